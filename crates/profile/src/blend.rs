@@ -16,6 +16,7 @@ use crate::sync::{Span, SyncMove, offset};
 /// to where it turns, and then those of its way back. Two edges there that would be nearer to each other than two steps
 /// at the axis's top speed are both left out. What is left out ends less than a/(8 v²) steps beyond its edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Blend<const N: usize> {
     /// Steps of each axis in the whole move to which it leads, signed by direction.
     pub steps: [i32; N],
@@ -131,7 +132,7 @@ impl<const N: usize> Blend<N> {
     /// Where an axis is at `t_s` from the start of the run, steps from the whole step next to the corner, signed by direction.
     #[must_use]
     pub fn place_at(&self, axis: usize, t_s: f64) -> f64 {
-        let t_s = (t_s - self.begin_s).clamp(0.0, self.duration_s);
+        let t_s = self.within(t_s);
         let [from_steps_s, _] = self.speeds_steps_s[axis];
         self.places_steps[axis][0] + (from_steps_s + self.accel_steps_s2(axis) * t_s / 2.0) * t_s
     }
@@ -139,8 +140,13 @@ impl<const N: usize> Blend<N> {
     /// How fast an axis is at `t_s` from the start of the run, steps/s, signed by direction.
     #[must_use]
     pub fn speed_at(&self, axis: usize, t_s: f64) -> f64 {
-        let t_s = (t_s - self.begin_s).clamp(0.0, self.duration_s);
+        let t_s = self.within(t_s);
         self.speeds_steps_s[axis][0] + self.accel_steps_s2(axis) * t_s
+    }
+
+    /// The time from its beginning, within it, s.
+    fn within(&self, t_s: f64) -> f64 {
+        (t_s - self.begin_s).max(0.0).min(self.duration_s)
     }
 
     /// The acceleration of an axis, steps/s², signed by direction.

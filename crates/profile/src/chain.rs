@@ -155,7 +155,15 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// Makes `lane` the axis with index `axis`, on the course that [`lay`](Self::lay) has made from this plan.
+    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this plan.
+    #[must_use]
+    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
+        let mut lane = Lane::empty();
+        self.begin_lane(axis, course, &mut lane);
+        lane
+    }
+
+    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
     pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
         match self {
             Self::Line(line) => line.begin_lane(axis, course, lane),

@@ -31,13 +31,13 @@ const ROOM_MAX: f32 = 1e30;
 const SLOPE_ONE: f32 = 16_777_216.0;
 /// How many units the rounding of 24 bits may have made a slope too large.
 const SLOPE_ERROR: u32 = 8;
-/// A chord that bounds nothing.
-const NO_CHORD: Chord = Chord { at_rest: f32::INFINITY, slope: 0 };
+/// A chord that bounds nothing: all zeros in memory.
+const NO_CHORD: Chord = Chord { at_rest: 0.0, slope: 0 };
 
 /// Bounds the squared speed at one end of a blend by that at the other end: `at_rest` + `slope` times that.
 #[derive(Clone, Copy, Debug)]
 struct Chord {
-    /// In units of squares.
+    /// In units of squares; 0 if it bounds nothing.
     at_rest: f32,
     slope: u32,
 }
@@ -60,22 +60,47 @@ impl Chord {
     }
 
     fn at(&self, square: Square) -> Square {
-        let rise = scaled(square, self.slope);
-        whole(self.at_rest).saturating_add(rise)
+        whole(self.at_rest) + scaled(square, self.slope)
     }
 }
 
-/// A float as a whole number, rounded down; it is 0 or above.
+/// A float as a whole number, rounded down; it is 1 or above, and the largest square at most.
 fn whole(x: f32) -> Square {
-    // Saturates beyond the largest.
-    x as Square
+    let bits = x.to_bits();
+    let (mantissa, exponent) = (u64::from(bits << 8 >> 8 | 1 << 23) & 0xff_ffff, (bits >> 23) as i32 - 150);
+    match exponent {
+        0..=38 => mantissa << exponent,
+        // Beyond the largest square nothing is bounded.
+        39.. => SQUARE_MAX as Square,
+        _ => mantissa.checked_shr(exponent.unsigned_abs()).unwrap_or(0),
+    }
 }
 
-/// `square` times `slope` in units of 2^-24.
+/// `square` times `slope` in units of 2^-24, the largest square at most.
 fn scaled(square: Square, slope: u32) -> Square {
-    let (upper, lower) = (product((square >> 32) as u32, slope), product(square as u32, slope));
-    // Beyond the largest square nothing is bounded.
-    if upper >> 54 == 0 { (upper << 8).saturating_add(lower >> 24) } else { Square::MAX }
+    let upper = product((square >> 32) as u32, slope);
+    if upper >> 54 == 0 { (upper << 8).wrapping_add(product(square as u32, slope) >> 24) } else { SQUARE_MAX as Square }
+}
+
+/// The least that the chords allow.
+#[inline(never)]
+fn least(chords: &[Chord; CHORDS], square: Square) -> Square {
+    let mut least = SQUARE_MAX as Square;
+    for chord in chords {
+        if is_none(chord) {
+            break;
+        }
+        let bound = chord.at(square);
+        if bound < least {
+            least = bound;
+        }
+    }
+    least
+}
+
+/// Whether it bounds nothing. Those that do come first.
+fn is_none(chord: &Chord) -> bool {
+    chord.at_rest.to_bits() == 0
 }
 
 impl Bend {
@@ -88,15 +113,17 @@ impl Bend {
 
     /// The highest square at which a blend that leaves at `exit` may begin.
     pub(super) fn entry_at(&self, exit: Square) -> Square {
-        self.entry.iter().fold(Square::MAX, |least, chord| least.min(chord.at(exit)))
+        least(&self.entry, exit)
     }
 
     /// The highest square at which a blend that begins at `entry` may leave.
     pub(super) fn exit_at(&self, entry: Square) -> Square {
-        self.exit.iter().fold(Square::MAX, |least, chord| least.min(chord.at(entry)))
+        least(&self.exit, entry)
     }
 
     /// The lowest square at which a blend that begins at `entry` may leave.
+    // Seldom needed: in a hold, and where a change came too late.
+    #[inline(never)]
     pub(super) fn lowest_exit_at(&self, entry: Square) -> Square {
         let needed = |chord: &Chord| match entry.saturating_sub(whole(chord.at_rest)) {
             0 => 0,
@@ -104,10 +131,11 @@ impl Bend {
             rise if chord.slope > 0 => (rise as f64 * (1.0 + 1e-9) / f64::from(chord.slope) * f64::from(SLOPE_ONE)) as Square + 1,
             _ => entry,
         };
-        self.entry.iter().map(needed).max().unwrap_or(0).min(entry)
+        self.entry.iter().filter(|chord| !is_none(chord)).map(needed).max().unwrap_or(0).min(entry)
     }
 
     /// The square at which a blend that begins at `entry` leaves, `wanted` if that is possible.
+    #[inline(never)]
     pub(super) fn exit_near(&self, wanted: Square, entry: Square) -> Square {
         if entry <= self.entry_at(wanted) { wanted.min(self.exit_at(entry)) } else { self.lowest_exit_at(entry) }
     }
@@ -173,7 +201,7 @@ pub(super) fn bend<const N: usize>(
         exit.bound(to, from, change, speeds_up);
     }
     (bend.entry, bend.exit) = (entry.chords(), exit.chords());
-    for chord in bend.entry.iter().chain(&bend.exit) {
+    for chord in bend.entry.iter().chain(&bend.exit).filter(|chord| !is_none(chord)) {
         if chord.at_rest < FINE {
             return None;
         }
