@@ -154,7 +154,8 @@ impl Bench {
             self.highest_overrides(planned_ns, record.begin_ns() + (t_s * 1e9) as u64);
         let top = config.limits[axis].top_speed_steps_s;
         let Some(feed) = feed_mm_min else { return top * f64::from(rapid_percent) / 100.0 };
-        let of_axis = record.plan.axis_steps(axis).abs() / kept::way_mm(record, &config).map(|mm| mm * mm).iter().sum::<f64>().sqrt();
+        let of_axis = record.plan.axis_steps(axis).abs()
+            / kept::way_mm(record, &config).map(|mm| mm * mm).iter().sum::<f64>().sqrt();
         top.min(feed / 60.0 * f64::from(feed_percent) / 100.0 * of_axis)
     }
 

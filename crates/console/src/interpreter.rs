@@ -5,8 +5,8 @@ mod coordinates;
 mod probes;
 
 use crate::{
-    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, PathControl, Rate, ReportedState, Settings,
-    Spindle,
+    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, PathControl, Rate, ReportedState,
+    Settings, Spindle,
     axes::Z,
     block::{AxisCommand, NonModal, Words},
     command::Jog,

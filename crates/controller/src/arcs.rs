@@ -44,13 +44,25 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             place_steps = target_steps;
             if let Some((target_steps, offsets)) = ahead.replace((target_steps, beside(end_mm))) {
-                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop: false, deviation_mm, line, power }).await?;
+                self.submit(Motion::Move {
+                    target_steps,
+                    offsets,
+                    feed_mm_s,
+                    exact_stop: false,
+                    deviation_mm,
+                    line,
+                    power,
+                })
+                .await?;
                 // The ports' queues are filled between chords, however many chords there are.
                 yield_now().await;
             }
         }
         match ahead {
-            Some((target_steps, offsets)) => self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power }).await,
+            Some((target_steps, offsets)) => {
+                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
+                    .await
+            }
             None => Ok(()),
         }
     }

@@ -5,8 +5,7 @@ use core::ops::RangeInclusive;
 use embassy_time::Duration;
 use isostep_console::{Settings, length};
 use isostep_motion::{
-    AXES, Axis, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring, beside_steps,
-    whole_steps,
+    AXES, Axis, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring, beside_steps, whole_steps,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 

@@ -167,7 +167,16 @@ impl<F: NorFlash> Controller<'_, F> {
         for target_steps in [away, from].into_iter().cycle().take(2 * BUZZES) {
             let feed_mm_s = Some(BUZZ_MM_S);
             let power = Power::Off;
-            self.submit(Motion::Move { target_steps, offsets: [0; AXES], feed_mm_s, exact_stop: true, deviation_mm: 0.0, line: 0, power }).await?;
+            self.submit(Motion::Move {
+                target_steps,
+                offsets: [0; AXES],
+                feed_mm_s,
+                exact_stop: true,
+                deviation_mm: 0.0,
+                line: 0,
+                power,
+            })
+            .await?;
         }
         self.settled().await?;
         text.say(format_args!("{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"));
@@ -184,9 +193,8 @@ impl<F: NorFlash> Controller<'_, F> {
         if checks {
             return Ok(());
         }
-        let (power, deviation_mm) = self.with(|program| {
-            (program.power(rate), path.deviation_mm(program.settings.blend_deviation_mm))
-        });
+        let (power, deviation_mm) =
+            self.with(|program| (program.power(rate), path.deviation_mm(program.settings.blend_deviation_mm)));
         let exact_stop = path.stops();
         let feed_mm_s = match rate {
             Rate::Rapid => None,
@@ -202,7 +210,8 @@ impl<F: NorFlash> Controller<'_, F> {
                     0.0 => [0; AXES],
                     _ => self.with(|program| program.geometry.offsets(target_pm)),
                 };
-                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power }).await
+                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
+                    .await
             }
         }
     }

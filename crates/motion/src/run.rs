@@ -57,6 +57,10 @@ const GATHER_S: f64 = 4e-3;
 /// How many moves are taken at once. To plan more would take too long while a port's queue has to be filled.
 const TAKEN_AT_ONCE: usize = 8;
 
+/// How many chunks are committed at once, for the same reason: between blends they are short, and many make up what is to be
+/// known.
+const COMMITTED_AT_ONCE: usize = 8;
+
 /// While a port has less motion queued than this, filling its queue comes before everything else in thread mode.
 const LOW: Duration = Duration::from_millis(15);
 
@@ -212,10 +216,11 @@ where
         }
     }
 
-    /// Has the chain hand out its path up to `until_s`, as far as there is room, and reports the chunks as events.
+    /// Has the chain hand out some of its path up to `until_s`, as far as there is room, and reports the chunks as events.
     fn commit_until(&mut self, until_s: f64, purpose: Purpose) {
         let most_s = if purpose == Purpose::Probe { PROBED_CHUNK_S } else { CHUNK_S };
-        while let Some(chunk) = self.next_chunk(until_s, most_s) {
+        for _ in 0..COMMITTED_AT_ONCE {
+            let Some(chunk) = self.next_chunk(until_s, most_s) else { break };
             self.report_chunk(&chunk);
             self.chunks.push(chunk);
         }

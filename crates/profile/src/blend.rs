@@ -38,6 +38,8 @@ pub struct Blend<const N: usize> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side<'a, const N: usize> {
     pub(crate) span: &'a Span<N>,
+    /// The length of the block, steps of the longest axis.
+    pub(crate) way_steps: f64,
     /// Where the blend begins or ends, steps of the longest axis from the beginning of the block.
     pub(crate) place_steps: f64,
     /// How fast the longest axis is there, steps/s.
@@ -53,7 +55,7 @@ impl<const N: usize> Blend<N> {
         duration_s: f64,
         tops_steps_s: impl Fn(usize) -> f64,
     ) -> Self {
-        let (before_way, after_way) = (before.span.longest(), after.span.longest());
+        let (before_way, after_way) = (before.way_steps, after.way_steps);
         let (before_ratio, after_ratio) = (1.0 / before_way, 1.0 / after_way);
         let left_ratio = (before_way - before.place_steps) * before_ratio;
         let (gone_ratio, per_s) = (after.place_steps * after_ratio, 1.0 / duration_s);
@@ -74,7 +76,7 @@ impl<const N: usize> Blend<N> {
             let speeds = [from * speed_ratios[0], to * speed_ratios[1]];
             let places = [corner - from * left_ratio, corner + to * gone_ratio];
             let [before_steps, after_steps] = [before, after].map(|side| side.span.steps[axis]);
-            let count = |side: &Side<'_, N>| side.span.steps_before(axis, side.place_steps) as i32;
+            let count = |side: &Side<'_, N>| side.span.steps_before(axis, side.place_steps, side.way_steps) as i32;
             let begin = count(before) * before_steps.signum() - before_steps;
             let end = count(after) * after_steps.signum();
             let turn = if from * to < 0.0 {

@@ -310,7 +310,11 @@ impl Lane {
             let view = View { clock, stretch: &self.stretch };
             self.base = self.done;
             let phase = self.phase.constant_accel();
-            return if self.index == 0 { phase.decelerate(ramp, view, end) } else { phase.accelerate(ramp, view, end - self.done) };
+            return if self.index == 0 {
+                phase.decelerate(ramp, view, end)
+            } else {
+                phase.accelerate(ramp, view, end - self.done)
+            };
         }
         let view = View { clock: &course.frame.clock, stretch: &self.stretch };
         match (self.index, &course.frame.accel, &course.frame.decel) {

@@ -25,6 +25,8 @@ pub struct SyncMove<const N: usize> {
     pub steps: [i32; N],
     /// Where the whole move begins and ends beside the whole steps.
     pub(crate) offsets: [[i8; N]; 2],
+    /// The length of the whole move, steps of the longest axis.
+    pub(crate) way_steps: f64,
     /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
     pub(crate) from_steps: f64,
     /// Where the profile begins, in the same steps. That may be before the plan begins.
@@ -60,8 +62,15 @@ pub enum PlanError {
 
 impl<const N: usize> SyncMove<N> {
     /// A plan of no move.
-    pub(crate) const NONE: Self =
-        Self { profile: Profile::NONE, steps: [0; N], offsets: [[0; N]; 2], from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 };
+    pub(crate) const NONE: Self = Self {
+        profile: Profile::NONE,
+        steps: [0; N],
+        offsets: [[0; N]; 2],
+        way_steps: 0.0,
+        from_steps: 0.0,
+        origin_steps: 0.0,
+        origin_s: 0.0,
+    };
 
     /// Plans a move from rest to rest; it starts and ends at the start speed.
     ///
@@ -81,14 +90,30 @@ impl<const N: usize> SyncMove<N> {
         let shared = shared_limits(&steps, limits, path_speed_steps_s)?;
         let (start, distance) = (shared.start_speed_steps_s, f64::from(longest(&steps)));
         let profile = Profile::plan(distance, start, start, &shared, interval_law, speed_law)?;
-        Ok(Self { profile, steps, offsets: [[0; N]; 2], from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 })
+        Ok(Self {
+            profile,
+            steps,
+            offsets: [[0; N]; 2],
+            way_steps: distance,
+            from_steps: 0.0,
+            origin_steps: 0.0,
+            origin_s: 0.0,
+        })
     }
 
     /// A plan of no distance in a move of this span: at `place_steps` of its longest axis and at that speed, `t_s` from the
     /// start of the run.
     pub(crate) fn passing(span: &Span<N>, place_steps: f64, speed_steps_s: f64, t_s: f64) -> Self {
         let (profile, Span { steps, offsets }) = (Profile::passing(speed_steps_s), *span);
-        Self { profile, steps, offsets, from_steps: place_steps, origin_steps: place_steps, origin_s: t_s }
+        Self {
+            profile,
+            steps,
+            offsets,
+            way_steps: span.longest(),
+            from_steps: place_steps,
+            origin_steps: place_steps,
+            origin_s: t_s,
+        }
     }
 
     /// When the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed form. `k`
@@ -144,7 +169,7 @@ impl<const N: usize> SyncMove<N> {
 
     fn stretch(&self, axis: usize, is_whole: bool) -> Stretch {
         let (span, total) = (self.span(), self.steps[axis].unsigned_abs());
-        let (way, own) = (span.longest(), span.len(axis).abs());
+        let (way, own) = (self.way_steps, span.len(axis).abs());
         // An axis without steps may have any stride.
         let is_alike = own == way || total == 0;
         let stride = if is_alike { 1.0 } else { way / own };
@@ -161,9 +186,7 @@ impl<const N: usize> SyncMove<N> {
 
     /// Whether the profile is that of the whole move, not of a replan.
     fn is_whole(&self) -> bool {
-        is_zero(self.origin_steps)
-            && is_zero(self.from_steps)
-            && self.profile.distance_steps() == self.distance_steps()
+        is_zero(self.origin_steps) && is_zero(self.from_steps) && self.profile.distance_steps() == self.distance_steps()
     }
 
     /// The numbers of the steps that the axis with index `axis` makes in this plan, counted from 1 at the beginning of
@@ -177,7 +200,7 @@ impl<const N: usize> SyncMove<N> {
     /// move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
-        self.span().steps_before(axis, place_steps)
+        self.span().steps_before(axis, place_steps, self.way_steps)
     }
 
     /// Where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
@@ -231,7 +254,7 @@ impl<const N: usize> SyncMove<N> {
     /// The length of the whole move, steps of the longest axis.
     #[must_use]
     pub fn distance_steps(&self) -> f64 {
-        self.span().longest()
+        self.way_steps
     }
 
     /// Where an axis is when the longest one is at `place_steps`, steps from the whole step next to where the move begins,
@@ -239,7 +262,7 @@ impl<const N: usize> SyncMove<N> {
     #[must_use]
     pub fn axis_place(&self, axis: usize, place_steps: f64) -> f64 {
         let span = self.span();
-        offset(span.offsets[0][axis]) + span.len(axis) * (place_steps / span.longest())
+        offset(span.offsets[0][axis]) + span.len(axis) * (place_steps / self.way_steps)
     }
 
     /// How far an axis goes in the whole move, steps, signed by direction. That is its steps, unless the move begins or ends
@@ -306,10 +329,10 @@ impl<const N: usize> Span<N> {
         }
     }
 
-    /// How many steps of an axis are due before the longest axis is at `place_steps`.
-    pub(crate) fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
-        let (way, total) = (self.longest(), self.steps[axis].unsigned_abs());
-        if place_steps <= 0.0 {
+    /// How many steps of an axis are due before the longest axis is at `place_steps` of the `way`.
+    pub(crate) fn steps_before(&self, axis: usize, place_steps: f64, way: f64) -> u32 {
+        let total = self.steps[axis].unsigned_abs();
+        if total == 0 || place_steps <= 0.0 {
             0
         } else if place_steps >= way {
             total

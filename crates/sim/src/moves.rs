@@ -52,7 +52,8 @@ impl MoveRecord {
         let last = match self.finish {
             Finish::Held => self.plan.steps_before(axis, self.held_at_steps),
             _ if self.ends_in_blend => {
-                self.parts.last().unwrap_or(&self.plan).step_numbers(axis).end.max(self.plan.step_numbers(axis).start) - 1
+                self.parts.last().unwrap_or(&self.plan).step_numbers(axis).end.max(self.plan.step_numbers(axis).start)
+                    - 1
             }
             // The first plan may end before the end of the move.
             _ => self.plan.steps[axis].unsigned_abs(),
@@ -101,7 +102,9 @@ impl MoveRecord {
     pub fn last_due_s(&self, axis: usize) -> Option<f64> {
         match (self.step_numbers(axis), self.blend) {
             (numbers, _) if !numbers.is_empty() => Some(self.step_time_s(axis, numbers.end - 1)),
-            (_, Some(blend)) if blend.step_counts(axis).0 > 0 => Some(blend.step_time_s(axis, blend.step_counts(axis).0)),
+            (_, Some(blend)) if blend.step_counts(axis).0 > 0 => {
+                Some(blend.step_time_s(axis, blend.step_counts(axis).0))
+            }
             _ => None,
         }
     }
@@ -292,7 +295,8 @@ impl OpenRun {
     /// Begins a move with a blend.
     fn begin_bent(&mut self, blend: Blend<AXES>, homing: bool) -> MoveRecord {
         let origin_steps = self.place_steps;
-        self.place_steps = std::array::from_fn(|axis| origin_steps[axis] + blend.ends_steps(axis)[1] - blend.ends_steps(axis)[0]);
+        self.place_steps =
+            std::array::from_fn(|axis| origin_steps[axis] + blend.ends_steps(axis)[1] - blend.ends_steps(axis)[0]);
         MoveRecord { blend: Some(blend), origin_steps, ..self.begin(blend.landing(), homing) }
     }
 

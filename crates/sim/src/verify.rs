@@ -130,7 +130,10 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
     let mut bent: [u32; AXES] = std::array::from_fn(|axis| record.blend_steps(axis));
     let is_on_line = |edge: &Edge| {
         let left = &mut bent[edge.axis];
-        *left == 0 || { *left -= 1; false }
+        *left == 0 || {
+            *left -= 1;
+            false
+        }
     };
     let edges: Vec<Edge> = edges.iter().copied().filter(is_on_line).collect();
     for together in edges.chunk_by(|one, next| one.t_ns == next.t_ns) {

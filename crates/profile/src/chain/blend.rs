@@ -128,7 +128,9 @@ impl Bend {
         let needed = |chord: &Chord| match entry.saturating_sub(whole(chord.at_rest)) {
             0 => 0,
             // Rounded up.
-            rise if chord.slope > 0 => (rise as f64 * (1.0 + 1e-9) / f64::from(chord.slope) * f64::from(SLOPE_ONE)) as Square + 1,
+            rise if chord.slope > 0 => {
+                (rise as f64 * (1.0 + 1e-9) / f64::from(chord.slope) * f64::from(SLOPE_ONE)) as Square + 1
+            }
             _ => entry,
         };
         self.entry.iter().filter(|chord| !is_none(chord)).map(needed).max().unwrap_or(0).min(entry)
@@ -166,7 +168,9 @@ pub(super) fn bend<const N: usize>(
     let doubled = (2.0 * SAFE * reach_mm * units).min(ROOM_MAX);
     let mut cap = f32::INFINITY;
     for axis in 0..N {
-        let (Some(change), [speeds_up, slows_down]) = (difference.component(axis), config.axis_mm_s2[axis]) else { continue };
+        let (Some(change), [speeds_up, slows_down]) = (difference.component(axis), config.axis_mm_s2[axis]) else {
+            continue;
+        };
         let turns = before[axis].signum() * after[axis].signum() < 0;
         let accel_mm_s2 = match after[axis].unsigned_abs() > before[axis].unsigned_abs() {
             _ if turns => speeds_up.min(slows_down),

@@ -25,6 +25,8 @@ const OFFSET_MAX: i8 = 56;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
     pub(super) span: Span<N>,
+    /// Its length, steps of the longest axis.
+    way_steps: f64,
     /// Whether it ends at rest even if another move follows.
     stops: bool,
     /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
@@ -64,6 +66,7 @@ impl<const N: usize> Block<N> {
     /// No block.
     pub(super) const NONE: Self = Self {
         span: Span::NONE,
+        way_steps: 0.0,
         stops: false,
         flows: false,
         tag: 0,
@@ -115,7 +118,17 @@ impl<const N: usize> Block<N> {
         };
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         let mm_per_step = length_mm / distance_steps;
-        *self = Self { span, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, deviation_mm, ..Self::NONE };
+        *self = Self {
+            span,
+            way_steps: distance_steps,
+            stops,
+            tag,
+            feed_mm_s,
+            mm_per_step,
+            steps_per_mm,
+            deviation_mm,
+            ..Self::NONE
+        };
         self.respeed(feed_steps_s, &limits, config);
         self.set_delta_v2(distance_steps, &limits, config);
         self.set_ramps_to(distance_steps, length_mm, config);
@@ -146,7 +159,11 @@ impl<const N: usize> Block<N> {
         let feed_mm_s = request.feed_mm_s.unwrap_or(f64::INFINITY);
         // Where each move stops, or needs a time of its own, two short ones are not one long one.
         let is_bound = config.interval_law != IntervalLaw::Fastest || config.effort.needs_time();
-        if feed_mm_s != self.feed_mm_s || self.stops || request.stops || is_bound || !self.goes_on(&request.steps)
+        if feed_mm_s != self.feed_mm_s
+            || self.stops
+            || request.stops
+            || is_bound
+            || !self.goes_on(&request.steps)
             || self.span.offsets != [[0; N]; 2]
             || request.offsets != [0; N]
         {
@@ -162,7 +179,7 @@ impl<const N: usize> Block<N> {
             return false;
         }
         let Some(tag) = join(self.tag, longest(&self.span.steps)) else { return false };
-        (self.span, self.tag) = (span, tag);
+        (self.span, self.way_steps, self.tag) = (span, distance_steps, tag);
         self.set_delta_v2(distance_steps, &config.shared_limits(&span), config);
         self.shorten(self.bend.reach_mm);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
@@ -183,7 +200,7 @@ impl<const N: usize> Block<N> {
 
     /// Steps of the longest axis.
     pub(super) fn distance_steps(&self) -> f64 {
-        self.span.longest()
+        self.way_steps
     }
 
     pub(super) fn steps_per_mm(&self) -> f64 {
@@ -216,7 +233,8 @@ impl<const N: usize> Block<N> {
         if distance_steps > self.nominal_steps_s * config.easily_s {
             // An override may change before the block is made. So none makes a block too long that is not too long
             // itself.
-            let plain = Self { nominal_steps_s: self.feed_steps_s().min(limits.top_speed_steps_s), ..*self };
+            let plain =
+                Self { nominal_steps_s: self.feed_steps_s().min(self.bent_top_steps_s(limits, config)), ..*self };
             let (limits, end) = (plain.limits_now(limits), plain.start_steps_s(limits));
             Profile::plan(distance_steps, end, end, &limits, config.interval_law, config.speed_law)?;
         }
@@ -226,7 +244,7 @@ impl<const N: usize> Block<N> {
     /// Applies the overrides in force. `limits` are those of the longest axis.
     /// `feed_steps_s` is its own.
     pub(super) fn respeed(&mut self, feed_steps_s: f64, limits: &Limits, config: &ChainConfig<N>) {
-        let top_steps_s = limits.top_speed_steps_s;
+        let top_steps_s = self.bent_top_steps_s(limits, config);
         let (mut steps_s, mut mm_s) = if self.is_rapid() {
             (top_steps_s * config.rapid_ratio, 0.0)
         } else {
@@ -245,6 +263,16 @@ impl<const N: usize> Block<N> {
         self.nominal_steps_s = steps_s;
         self.nominal = config.scale.of_speed(mm_s);
         self.start = self.stops_from(limits, config).min(self.nominal);
+    }
+
+    /// Its top speed, at which it does not last less than a blend needs, if one may lead to it.
+    fn bent_top_steps_s(&self, limits: &Limits, config: &ChainConfig<N>) -> f64 {
+        let (top_steps_s, blend_s) = (limits.top_speed_steps_s, config.effort.blend_s);
+        if is_zero(blend_s) || self.deviation_mm <= 0.0 || !config.can_blend() {
+            return top_steps_s;
+        }
+        let most_steps_s = self.distance_steps() / (config.effort.cruise_s(&self.span.steps) + blend_s);
+        if most_steps_s < top_steps_s { most_steps_s } else { top_steps_s }
     }
 
     /// Computes the largest delta v² over its last `steps`. Steps and `limits` are those of the longest axis.
@@ -523,7 +551,9 @@ impl<const N: usize> Block<N> {
 
     /// Whether all its steps are due before the longest axis is at `place_steps`.
     pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
-        (0..N).all(|axis| self.span.steps_before(axis, place_steps) >= self.span.steps[axis].unsigned_abs())
+        (0..N).all(|axis| {
+            self.span.steps_before(axis, place_steps, self.way_steps) >= self.span.steps[axis].unsigned_abs()
+        })
     }
 }
 

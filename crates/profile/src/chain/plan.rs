@@ -172,8 +172,13 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let (fast_mm_s, share) = if to_mm_s < from_mm_s { (from_mm_s, to_mm_s / from_mm_s) } else { (to_mm_s, 1.0) };
         let reach_mm = next.bend.reach_mm;
         let place_steps = reach_mm * share * next.steps_per_mm();
-        let before = Side { span: &first.span, place_steps: self.place_steps, speed_steps_s: from_steps_s };
-        let after = Side { span: &next.span, place_steps, speed_steps_s: to_steps_s };
+        let before = Side {
+            span: &first.span,
+            way_steps: first.distance_steps(),
+            place_steps: self.place_steps,
+            speed_steps_s: from_steps_s,
+        };
+        let after = Side { span: &next.span, way_steps: next.distance_steps(), place_steps, speed_steps_s: to_steps_s };
         let duration_s = 2.0 * reach_mm / fast_mm_s;
         self.blend = Some(Blend::new(&before, &after, self.at_s, duration_s, |axis| config.top_steps_s(axis)));
         let is_expected = next.entry == onward;
@@ -486,6 +491,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             profile,
             steps: plan.sync_move.steps,
             offsets: plan.sync_move.offsets,
+            way_steps: plan.sync_move.way_steps,
             from_steps: self.place_steps,
             origin_steps: self.place_steps - profile.position_at(half_s),
             origin_s: self.at_s - half_s,
@@ -502,14 +508,23 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let Goal { exit, onward, is_bent, .. } = goal.unwrap_or(Goal { exit, onward: exit, ..Goal::default() });
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, origin_s) = (self.place_steps, self.at_s);
-        let Span { steps, offsets } = block.span;
-        let sync_move = SyncMove { profile, steps, offsets, from_steps: place_steps, origin_steps: place_steps, origin_s };
+        let (Span { steps, offsets }, way_steps) = (block.span, block.distance_steps());
+        let sync_move = SyncMove {
+            profile,
+            steps,
+            offsets,
+            way_steps,
+            from_steps: place_steps,
+            origin_steps: place_steps,
+            origin_s,
+        };
         let end_s = sync_move.end_s();
         let slows_s = end_s - profile.t_decel_s();
         let goes_on = self.plan.is_made || place_steps > 0.0 && block.flows;
         let kind = if goes_on { ChunkKind::Replan } else { ChunkKind::Move };
         self.settled = self.settled.max(1);
         let is_stale = false;
-        self.plan = UnderWay { is_made: true, sync_move, end_s, slows_s, exit, onward, ends_block, is_bent, is_stale, kind };
+        self.plan =
+            UnderWay { is_made: true, sync_move, end_s, slows_s, exit, onward, ends_block, is_bent, is_stale, kind };
     }
 }

@@ -75,7 +75,11 @@ impl<'a> Watch<'a> {
     /// Checks that an axis goes on from where it was, as fast as it was.
     fn goes_on(&self, axis: usize, place_steps: f64, speed_steps_s: f64) -> TestCaseResult {
         let (was_at, was) = (self.places_steps[axis], self.speeds_steps_s[axis]);
-        prop_assert!((place_steps - was_at).abs() <= 2e-6, "axis {axis} at {place_steps} after {was_at} s {}", self.at_s);
+        prop_assert!(
+            (place_steps - was_at).abs() <= 2e-6,
+            "axis {axis} at {place_steps} after {was_at} s {}",
+            self.at_s
+        );
         let slack = SAME * self.case.limits[axis].top_speed_steps_s;
         prop_assert!((speed_steps_s - was).abs() <= slack, "axis {axis}: {speed_steps_s} steps/s after {was}");
         Ok(())
@@ -114,10 +118,9 @@ impl<'a> Watch<'a> {
         let rise = profile.cruise_speed_steps_s() - profile.entry_speed_steps_s();
         let fall = profile.cruise_speed_steps_s() - profile.exit_speed_steps_s();
         let slack = 1e-6 * limits.top_speed_steps_s;
-        for (change, t_s, most) in [
-            (rise, profile.t_accel_s(), limits.accel_steps_s2),
-            (fall, profile.t_decel_s(), limits.decel_steps_s2),
-        ] {
+        for (change, t_s, most) in
+            [(rise, profile.t_accel_s(), limits.accel_steps_s2), (fall, profile.t_decel_s(), limits.decel_steps_s2)]
+        {
             prop_assert!(share.abs() * change <= most * t_s * (1.0 + SAME) + slack, "axis {axis}: {change} in {t_s} s");
         }
         let top = profile.cruise_speed_steps_s() * share.abs();
@@ -141,7 +144,10 @@ impl<'a> Watch<'a> {
             let top = limits.top_speed_steps_s;
             let along = speeds.map(|speed| speed * accel.signum());
             if along[1] > SAME * top {
-                prop_assert!(accel.abs() <= limits.accel_steps_s2, "axis {axis} speeds up: {accel} for {limits:?}, {speeds:?}, {blend:?}");
+                prop_assert!(
+                    accel.abs() <= limits.accel_steps_s2,
+                    "axis {axis} speeds up: {accel} for {limits:?}, {speeds:?}, {blend:?}"
+                );
             }
             if along[0] < -SAME * top {
                 prop_assert!(accel.abs() <= limits.decel_steps_s2, "axis {axis} slows down: {accel}, {speeds:?}");
@@ -154,9 +160,12 @@ impl<'a> Watch<'a> {
 
     /// Checks that no place is further from the path round the corner than was asked for.
     fn keeps_deviation(&self, blend: &Blend<AXES>, request: &Request<AXES>) -> TestCaseResult {
-        let mm = |steps: [f64; AXES]| -> [f64; AXES] { std::array::from_fn(|axis| steps[axis] * self.case.mm_per_step[axis]) };
+        let mm = |steps: [f64; AXES]| -> [f64; AXES] {
+            std::array::from_fn(|axis| steps[axis] * self.case.mm_per_step[axis])
+        };
         let sum = |a: [f64; AXES], b: [f64; AXES]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let speeds = [blend.begin_s(), blend.end_s()].map(|t_s| mm(std::array::from_fn(|axis| blend.speed_at(axis, t_s))));
+        let speeds =
+            [blend.begin_s(), blend.end_s()].map(|t_s| mm(std::array::from_fn(|axis| blend.speed_at(axis, t_s))));
         let lines = [speeds[0].map(|speed| -speed), speeds[1]];
         // The corner is as far as the first speed leads in half of the time.
         let corner = |axis: usize| {
@@ -181,7 +190,8 @@ impl<'a> Watch<'a> {
         let off = |ratio: f64| sum(place(ratio), place(ratio)).sqrt();
         for _ in 0..100 {
             let third = (to - from) / 3.0;
-            *if off(from + third) > off(to - third) { &mut from } else { &mut to } = if off(from + third) > off(to - third) { from + third } else { to - third };
+            *if off(from + third) > off(to - third) { &mut from } else { &mut to } =
+                if off(from + third) > off(to - third) { from + third } else { to - third };
         }
         let least = off(from);
         prop_assert!(least <= f64::from(request.deviation_mm) * (1.0 + 1e-5) + 1e-9, "{least} mm from the corner");
@@ -201,7 +211,10 @@ impl<'a> Watch<'a> {
             let edge = f64::from(count) + 0.5 * f64::from(direction);
             let place = blend.place_at(axis, t_s);
             // Near standstill an instant is as exact as its root.
-            prop_assert!((place - edge).abs() <= 3e-6, "axis {axis} step {k} of {steps}: {place}, not {edge}, {blend:?}");
+            prop_assert!(
+                (place - edge).abs() <= 3e-6,
+                "axis {axis} step {k} of {steps}: {place}, not {edge}, {blend:?}"
+            );
             let beyond_s = (blend.begin_s() - t_s).max(t_s - blend.end_s()).max(0.0);
             let beyond = beyond_s * blend.speed_at(axis, t_s).abs();
             prop_assert!(beyond <= 3e-6, "axis {axis} step {k}: at {t_s} s, {beyond} steps beyond {blend:?}");
@@ -230,7 +243,10 @@ impl<'a> Watch<'a> {
         let hidden = if turns { accel.abs() / (8.0 * top * top) } else { 0.0 };
         let missing = all - f64::from(steps);
         // A place exactly on an edge may be rounded either way.
-        prop_assert!(missing <= 2.0 * (hidden + 1e-6).ceil() + 2.0 && missing >= -2.0, "axis {axis}: {missing} left out, {hidden}");
+        prop_assert!(
+            missing <= 2.0 * (hidden + 1e-6).ceil() + 2.0 && missing >= -2.0,
+            "axis {axis}: {missing} left out, {hidden}"
+        );
         Ok(())
     }
 
@@ -240,7 +256,10 @@ impl<'a> Watch<'a> {
         let top = self.case.limits[axis].top_speed_steps_s;
         let apart = (t_s - before_s) * top;
         let is_jump = self.case.limits[axis].start_speed_steps_s > 0.0 && before != direction;
-        prop_assert!(is_jump || apart >= 1.0 - 1e-5 - 1e-9 * top * (1.0 + t_s), "axis {axis}: {apart} of a period at {t_s}");
+        prop_assert!(
+            is_jump || apart >= 1.0 - 1e-5 - 1e-9 * top * (1.0 + t_s),
+            "axis {axis}: {apart} of a period at {t_s}"
+        );
         self.made_s[axis] = (t_s, direction);
         Ok(())
     }

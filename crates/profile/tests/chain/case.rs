@@ -112,6 +112,7 @@ fn effort() -> impl Strategy<Value = Effort> {
     let some = (time(), time(), time(), time()).prop_map(|(step_s, move_s, ramps_s, root_step_s)| Effort {
         step_s: 0.01 * step_s,
         move_s,
+        blend_s: 0.0,
         ramps_s,
         root_step_s,
     });

@@ -291,7 +291,10 @@ fn a_chain_cleared_is_a_new_one() {
     assert!(chain.is_empty() && chain.is_at_rest());
     chain.push(request([100, 0, 0], 7)).unwrap();
     let chunk = chain.advance(f64::INFINITY).unwrap();
-    assert_eq!((chunk.tag, chunk.kind, line(&chunk).begin_s(), line(&chunk).begin_steps()), (7, ChunkKind::Move, 0.0, 0.0));
+    assert_eq!(
+        (chunk.tag, chunk.kind, line(&chunk).begin_s(), line(&chunk).begin_steps()),
+        (7, ChunkKind::Move, 0.0, 0.0)
+    );
     assert!((chunk.until_s - 0.2).abs() < 1e-9);
 }
 

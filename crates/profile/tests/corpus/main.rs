@@ -53,7 +53,8 @@ fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<OneMove> {
             }
         }
         let steps = target.map(|mm| (mm * steps_per_mm).round() as i32);
-        let offsets = target.map(|mm| ((mm * steps_per_mm - (mm * steps_per_mm).round()) * f64::from(OFFSET_PARTS)).round() as i8);
+        let offsets = target
+            .map(|mm| ((mm * steps_per_mm - (mm * steps_per_mm).round()) * f64::from(OFFSET_PARTS)).round() as i8);
         let by = std::array::from_fn(|axis| steps[axis] - at[axis]);
         if moves_on && by != [0; AXES] {
             moves.push((by, offsets, (!is_rapid).then_some(feed)));
@@ -88,13 +89,19 @@ impl Watch<'_> {
             Plan::Line(line) => {
                 let profile = line.profile;
                 let ends = [from_s.max(line.begin_s()), chunk.until_s].map(|t_s| {
-                    if t_s >= line.end_s() { profile.exit_speed_steps_s() } else { line.speed_at(t_s.max(line.end_s() - profile.duration_s())) }
+                    if t_s >= line.end_s() {
+                        profile.exit_speed_steps_s()
+                    } else {
+                        line.speed_at(t_s.max(line.end_s() - profile.duration_s()))
+                    }
                 });
                 for axis in 0..AXES {
-                    let share = (line.axis_place(axis, line.distance_steps()) - line.axis_place(axis, 0.0)) / line.distance_steps();
+                    let share = (line.axis_place(axis, line.distance_steps()) - line.axis_place(axis, 0.0))
+                        / line.distance_steps();
                     speeds[0][axis] = mm(ends[0] * share);
                     speeds[1][axis] = mm(ends[1] * share);
-                    self.made.speed = self.made.speed.max(mm(profile.cruise_speed_steps_s() * share.abs()) / self.machine.top_mm_s);
+                    self.made.speed =
+                        self.made.speed.max(mm(profile.cruise_speed_steps_s() * share.abs()) / self.machine.top_mm_s);
                 }
             }
             Plan::Blend(blend) => {
@@ -133,7 +140,8 @@ fn make(machine: &Machine, moves: &[OneMove], deviation_mm: f32) -> Made {
         while !chain.is_full()
             && let Some((steps, offsets, feed_mm_s)) = moves.next()
         {
-            let request = Request { steps: *steps, offsets: *offsets, feed_mm_s: *feed_mm_s, stops: false, deviation_mm, tag: 0 };
+            let request =
+                Request { steps: *steps, offsets: *offsets, feed_mm_s: *feed_mm_s, stops: false, deviation_mm, tag: 0 };
             chain.push(request).unwrap();
         }
         let from_s = chain.at_s();
@@ -198,7 +206,10 @@ fn programs_take_hardly_longer_than_without_limits_at_corners() {
             }
             let most = reached.iter().copied().fold(0.0, f64::max);
             let [ratio, root, reach] = [&mut ratios, &mut roots, &mut reached].map(|values| median(values));
-            println!("{}{suffix} median {ratio:.4}; {root:.4} of passes by roots; {reach:.4} of the fastest, {most:.4} at most", machine.name);
+            println!(
+                "{}{suffix} median {ratio:.4}; {root:.4} of passes by roots; {reach:.4} of the fastest, {most:.4} at most",
+                machine.name
+            );
             assert!(ratio <= if is_top { 1.06 } else { 1.015 }, "{ratio}");
         }
     }

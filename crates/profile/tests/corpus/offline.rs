@@ -48,9 +48,12 @@ impl<'a> Path<'a> {
             })
             .collect();
         let lengths_mm: Vec<f64> = ways.iter().map(|way| way.iter().map(|mm| mm * mm).sum::<f64>().sqrt()).collect();
-        let units: Vec<[f64; AXES]> = ways.iter().zip(&lengths_mm).map(|(way, length)| way.map(|mm| mm / length)).collect();
+        let units: Vec<[f64; AXES]> =
+            ways.iter().zip(&lengths_mm).map(|(way, length)| way.map(|mm| mm / length)).collect();
         let mut path = Self { machine, lengths_mm, units, nominals: vec![], reaches_mm: vec![], caps: vec![] };
-        let nominal = |(index, one): (usize, &OneMove)| one.2.unwrap_or(f64::INFINITY).min(path.along(index, machine.top_mm_s)).powi(2);
+        let nominal = |(index, one): (usize, &OneMove)| {
+            one.2.unwrap_or(f64::INFINITY).min(path.along(index, machine.top_mm_s)).powi(2)
+        };
         path.nominals = moves.iter().enumerate().map(nominal).collect();
         for index in 0..moves.len() {
             let (reach_mm, cap) = path.corner(index, deviation_mm);
@@ -80,7 +83,8 @@ impl<'a> Path<'a> {
         let half_mm = self.lengths_mm[index].min(self.lengths_mm[before]) / 2.0;
         let reach_mm = (4.0 * deviation_mm / length).min(half_mm);
         let most = changes.iter().map(|change| change.abs()).fold(0.0, f64::max);
-        let (cap, nominal) = (2.0 * reach_mm * self.machine.accel_mm_s2 / most, self.nominals[index].max(self.nominals[before]));
+        let (cap, nominal) =
+            (2.0 * reach_mm * self.machine.accel_mm_s2 / most, self.nominals[index].max(self.nominals[before]));
         // No more than the speed needs, as in the chain.
         let share = (nominal / cap).max(0.25e-3 * nominal.sqrt() / reach_mm).min(1.0);
         (reach_mm * share, cap * share)
@@ -104,7 +108,8 @@ impl<'a> Path<'a> {
     pub fn by_two_passes_s(&self) -> f64 {
         let n = self.units.len();
         let (mut ins, mut outs) = (vec![0.0_f64; n + 1], vec![0.0_f64; n + 1]);
-        let shortest = |index: usize| (self.lengths_mm[index] - self.reaches_mm[index] - self.reaches_mm[index + 1]).max(0.0);
+        let shortest =
+            |index: usize| (self.lengths_mm[index] - self.reaches_mm[index] - self.reaches_mm[index + 1]).max(0.0);
         let gain = |index: usize| 2.0 * self.along(index, self.machine.accel_mm_s2) * shortest(index);
         for index in (1..n).rev() {
             let (before, after) = (&self.units[index - 1], &self.units[index]);
@@ -117,7 +122,8 @@ impl<'a> Path<'a> {
             let most = outs[index] + gain(index);
             if most < ins[index + 1] {
                 ins[index + 1] = most;
-                outs[index + 1] = outs[index + 1].min(self.bound(index + 1, [&self.units[index + 1], &self.units[index]], most));
+                outs[index + 1] =
+                    outs[index + 1].min(self.bound(index + 1, [&self.units[index + 1], &self.units[index]], most));
             }
             total_s += self.line_s(index, [ins[index], outs[index]], [ins[index + 1], outs[index + 1]]);
         }
@@ -126,15 +132,19 @@ impl<'a> Path<'a> {
 
     /// How long a line takes, and the blend after it. Given are the squares of both ends of the blends.
     fn line_s(&self, index: usize, begin: [f64; 2], end: [f64; 2]) -> f64 {
-        let part = |own: f64, squares: [f64; 2]| if own > 0.0 { (own / squares[0].max(squares[1])).sqrt() } else { 0.0 };
+        let part =
+            |own: f64, squares: [f64; 2]| if own > 0.0 { (own / squares[0].max(squares[1])).sqrt() } else { 0.0 };
         let [entry, exit] = [begin[1], end[0]];
-        let length_mm = self.lengths_mm[index] - self.reaches_mm[index] * part(entry, begin) - self.reaches_mm[index + 1] * part(exit, end);
+        let length_mm = self.lengths_mm[index]
+            - self.reaches_mm[index] * part(entry, begin)
+            - self.reaches_mm[index + 1] * part(exit, end);
         let accel = self.along(index, self.machine.accel_mm_s2);
         let mut took_s = 0.0;
         if length_mm > 1e-9 {
             let peak = ((entry + exit) / 2.0 + accel * length_mm).min(self.nominals[index]).max(entry).max(exit);
             let ramps_mm = (2.0 * peak - entry - exit) / (2.0 * accel);
-            took_s = (2.0 * peak.sqrt() - entry.sqrt() - exit.sqrt()) / accel + (length_mm - ramps_mm).max(0.0) / peak.sqrt();
+            took_s = (2.0 * peak.sqrt() - entry.sqrt() - exit.sqrt()) / accel
+                + (length_mm - ramps_mm).max(0.0) / peak.sqrt();
         }
         if self.reaches_mm[index + 1] > 0.0 {
             took_s += 2.0 * self.reaches_mm[index + 1] / end[0].max(end[1]).sqrt();
