@@ -219,6 +219,11 @@ fn component(component: i64) -> f32 {
     component.unsigned_abs() as f32 * 4.336_809e-19
 }
 
+/// Whether a number of 0 or more is less than another: as bits, because comparing floats is a call.
+fn is_less(one: f32, other: f32) -> bool {
+    (one.to_bits() as i32) < other.to_bits() as i32
+}
+
 /// The least of chords, from a square of 0 up to a highest one.
 struct Envelope {
     top: f32,
@@ -238,23 +243,25 @@ impl Envelope {
         if own == 0.0 {
             return;
         }
-        let at_rest = room / own;
-        if at_rest >= self.top {
+        let inverse = 1.0 / own;
+        let at_rest = room * inverse;
+        if !is_less(at_rest, self.top) {
             return;
         }
-        let ratio = other / own;
+        let ratio = other * inverse;
         let squared = ratio * ratio;
+        let per_y = at_rest / squared;
         // Where both squares are equal, if the axis allows no more than that.
         let equal = if other < own { room / change } else { f32::INFINITY };
         let (mut from, mut to) = (0.0, at_rest);
         for ([y, high], slope) in KNOTS.into_iter().zip(SLOPES) {
-            let next = y * at_rest / squared;
-            if next >= equal {
+            let next = y * per_y;
+            if !is_less(next, equal) {
                 break;
             }
             self.add(to, from, slope * squared);
             (from, to) = (next, high * at_rest);
-            if to >= self.top {
+            if !is_less(to, self.top) {
                 return;
             }
         }
@@ -266,7 +273,7 @@ impl Envelope {
     fn add(&mut self, value: f32, square: f32, slope: f32) {
         let at_rest = value - slope * square;
         let mut own = [at_rest, at_rest + slope * self.top];
-        let is_below = |one: &[f32; 2], other: &[f32; 2]| one[0] <= other[0] && one[1] <= other[1];
+        let is_below = |one: &[f32; 2], other: &[f32; 2]| !is_less(other[0], one[0]) && !is_less(other[1], one[1]);
         let mut kept = 0;
         for index in 0..self.len {
             let other = self.ends[index];

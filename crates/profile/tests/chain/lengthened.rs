@@ -83,8 +83,8 @@ fn ends(case: &Case, lengthens: bool) -> Vec<f64> {
         chunks.push(chunk);
     }
     let time_s = |&(tag, place): &(u64, f64)| {
-        let chunk = chunks.iter().rfind(|chunk| chunk.tag == tag && line(&chunk).begin_steps() < place).unwrap();
-        line(&chunk).time_at(place)
+        let chunk = chunks.iter().rfind(|chunk| chunk.tag == tag && line(chunk).begin_steps() < place).unwrap();
+        line(chunk).time_at(place)
     };
     places.iter().map(time_s).collect()
 }

@@ -4,7 +4,7 @@
 
 mod offline;
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Plan, Request};
@@ -84,8 +84,7 @@ struct Watch<'a> {
 impl Watch<'_> {
     fn see(&mut self, chunk: &Chunk<AXES>, from_s: f64) {
         let mm = |steps: f64| steps / self.machine.steps_per_mm;
-        let mut speeds = [[0.0; AXES]; 2];
-        match &chunk.plan {
+        let speeds: [[f64; AXES]; 2] = match &chunk.plan {
             Plan::Line(line) => {
                 let profile = line.profile;
                 let ends = [from_s.max(line.begin_s()), chunk.until_s].map(|t_s| {
@@ -95,28 +94,21 @@ impl Watch<'_> {
                         line.speed_at(t_s.max(line.end_s() - profile.duration_s()))
                     }
                 });
-                for axis in 0..AXES {
-                    let share = (line.axis_place(axis, line.distance_steps()) - line.axis_place(axis, 0.0))
-                        / line.distance_steps();
-                    speeds[0][axis] = mm(ends[0] * share);
-                    speeds[1][axis] = mm(ends[1] * share);
-                    self.made.speed =
-                        self.made.speed.max(mm(profile.cruise_speed_steps_s() * share.abs()) / self.machine.top_mm_s);
-                }
+                let shares: [f64; AXES] = std::array::from_fn(|axis| line.axis_steps(axis) / line.distance_steps());
+                let fastest = shares.iter().map(|share| mm(profile.cruise_speed_steps_s() * share.abs()));
+                self.made.speed = fastest.fold(self.made.speed, |most, mm_s| most.max(mm_s / self.machine.top_mm_s));
+                ends.map(|steps_s| shares.map(|share| mm(steps_s * share)))
             }
             Plan::Blend(blend) => {
                 self.made.blends += 1;
-                for axis in 0..AXES {
-                    speeds[0][axis] = mm(blend.speed_at(axis, blend.begin_s()));
-                    speeds[1][axis] = mm(blend.speed_at(axis, blend.end_s()));
-                    let accel = mm(blend.accel_steps_s2(axis).abs()) / self.machine.accel_mm_s2;
-                    self.made.accel = self.made.accel.max(accel);
-                }
+                let accels = (0..AXES).map(|axis| mm(blend.accel_steps_s2(axis).abs()));
+                self.made.accel =
+                    accels.fold(self.made.accel, |most, mm_s2| most.max(mm_s2 / self.machine.accel_mm_s2));
+                [blend.begin_s(), blend.end_s()].map(|t_s| std::array::from_fn(|axis| mm(blend.speed_at(axis, t_s))))
             }
-        }
-        for axis in 0..AXES {
-            let jump = (speeds[0][axis] - self.speeds_mm_s[axis]).abs();
-            self.made.jump_mm_s = self.made.jump_mm_s.max(jump);
+        };
+        for (mm_s, before_mm_s) in speeds[0].iter().zip(self.speeds_mm_s) {
+            self.made.jump_mm_s = self.made.jump_mm_s.max((mm_s - before_mm_s).abs());
         }
         self.speeds_mm_s = speeds[1];
     }
@@ -159,7 +151,7 @@ fn folder() -> Option<PathBuf> {
 }
 
 /// The rows of the table, by their program.
-fn table(folder: &std::path::Path) -> Vec<HashMap<String, String>> {
+fn table(folder: &std::path::Path) -> Vec<BTreeMap<String, String>> {
     let text = std::fs::read_to_string(folder.join("grbl_times.csv")).unwrap();
     let mut lines = text.lines();
     let names: Vec<_> = lines.next().unwrap().split(',').map(str::to_owned).collect();
