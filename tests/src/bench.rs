@@ -154,7 +154,8 @@ impl Bench {
             self.highest_overrides(planned_ns, record.begin_ns() + (t_s * 1e9) as u64);
         let top = config.limits[axis].top_speed_steps_s;
         let Some(feed) = feed_mm_min else { return top * f64::from(rapid_percent) / 100.0 };
-        let of_axis = f64::from(record.plan.steps[axis].unsigned_abs()) / kept::path_mm(record.plan.steps, &config);
+        let of_axis = record.plan.axis_steps(axis).abs()
+            / kept::way_mm(record, &config).map(|mm| mm * mm).iter().sum::<f64>().sqrt();
         top.min(feed / 60.0 * f64::from(feed_percent) / 100.0 * of_axis)
     }
 
@@ -395,9 +396,9 @@ impl Moves {
         let feed = (60.0 * 60.0_f64.powf(random.rand_float())).round();
         let (word, feed_mm_min, stops) = match (kind, random.rand_range(0..8)) {
             (Kind::Jog, _) => (format!("$J=G90 F{feed}"), Some(feed), false),
-            (Kind::Program, 0 | 1) => ("G61 G0".to_owned(), None, false),
+            (Kind::Program, 0 | 1) => ("G64 G0".to_owned(), None, false),
             (Kind::Program, 2) => (format!("G61.1 G1 F{feed}"), Some(feed), true),
-            (Kind::Program, _) => (format!("G61 G1 F{feed}"), Some(feed), false),
+            (Kind::Program, _) => (format!("G64 G1 F{feed}"), Some(feed), false),
         };
         writeln!(lines, "{word} {words}").unwrap();
         if steps != [0; AXES] {
@@ -424,7 +425,7 @@ impl Moves {
             (end_steps[0], end_steps[1]) = (x_steps + radius_steps, y_steps + up);
         }
         let ([x, y, ..], i) = (end_steps.map(mm), mm(radius_steps));
-        writeln!(lines, "G61 G{turn} X{x} Y{y} I{i} F{feed}").unwrap();
+        writeln!(lines, "G64 G{turn} X{x} Y{y} I{i} F{feed}").unwrap();
         self.asked.push(Asked { steps: None, end_steps, feed_mm_min: Some(feed), stops: false });
         self.place_steps = end_steps;
         true
@@ -445,7 +446,8 @@ impl Moves {
             assert!(is_same, "{asked:?} was made as {}", brief(record));
             let is_whole =
                 (0..AXES).all(|axis| record.step_numbers(axis).end == record.plan.steps[axis].unsigned_abs() + 1);
-            if is_whole && record.end_steps == asked.end_steps {
+            // A blend leads on to the next move.
+            if record.ends_in_blend || is_whole && record.end_steps == asked.end_steps {
                 next += 1;
             }
             index

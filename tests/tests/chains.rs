@@ -28,7 +28,9 @@ fn bench(case: u64) -> Bench {
     });
     // Most cases run as fast as possible.
     let thirds = u32::from(case.is_multiple_of(10));
-    bench.say(&format!("$11={deviation_mm}\n$900={thirds}\n{}", axes.concat()));
+    // Half of them go round corners by blends.
+    let blend_mm = if case.is_multiple_of(2) { 0.0 } else { 0.03 };
+    bench.say(&format!("$11={deviation_mm}\n$900={thirds}\n$904={blend_mm}\n{}", axes.concat()));
     bench.settle_settings();
     bench
 }

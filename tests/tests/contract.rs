@@ -103,8 +103,15 @@ const REST: Duration = Duration::from_secs(1);
 
 fn submit(executor: &mut Executor, machine: &'static Machine, target_steps: [i32; AXES]) {
     executor.spawn("sender", async move {
-        let motion =
-            Motion::Move { target_steps, feed_mm_s: Some(30.0), exact_stop: false, line: 0, power: Power::Off };
+        let motion = Motion::Move {
+            target_steps,
+            offsets: [0; 3],
+            feed_mm_s: Some(30.0),
+            exact_stop: false,
+            deviation_mm: 0.0,
+            line: 0,
+            power: Power::Off,
+        };
         machine.submit(motion).await.expect("a machine that takes moves");
     });
 }

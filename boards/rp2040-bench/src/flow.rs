@@ -27,6 +27,8 @@ const CHUNK_MAX_S: f64 = 1.0;
 pub const STEPS_PER_MM: f64 = 80.0;
 const CORNER_DEVIATION_MM: f64 = 0.01;
 const FEED_MM_S: f64 = 200.0;
+/// How far the path may leave corners: not at all.
+const DEVIATION_MM: f32 = 0.0;
 const LIMITS: Limits = Limits {
     start_speed_steps_s: 0.0,
     top_speed_steps_s: FEED_MM_S * STEPS_PER_MM,
@@ -163,7 +165,14 @@ impl Flow {
         let target_steps = target_pm.map(|pm| whole_steps(length::to_mm(pm)));
         let steps = [0, 1, 2].map(|axis| target_steps[axis] - self.steps[axis]);
         self.steps = target_steps;
-        let request = Request { steps, feed_mm_s: Some(FEED_MM_S), stops: false, tag: 0 };
+        let request = Request {
+            steps,
+            offsets: [0; AXES],
+            feed_mm_s: Some(FEED_MM_S),
+            stops: false,
+            deviation_mm: DEVIATION_MM,
+            tag: 0,
+        };
         let pushed = timer.time(Stage::Push, (&mut self.chain, request), |(chain, request)| chain.push(request));
         self.note(Stage::Push, u32::from(pushed.is_ok()));
     }

@@ -5,7 +5,7 @@ use crate::{
     AXES, Error, Modal,
     axes::A,
     length,
-    modal::{Coolant, MotionMode, Spindle},
+    modal::{Coolant, MotionMode, PathControl, Spindle},
     rotary::Rotary,
     words::{self, Word},
 };
@@ -257,7 +257,11 @@ impl Words {
             5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; Group::CoordinateSystem }
             5910 | 5920 | 5930 => return Err(Error::UnsupportedSystem),
             6100 | 6110 | 6400 => {
-                modal.exact_stop = hundredths == 6110;
+                modal.path = match hundredths {
+                    6100 => PathControl::Exact,
+                    6110 => PathControl::Stop,
+                    _ => PathControl::Blend,
+                };
                 self.blends = code == 64;
                 Group::PathControl
             }

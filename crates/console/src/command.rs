@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{AXES, Alarm, Arc, Error};
+use crate::{AXES, Alarm, Arc, Error, PathControl};
 
 /// A line that has been interpreted; it borrows texts from the line (`'l`).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,8 +114,8 @@ pub struct Move {
     pub rate: Rate,
     /// The path, if it is not straight.
     pub arc: Option<Arc>,
-    /// G61.1: the move ends in a stop, whatever follows. Not set for G61 and G64.
-    pub exact_stop: bool,
+    /// How it follows the move before it, and whether it ends in a stop, whatever follows.
+    pub path: PathControl,
 }
 
 /// A straight probing move at the feed. It ends where the probe's contact changes, or at the target.

@@ -5,8 +5,8 @@ mod coordinates;
 mod probes;
 
 use crate::{
-    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, Rate, ReportedState, Settings,
-    Spindle,
+    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, PathControl, Rate, ReportedState,
+    Settings, Spindle,
     axes::Z,
     block::{AxisCommand, NonModal, Words},
     command::Jog,
@@ -189,6 +189,10 @@ impl Interpreter {
         block.switches_spindle = words.modal.spindle != self.modal.spindle;
         block.switches_coolant = words.modal.coolant != self.modal.coolant;
         block.changes_speed = self.modes(words)?;
+        // The P of G4 and of G10 is theirs.
+        if words.blends && !matches!(words.non_modal, Some(NonModal::Dwell | NonModal::SetWorkOffset)) {
+            self.blend(words);
+        }
         block.tool_change = words.changes_tool.then_some(self.modal.tool);
         if words.non_modal == Some(NonModal::Dwell) {
             block.dwell_s = Some(words.take(b'P').ok_or(Error::ValueMissing)?);
@@ -200,10 +204,6 @@ impl Interpreter {
             self.probe(words, &mut block.probe)?;
         } else {
             self.motion(words, &mut block.motion)?;
-        }
-        if words.blends {
-            // P is the tolerance of G64. It is ignored: `$11` sets the tolerance here.
-            words.take(b'P');
         }
         words.check_all_used()?;
         if let Some(Move { target_pm, .. }) = &block.motion {
@@ -241,6 +241,13 @@ impl Interpreter {
         if feeds && self.modal.inverse_time && given.is_none() { Err(Error::NoFeed) } else { Ok(changes_speed) }
     }
 
+    /// The P of G64, if there is one: how far the path may leave the corners.
+    fn blend(&mut self, words: &mut Words) {
+        if let Some(deviation) = words.take(b'P') {
+            self.modal.path = PathControl::BlendWithin(in_mm_min(deviation, &self.modal));
+        }
+    }
+
     fn tool_length(&mut self, words: &Words) -> Result<(), Error> {
         if words.axis_command == Some(AxisCommand::ToolLength) {
             self.tool_length_pm = match words.axes_pm() {
@@ -254,7 +261,7 @@ impl Interpreter {
 
     /// The move of a block whose motion mode is not a probe, if its axis words are for that mode.
     fn motion(&self, words: &mut Words, motion: &mut Option<Move>) -> Result<(), Error> {
-        let Modal { motion: mode, exact_stop, .. } = self.modal;
+        let Modal { motion: mode, path, .. } = self.modal;
         if mode == MotionMode::Cancelled && words.has_axes() {
             return Err(Error::UnusedAxisWords);
         }
@@ -271,13 +278,13 @@ impl Interpreter {
             let arc = self.arc(words)?;
             let target_pm = self.target_pm(words)?;
             let rate = Rate::Feed { mm_min: self.feed_mm_min(target_pm, arc.as_ref(), words) };
-            *motion = Some(Move { target_pm, rate, arc, exact_stop });
+            *motion = Some(Move { target_pm, rate, arc, path });
             return Ok(());
         }
         let target_pm = self.target_pm(words)?;
         let rate =
             if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_pm, None, words) } } else { Rate::Rapid };
-        *motion = Some(Move { target_pm, rate, arc: None, exact_stop });
+        *motion = Some(Move { target_pm, rate, arc: None, path });
         Ok(())
     }
 
@@ -302,7 +309,7 @@ impl Interpreter {
     }
 }
 
-/// Converts a feed from the units in force to mm/min.
+/// Converts a feed from the units in force to mm/min, or a length to mm.
 fn in_mm_min(feed: f32, modal: &Modal) -> f32 {
     if modal.inches { feed * INCH_MM } else { feed }
 }

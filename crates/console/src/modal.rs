@@ -63,6 +63,47 @@ impl MotionMode {
     }
 }
 
+/// How moves follow each other.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum PathControl {
+    /// G64: by blends that leave the corners by the setting's deviation.
+    #[default]
+    Blend,
+    /// G64 P: the same by this deviation, mm; 0 is G61.
+    BlendWithin(f32),
+    /// G61: along the path exactly; at a corner axes change their speed at once.
+    Exact,
+    /// G61.1: every move ends in a stop.
+    Stop,
+}
+
+impl PathControl {
+    /// Whether every move ends in a stop.
+    pub const fn stops(self) -> bool {
+        matches!(self, Self::Stop)
+    }
+
+    /// How far the path may leave a corner, mm; 0 if it goes there exactly. `setting_mm` is that of the setting.
+    pub const fn deviation_mm(self, setting_mm: f32) -> f32 {
+        match self {
+            Self::Blend => setting_mm,
+            Self::BlendWithin(deviation_mm) => deviation_mm,
+            Self::Exact | Self::Stop => 0.0,
+        }
+    }
+
+    /// The code, as `$G` prints it. Without blends G61 and G64 are the same, and Grbl, which knows G61 alone, never
+    /// reports it.
+    pub(crate) fn word(self, setting_mm: f32) -> &'static str {
+        match self {
+            Self::Stop => " G61.1",
+            Self::Exact if setting_mm > 0.0 => " G61",
+            _ if self.deviation_mm(setting_mm) > 0.0 => " G64",
+            _ => "",
+        }
+    }
+}
+
 /// How the program has switched the spindle or the laser. The value is the M-code's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
@@ -142,8 +183,8 @@ pub struct Modal {
     /// G93 if true, G94 if false. With G93, F is the reciprocal of the duration of the move in minutes, and holds for
     /// its block only.
     pub inverse_time: bool,
-    /// G61.1 if true, G61 or G64 if false: every move ends in a stop.
-    pub exact_stop: bool,
+    /// G61, G61.1 or G64.
+    pub path: PathControl,
     /// F, in mm/min, or with G93 in 1/min; 0 until one is given.
     pub feed: f32,
     /// M3, M4 or M5.

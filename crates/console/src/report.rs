@@ -102,15 +102,15 @@ pub fn setting(out: &mut impl Write, row: &crate::Setting, settings: &Settings) 
 }
 
 /// The reply to `$G`, before `ok`.
-pub fn modal(out: &mut impl Write, interpreter: &Interpreter, inches: bool) -> Result {
+pub fn modal(out: &mut impl Write, interpreter: &Interpreter, settings: &Settings) -> Result {
+    let inches = settings.report_inches;
     let modal = interpreter.modal();
     let ((motion, decimal), system, plane) = (modal.motion.number(), 54 + modal.system, 17 + modal.plane);
     let units = 21 - u8::from(modal.inches);
     let distance = 90 + u8::from(modal.incremental);
     let feed_mode = 94 - u8::from(modal.inverse_time);
-    // The only path control mode that Grbl knows is G61, which it never reports. G64 is the same here.
-    let exact_stop = if modal.exact_stop { " G61.1" } else { "" };
-    write!(out, "[GC:G{motion}{decimal} G{system} G{plane} G{units} G{distance} G{feed_mode}{exact_stop}")?;
+    let path = modal.path.word(settings.blend_deviation_mm);
+    write!(out, "[GC:G{motion}{decimal} G{system} G{plane} G{units} G{distance} G{feed_mode}{path}")?;
     write!(out, " M{}", modal.spindle as u8)?;
     let (feed, speed) = (Fixed::rate(modal.feed, inches), Fixed { value: modal.speed_rpm, decimals: 0 });
     write!(out, " {} T{} F{feed} S{speed}]\r\n", modal.coolant.word(), modal.tool)

@@ -102,6 +102,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
     row(901, "", HOMING_ORDER, 123.0, HOMING_ORDER_MAX, Int(|s| &mut s.homing_order_digits)),
     row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, Flag(|s| &mut s.hold_input_is_door)),
+    row(904, "mm", "blend deviation of G64; 0 for corners as with G61", 0.0, 10.0, Float(|s| &mut s.blend_deviation_mm)),
     row(905, "", SECOND_MOTOR, 0.0, AXES as f32, Int(|s| &mut s.second_motor_axis)),
     row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),

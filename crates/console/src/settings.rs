@@ -110,6 +110,8 @@ pub struct Settings {
     pub homing_order_digits: u16,
     /// `$902`: the feed-hold input is the switch of a safety door instead of a button.
     pub hold_input_is_door: bool,
+    /// `$904`: how far G64 without P lets the path leave a corner; 0 for corners as with G61.
+    pub blend_deviation_mm: f32,
     /// `$905`: the axis with a second motor, as a digit: 1 is X; 0 means none. See [`Settings::second_motor`].
     pub second_motor_axis: u16,
     /// `$910`-`$912`: the speed at which an axis can start and stop without a ramp.
@@ -164,6 +166,7 @@ impl Settings {
         speed_law: 0,
         homing_order_digits: 312,
         hold_input_is_door: false,
+        blend_deviation_mm: 0.0,
         second_motor_axis: 0,
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],

@@ -3,7 +3,7 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::{Arc, Error};
-use isostep_motion::{AXES, Motion, Power, whole_steps};
+use isostep_motion::{AXES, Motion, Power, beside_steps, whole_steps};
 
 use crate::controller::Controller;
 
@@ -16,6 +16,8 @@ pub(crate) struct Chord {
     pub feed_mm_s: Option<f64>,
     /// The last one ends at rest.
     pub exact_stop: bool,
+    /// How far the path may leave the corners between them, mm.
+    pub deviation_mm: f32,
     pub line: u32,
     pub power: Power,
 }
@@ -23,10 +25,14 @@ pub(crate) struct Chord {
 impl<F: NorFlash> Controller<'_, F> {
     /// Asks for an arc that is within the travel. Anything that ends the program ends the arc, too.
     pub(crate) async fn follow(&self, arc: &Arc, like: Chord) -> Result<(), Error> {
-        let Chord { feed_mm_s, exact_stop, line, power } = like;
+        let Chord { feed_mm_s, exact_stop, deviation_mm, line, power } = like;
         let steps_per_mm = self.machine.config().steps_per_mm;
         let steps = |place_mm: [f64; AXES]| {
             core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
+        };
+        let beside = |place_mm: [f64; AXES]| match deviation_mm {
+            0.0 => [0; AXES],
+            _ => core::array::from_fn(|axis| beside_steps(place_mm[axis], steps_per_mm[axis])),
         };
         let mut place_steps = steps(arc.start_mm());
         // A chord is asked for only when the next one is known, because only the last one makes the exact stop.
@@ -37,14 +43,26 @@ impl<F: NorFlash> Controller<'_, F> {
                 continue;
             }
             place_steps = target_steps;
-            if let Some(target_steps) = ahead.replace(target_steps) {
-                self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: false, line, power }).await?;
+            if let Some((target_steps, offsets)) = ahead.replace((target_steps, beside(end_mm))) {
+                self.submit(Motion::Move {
+                    target_steps,
+                    offsets,
+                    feed_mm_s,
+                    exact_stop: false,
+                    deviation_mm,
+                    line,
+                    power,
+                })
+                .await?;
                 // The ports' queues are filled between chords, however many chords there are.
                 yield_now().await;
             }
         }
         match ahead {
-            Some(target_steps) => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line, power }).await,
+            Some((target_steps, offsets)) => {
+                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
+                    .await
+            }
             None => Ok(()),
         }
     }

@@ -238,7 +238,7 @@ impl<F: NorFlash> Controller<'_, F> {
             Command::ShowBuild => self.show_build(text),
             Command::SetSetting { number, value } => self.set(number, value, text)?,
             Command::ShowModal => self.with(|program| {
-                text.print(|text| report::modal(text, &program.interpreter, program.settings.report_inches));
+                text.print(|text| report::modal(text, &program.interpreter, &program.settings));
             }),
             Command::SetStartup { index, line, .. } => self.with(|program| {
                 // There is room: a line is no longer than a stored line.

@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use embassy_time::Duration;
 use isostep_console::{Settings, length};
 use isostep_motion::{
-    AXES, Axis, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring, whole_steps,
+    AXES, Axis, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring, beside_steps, whole_steps,
 };
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
@@ -105,6 +105,11 @@ impl Geometry {
     pub fn of(config: &Config) -> Self {
         let steps_per_pm = config.steps_per_mm.map(|per_mm| per_mm / length::PM_PER_MM);
         Self { steps_per_pm, travel_steps: Axis::ALL.map(|axis| config.travel_steps(axis)) }
+    }
+
+    /// How far a place is beside its whole steps.
+    pub fn offsets(&self, place_pm: [i64; AXES]) -> [i8; AXES] {
+        core::array::from_fn(|axis| beside_steps(place_pm[axis] as f64, self.steps_per_pm[axis]))
     }
 
     /// A place in whole steps, rounded to the nearest.

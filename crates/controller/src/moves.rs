@@ -53,8 +53,8 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
             self.with(|program| program.work_offset_pm = offset_pm);
         }
-        if let (Some(target_pm), Some(Move { exact_stop, .. })) = (block.via_pm, block.motion) {
-            let via = Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop };
+        if let (Some(target_pm), Some(Move { path, .. })) = (block.via_pm, block.motion) {
+            let via = Move { target_pm, rate: Rate::Rapid, arc: None, path };
             let mut going = pin!(self.go_to(&via, block.line_number, checks, text));
             poll_fn(|context| poll_aside(going.as_mut(), context)).await?;
         }
@@ -167,7 +167,16 @@ impl<F: NorFlash> Controller<'_, F> {
         for target_steps in [away, from].into_iter().cycle().take(2 * BUZZES) {
             let feed_mm_s = Some(BUZZ_MM_S);
             let power = Power::Off;
-            self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop: true, line: 0, power }).await?;
+            self.submit(Motion::Move {
+                target_steps,
+                offsets: [0; AXES],
+                feed_mm_s,
+                exact_stop: true,
+                deviation_mm: 0.0,
+                line: 0,
+                power,
+            })
+            .await?;
         }
         self.settled().await?;
         text.say(format_args!("{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"));
@@ -175,7 +184,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     async fn go_to(&self, motion: &Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let &Move { target_pm, rate, ref arc, exact_stop } = motion;
+        let &Move { target_pm, rate, ref arc, path } = motion;
         let (target_steps, beyond) = self.target_steps(target_pm, arc.as_ref());
         if let Some(beyond) = beyond {
             let mut refusal = pin!(self.refuse_target(beyond, arc.is_some(), text));
@@ -184,17 +193,26 @@ impl<F: NorFlash> Controller<'_, F> {
         if checks {
             return Ok(());
         }
-        let power = self.with(|program| program.power(rate));
+        let (power, deviation_mm) =
+            self.with(|program| (program.power(rate), path.deviation_mm(program.settings.blend_deviation_mm)));
+        let exact_stop = path.stops();
         let feed_mm_s = match rate {
             Rate::Rapid => None,
             Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
         };
         match arc {
             Some(arc) => {
-                let mut following = pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, line, power }));
+                let mut following = pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, deviation_mm, line, power }));
                 poll_fn(|context| poll_aside(following.as_mut(), context)).await
             }
-            None => self.submit(Motion::Move { target_steps, feed_mm_s, exact_stop, line, power }).await,
+            None => {
+                let offsets = match deviation_mm {
+                    0.0 => [0; AXES],
+                    _ => self.with(|program| program.geometry.offsets(target_pm)),
+                };
+                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
+                    .await
+            }
         }
     }
 

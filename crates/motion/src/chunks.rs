@@ -1,7 +1,7 @@
 //! The chunks of a run that have been handed out and are still needed.
 
 use heapless::Deque;
-use isostep_profile::chain::{Chunk, ChunkKind};
+use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 
 use crate::axes::{AXES, Axis};
 use crate::courses::Courses;
@@ -124,9 +124,12 @@ impl Chunks {
     }
 }
 
-/// The axis's last step before the end of the chunk, by its number in the move.
+/// The axis's last step before the end of the chunk, by its number in the move, or in the blend.
 pub(crate) fn last_step(chunk: &Chunk<AXES>, axis: Axis) -> u32 {
-    chunk.plan.steps_before(axis as usize, chunk.until_steps)
+    match &chunk.plan {
+        Plan::Line(line) => line.steps_before(axis as usize, chunk.until_steps),
+        Plan::Blend(blend) => blend.step_counts(axis as usize).0,
+    }
 }
 
 #[cfg(test)]
@@ -146,6 +149,7 @@ mod tests {
         };
         let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
             .expect("a plan");
+        let plan = Plan::Line(plan);
         let mut chunks = Chunks::new();
         while chunks.has_room() {
             let until_s = chunks.end_s() + 1.0;

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use embassy_time::Duration;
+use isostep_profile::OFFSET_PARTS;
 use isostep_profile::{IntervalLaw, LimitError, Limits, SpeedLaw};
 
 use crate::axes::{AXES, Axis};
@@ -231,6 +232,15 @@ impl Config {
 #[must_use]
 pub fn whole_steps(mm: f64, steps_per_mm: f64) -> i32 {
     nearest(mm * steps_per_mm)
+}
+
+/// How far `mm` is beside those whole steps, in [`OFFSET_PARTS`](isostep_profile::OFFSET_PARTS) of a step.
+#[must_use]
+pub fn beside_steps(mm: f64, steps_per_mm: f64) -> i8 {
+    let steps = mm * steps_per_mm;
+    let beside = (steps - f64::from(nearest(steps))) * f64::from(OFFSET_PARTS);
+    // At most a half, which fits.
+    (beside + if beside < 0.0 { -0.5 } else { 0.5 }) as i8
 }
 
 /// Two roundings make a product of decimals smaller by at most this many units of its last place.

@@ -67,7 +67,7 @@ mod tests {
 
     use std::vec::Vec;
 
-    use isostep_profile::chain::ChunkKind;
+    use isostep_profile::chain::{ChunkKind, Plan};
     use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
     use super::*;
@@ -85,6 +85,7 @@ mod tests {
         let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
             .expect("a plan");
         let kind = ChunkKind::Move;
+        let plan = Plan::Line(plan);
         let chunk = Chunk { plan, until_steps: 0.0, until_s: 1.0, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind };
         let mut courses = Courses::new();
         let mut compiles = |axis, number| {

@@ -19,6 +19,10 @@ use crate::port::{Capabilities, Wiring};
 /// arrive no faster than they are read, and what was read during a longer move is planned ahead.
 const MOVE_S: f64 = 0.6e-3;
 
+/// A blend: planning and compiling it, and the end of a line at another place than that of the move. It needs a bound, because
+/// moves that are known ahead could all be made at once.
+const BLEND_S: f64 = 1.6e-3;
+
 /// The time for a move by `law` with these ports.
 pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES], wiring: &[Wiring; AXES]) -> Effort {
     let by_core = ports.iter().flatten().zip(wiring).filter(|(port, _)| port.core_ns > 0);
@@ -39,6 +43,7 @@ pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES], wiring
     Effort {
         step_s: f64::from(step_ns) * 1e-9,
         move_s: if step_ns == 0 { 0.0 } else { MOVE_S },
+        blend_s: BLEND_S,
         ramps_s: ramps_ms * 1e-3,
         root_step_s: root_step_ms * 1e-3,
     }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use embassy_time::Instant;
-use isostep_profile::{PlanError, ProfileError, SyncMove};
+use isostep_profile::{Blend, PlanError, ProfileError, SyncMove};
 
 use crate::axes::{AXES, Axis};
 use crate::motor::Motor;
@@ -201,6 +201,12 @@ pub enum Event {
     Move {
         /// The plan of all axes.
         plan: SyncMove<AXES>,
+    },
+    /// Another move will be made in the run. It begins with a blend round the corner before it, and the move before it
+    /// ends where that begins.
+    Blend {
+        /// The plan of the corner.
+        blend: Blend<AXES>,
     },
     /// The move that was reported last is made for several lines of a program that go straight on: at this place another
     /// of them begins.

@@ -131,15 +131,18 @@ where
     }
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
-        let (target_steps, feed_mm_s, exact_stop, tag) = match motion {
-            Motion::Move { target_steps, feed_mm_s, exact_stop, line, power } if purpose == Purpose::Program => {
-                (target_steps, feed_mm_s, exact_stop, Tag { line, power, marks: self.marks.none() })
+        let (target_steps, offsets, feed_mm_s, stops, deviation_mm, line, power) = match motion {
+            Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power }
+                if purpose == Purpose::Program =>
+            {
+                (target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power)
             }
             Motion::Jog { target_steps, feed_mm_s } if purpose == Purpose::Jog => {
-                (target_steps, Some(feed_mm_s), false, Tag { line: 0, power: Power::Off, marks: self.marks.none() })
+                (target_steps, [0; AXES], Some(feed_mm_s), false, 0.0, 0, Power::Off)
             }
             _ => return Taken::Waits,
         };
+        let tag = Tag { line, power, marks: self.marks.none() };
         let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(self.planned_steps[axis]));
         if steps == [0; AXES] {
             self.taken += 1;
@@ -148,7 +151,7 @@ where
         if let Some(motor) = self.machine.onto_switch(steps) {
             return self.refuse(Alarm::HardLimit { motor });
         }
-        match self.lengthen_or_push(Request { steps, feed_mm_s, stops: exact_stop, tag: tag.pack() }, &tag) {
+        match self.lengthen_or_push(Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag: tag.pack() }, &tag) {
             Ok(()) => {
                 self.taken += 1;
                 self.planned_steps = target_steps;
@@ -178,7 +181,7 @@ where
         stops: bool,
         tag: u64,
     ) -> Result<(), Alarm> {
-        self.push_request(Request { steps, feed_mm_s, stops, tag })
+        self.push_request(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag })
     }
 
     fn push_request(&mut self, request: Request<AXES>) -> Result<(), Alarm> {

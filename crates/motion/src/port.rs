@@ -26,6 +26,15 @@ impl Direction {
         if steps < 0 { Self::Negative } else { Self::Positive }
     }
 
+    /// The other one.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        match self {
+            Self::Positive => Self::Negative,
+            Self::Negative => Self::Positive,
+        }
+    }
+
     /// 1 or -1.
     #[must_use]
     pub fn sign(self) -> i32 {

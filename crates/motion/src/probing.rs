@@ -106,10 +106,10 @@ where
 
 /// The signed steps that each axis has made by `t_s`, by the plan of a run's only move.
 fn made_steps(chunks: &Chunks, t_s: f64) -> [i32; AXES] {
-    let Some(chunk) = chunks.under_way_at(t_s) else { return [0; AXES] };
-    let place_steps = chunk.plan.place_at(t_s);
+    let Some(line) = chunks.under_way_at(t_s).and_then(|chunk| chunk.plan.line()) else { return [0; AXES] };
+    let place_steps = line.place_at(t_s);
     core::array::from_fn(|axis| {
-        let made = chunk.plan.steps_before(axis, place_steps) as i32;
-        made * chunk.plan.steps[axis].signum()
+        let made = line.steps_before(axis, place_steps) as i32;
+        made * line.steps[axis].signum()
     })
 }

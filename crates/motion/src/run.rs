@@ -20,7 +20,7 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::{Chunk, ChunkKind};
+use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 
 use crate::axes::{AXES, Axis};
 use crate::clock::{instant_after, seconds};
@@ -57,6 +57,10 @@ const GATHER_S: f64 = 4e-3;
 
 /// How many moves are taken at once. To plan more would take too long while a port's queue has to be filled.
 const TAKEN_AT_ONCE: usize = 8;
+
+/// How many chunks are committed at once, for the same reason: between blends they are short, and many make up what is to be
+/// known.
+const COMMITTED_AT_ONCE: usize = 8;
 
 /// While a port has less motion queued than this, filling its queue comes before everything else in thread mode.
 const LOW: Duration = Duration::from_millis(15);
@@ -223,10 +227,11 @@ where
         }
     }
 
-    /// Has the chain hand out its path up to `until_s`, as far as there is room, and reports the chunks as events.
+    /// Has the chain hand out some of its path up to `until_s`, as far as there is room, and reports the chunks as events.
     fn commit_until(&mut self, until_s: f64, purpose: Purpose) {
         let most_s = if purpose == Purpose::Probe { PROBED_CHUNK_S } else { CHUNK_S };
-        while let Some(chunk) = self.next_chunk(until_s, most_s) {
+        for _ in 0..COMMITTED_AT_ONCE {
+            let Some(chunk) = self.next_chunk(until_s, most_s) else { break };
             self.report_chunk(&chunk);
             self.chunks.push(chunk);
         }
@@ -248,18 +253,22 @@ where
     }
 
     fn report_chunk(&mut self, chunk: &Chunk<AXES>) {
-        let plan = chunk.plan;
-        match chunk.kind {
-            ChunkKind::Move => {
+        let begin_steps = match (chunk.kind, chunk.plan) {
+            (ChunkKind::Continuation, _) => return,
+            (ChunkKind::Replan, Plan::Line(plan)) => return self.report(Event::Replan { plan }),
+            (_, Plan::Line(plan)) => {
                 self.report(Event::Move { plan });
-                let Self { marks, on_event, .. } = self;
-                let is_ahead = |mark: &Mark| f64::from(mark.place_steps) > plan.begin_steps();
-                for Mark { place_steps, .. } in marks.of(&Tag::unpack(chunk.tag)).filter(is_ahead) {
-                    on_event(Event::Mark { place_steps });
-                }
+                plan.begin_steps()
             }
-            ChunkKind::Replan => self.report(Event::Replan { plan }),
-            ChunkKind::Continuation => {}
+            (_, Plan::Blend(blend)) => {
+                self.report(Event::Blend { blend });
+                0.0
+            }
+        };
+        let Self { marks, on_event, .. } = self;
+        let is_ahead = |mark: &Mark| f64::from(mark.place_steps) > begin_steps;
+        for Mark { place_steps, .. } in marks.of(&Tag::unpack(chunk.tag)).filter(is_ahead) {
+            on_event(Event::Mark { place_steps });
         }
     }
 
@@ -296,8 +305,12 @@ where
     fn follow_line(&self, now_s: f64) {
         let Some(chunk) = self.chunks.under_way() else { return };
         let tag = Tag::unpack(chunk.tag);
-        if tag.line != 0 && tag.marks.count > 0 && now_s >= chunk.plan.begin_s() {
-            let place_steps = chunk.plan.place_at(now_s);
+        if tag.line != 0
+            && tag.marks.count > 0
+            && let Some(line) = chunk.plan.line()
+            && now_s >= line.begin_s()
+        {
+            let place_steps = line.place_at(now_s);
             let passed = self.marks.of(&tag).take_while(|mark| f64::from(mark.place_steps) <= place_steps);
             self.machine.set_line(passed.last().map_or(tag.line, |mark| mark.line));
         }

@@ -12,7 +12,7 @@
 
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
-use isostep_profile::chain::Chunk;
+use isostep_profile::chain::{Chunk, Plan};
 use isostep_profile::{Lane, Segment};
 
 use crate::axes::{AXES, Axis};
@@ -60,7 +60,9 @@ pub(crate) struct SegmentStream<'a> {
 
 /// One axis's steps of a plan. Steps have their numbers in the move.
 struct PlanSteps {
+    /// The direction of the first steps, and the last of them: in a blend the axis may turn.
     direction: Direction,
+    turns: u32,
     /// The last step that has been compiled.
     compiled: u32,
     /// The last step that has been queued.
@@ -227,7 +229,10 @@ impl<'a> SegmentStream<'a> {
                 self.compiled.clear();
                 // An axis that stands still is ahead of the others. It must not have courses computed that the others
                 // do not need yet.
-                let moves = chunk.plan.steps[self.axis as usize] != 0;
+                let moves = match &chunk.plan {
+                    Plan::Line(line) => line.steps[self.axis as usize] != 0,
+                    Plan::Blend(blend) => blend.step_counts(self.axis as usize).0 != 0,
+                };
                 if moves {
                     let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
                     chunk.plan.begin_lane(self.axis as usize, course, &mut self.lane);
@@ -282,8 +287,8 @@ impl<'a> SegmentStream<'a> {
         let known = segment.steps().min(plan.end - plan.queued);
         // No very short piece is left over: it would take a port as long as a whole piece.
         let steps = if known <= fitting + fitting / 8 { known } else { fitting };
+        let direction = if plan.queued < plan.turns { plan.direction } else { plan.direction.reversed() };
         plan.queued += steps;
-        let direction = plan.direction;
         if steps == segment.steps() {
             self.queued_ticks = last_ticks;
             return Some(StreamItem::Steps { segment, direction });
@@ -322,9 +327,13 @@ impl<'a> SegmentStream<'a> {
 impl PlanSteps {
     /// `lane` is `None` if the axis has no steps in the plan.
     fn of(chunk: &Chunk<AXES>, axis: Axis, lane: Option<&Lane>) -> Self {
-        let (plan, until_steps) = (&chunk.plan, chunk.plan.end_steps());
+        let (steps, until_steps) = match &chunk.plan {
+            Plan::Line(line) => (line.steps[axis as usize], line.end_steps()),
+            Plan::Blend(blend) => (blend.direction(axis as usize), blend.end_steps()),
+        };
         let [before, last] = lane.map_or([0; 2], |lane| [lane.steps_before(), lane.steps_before() + lane.steps()]);
-        let direction = Direction::of(plan.steps[axis as usize]);
-        Self { direction, compiled: before, queued: before, last, until_steps, end: last }
+        let turns = lane.map_or(0, |lane| before + lane.turns_after());
+        let direction = Direction::of(steps);
+        Self { direction, turns, compiled: before, queued: before, last, until_steps, end: last }
     }
 }

@@ -25,7 +25,7 @@ pub fn main() -> Result<(), PlanError> {
         ChainConfig::new([LIMITS; 2], mm_per_step, JUNCTION_DEVIATION_MM, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
     let mut chain: Chain<2, 8> = Chain::new(config);
     for (tag, steps) in (1..).zip([[250, 0], [250, 0], [0, 250]]) {
-        chain.push(Request { steps, feed_mm_s: Some(30.0), stops: false, tag })?;
+        chain.push(Request { steps, offsets: [0; 2], feed_mm_s: Some(30.0), stops: false, deviation_mm: 0.0, tag })?;
     }
     chain.start();
     while let Some(chunk) = chain.advance(CHUNK_S) {
@@ -34,7 +34,7 @@ pub fn main() -> Result<(), PlanError> {
             ChunkKind::Replan => "goes on by another plan",
             ChunkKind::Continuation => "goes on",
         };
-        let speed_mm_s = chunk.plan.speed_at(chunk.until_s) * chunk.mm_per_step;
+        let speed_mm_s = chunk.plan.line().map_or(0.0, |line| line.speed_at(chunk.until_s) * chunk.mm_per_step);
         println!("{:.3} s: move {} {kind}, then has {speed_mm_s:.1} mm/s", chunk.until_s, chunk.tag);
         if chunk.tag == 2 && !chain.is_held() {
             // It brakes from here on. It comes to rest within what it knows.

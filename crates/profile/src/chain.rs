@@ -42,6 +42,7 @@
 //! left at once; the S-curve leaves it by the second half of a ramp of jerk alone, which brings the acceleration to
 //! zero.
 
+mod blend;
 mod block;
 mod config;
 mod corner;
@@ -52,8 +53,10 @@ mod ring;
 use self::block::Block;
 pub use self::config::{ChainConfig, Effort};
 use self::corner::Direction;
-use self::plan::Plan;
+use self::plan::UnderWay;
 use self::ring::Ring;
+use crate::blend::Blend;
+use crate::compile::{Course, Lane};
 use crate::sync::{PlanError, SyncMove};
 
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
@@ -64,10 +67,17 @@ pub const FEED_RATIO_MAX: f64 = 2.0;
 pub struct Request<const N: usize> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
+    /// How far beside these whole steps the place is that is meant, in [`OFFSET_PARTS`](crate::OFFSET_PARTS) of a step, less
+    /// than half of one. If the move is one of those that blends follow, the path goes there.
+    pub offsets: [i8; N],
     /// Speed along the path, mm/s, above 0; `None`, or an infinite speed, is as fast as the limits allow.
     pub feed_mm_s: Option<f64>,
     /// Whether it ends at rest even if another move follows.
     pub stops: bool,
+    /// How far the path may leave the corner at which the move begins, mm. If it is above 0, a blend of this deviation at
+    /// most goes round the corner. If it is 0, or the law has curved ramps, the path goes to the corner exactly, where axes
+    /// change their speed at once.
+    pub deviation_mm: f32,
     /// A value for the caller, which every chunk of the move returns. The chain does not use it.
     pub tag: u64,
 }
@@ -76,7 +86,7 @@ pub struct Request<const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chunk<const N: usize> {
     /// The plan.
-    pub plan: SyncMove<N>,
+    pub plan: Plan<N>,
     /// Where on the path the stretch ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
     /// When the stretch ends, s from the start of the run.
@@ -89,6 +99,77 @@ pub struct Chunk<const N: usize> {
     pub tag: u64,
     /// Whether it begins a move, begins a plan or goes on.
     pub kind: ChunkKind,
+}
+
+/// A plan of a chain: of a line, or of the corner before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Plan<const N: usize> {
+    /// Straight on, for a move or a part of it.
+    Line(SyncMove<N>),
+    /// Round the corner at which the move begins.
+    Blend(Blend<N>),
+}
+
+impl<const N: usize> Plan<N> {
+    /// The plan of a line; `None` if it is that of a blend.
+    #[must_use]
+    pub fn line(&self) -> Option<&SyncMove<N>> {
+        match self {
+            Self::Line(line) => Some(line),
+            Self::Blend(_) => None,
+        }
+    }
+
+    /// The plan of a blend; `None` if it is that of a line.
+    #[must_use]
+    pub fn blend(&self) -> Option<&Blend<N>> {
+        match self {
+            Self::Line(_) => None,
+            Self::Blend(blend) => Some(blend),
+        }
+    }
+
+    /// When it begins, s from the start of the run.
+    #[must_use]
+    pub fn begin_s(&self) -> f64 {
+        match self {
+            Self::Line(line) => line.begin_s(),
+            Self::Blend(blend) => blend.begin_s(),
+        }
+    }
+
+    /// When it ends, s from the start of the run.
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
+        match self {
+            Self::Line(line) => line.end_s(),
+            Self::Blend(blend) => blend.end_s(),
+        }
+    }
+
+    /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
+        match self {
+            Self::Line(line) => line.lay(course, tick_hz),
+            Self::Blend(blend) => blend.lay(course, tick_hz),
+        }
+    }
+
+    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this plan.
+    #[must_use]
+    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
+        let mut lane = Lane::empty();
+        self.begin_lane(axis, course, &mut lane);
+        lane
+    }
+
+    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
+    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
+        match self {
+            Self::Line(line) => line.begin_lane(axis, course, lane),
+            Self::Blend(blend) => blend.begin_lane(axis, course, lane),
+        }
+    }
 }
 
 /// How a chunk follows the one before.
@@ -120,7 +201,9 @@ pub struct Chain<const N: usize, const LEN: usize> {
     /// When that place is reached, s from the start of the run.
     at_s: f64,
     /// The plan of the first block at that place. There is none where a block begins, and at rest.
-    plan: Plan<N>,
+    plan: UnderWay<N>,
+    /// The blend into the first block, if that comes next.
+    blend: Option<Blend<N>>,
     /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
     is_held: bool,
 }
@@ -154,7 +237,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             settled: 0,
             place_steps: 0.0,
             at_s: 0.0,
-            plan: Plan::NONE,
+            plan: UnderWay::NONE,
+            blend: None,
             is_held: false,
         }
     }
@@ -180,7 +264,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Whether everything that is committed ends at rest.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
-        !self.plan.is_made && self.blocks.get(0).is_none_or(|first| !first.flows)
+        !self.plan.is_made && self.blend.is_none() && self.blocks.get(0).is_none_or(|first| !first.flows)
     }
 
     /// Appends a move.
@@ -188,12 +272,24 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// # Errors
     /// If the move cannot be planned, or if there is no room for it, nothing is changed.
     pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
-        let before = self.blocks.last().map(Block::end);
+        let is_begun = self.blocks.len() == 1;
+        let before = self.blocks.last().map(|last| last.end(if is_begun { self.place_steps } else { 0.0 }));
+        let begin = self.blocks.last().map_or([0; N], |last| last.span.offsets[1]);
         // It is made in its place: a block is large.
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
-        let direction = block.begin(request, &self.config)?;
+        let mut direction = block.begin(request, begin, &self.config)?;
         if let Some(before) = before {
             block.follow(before, [&self.last_direction, &direction], &self.config);
+            if block.corner.is_none() && begin != [0; N] {
+                // From rest it begins at a whole step.
+                direction = block.begin(request, [0; N], &self.config)?;
+                block.set_cap(before.pace());
+            }
+        }
+        let reach_mm = block.bend.reach_mm;
+        block.shorten(reach_mm);
+        if let Some(last) = self.blocks.len().checked_sub(1).and_then(|last| self.blocks.get_mut(last)) {
+            last.shorten(reach_mm);
         }
         self.blocks.extend();
         self.last_direction = direction;
@@ -206,7 +302,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     ///
     /// Each step keeps its place on the path, and no time is lost: no ramp of the longer move is shorter.
     pub fn lengthen(&mut self, request: &Request<N>, join: impl FnOnce(u64, u32) -> Option<u64>) -> bool {
-        let begun = usize::from(self.plan.is_made || self.place_steps > 0.0);
+        let begun = usize::from(self.has_begun());
         let len = self.blocks.len();
         let Some(last) = self.blocks.get_mut(len.wrapping_sub(1)).filter(|_| len > begun) else { return false };
         let is_one = last.lengthen(request, join, &self.config);
@@ -222,7 +318,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     pub fn clear(&mut self) {
         self.blocks.clear();
         (self.passed, self.settled) = (0, 0);
-        (self.plan.is_made, self.place_steps) = (false, 0.0);
+        (self.plan.is_made, self.blend, self.place_steps) = (false, None, 0.0);
         (self.is_held, self.at_s) = (false, 0.0);
     }
 
@@ -262,10 +358,14 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let mut before = None;
         for index in 0..self.blocks.len() {
             let Some(block) = self.blocks.get_mut(index) else { break };
-            let limits = self.config.shared_limits(&block.steps);
+            let limits = self.config.shared_limits(&block.span);
             block.respeed(block.feed_steps_s(), &limits, &self.config);
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());
+        }
+        // The blend at the end of a block that has begun stays as it is: a plan may lead to it.
+        for index in 1 + usize::from(self.has_begun())..self.blocks.len() {
+            self.bend_again(index);
         }
         self.compute_entries();
     }
@@ -276,10 +376,18 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.at_s
     }
 
-    /// Commits what follows, and hands it out: a stretch of the first move that lasts `most_s` at most. `None` at rest:
-    /// all moves are committed to their ends, or the chain is held.
+    /// Whether some of the first move is committed, or planned.
+    fn has_begun(&self) -> bool {
+        self.plan.is_made || self.place_steps > 0.0
+    }
+
+    /// Commits what follows, and hands it out: a stretch of the first move that lasts `most_s` at most, or a whole blend.
+    /// `None` at rest: all moves are committed to their ends, or the chain is held.
     pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N>> {
         while !(self.is_empty() || self.is_held && self.is_at_rest()) {
+            if let Some(blend) = self.blend.take() {
+                return self.hand_out_blend(blend);
+            }
             self.look();
             match self.sound_until_s() {
                 Some(sound_s) => {

@@ -60,7 +60,7 @@ mod u96;
 
 pub use self::course::Course;
 use self::fixed_ramp::Knot;
-use self::frame::View;
+use self::frame::{Clock, ConstantAccelRamp, View};
 use self::phase::Phase;
 use self::spans::Spans;
 use self::u96::short_fixed;
@@ -175,6 +175,24 @@ impl PhaseBounds {
     }
 }
 
+/// An axis of a blend: it slows down to its slow end, then speeds up from there. An axis that does not turn does one of
+/// both.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AxisBlend {
+    pub(crate) slow_steps_s: f64,
+    /// The size of its acceleration.
+    pub(crate) accel_steps_s2: f64,
+    /// When it begins to speed up, and when it has slowed down, s from the start of the run.
+    pub(crate) begin_s: f64,
+    pub(crate) end_s: f64,
+    /// As in a [`Stretch`].
+    pub(crate) ahead: f64,
+    pub(crate) beyond: f64,
+    /// How many steps it makes while slowing down, and while speeding up.
+    pub(crate) out: u32,
+    pub(crate) back: u32,
+}
+
 /// Compiles one axis of a [`Course`] into segments.
 ///
 /// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the distance.
@@ -188,8 +206,12 @@ pub struct Lane {
     phase: PhaseSteps,
     /// Steps already compiled.
     done: u32,
+    /// How many steps come before the first that the phase counts.
+    base: u32,
     /// The next step, if it is known from the last segment.
     next: Option<Knot>,
+    /// The ramp of a blend, and when the axis turns.
+    blend: Option<(ConstantAccelRamp, Clock)>,
 }
 
 /// The steps of one phase.
@@ -206,13 +228,44 @@ impl Lane {
     #[must_use]
     pub fn empty() -> Self {
         let stretch = Stretch { stride: 1.0, before: 0, steps: 0, ahead: 0.0, beyond: 0.0 };
-        Self { stretch, ends: [0; 3], index: 0, phase: PhaseSteps::ConstantAccel(Phase::empty()), done: 0, next: None }
+        Self {
+            stretch,
+            ends: [0; 3],
+            index: 0,
+            phase: PhaseSteps::ConstantAccel(Phase::empty()),
+            done: 0,
+            base: 0,
+            next: None,
+            blend: None,
+        }
     }
 
     /// Begins another stretch. What belongs to a phase is left, because the first step sets it.
     pub(crate) fn begin(&mut self, stretch: Stretch, course: &Course) {
         self.ends = stretch.phase_ends(&course.frame.bounds);
-        (self.stretch, self.index, self.done) = (stretch, 0, 0);
+        (self.stretch, self.index, self.done, self.base, self.blend) = (stretch, 0, 0, 0, None);
+    }
+
+    /// Begins an axis of a blend.
+    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, course: &Course) {
+        let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, out, back } = *axis;
+        let clock = course.frame.clock;
+        let steps = out + back;
+        self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond };
+        (self.ends, self.index, self.done, self.base) = ([out, out, steps], 0, 0, 0);
+        let (begin_ticks, end_ticks) = (begin_s * clock.tick_hz, end_s * clock.tick_hz);
+        let ramp = ConstantAccelRamp::new(slow_steps_s, accel_steps_s2, clock.tick_hz);
+        self.blend = Some((ramp, Clock { begin_ticks, end_ticks, ..clock }));
+    }
+
+    /// After how many of its steps the axis turns; if it does not turn, after all of them. No segment holds steps of both
+    /// directions.
+    #[must_use]
+    pub fn turns_after(&self) -> u32 {
+        match self.blend {
+            Some(_) if self.ends[0] > 0 => self.ends[0],
+            _ => self.stretch.steps,
+        }
     }
 
     /// How many steps there are.
@@ -240,7 +293,7 @@ impl Lane {
         }
         let segment = match &mut self.phase {
             PhaseSteps::ConstantAccel(phase) => {
-                let (segment, next) = phase.segment(self.done, self.next.take());
+                let (segment, next) = phase.segment(self.done - self.base, self.next.take());
                 self.next = next;
                 segment
             }
@@ -252,14 +305,24 @@ impl Lane {
 
     fn begin_phase(&mut self, course: &mut Course) {
         let end = self.ends[self.index];
-        let view = View { frame: &course.frame, stretch: &self.stretch };
+        self.next = None;
+        if let Some((ramp, clock)) = &self.blend {
+            let view = View { clock, stretch: &self.stretch };
+            self.base = self.done;
+            let phase = self.phase.constant_accel();
+            return if self.index == 0 {
+                phase.decelerate(ramp, view, end)
+            } else {
+                phase.accelerate(ramp, view, end - self.done)
+            };
+        }
+        let view = View { clock: &course.frame.clock, stretch: &self.stretch };
         match (self.index, &course.frame.accel, &course.frame.decel) {
             (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, view, end),
-            (1, ..) => self.phase.constant_accel().cruise(view, end),
+            (1, ..) => self.phase.constant_accel().cruise(&course.frame, &self.stretch, end),
             (2, _, Some(ramp)) => self.phase.constant_accel().decelerate(ramp, view, end),
             (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
         }
-        self.next = None;
     }
 }
 

@@ -38,6 +38,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod blend;
 pub mod chain;
 mod compile;
 mod fixed;
@@ -51,12 +52,13 @@ mod root;
 mod segment;
 mod sync;
 
+pub use blend::Blend;
 pub use compile::{BRIEF_S, Course, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Lane, Segments, fit_error_max_ticks};
 pub use law::{IntervalLaw, SpeedLaw};
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};
 pub use segment::{Intervals, Segment, Ticks};
-pub use sync::{PlanError, SyncMove};
+pub use sync::{OFFSET_PARTS, PlanError, SyncMove};
 
 /// Runs the examples of the README as doc tests.
 #[cfg(doctest)]

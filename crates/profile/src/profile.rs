@@ -132,6 +132,12 @@ impl Profile {
         }
     }
 
+    /// No distance, at this speed.
+    pub(crate) fn passing(speed_steps_s: f64) -> Self {
+        let ramp = Ramp::none(speed_steps_s);
+        Self { cruise_steps_s: speed_steps_s, accel: ramp, decel: ramp, ..Self::NONE }
+    }
+
     /// Brakes from one speed to a slower one as fast as `limits` allow. The distance follows from that.
     pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
         let bounds = Bounds::new(law, limits.decel_steps_s2, limits.jerk_steps_s3);

@@ -23,6 +23,10 @@ pub struct SyncMove<const N: usize> {
     pub profile: Profile,
     /// Steps of each axis in the whole move, signed by direction.
     pub steps: [i32; N],
+    /// Where the whole move begins and ends beside the whole steps.
+    pub(crate) offsets: [[i8; N]; 2],
+    /// The length of the whole move, steps of the longest axis.
+    pub(crate) way_steps: f64,
     /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
     pub(crate) from_steps: f64,
     /// Where the profile begins, in the same steps. That may be before the plan begins.
@@ -58,8 +62,15 @@ pub enum PlanError {
 
 impl<const N: usize> SyncMove<N> {
     /// A plan of no move.
-    pub(crate) const NONE: Self =
-        Self { profile: Profile::NONE, steps: [0; N], from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 };
+    pub(crate) const NONE: Self = Self {
+        profile: Profile::NONE,
+        steps: [0; N],
+        offsets: [[0; N]; 2],
+        way_steps: 0.0,
+        from_steps: 0.0,
+        origin_steps: 0.0,
+        origin_s: 0.0,
+    };
 
     /// Plans a move from rest to rest; it starts and ends at the start speed.
     ///
@@ -79,7 +90,30 @@ impl<const N: usize> SyncMove<N> {
         let shared = shared_limits(&steps, limits, path_speed_steps_s)?;
         let (start, distance) = (shared.start_speed_steps_s, f64::from(longest(&steps)));
         let profile = Profile::plan(distance, start, start, &shared, interval_law, speed_law)?;
-        Ok(Self { profile, steps, from_steps: 0.0, origin_steps: 0.0, origin_s: 0.0 })
+        Ok(Self {
+            profile,
+            steps,
+            offsets: [[0; N]; 2],
+            way_steps: distance,
+            from_steps: 0.0,
+            origin_steps: 0.0,
+            origin_s: 0.0,
+        })
+    }
+
+    /// A plan of no distance in a move of this span: at `place_steps` of its longest axis and at that speed, `t_s` from the
+    /// start of the run.
+    pub(crate) fn passing(span: &Span<N>, place_steps: f64, speed_steps_s: f64, t_s: f64) -> Self {
+        let (profile, Span { steps, offsets }) = (Profile::passing(speed_steps_s), *span);
+        Self {
+            profile,
+            steps,
+            offsets,
+            way_steps: span.longest(),
+            from_steps: place_steps,
+            origin_steps: place_steps,
+            origin_s: t_s,
+        }
     }
 
     /// When the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed form. `k`
@@ -87,7 +121,7 @@ impl<const N: usize> SyncMove<N> {
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let stretch = self.stretch(axis, self.is_whole());
-        let steps = (f64::from(k) - 0.5) * stretch.stride - self.origin_steps;
+        let steps = (f64::from(k) - 0.5 - self.span().begin_of(axis)) * stretch.stride - self.origin_steps;
         let nearest = NEAREST_STEPS * stretch.stride;
         // How many steps of this plan come before step `k`.
         let before = k.saturating_sub(self.step_numbers(axis).start);
@@ -134,17 +168,19 @@ impl<const N: usize> SyncMove<N> {
     }
 
     fn stretch(&self, axis: usize, is_whole: bool) -> Stretch {
-        let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
+        let (span, total) = (self.span(), self.steps[axis].unsigned_abs());
+        let (way, own) = (self.way_steps, span.len(axis).abs());
         // An axis without steps may have any stride.
-        let is_alike = total == way || total == 0;
-        let stride = if is_alike { 1.0 } else { f64::from(way) / f64::from(total) };
+        let is_alike = own == way || total == 0;
+        let stride = if is_alike { 1.0 } else { way / own };
+        let (begins, ends) = (span.begin_of(axis), span.end_of(axis));
         if is_whole {
-            return Stretch { stride, before: 0, steps: total, ahead: 0.0, beyond: 0.0 };
+            return Stretch { stride, before: 0, steps: total, ahead: begins, beyond: ends };
         }
         let numbers = self.step_numbers(axis);
         let (before, end) = (numbers.start - 1, numbers.end - 1);
-        let ahead = self.origin_steps / stride - f64::from(before);
-        let beyond = (self.end_steps() - f64::from(way)) / stride + f64::from(total - end);
+        let ahead = self.origin_steps / stride + begins - f64::from(before);
+        let beyond = (self.end_steps() - way) / stride + ends + f64::from(total - end);
         Stretch { stride, before, steps: end - before, ahead, beyond }
     }
 
@@ -164,14 +200,7 @@ impl<const N: usize> SyncMove<N> {
     /// move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
-        let (way, total) = (longest(&self.steps), self.steps[axis].unsigned_abs());
-        if place_steps <= 0.0 {
-            0
-        } else if place_steps >= f64::from(way) {
-            total
-        } else {
-            ((place_steps * f64::from(total) / f64::from(way) + 0.5) as u32).min(total)
-        }
+        self.span().steps_before(axis, place_steps, self.way_steps)
     }
 
     /// Where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
@@ -225,7 +254,92 @@ impl<const N: usize> SyncMove<N> {
     /// The length of the whole move, steps of the longest axis.
     #[must_use]
     pub fn distance_steps(&self) -> f64 {
-        f64::from(longest(&self.steps))
+        self.way_steps
+    }
+
+    /// Where an axis is when the longest one is at `place_steps`, steps from the whole step next to where the move begins,
+    /// signed by direction.
+    #[must_use]
+    pub fn axis_place(&self, axis: usize, place_steps: f64) -> f64 {
+        let span = self.span();
+        offset(span.offsets[0][axis]) + span.len(axis) * (place_steps / self.way_steps)
+    }
+
+    /// How far an axis goes in the whole move, steps, signed by direction. That is its steps, unless the move begins or ends
+    /// beside a whole one.
+    #[must_use]
+    pub fn axis_steps(&self, axis: usize) -> f64 {
+        self.span().len(axis)
+    }
+
+    pub(crate) fn span(&self) -> Span<N> {
+        Span { steps: self.steps, offsets: self.offsets }
+    }
+}
+
+/// How many parts of a step offsets are given in.
+pub const OFFSET_PARTS: i32 = 128;
+
+/// An offset in steps.
+pub(crate) fn offset(parts: i8) -> f64 {
+    f64::from(parts) * (1.0 / OFFSET_PARTS as f64)
+}
+
+/// What a move goes through: whole steps, and where it begins and ends beside them, in parts of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span<const N: usize> {
+    /// Signed by direction.
+    pub(crate) steps: [i32; N],
+    pub(crate) offsets: [[i8; N]; 2],
+}
+
+impl<const N: usize> Span<N> {
+    pub(crate) const NONE: Self = Self { steps: [0; N], offsets: [[0; N]; 2] };
+
+    /// How far an axis goes, steps, signed by direction.
+    pub(crate) fn len(&self, axis: usize) -> f64 {
+        let (steps, [begin, end]) = (f64::from(self.steps[axis]), self.offsets.map(|offsets| i32::from(offsets[axis])));
+        // Mostly there is none, and floats are slow.
+        if begin == end { steps } else { steps + f64::from(end - begin) * (1.0 / OFFSET_PARTS as f64) }
+    }
+
+    /// How far the axis goes that goes farthest, steps.
+    pub(crate) fn longest(&self) -> f64 {
+        if self.offsets == [[0; N]; 2] {
+            return f64::from(longest(&self.steps));
+        }
+        (0..N).map(|axis| self.len(axis).abs()).fold(0.0, f64::max)
+    }
+
+    /// How far an axis begins beyond a whole step, in its direction, steps.
+    pub(crate) fn begin_of(&self, axis: usize) -> f64 {
+        self.along(axis, 0)
+    }
+
+    /// How far an axis ends beyond a whole step, in its direction, steps.
+    pub(crate) fn end_of(&self, axis: usize) -> f64 {
+        self.along(axis, 1)
+    }
+
+    fn along(&self, axis: usize, index: usize) -> f64 {
+        match self.offsets[index][axis] {
+            0 => 0.0,
+            parts if self.steps[axis] < 0 => -offset(parts),
+            parts => offset(parts),
+        }
+    }
+
+    /// How many steps of an axis are due before the longest axis is at `place_steps` of the `way`.
+    pub(crate) fn steps_before(&self, axis: usize, place_steps: f64, way: f64) -> u32 {
+        let total = self.steps[axis].unsigned_abs();
+        if total == 0 || place_steps <= 0.0 {
+            0
+        } else if place_steps >= way {
+            total
+        } else {
+            let place = place_steps * self.len(axis).abs() / way + self.begin_of(axis);
+            ((place + 0.5) as u32).min(total)
+        }
     }
 }
 
@@ -241,7 +355,7 @@ fn shared_limits<const N: usize>(
     path_speed_steps_s: Option<f64>,
 ) -> Result<Limits, PlanError> {
     check_moving(steps, |axis| limits[axis].check())?;
-    let mut shared = tightest(steps, limits, |_, _| false);
+    let mut shared = tightest(&Span { steps: *steps, offsets: [[0; N]; 2] }, limits, |_, _| false);
     if let Some(asked) = path_speed_steps_s {
         shared.top_speed_steps_s = shared.top_speed_steps_s.min(path_speed(asked)?);
         shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
@@ -262,17 +376,17 @@ pub(crate) fn check_moving<const N: usize>(
 /// The tightest limits of the axes that move, as seen from the longest axis. `is_looser(a, b)` says that no limit of
 /// axis `a` is lower than that of axis `b`. If `b` is the longest axis, then `a` cannot tighten the limits.
 pub(crate) fn tightest<const N: usize>(
-    steps: &[i32; N],
+    span: &Span<N>,
     limits: &[Limits; N],
     is_looser: impl Fn(usize, usize) -> bool,
 ) -> Limits {
-    let longest_axis = (0..N).max_by_key(|&axis| steps[axis].unsigned_abs()).unwrap_or(0);
-    let longest = steps[longest_axis].unsigned_abs();
+    // As bits, which are in the order of numbers above 0: comparing floats is a call.
+    let lens: [f64; N] = core::array::from_fn(|axis| span.len(axis).abs());
+    let longest_axis = (0..N).max_by_key(|&axis| lens[axis].to_bits()).unwrap_or(0);
     let mut shared = limits[longest_axis];
-    for axis in 0..N {
-        let n = steps[axis].unsigned_abs();
-        if n != 0 && axis != longest_axis && !is_looser(axis, longest_axis) {
-            shared = shared.tighter(&limits[axis].scaled(f64::from(longest) / f64::from(n)));
+    for (axis, len) in lens.into_iter().enumerate() {
+        if !is_zero(len) && axis != longest_axis && !is_looser(axis, longest_axis) {
+            shared = shared.tighter(&limits[axis].scaled(lens[longest_axis] / len));
         }
     }
     shared

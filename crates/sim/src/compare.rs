@@ -131,7 +131,7 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
         };
         under_way = Some((record.run, start_ns));
         let errors_ns = errors_of(&instants, start_ns);
-        let pause_ns = plan_end_ns.map(|end_ns| start_ns + record.plan.begin_s() * 1e9 - end_ns);
+        let pause_ns = plan_end_ns.map(|end_ns| start_ns + record.begin_s() * 1e9 - end_ns);
         plan_end_ns = Some(start_ns + record.plan_s * 1e9);
         all_ns.extend_from_slice(&errors_ns);
         let (jitter, port) = (Jitter::of(errors_ns), outcome.config.port);
@@ -157,7 +157,7 @@ fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Ve
     }
     for axis in Axis::ALL {
         let edges = &mut edges[axis as usize];
-        let planned = moves.iter().map(|record| record.step_numbers(axis as usize).len()).sum();
+        let planned = moves.iter().map(|record| record.due_s(axis as usize).count()).sum();
         let traced = edges.len();
         if traced < planned || (traced > planned && !homed) {
             return Err(Mismatch::Count { axis, traced, planned });
@@ -175,16 +175,15 @@ type Instants = [Vec<(f64, f64)>; AXES];
 fn instants_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]) -> Result<Instants, Mismatch> {
     let mut instants = Instants::default();
     for axis in Axis::ALL {
-        let n = record.plan.steps[axis as usize];
-        let numbers = record.step_numbers(axis as usize);
-        let before = numbers.start - 1;
-        for k in numbers {
+        let mut position_steps = record.origin_steps[axis as usize];
+        for (k, (due_s, direction)) in (1..).zip(record.due_s(axis as usize)) {
             let traced = *left[axis as usize].pop().expect("as many were kept as are planned");
-            let planned = (n.signum(), record.origin_steps[axis as usize] + n.signum() * (k - before) as i32);
+            position_steps += direction;
+            let planned = (direction, position_steps);
             if (traced.direction, traced.position_steps) != planned {
                 return Err(Mismatch::Step { number, axis, k, traced, planned });
             }
-            instants[axis as usize].push((traced.t_ns as f64, record.step_time_s(axis as usize, k) * 1e9));
+            instants[axis as usize].push((traced.t_ns as f64, due_s * 1e9));
         }
     }
     Ok(instants)

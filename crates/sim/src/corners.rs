@@ -51,6 +51,9 @@ pub fn most_mm_s(outcome: &Outcome, axis: usize) -> f64 {
 
 /// The jump of each axis from the end of one move to the beginning of the next.
 pub(crate) fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -> [f64; AXES] {
+    if after.blend.is_some() {
+        return [0.0; AXES];
+    }
     let last = before.parts.last().unwrap_or(&before.plan).profile;
     let from = velocity_steps_s(before, last.exit_speed_steps_s());
     let to = velocity_steps_s(after, after.plan.profile.entry_speed_steps_s());
@@ -59,7 +62,7 @@ pub(crate) fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -
 
 /// The velocity of each axis when the longest one has this speed.
 fn velocity_steps_s(record: &MoveRecord, speed_steps_s: f64) -> [f64; AXES] {
-    record.plan.steps.map(|steps| speed_steps_s * f64::from(steps) / record.plan.distance_steps())
+    std::array::from_fn(|axis| speed_steps_s * record.plan.axis_steps(axis) / record.plan.distance_steps())
 }
 
 #[cfg(test)]

@@ -79,6 +79,8 @@ fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
     for record in outcome.moves.iter().filter(|record| !record.homing) {
         let times_s = crate::verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
         for (axis, times_s) in times_s.iter().enumerate() {
+            // In a blend an axis may turn.
+            let times_s = &times_s[times_s.len().min(record.blend_steps(axis) as usize)..];
             let own = &outcome.limits[axis];
             // The entry and exit speeds of a move are checked as corners.
             let ends = Ends { at_rest: [false; 2] };

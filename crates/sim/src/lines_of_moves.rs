@@ -1,7 +1,7 @@
 //! Finds the line of the program that each move comes from, and what this line asks for. Moves do not record their
 //! line, so the lines are read again, and moves are recognised by their end positions.
 
-use isostep_console::{Command, Interpreter, Modal, Move, Rate, ReportedState, Settings, Spindle, length};
+use isostep_console::{Command, Interpreter, Modal, Move, PathControl, Rate, ReportedState, Settings, Spindle, length};
 use isostep_motion::{AXES, Level, Power, whole_steps};
 
 use crate::outcome::Outcome;
@@ -50,7 +50,8 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
 /// All moves, divided where the lines begin that they are made for.
 pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
     let stretches = outcome.moves.iter().enumerate().flat_map(|(index, record)| {
-        let mut next = (record.plan.begin_steps(), record.origin_steps);
+        let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
+        let mut next = (begin_steps, record.origin_steps);
         let marks = record.marks_steps.iter().map(|place_steps| {
             let place_steps = f64::from(*place_steps);
             (place_steps, record.position_steps(place_steps))
@@ -131,15 +132,15 @@ impl Reader<'_> {
         let Ok(line) = stripped(text) else { return };
         match self.interpreter.interpret(&line, ReportedState::Idle, &self.settings) {
             Ok(Command::Block(block)) => {
-                let exact_stop = block.motion.is_some_and(|motion| motion.exact_stop);
-                let via = block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop });
+                let path = block.motion.map_or(PathControl::Exact, |motion| motion.path);
+                let via = block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, path });
                 for motion in via.into_iter().chain(block.motion) {
                     self.take(number, motion);
                 }
             }
             Ok(Command::Jog(jog)) => {
                 let rate = Rate::Feed { mm_min: jog.mm_min };
-                self.take(number, Move { target_pm: jog.target_pm, rate, arc: None, exact_stop: false });
+                self.take(number, Move { target_pm: jog.target_pm, rate, arc: None, path: PathControl::Exact });
                 self.interpreter.set_position_pm(jog.target_pm);
             }
             Ok(Command::Home { .. }) => self.home(),
@@ -164,7 +165,7 @@ impl Reader<'_> {
 
     /// Assigns the moves up to the first that ends at the target to this line: one move, or the chords of an arc.
     fn take(&mut self, line: usize, motion: Move) {
-        let Move { target_pm, rate, arc, exact_stop } = motion;
+        let Move { target_pm, rate, arc, path } = motion;
         let steps_per_mm = self.outcome.steps_per_mm;
         let target_steps: [i32; AXES] =
             std::array::from_fn(|axis| whole_steps(target_pm[axis] as f64, steps_per_mm[axis] / length::PM_PER_MM));
@@ -179,7 +180,7 @@ impl Reader<'_> {
             return;
         };
         let last = self.next + others;
-        let source = Source { line, rate, exact_stop, in_arc: false, power: self.power(rate) };
+        let source = Source { line, rate, exact_stop: path.stops(), in_arc: false, power: self.power(rate) };
         for stretch in &mut self.stretches[self.next..last] {
             stretch.source = Some(Source { exact_stop: false, in_arc: true, ..source });
         }

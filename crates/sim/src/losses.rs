@@ -139,7 +139,7 @@ fn accel(outcome: &Outcome, record: &MoveRecord, axis: usize, t_ns: u64) -> Opti
     let t_s = t_ns.saturating_sub(record.start_ns) as f64 * 1e-9;
     let part = record.parts.iter().rev().find(|part| part.begin_s() <= t_s).unwrap_or(&record.plan);
     let steps_per_mm = outcome.config_of(record).steps_per_mm[axis];
-    let share = f64::from(record.plan.steps[axis].unsigned_abs()) / record.plan.distance_steps() / steps_per_mm;
+    let share = record.plan.axis_steps(axis).abs() / record.plan.distance_steps() / steps_per_mm;
     (part.begin_s()..=record.plan_s).contains(&t_s).then(|| Asked::Accel {
         mm_s2: part.profile.accel_at(t_s - (part.end_s() - part.profile.duration_s())) * share,
         mm_s: part.speed_at(t_s) * share,
@@ -152,7 +152,7 @@ fn jump(outcome: &Outcome, axis: usize, index: usize) -> Asked {
     match index.checked_sub(1).map(|before| &outcome.moves[before]).filter(|before| before.run == record.run) {
         Some(before) => Asked::Jump { mm_s: corners::jumps_mm_s(outcome, [before, record])[axis], from_rest: false },
         None => {
-            let share = f64::from(record.plan.steps[axis].unsigned_abs()) / record.plan.distance_steps();
+            let share = record.plan.axis_steps(axis).abs() / record.plan.distance_steps();
             let entry = record.plan.profile.entry_speed_steps_s() * share;
             Asked::Jump { mm_s: entry / outcome.config_of(record).steps_per_mm[axis], from_rest: true }
         }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use isostep_motion::{AXES, Config, Event, Finish, State};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
+use isostep_profile::{Blend, IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 /// Instants with a smaller difference count as the same.
 const SAME_S: f64 = 1e-9;
@@ -19,7 +19,11 @@ pub struct MoveRecord {
     pub end_ns: u64,
     /// The number of its run, from 0: moves that follow each other without a pause.
     pub run: usize,
-    /// The plan.
+    /// The blend round the corner at which it begins, if there is one.
+    pub blend: Option<Blend<AXES>>,
+    /// Whether a blend follows, into which it ends.
+    pub ends_in_blend: bool,
+    /// The plan of its line; of no distance if all of it is in blends.
     pub plan: SyncMove<AXES>,
     /// Where the program lines begin that it is made for beside the first, in steps of the longest axis from its
     /// beginning.
@@ -43,19 +47,71 @@ pub struct MoveRecord {
 }
 
 impl MoveRecord {
-    /// The numbers of the steps that the axis with index `axis` should have made.
+    /// The numbers of the steps that the axis with index `axis` should have made on its line.
     pub fn step_numbers(&self, axis: usize) -> Range<u32> {
         let last = match self.finish {
             Finish::Held => self.plan.steps_before(axis, self.held_at_steps),
+            _ if self.ends_in_blend => {
+                self.parts.last().unwrap_or(&self.plan).step_numbers(axis).end.max(self.plan.step_numbers(axis).start)
+                    - 1
+            }
             // The first plan may end before the end of the move.
             _ => self.plan.steps[axis].unsigned_abs(),
         };
         self.plan.step_numbers(axis).start..last + 1
     }
 
-    /// The steps that every axis should have made, signed by direction.
+    /// How many steps the axis with index `axis` makes in its blend.
+    pub fn blend_steps(&self, axis: usize) -> u32 {
+        self.blend.map_or(0, |blend| blend.step_counts(axis).0)
+    }
+
+    /// By how many steps its blend moves the axis with index `axis`.
+    fn blend_moves(&self, axis: usize) -> i32 {
+        self.blend.map_or(0, |blend| blend.ends_steps(axis)[1] - blend.ends_steps(axis)[0])
+    }
+
+    /// The steps that every axis should have moved, signed by direction.
     pub fn planned_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.plan.steps[axis].signum() * self.step_numbers(axis).len() as i32)
+        std::array::from_fn(|axis| {
+            self.blend_moves(axis) + self.plan.steps[axis].signum() * self.step_numbers(axis).len() as i32
+        })
+    }
+
+    /// How many edges it should have made.
+    pub fn planned_edges(&self) -> u64 {
+        (0..AXES).map(|axis| u64::from(self.blend_steps(axis)) + self.step_numbers(axis).len() as u64).sum()
+    }
+
+    /// When each edge of the axis with index `axis` was due in closed form, s from the start of the run, and in which
+    /// direction.
+    pub fn due_s(&self, axis: usize) -> impl Iterator<Item = (f64, i32)> {
+        let sign = self.plan.steps[axis].signum();
+        let bent = self.blend.into_iter().flat_map(move |blend| {
+            let (all, out) = blend.step_counts(axis);
+            let first = blend.direction(axis);
+            (1..=all).map(move |k| {
+                let goes_back = k > out && out > 0;
+                (blend.step_time_s(axis, k), if goes_back { -first } else { first })
+            })
+        });
+        bent.chain(self.step_numbers(axis).map(move |k| (self.step_time_s(axis, k), sign)))
+    }
+
+    /// When the last edge of the axis with index `axis` was due in closed form, s from the start of the run.
+    pub fn last_due_s(&self, axis: usize) -> Option<f64> {
+        match (self.step_numbers(axis), self.blend) {
+            (numbers, _) if !numbers.is_empty() => Some(self.step_time_s(axis, numbers.end - 1)),
+            (_, Some(blend)) if blend.step_counts(axis).0 > 0 => {
+                Some(blend.step_time_s(axis, blend.step_counts(axis).0))
+            }
+            _ => None,
+        }
+    }
+
+    /// When it begins, s from the start of the run.
+    pub fn begin_s(&self) -> f64 {
+        self.blend.map_or_else(|| self.plan.begin_s(), |blend| blend.begin_s())
     }
 
     /// When step `k` of the axis with index `axis` was due in closed form, s from the start of the run.
@@ -77,7 +133,7 @@ impl MoveRecord {
         std::array::from_fn(|axis| {
             let before =
                 self.plan.steps_before(axis, place_steps) as i32 - self.plan.step_numbers(axis).start as i32 + 1;
-            self.origin_steps[axis] + self.plan.steps[axis].signum() * before
+            self.origin_steps[axis] + self.blend_moves(axis) + self.plan.steps[axis].signum() * before
         })
     }
 
@@ -85,24 +141,24 @@ impl MoveRecord {
     /// short.
     pub fn pause_ns(&self, next: &Self) -> f64 {
         // First the difference of the instants as integers, because they may be large.
-        (next.start_ns - self.start_ns) as f64 + (next.plan.begin_s() - self.plan_s) * 1e9
+        (next.start_ns - self.start_ns) as f64 + (next.begin_s() - self.plan_s) * 1e9
     }
 
     /// Duration as it was made, s.
     pub fn duration_s(&self) -> f64 {
-        self.plan_s - self.plan.begin_s()
+        self.plan_s - self.begin_s()
     }
 
     /// When its plan begins, rounded to ns since power-up.
     pub fn begin_ns(&self) -> u64 {
-        self.start_ns + (self.plan.begin_s() * 1e9).round() as u64
+        self.start_ns + (self.begin_s() * 1e9).round() as u64
     }
 
     /// The single profile of the whole move, if there is one. This may be the first plan, or the first plan with its
     /// braking later or left out, because the moves after it became known only later.
     pub fn profile(&self) -> Option<Profile> {
         let is_whole = (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1);
-        if self.finish != Finish::Done || !is_whole {
+        if self.finish != Finish::Done || !is_whole || self.blend.is_some() || self.ends_in_blend {
             return None;
         }
         let first = self.plan.profile;
@@ -171,6 +227,13 @@ impl Moves {
                 self.runs += 1;
             }
             (Event::Move { plan }, Some(run)) => self.records.push(run.begin(plan, self.homing)),
+            (Event::Blend { blend }, Some(run)) => {
+                run.turn(&blend);
+                if let Some(record) = self.records.last_mut() {
+                    (record.ends_in_blend, record.end_steps, record.plan_s) = (true, run.place_steps, blend.begin_s());
+                }
+                self.records.push(run.begin_bent(blend, self.homing));
+            }
             (Event::Mark { place_steps }, Some(_)) => {
                 if let Some(record) = self.records.last_mut() {
                     record.marks_steps.push(place_steps);
@@ -178,6 +241,11 @@ impl Moves {
             }
             (Event::Replan { plan }, Some(_)) => {
                 if let Some(record) = self.records.last_mut() {
+                    if record.plan.profile.distance_steps() == 0.0 {
+                        // The line after a blend.
+                        (record.plan, record.plan_s) = (plan, plan.end_s());
+                        return;
+                    }
                     // Most moves with a replan have only one: exact capacity saves memory with 200,000 moves.
                     record.parts.reserve_exact(1);
                     record.parts.push(plan);
@@ -200,7 +268,7 @@ impl Moves {
 
     /// Discards moves that were planned but did not begin.
     fn forget_begun_after(&mut self, run: OpenRun, stopped_s: f64) {
-        let begun = self.records[run.first..].iter().filter(|record| record.plan.begin_s() <= stopped_s).count();
+        let begun = self.records[run.first..].iter().filter(|record| record.begin_s() <= stopped_s).count();
         self.records.truncate(run.first + begun);
     }
 
@@ -219,6 +287,19 @@ impl Moves {
 }
 
 impl OpenRun {
+    /// Goes from the end of the last move back to where the blend begins.
+    fn turn(&mut self, blend: &Blend<AXES>) {
+        self.place_steps = std::array::from_fn(|axis| self.place_steps[axis] + blend.ends_steps(axis)[0]);
+    }
+
+    /// Begins a move with a blend.
+    fn begin_bent(&mut self, blend: Blend<AXES>, homing: bool) -> MoveRecord {
+        let origin_steps = self.place_steps;
+        self.place_steps =
+            std::array::from_fn(|axis| origin_steps[axis] + blend.ends_steps(axis)[1] - blend.ends_steps(axis)[0]);
+        MoveRecord { blend: Some(blend), origin_steps, ..self.begin(blend.landing(), homing) }
+    }
+
     fn begin(&mut self, plan: SyncMove<AXES>, homing: bool) -> MoveRecord {
         let origin_steps = self.place_steps;
         let before = |axis: usize| plan.steps[axis].signum() * (plan.step_numbers(axis).start - 1) as i32;
@@ -227,6 +308,8 @@ impl OpenRun {
             start_ns: self.start_ns,
             end_ns: 0,
             run: self.number,
+            blend: None,
+            ends_in_blend: false,
             plan,
             marks_steps: Vec::new(),
             parts: Vec::new(),
@@ -251,7 +334,7 @@ fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, 
         (last.end_steps, last.end_ns) = (place, t_ns);
         // The lines behind the place where it ended have not begun.
         let made = (0..AXES).map(|axis| place[axis].abs_diff(last.origin_steps[axis])).max().unwrap_or(0);
-        let end_steps = last.plan.begin_steps() + f64::from(made);
+        let end_steps = if last.blend.is_some() { 0.0 } else { last.plan.begin_steps() } + f64::from(made);
         last.marks_steps.retain(|place_steps| f64::from(*place_steps) + 0.5 < end_steps);
     }
 }

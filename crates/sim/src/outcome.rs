@@ -123,7 +123,7 @@ impl Outcome {
         let position_steps = machine.position_steps();
         Self {
             config: config.clone(),
-            moves: with_edges(moves, &record.edges),
+            moves: with_edges(moves, &mut record.edges, config.port.tolerance_ns()),
             configs,
             edges: record.edges,
             waves: record.waves,
@@ -216,12 +216,37 @@ impl Outcome {
 }
 
 /// Assigns to each move all edges from its beginning to that of the next, including any that should not have risen.
-fn with_edges(mut moves: Vec<MoveRecord>, edges: &[Edge]) -> Vec<MoveRecord> {
+///
+/// Around a corner that is a blend, edges of both moves may rise within the tolerance of instants. There they are put in the
+/// order of the moves, each axis's edges in theirs.
+fn with_edges(mut moves: Vec<MoveRecord>, edges: &mut [Edge], tolerance_ns: f64) -> Vec<MoveRecord> {
     let mut last = edges.len();
-    for record in moves.iter_mut().rev() {
-        let first = edges.partition_point(|edge| edge.t_ns < record.begin_ns());
-        record.edges = first..last;
+    for index in (0..moves.len()).rev() {
+        let first = match index.checked_sub(1) {
+            Some(before) if moves[index].blend.is_some() => {
+                split_at_blend([&moves[before], &moves[index]], edges, tolerance_ns)
+            }
+            _ => edges.partition_point(|edge| edge.t_ns < moves[index].begin_ns()),
+        };
+        moves[index].edges = first..last;
         last = first;
     }
     moves
+}
+
+/// Puts the edges of the first move before those of the second one, and returns where these begin.
+fn split_at_blend([before, after]: [&MoveRecord; 2], edges: &mut [Edge], tolerance_ns: f64) -> usize {
+    let begin_ns = after.begin_ns();
+    let window_ns = (2.0 * tolerance_ns) as u64 + 2;
+    let from = edges.partition_point(|edge| edge.t_ns + window_ns < begin_ns);
+    let to = edges.partition_point(|edge| edge.t_ns <= begin_ns + window_ns);
+    let due_ns = |record: &MoveRecord, due_s: f64| record.start_ns as f64 + due_s * 1e9;
+    let is_before = |edge: &Edge| {
+        let off_ns = |due_ns: Option<f64>| due_ns.map_or(f64::INFINITY, |due_ns| (edge.t_ns as f64 - due_ns).abs());
+        let first_ns = after.due_s(edge.axis).next().map(|(due_s, _)| due_ns(after, due_s));
+        let last_ns = before.last_due_s(edge.axis).map(|due_s| due_ns(before, due_s));
+        off_ns(last_ns) < off_ns(first_ns)
+    };
+    edges[from..to].sort_by_key(|edge| !is_before(edge));
+    from + edges[from..to].iter().filter(|edge| is_before(edge)).count()
 }

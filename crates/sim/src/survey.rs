@@ -14,8 +14,8 @@ mod room;
 use std::collections::BTreeMap;
 
 use isostep_console::{
-    Command, Coordinates, Error, Interpreter, Move, Rate, Refusal, ReportedState, SettingError, Settings, Spindle,
-    length,
+    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, Refusal, ReportedState, SettingError, Settings,
+    Spindle, length,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -271,8 +271,12 @@ impl Reader {
     fn carry_out(&mut self, command: Command<'_>, from_pm: [i64; AXES]) {
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => {
-                let via =
-                    block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop: false });
+                let via = block.via_pm.map(|target_pm| Move {
+                    target_pm,
+                    rate: Rate::Rapid,
+                    arc: None,
+                    path: PathControl::Exact,
+                });
                 let mut from_pm = from_pm;
                 for motion in via.into_iter().chain(block.motion) {
                     self.go(from_pm, &motion);
@@ -293,7 +297,7 @@ impl Reader {
             }
             Command::Jog(jog) => {
                 let rate = Rate::Feed { mm_min: jog.mm_min };
-                self.go(from_pm, &Move { target_pm: jog.target_pm, rate, arc: None, exact_stop: false });
+                self.go(from_pm, &Move { target_pm: jog.target_pm, rate, arc: None, path: PathControl::Exact });
                 self.interpreter.set_position_pm(jog.target_pm);
             }
             Command::Home { axis } => self.home(axis),

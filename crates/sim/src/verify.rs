@@ -86,7 +86,7 @@ pub fn check(outcome: &Outcome, index: usize) -> MoveCheck {
     MoveCheck {
         index,
         emitted_steps,
-        exact: emitted_steps == planned_steps && edges.len() as u64 == steps_total(planned_steps),
+        exact: emitted_steps == planned_steps && edges.len() as u64 == record.planned_edges(),
         error_max_ns: std::array::from_fn(|axis| {
             errors_ns(record, axis, &times_s[axis]).map(|(_, error_ns)| error_ns.abs()).reduce(f64::max)
         }),
@@ -99,13 +99,9 @@ pub fn check(outcome: &Outcome, index: usize) -> MoveCheck {
     }
 }
 
-fn steps_total(steps: [i32; AXES]) -> u64 {
-    steps.iter().map(|n| u64::from(n.unsigned_abs())).sum()
-}
-
 /// Instants of each axis's edges from the beginning of the move, s.
 pub fn axis_times_s(record: &MoveRecord, edges: &[Edge]) -> [Vec<f64>; AXES] {
-    let begin_s = record.plan.begin_s();
+    let begin_s = record.begin_s();
     let mut times_s = [const { Vec::new() }; AXES];
     for edge in edges {
         times_s[edge.axis].push((edge.t_ns - record.start_ns) as f64 * 1e-9 - begin_s);
@@ -115,27 +111,39 @@ pub fn axis_times_s(record: &MoveRecord, edges: &[Edge]) -> [Vec<f64>; AXES] {
 
 /// For each edge, its instant from the beginning of the move, s, and how much later than the closed form it was, ns.
 pub fn errors_ns(record: &MoveRecord, axis: usize, times_s: &[f64]) -> impl Iterator<Item = (f64, f64)> {
-    let numbers = record.step_numbers(axis);
-    let begin_s = record.plan.begin_s();
-    times_s.iter().zip(numbers).map(move |(&t_s, k)| (t_s, (t_s - (record.step_time_s(axis, k) - begin_s)) * 1e9))
+    let begin_s = record.begin_s();
+    times_s.iter().zip(record.due_s(axis)).map(move |(&t_s, (due_s, _))| (t_s, (t_s - (due_s - begin_s)) * 1e9))
 }
 
 /// The largest difference between two axes' fractions of their distances, and how much the tolerance of the instants
 /// may add to it.
 fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
-    let n = record.plan.steps.map(|n| f64::from(n.unsigned_abs()));
+    // Lengths and places in the direction of the move.
+    let n: [f64; AXES] = std::array::from_fn(|axis| record.plan.axis_steps(axis).abs());
+    let begins: [f64; AXES] =
+        std::array::from_fn(|axis| record.plan.axis_place(axis, 0.0) * record.plan.axis_steps(axis).signum());
     let pairs: Vec<_> = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
     // A move that was held continues where it was held.
     let mut made: [f64; AXES] = std::array::from_fn(|axis| f64::from(record.plan.step_numbers(axis).start - 1));
     let mut deviation = 0.0_f64;
     // Edges at the same instant belong together.
+    let mut bent: [u32; AXES] = std::array::from_fn(|axis| record.blend_steps(axis));
+    let is_on_line = |edge: &Edge| {
+        let left = &mut bent[edge.axis];
+        *left == 0 || {
+            *left -= 1;
+            false
+        }
+    };
+    let edges: Vec<Edge> = edges.iter().copied().filter(is_on_line).collect();
     for together in edges.chunk_by(|one, next| one.t_ns == next.t_ns) {
         for edge in together {
             made[edge.axis] += 1.0;
         }
         for &(i, j) in &pairs {
             let bound = 0.5 / n[i] + 0.5 / n[j];
-            deviation = deviation.max((made[i] / n[i] - made[j] / n[j]).abs() / bound);
+            let [one, other] = [i, j].map(|axis| (made[axis] - begins[axis]) / n[axis]);
+            deviation = deviation.max((one - other).abs() / bound);
         }
     }
     let profile = record.plan.profile;

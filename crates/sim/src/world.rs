@@ -333,7 +333,8 @@ impl World {
         let t_ns = self.clock.now_ns();
         let edge_ns = self.record.edges.last().map_or(0, |edge| edge.t_ns);
         self.record.moves.take(t_ns, edge_ns, event);
-        let is_of_move = matches!(event, Event::Move { .. } | Event::Mark { .. } | Event::Replan { .. });
+        let is_of_move =
+            matches!(event, Event::Move { .. } | Event::Blend { .. } | Event::Mark { .. } | Event::Replan { .. });
         if !is_of_move && !matches!(event, Event::Run { .. } | Event::RunEnd { .. }) {
             self.record.events.push((t_ns, event));
         }

@@ -204,14 +204,13 @@ impl Console {
 
     /// Prints every report that can be listed.
     fn list(&self) {
-        let inches = self.settings.report_inches;
         for row in SETTING_TABLE {
             fits(SETTING_BYTES, |out| report::setting(out, row, &self.settings));
         }
         for line in 0..report::PARAMETERS {
             fits(MESSAGE_BYTES, |out| report::parameter(out, line, &self.interpreter, &self.settings));
         }
-        fits(MESSAGE_BYTES, |out| report::modal(out, &self.interpreter, inches));
+        fits(MESSAGE_BYTES, |out| report::modal(out, &self.interpreter, &self.settings));
         fits(MESSAGE_BYTES, |out| report::build(out, &self.build_text));
         for (index, line) in self.startup.iter().enumerate() {
             assert!(line.len() <= STORED_LINE_CHARS);

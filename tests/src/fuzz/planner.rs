@@ -121,7 +121,8 @@ fn wanted(bytes: &mut Unstructured<'_>, last: Option<Request<AXES>>) -> Result<R
         (1, _) | (_, None) => Some(log(bytes, 1.0 / 60.0, 500.0)?),
         (_, Some(last)) => last.feed_mm_s,
     };
-    Ok(Request { steps, feed_mm_s, stops: bytes.ratio(1, 12)?, tag: 0 })
+    let stops = bytes.ratio(1, 12)?;
+    Ok(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag: 0 })
 }
 
 fn event(bytes: &mut Unstructured<'_>) -> Result<Event> {
@@ -203,13 +204,14 @@ impl Compiled {
     }
 
     fn goes_on(&mut self, chunk: &Chunk<AXES>) {
+        let line = chunk.plan.line().expect("no move asks for a blend");
         for (index, made) in self.axes.iter_mut().enumerate() {
             if chunk.kind != ChunkKind::Continuation {
-                let segments: Vec<_> = chunk.plan.segments(index, self.tick_hz).collect();
+                let segments: Vec<_> = line.segments(index, self.tick_hz).collect();
                 made.left = Some(Box::new(segments.into_iter().flat_map(|segment| segment.ticks())));
-                made.steps = chunk.plan.step_numbers(index).start - 1;
+                made.steps = line.step_numbers(index).start - 1;
             }
-            let until = chunk.plan.steps_before(index, chunk.until_steps);
+            let until = line.steps_before(index, chunk.until_steps);
             let left = made.left.get_or_insert_with(|| Box::new(std::iter::empty()));
             for ticks in left.take((until - made.steps) as usize) {
                 assert!(made.last_ticks < Some(ticks), "axis {index}: {ticks} after {:?}", made.last_ticks);

@@ -113,7 +113,7 @@ impl Block {
             }
             591..=593 => return Err(29),
             610 | 611 | 640 => {
-                self.modes.exact_stop = tenths == 611;
+                (self.modes.exact_stop, self.modes.blends) = (tenths == 611, false);
                 "path"
             }
             900 | 910 => {

@@ -222,7 +222,10 @@ impl Model {
             _ => (Some(self.target(&block)?), false),
         };
         if block.groups().contains(&"path") {
-            block.take('P');
+            let deviation = block.take('P').unwrap_or(0);
+            // The P of G4 and of G10 is theirs.
+            let is_own = !matches!(block.once, Some(40 | 100));
+            self.modes.blends = is_own && deviation > 0 && !self.modes.exact_stop;
         }
         block.all_used()?;
         self.pause_for_tool(&block, &before, target.is_some() || course.is_some());

@@ -19,6 +19,8 @@ pub struct Modes {
     pub inverse_time: bool,
     /// G61.1.
     pub exact_stop: bool,
+    /// G64 with a P above 0.
+    pub blends: bool,
     /// 3, 4 or 5.
     pub spindle: i64,
     /// M8.
@@ -43,6 +45,7 @@ impl Modes {
         incremental: false,
         inverse_time: false,
         exact_stop: false,
+        blends: false,
         spindle: 5,
         flood: false,
         mist: false,
@@ -82,7 +85,12 @@ impl Modes {
         let units = 21 - i64::from(self.inches);
         let distance = 90 + i64::from(self.incremental);
         let feed_mode = 94 - i64::from(self.inverse_time);
-        let exact_stop = if self.exact_stop { " G61.1" } else { "" };
+        // G64 alone blends by a setting that is 0 here.
+        let path = match (self.exact_stop, self.blends) {
+            (true, _) => " G61.1",
+            (false, true) => " G64",
+            (false, false) => "",
+        };
         let coolant = match (self.mist, self.flood) {
             (false, false) => "M9",
             (true, false) => "M7",
@@ -90,7 +98,7 @@ impl Modes {
             (true, true) => "M7 M8",
         };
         format!(
-            "{motion} G{} G{} G{units} G{distance} G{feed_mode}{exact_stop} M{} {coolant} T{}",
+            "{motion} G{} G{} G{units} G{distance} G{feed_mode}{path} M{} {coolant} T{}",
             54 + self.system,
             self.plane,
             self.spindle,

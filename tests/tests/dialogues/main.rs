@@ -3,6 +3,7 @@
 
 mod alarms;
 mod arcs;
+mod blends;
 mod commands;
 mod consoles;
 mod door;

@@ -222,7 +222,15 @@ fn a_reset_in_a_dwell_forgets_what_waits_and_keeps_the_position() {
     let target_steps = [500, 0, 0];
     for motion in [
         Motion::Dwell(Duration::from_secs(1)),
-        Motion::Move { target_steps, feed_mm_s: None, exact_stop: false, line: 0, power: Power::Off },
+        Motion::Move {
+            target_steps,
+            offsets: [0; 3],
+            feed_mm_s: None,
+            exact_stop: false,
+            deviation_mm: 0.0,
+            line: 0,
+            power: Power::Off,
+        },
     ] {
         block_on(sim.machine().submit(motion)).unwrap();
     }

@@ -239,7 +239,15 @@ fn as_many_motions_are_taken_as_there_is_room_for() {
     let to = |steps: i32| {
         let power = isostep_motion::Power::Off;
         let target_steps = [steps, 0, 0];
-        isostep_motion::Motion::Move { target_steps, feed_mm_s: Some(10.0), exact_stop: false, line: 0, power }
+        isostep_motion::Motion::Move {
+            target_steps,
+            offsets: [0; 3],
+            feed_mm_s: Some(10.0),
+            exact_stop: false,
+            deviation_mm: 0.0,
+            line: 0,
+            power,
+        }
     };
     for begun in [
         "G0 X60",

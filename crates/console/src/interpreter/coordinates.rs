@@ -81,8 +81,8 @@ impl Interpreter {
                 target_pm[axis] = self.position_pm[axis];
             }
         }
-        let exact_stop = self.modal.exact_stop;
-        (block.via_pm, block.motion) = (via_pm, Some(Move { target_pm, rate: Rate::Rapid, arc: None, exact_stop }));
+        let path = self.modal.path;
+        (block.via_pm, block.motion) = (via_pm, Some(Move { target_pm, rate: Rate::Rapid, arc: None, path }));
         Ok(())
     }
 

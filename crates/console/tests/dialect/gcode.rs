@@ -2,7 +2,7 @@
 
 use crate::talk::{Talk, check};
 use expect_test::expect;
-use isostep_console::ReportedState;
+use isostep_console::{Interpreter, PathControl, ReportedState, Settings};
 
 #[test]
 fn motion_is_modal_and_needs_a_feed() {
@@ -22,6 +22,62 @@ fn motion_is_modal_and_needs_a_feed() {
         X1 -> error:31
         G0 -> ok
     "#]],
+    );
+}
+
+/// P is in the units of its block and stays in force; G64 without one, M2 and a reset go back to the setting's.
+#[test]
+fn g64_says_how_far_the_path_may_leave_a_corner() {
+    let (mut interpreter, settings) = (Interpreter::new(), Settings::DEFAULT);
+    let paths = [
+        ("G0 X1", PathControl::Blend),
+        ("G64 P0.05 X2", PathControl::BlendWithin(0.05)),
+        ("X3", PathControl::BlendWithin(0.05)),
+        ("G20 G64 P.5 X1", PathControl::BlendWithin(12.7)),
+        ("G21 G64 X3", PathControl::Blend),
+        ("G61 X4", PathControl::Exact),
+        ("G61.1 X5", PathControl::Stop),
+        ("G64 P0 X6", PathControl::BlendWithin(0.0)),
+        ("G64 G10 L2 P2 X0", PathControl::Blend),
+    ];
+    for (line, path) in paths {
+        let block = interpreter.gcode(&line.replace(' ', ""), &settings).unwrap();
+        assert_eq!(interpreter.modal().path, path, "{line}");
+        assert!(block.motion.is_none_or(|motion| motion.path == path), "{line}");
+    }
+    interpreter.gcode("G64P1", &settings).unwrap();
+    assert!(interpreter.gcode("G64P2Q1", &settings).is_err());
+    assert_eq!(interpreter.modal().path, PathControl::BlendWithin(1.0), "a refused block changes nothing");
+    interpreter.gcode("M2", &settings).unwrap();
+    assert_eq!(interpreter.modal().path, PathControl::Blend);
+    for (path, setting_mm, wanted_mm) in [
+        (PathControl::Blend, 0.02, 0.02),
+        (PathControl::BlendWithin(0.0), 0.02, 0.0),
+        (PathControl::BlendWithin(0.05), 0.02, 0.05),
+        (PathControl::Exact, 0.02, 0.0),
+        (PathControl::Stop, 0.02, 0.0),
+    ] {
+        assert_eq!(path.deviation_mm(setting_mm), wanted_mm, "{path:?}");
+    }
+}
+
+#[test]
+fn g64_is_listed_while_it_makes_a_difference() {
+    check(
+        "$G\nG64 P.01\n$G\nG61\n$G\n$904=0.02\n$G\nG64\n$G\nG64 P0\n$G",
+        expect![[r#"
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            G64 P.01 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
+            G61 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $904=0.02 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G61 M5 M9 T0 F0 S0] ok
+            G64 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
+            G64 P0 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+        "#]],
     );
 }
 

@@ -112,7 +112,7 @@ impl Talk {
             Command::ShowParameters => {
                 (0..report::PARAMETERS).for_each(|line| report::parameter(heard, line, interpreter, settings).unwrap())
             }
-            Command::ShowModal => report::modal(heard, interpreter, settings.report_inches).unwrap(),
+            Command::ShowModal => report::modal(heard, interpreter, settings).unwrap(),
             Command::ShowStartup => {
                 for (index, line) in startup.iter().enumerate() {
                     report::startup(heard, index, line).unwrap();
@@ -212,7 +212,7 @@ fn describe(heard: &mut String, block: &Block) {
         let (way, or) = (if away { "away" } else { "toward" }, if must { " or alarm" } else { "" });
         write!(heard, "(probe {way}{or} {mm_min} {:?}) ", in_mm(target_pm)).unwrap();
     }
-    if block.motion.is_some_and(|motion| motion.exact_stop) {
+    if block.motion.is_some_and(|motion| motion.path.stops()) {
         heard.push_str("(stop) ");
     }
     if block.pauses {

@@ -22,10 +22,16 @@ pub enum Motion {
     Move {
         /// The place, steps.
         target_steps: [i32; AXES],
+        /// How far beside it the place is that is meant: see
+        /// [`Request::offsets`](isostep_profile::chain::Request::offsets).
+        offsets: [i8; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
         /// It ends at rest, instead of flowing into the next move.
         exact_stop: bool,
+        /// How far the path may leave the corner where the move begins, mm: see
+        /// [`Request::deviation_mm`](isostep_profile::chain::Request::deviation_mm).
+        deviation_mm: f32,
         /// The program line that it comes from, for [`Status::line`](super::Status::line); 0 for none.
         line: u32,
         /// How strongly a laser shines meanwhile.

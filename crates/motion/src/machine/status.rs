@@ -1,7 +1,8 @@
 //! What a machine tells of itself.
 
 use embassy_time::Instant;
-use isostep_profile::chain::Chunk;
+use isostep_profile::Blend;
+use isostep_profile::chain::{Chunk, Plan};
 
 use super::{Door, Machine};
 use crate::axes::{AXES, Axis};
@@ -52,13 +53,23 @@ pub(crate) struct CurrentChunk {
     pub line: u32,
 }
 
+/// Speed along the path of a blend at `t_s` from the start of the run, mm/s.
+pub(crate) fn path_speed_mm_s(blend: &Blend<AXES>, t_s: f64, steps_per_mm: &[f64; AXES]) -> f64 {
+    let axes_mm_s = (0..AXES).map(|axis| blend.speed_at(axis, t_s) / steps_per_mm[axis]);
+    libm::sqrt(axes_mm_s.map(|mm_s| mm_s * mm_s).sum())
+}
+
 impl CurrentChunk {
     /// Speed along the path now, mm/s.
-    fn speed_mm_s(&self) -> f64 {
+    fn speed_mm_s(&self, steps_per_mm: &[f64; AXES]) -> f64 {
         let Chunk { plan, mm_per_step, .. } = &self.chunk;
         let t_s = seconds(Instant::now().saturating_duration_since(self.start));
         // The chunk is known a little before it begins, and may have ended.
-        plan.speed_at(t_s.max(plan.begin_s()).min(plan.end_s())) * mm_per_step
+        let t_s = t_s.max(plan.begin_s()).min(plan.end_s());
+        match plan {
+            Plan::Line(line) => line.speed_at(t_s) * mm_per_step,
+            Plan::Blend(blend) => path_speed_mm_s(blend, t_s, steps_per_mm),
+        }
     }
 }
 
@@ -68,7 +79,8 @@ impl Machine {
     pub fn status(&self) -> Status {
         let (homed, current, room) = self.with(|inner| (inner.homed, inner.current, inner.room));
         let life = self.life();
-        let (outputs, buttons, squared) = self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared));
+        let (outputs, buttons, squared, steps_per_mm) =
+            self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared, inner.config.steps_per_mm));
         Status {
             state: life.state,
             position_steps: self.position_steps(),
@@ -79,7 +91,7 @@ impl Machine {
             emergency_stop: life.emergency,
             homed,
             queue_free: self.queue_free() + if life.is_to_brake() { 0 } else { room },
-            speed_mm_s: current.map_or(0.0, |current| current.speed_mm_s()),
+            speed_mm_s: current.map_or(0.0, |current| current.speed_mm_s(&steps_per_mm)),
             line: current.map_or(0, |current| current.line),
             outputs,
             level: self.tool.level(),

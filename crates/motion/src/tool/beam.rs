@@ -9,13 +9,13 @@
 
 use embassy_time::Instant;
 use isostep_profile::SpeedLaw;
-use isostep_profile::chain::Chunk;
+use isostep_profile::chain::{Chunk, Plan};
 
 use super::{Asked, Level, Power, Stroke, Tag};
 use crate::axes::AXES;
 use crate::chunks::Chunks;
 use crate::clock::{TICK_S, instant_near, seconds};
-use crate::machine::Machine;
+use crate::machine::{Machine, path_speed_mm_s};
 use crate::marks::{Marks, Walk};
 
 /// The longest stroke of a straight ramp, s.
@@ -45,6 +45,9 @@ pub(crate) struct BeamStream<'a> {
     ratio: Option<f32>,
     /// What shines there, once the stream has reached that chunk.
     line: Option<Line>,
+    /// What shone last.
+    last: Power,
+    steps_per_mm: [f64; AXES],
 }
 
 /// What one line of a program makes the laser do in a chunk.
@@ -82,6 +85,8 @@ impl<'a> BeamStream<'a> {
             queued: start,
             ratio: None,
             line: None,
+            last: Power::Off,
+            steps_per_mm: config.steps_per_mm,
         })
     }
 
@@ -97,7 +102,7 @@ impl<'a> BeamStream<'a> {
                 if self.queued_s > until_s || self.machine.strokes().is_full() {
                     return;
                 }
-                let mut line = self.line.unwrap_or_else(|| Line::first(chunk, marks));
+                let mut line = self.line.unwrap_or_else(|| Line::first(chunk, marks, self.last));
                 while line.until_s <= self.queued_s + NOTHING_S {
                     line = line.after(chunk, marks, 0.0);
                 }
@@ -108,6 +113,7 @@ impl<'a> BeamStream<'a> {
                 return;
             }
             self.chunk += 1;
+            self.last = self.line.map_or(self.last, |line| line.power);
             (self.line, self.ratio) = (None, None);
         }
     }
@@ -140,18 +146,29 @@ impl<'a> BeamStream<'a> {
         }
         let bend_s = [cruises_s, slows_s].into_iter().find(|t_s| *t_s > after_s).unwrap_or(until_s);
         let end_s = bend_s.min(until_s).min(self.queued_s + self.longest_s);
-        let from = self.ratio.unwrap_or_else(|| speed_ratio(chunk, self.queued_s));
-        let to = speed_ratio(chunk, end_s);
+        let from = self.ratio.unwrap_or_else(|| speed_ratio(chunk, self.queued_s, &self.steps_per_mm));
+        let to = speed_ratio(chunk, end_s, &self.steps_per_mm);
         self.ratio = Some(to);
         (end_s, Asked::between(level, [from, to]))
     }
 }
 
 impl Line {
-    /// The line in which the chunk's plan begins.
-    fn first(chunk: &Chunk<AXES>, marks: &Marks) -> Self {
-        let (tag, profile) = (Tag::unpack(chunk.tag), &chunk.plan.profile);
-        let slows_s = chunk.plan.end_s() - profile.t_decel_s();
+    /// The line in which the chunk's plan begins. Before it, `last` shone.
+    fn first(chunk: &Chunk<AXES>, marks: &Marks, last: Power) -> Self {
+        let tag = Tag::unpack(chunk.tag);
+        let plan = match &chunk.plan {
+            Plan::Line(plan) => plan,
+            Plan::Blend(blend) => {
+                // The corner is in the middle.
+                let middle_s = blend.begin_s() + blend.duration_s() / 2.0;
+                let (until_s, ahead) = (middle_s, Walk::along(&tag));
+                let [cruises_s, slows_s] = [middle_s; 2];
+                return Self { power: last, until_s, next: tag.power, cruises_s, slows_s, cruise_ratio: 0.0, ahead };
+            }
+        };
+        let profile = &plan.profile;
+        let slows_s = plan.end_s() - profile.t_decel_s();
         let line = Self {
             power: tag.power,
             until_s: 0.0,
@@ -161,20 +178,22 @@ impl Line {
             cruise_ratio: (profile.cruise_speed_steps_s() / chunk.asked_steps_s) as f32,
             ahead: Walk::along(&tag),
         };
-        line.after(chunk, marks, chunk.plan.begin_steps())
+        line.after(chunk, marks, plan.begin_steps())
     }
 
     /// The line that begins where it ends, up to the first mark beyond `place_steps` with another level.
     fn after(self, chunk: &Chunk<AXES>, marks: &Marks, place_steps: f64) -> Self {
         let mut line = Self { power: self.next, until_s: f64::INFINITY, ..self };
+        // A line that begins within a blend begins where that ends.
+        let Plan::Line(plan) = &chunk.plan else { return line };
         while let Some(mark) = line.ahead.next(marks) {
             let mark_steps = f64::from(mark.place_steps);
             line.next = line.power.with_level(mark.level);
             if mark_steps <= place_steps {
                 line.power = line.next;
             } else if line.next != line.power {
-                if mark_steps < chunk.plan.end_steps() {
-                    line.until_s = chunk.plan.time_at(mark_steps);
+                if mark_steps < plan.end_steps() {
+                    line.until_s = plan.time_at(mark_steps);
                 }
                 break;
             }
@@ -184,8 +203,14 @@ impl Line {
 }
 
 /// The speed at `t_s`, as a multiple of the one that was asked for.
-fn speed_ratio(chunk: &Chunk<AXES>, t_s: f64) -> f32 {
-    let plan = &chunk.plan;
+fn speed_ratio(chunk: &Chunk<AXES>, t_s: f64, steps_per_mm: &[f64; AXES]) -> f32 {
+    let plan = match &chunk.plan {
+        Plan::Line(plan) => plan,
+        Plan::Blend(blend) => {
+            let asked_mm_s = chunk.asked_steps_s * chunk.mm_per_step;
+            return (path_speed_mm_s(blend, t_s, steps_per_mm) / asked_mm_s) as f32;
+        }
+    };
     // Computed a little later: rounding must not lead to an instant before the profile, where nothing moves.
     let inside_s = t_s + NOTHING_S;
     let is_end = inside_s > plan.end_s();

@@ -2,6 +2,7 @@
 
 use core::num::NonZero;
 
+use super::blend::{self, Bend, Room};
 use super::config::{ChainConfig, Square};
 use super::corner::{self, Direction};
 use super::{FEED_RATIO_MAX, Request};
@@ -11,15 +12,21 @@ use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::delta_v2;
 use crate::root::sqrt;
-use crate::sync::{PlanError, longest, path_speed};
+use crate::sync::{PlanError, Span, longest, path_speed};
 
 /// A square of this many units has a resolution better than 1e-7 of it.
 const FINE: Square = 1 << 24;
 
+/// A block ends beside a whole step by this many parts at most, so that the steps on both sides of a standstill there are
+/// far enough from each other.
+const OFFSET_MAX: i8 = 56;
+
 /// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<const N: usize> {
-    pub(super) steps: [i32; N],
+    pub(super) span: Span<N>,
+    /// Its length, steps of the longest axis.
+    way_steps: f64,
     /// Whether it ends at rest even if another move follows.
     stops: bool,
     /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
@@ -30,8 +37,14 @@ pub(super) struct Block<const N: usize> {
     /// Path length of a step of the longest axis.
     pub(super) mm_per_step: f64,
     steps_per_mm: f64,
+    /// The deviation that its request allows at the corner before it, mm; 0 if the path goes to the corner exactly.
+    deviation_mm: f32,
     /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
     pub(super) corner: Option<NonZero<Square>>,
+    /// The blend at that corner.
+    pub(super) bend: Bend,
+    /// Over which length it has its delta v², mm.
+    line_mm: f64,
     /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,
@@ -52,14 +65,18 @@ pub(super) struct Block<const N: usize> {
 impl<const N: usize> Block<N> {
     /// No block.
     pub(super) const NONE: Self = Self {
-        steps: [0; N],
+        span: Span::NONE,
+        way_steps: 0.0,
         stops: false,
         flows: false,
         tag: 0,
         feed_mm_s: 0.0,
         mm_per_step: 0.0,
         steps_per_mm: 0.0,
+        deviation_mm: 0.0,
         corner: None,
+        bend: Bend::NONE,
+        line_mm: 0.0,
         nominal_steps_s: 0.0,
         nominal: 0,
         start: 0,
@@ -71,14 +88,26 @@ impl<const N: usize> Block<N> {
     };
 
     /// Makes it the block of a request, after no other. Returns its direction.
-    pub(super) fn begin(&mut self, request: Request<N>, config: &ChainConfig<N>) -> Result<Direction<N>, PlanError> {
-        let Request { steps, feed_mm_s, stops, tag } = request;
+    ///
+    /// It begins beside whole steps by `begin`.
+    pub(super) fn begin(
+        &mut self,
+        request: Request<N>,
+        begin: [i8; N],
+        config: &ChainConfig<N>,
+    ) -> Result<Direction<N>, PlanError> {
+        let Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag } = request;
         config.check_moving(&steps)?;
-        let limits = config.shared_limits(&steps);
-        let distance_steps = f64::from(longest(&steps));
+        let ends_beside = deviation_mm > 0.0 && config.can_blend();
+        let end = core::array::from_fn(|axis| {
+            if ends_beside && config.may_end_beside(axis) { offsets[axis].clamp(-OFFSET_MAX, OFFSET_MAX) } else { 0 }
+        });
+        let span = Span { steps, offsets: [begin, end] };
+        let limits = config.shared_limits(&span);
+        let distance_steps = span.longest();
         let mut mm = [0.0; N];
-        for axis in (0..N).filter(|&axis| steps[axis] != 0) {
-            mm[axis] = f64::from(steps[axis]) * config.mm_per_step[axis];
+        for axis in (0..N).filter(|&axis| steps[axis] != 0 || begin[axis] != end[axis]) {
+            mm[axis] = span.len(axis) * config.mm_per_step[axis];
         }
         let length_mm = length(&mm);
         let per_mm = 1.0 / length_mm;
@@ -89,12 +118,34 @@ impl<const N: usize> Block<N> {
         };
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         let mm_per_step = length_mm / distance_steps;
-        *self = Self { steps, stops, tag, feed_mm_s, mm_per_step, steps_per_mm, ..Self::NONE };
+        *self = Self {
+            span,
+            way_steps: distance_steps,
+            stops,
+            tag,
+            feed_mm_s,
+            mm_per_step,
+            steps_per_mm,
+            deviation_mm,
+            ..Self::NONE
+        };
         self.respeed(feed_steps_s, &limits, config);
         self.set_delta_v2(distance_steps, &limits, config);
         self.set_ramps_to(distance_steps, length_mm, config);
         self.check(distance_steps, &limits, config)?;
         Ok(corner::direction(&mm, per_mm))
+    }
+
+    /// Makes it end at whole steps, from rest to rest: it does not flow into another.
+    pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) {
+        let Self { span: Span { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
+        let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
+        let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, tag };
+        let mut whole = Self::NONE;
+        if whole.begin(request, begin, config).is_ok() {
+            whole.entry = self.entry.min(whole.start);
+            *self = whole;
+        }
     }
 
     /// Lengthens it by a move that goes straight on at the same feed, if `join` returns a tag for both: see
@@ -108,31 +159,39 @@ impl<const N: usize> Block<N> {
         let feed_mm_s = request.feed_mm_s.unwrap_or(f64::INFINITY);
         // Where each move stops, or needs a time of its own, two short ones are not one long one.
         let is_bound = config.interval_law != IntervalLaw::Fastest || config.effort.needs_time();
-        if feed_mm_s != self.feed_mm_s || self.stops || request.stops || is_bound || !self.goes_on(&request.steps) {
+        if feed_mm_s != self.feed_mm_s
+            || self.stops
+            || request.stops
+            || is_bound
+            || !self.goes_on(&request.steps)
+            || self.span.offsets != [[0; N]; 2]
+            || request.offsets != [0; N]
+        {
             return false;
         }
-        let mut steps = self.steps;
-        for (own, other) in steps.iter_mut().zip(request.steps) {
+        let mut span = self.span;
+        for (own, other) in span.steps.iter_mut().zip(request.steps) {
             let Some(sum) = own.checked_add(other) else { return false };
             *own = sum;
         }
-        let distance_steps = f64::from(longest(&steps));
+        let distance_steps = span.longest();
         if distance_steps > self.nominal_steps_s * config.easily_s {
             return false;
         }
-        let Some(tag) = join(self.tag, longest(&self.steps)) else { return false };
-        (self.steps, self.tag) = (steps, tag);
-        self.set_delta_v2(distance_steps, &config.shared_limits(&steps), config);
+        let Some(tag) = join(self.tag, longest(&self.span.steps)) else { return false };
+        (self.span, self.way_steps, self.tag) = (span, distance_steps, tag);
+        self.set_delta_v2(distance_steps, &config.shared_limits(&span), config);
+        self.shorten(self.bend.reach_mm);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
         true
     }
 
     /// Whether these steps have exactly its direction.
     fn goes_on(&self, steps: &[i32; N]) -> bool {
-        let longest = (0..N).max_by_key(|&axis| self.steps[axis].unsigned_abs()).unwrap_or(0);
-        let [own, other] = [self.steps[longest], steps[longest]].map(i64::from);
+        let longest = (0..N).max_by_key(|&axis| self.span.steps[axis].unsigned_abs()).unwrap_or(0);
+        let [own, other] = [self.span.steps[longest], steps[longest]].map(i64::from);
         let is_along = |axis: usize| {
-            let (one, next) = (self.steps[axis], steps[axis]);
+            let (one, next) = (self.span.steps[axis], steps[axis]);
             // Most lines are along one axis, and a chip takes long for products of 64 bits.
             axis == longest || (one, next) == (0, 0) || i64::from(one) * other == i64::from(next) * own
         };
@@ -141,7 +200,11 @@ impl<const N: usize> Block<N> {
 
     /// Steps of the longest axis.
     pub(super) fn distance_steps(&self) -> f64 {
-        f64::from(longest(&self.steps))
+        self.way_steps
+    }
+
+    pub(super) fn steps_per_mm(&self) -> f64 {
+        self.steps_per_mm
     }
 
     fn is_rapid(&self) -> bool {
@@ -155,7 +218,7 @@ impl<const N: usize> Block<N> {
 
     /// The requested speed, steps/s of the longest axis.
     pub(super) fn asked_steps_s(&self, config: &ChainConfig<N>) -> f64 {
-        if self.is_rapid() { config.shared_limits(&self.steps).top_speed_steps_s } else { self.feed_steps_s() }
+        if self.is_rapid() { config.shared_limits(&self.span).top_speed_steps_s } else { self.feed_steps_s() }
     }
 
     /// Refuses a block that could not be planned, whatever its neighbours are.
@@ -170,7 +233,8 @@ impl<const N: usize> Block<N> {
         if distance_steps > self.nominal_steps_s * config.easily_s {
             // An override may change before the block is made. So none makes a block too long that is not too long
             // itself.
-            let plain = Self { nominal_steps_s: self.feed_steps_s().min(limits.top_speed_steps_s), ..*self };
+            let plain =
+                Self { nominal_steps_s: self.feed_steps_s().min(self.bent_top_steps_s(limits, config)), ..*self };
             let (limits, end) = (plain.limits_now(limits), plain.start_steps_s(limits));
             Profile::plan(distance_steps, end, end, &limits, config.interval_law, config.speed_law)?;
         }
@@ -180,7 +244,7 @@ impl<const N: usize> Block<N> {
     /// Applies the overrides in force. `limits` are those of the longest axis.
     /// `feed_steps_s` is its own.
     pub(super) fn respeed(&mut self, feed_steps_s: f64, limits: &Limits, config: &ChainConfig<N>) {
-        let top_steps_s = limits.top_speed_steps_s;
+        let top_steps_s = self.bent_top_steps_s(limits, config);
         let (mut steps_s, mut mm_s) = if self.is_rapid() {
             (top_steps_s * config.rapid_ratio, 0.0)
         } else {
@@ -201,6 +265,16 @@ impl<const N: usize> Block<N> {
         self.start = self.stops_from(limits, config).min(self.nominal);
     }
 
+    /// Its top speed, at which it does not last less than a blend needs, if one may lead to it.
+    fn bent_top_steps_s(&self, limits: &Limits, config: &ChainConfig<N>) -> f64 {
+        let (top_steps_s, blend_s) = (limits.top_speed_steps_s, config.effort.blend_s);
+        if is_zero(blend_s) || self.deviation_mm <= 0.0 || !config.can_blend() {
+            return top_steps_s;
+        }
+        let most_steps_s = self.distance_steps() / (config.effort.cruise_s(&self.span.steps) + blend_s);
+        if most_steps_s < top_steps_s { most_steps_s } else { top_steps_s }
+    }
+
     /// Computes the largest delta v² over its last `steps`. Steps and `limits` are those of the longest axis.
     pub(super) fn set_delta_v2(&mut self, steps: f64, limits: &Limits, config: &ChainConfig<N>) {
         let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = *limits;
@@ -216,13 +290,27 @@ impl<const N: usize> Block<N> {
         let accel = delta_v2(accel_steps_s2);
         let decel = if accel_steps_s2 == decel_steps_s2 { accel } else { delta_v2(decel_steps_s2) };
         (self.accel_delta_v2, self.decel_delta_v2) = (accel, decel);
+        self.line_mm = steps * self.mm_per_step;
+    }
+
+    /// Takes a length for a blend off the line on which it changes its speed.
+    pub(super) fn shorten(&mut self, mm: f64) {
+        if is_zero(mm) {
+            return;
+        }
+        let left_mm = self.line_mm - mm;
+        let ratio = if left_mm > 0.0 { left_mm / self.line_mm } else { 0.0 };
+        self.line_mm *= ratio;
+        for delta_v2 in [&mut self.accel_delta_v2, &mut self.decel_delta_v2] {
+            *delta_v2 = (*delta_v2 as f64 * ratio) as Square;
+        }
     }
 
     fn set_ramps_to(&mut self, distance_steps: f64, length_mm: f64, config: &ChainConfig<N>) {
         let change_s = config.effort.change_s(distance_steps);
         self.ramps_to = u32::MAX;
         if change_s > 0.0 {
-            let cruise_s = config.effort.cruise_s(&self.steps);
+            let cruise_s = config.effort.cruise_s(&self.span.steps);
             self.may_ramp_to(config.scale.of_speed(length_mm / (cruise_s + change_s)));
         }
     }
@@ -265,13 +353,47 @@ impl<const N: usize> Block<N> {
     /// both, in order.
     pub(super) fn follow(&mut self, before: End, directions: [&Direction<N>; 2], config: &ChainConfig<N>) {
         let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
-        self.corner = if stops { None } else { corner::square(directions, config).and_then(NonZero::new) };
+        self.bend = Bend::NONE;
+        let square = if stops {
+            None
+        } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
+            let reach_mm = self.distance_steps() * self.mm_per_step;
+            let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
+            let nominal = self.nominal.max(before.pace.nominal);
+            let room = Room { deviation_mm: self.deviation_mm, reach_mm, nominal };
+            blend::bend(directions, &room, config).map(|(bend, square)| {
+                self.bend = bend;
+                square
+            })
+        } else {
+            corner::square(directions, config)
+        };
+        self.corner = square.and_then(NonZero::new);
         self.set_cap(before.pace);
+    }
+
+    /// Whether the corner before it may be a blend: not where a block can jump from rest, as it does not begin slowly there.
+    fn bends_after(&self, before: &End, config: &ChainConfig<N>) -> bool {
+        self.deviation_mm > 0.0 && config.can_blend() && (self.start, before.pace.start) == (0, 0)
+    }
+
+    /// Its direction.
+    pub(super) fn direction(&self, config: &ChainConfig<N>) -> Direction<N> {
+        let mm = core::array::from_fn(|axis| self.span.len(axis) * config.mm_per_step[axis]);
+        corner::direction(&mm, 1.0 / (self.distance_steps() * self.mm_per_step))
     }
 
     /// Makes it begin, or go on, from rest.
     pub(super) fn stop(&mut self) {
-        (self.corner, self.flows) = (None, false);
+        (self.corner, self.bend, self.flows) = (None, Bend::NONE, false);
+    }
+
+    /// Begins after a blend, at the squared speed at which that leaves.
+    pub(super) fn begin_bent(&mut self, exit: Square) {
+        (self.flows, self.entry) = (exit > 0, exit);
+        if !self.flows {
+            self.stop();
+        }
     }
 
     /// The square of the speed from which it can stop, whatever the overrides are.
@@ -370,14 +492,29 @@ impl<const N: usize> Block<N> {
         let most = self.at_other_end(exit, self.decel_delta_v2);
         let flowing = self.cap.min(most);
         match (self.corner, before) {
-            (Some(_), Some(before)) if flowing >= before.start => (flowing, true),
+            (Some(_), Some(before)) if self.arrival(flowing, before.nominal) >= before.start => (flowing, true),
             _ => (self.start.min(most), false),
         }
     }
 
-    /// What the next block has to know of it.
-    pub(super) fn end(&self) -> End {
-        End { stops: self.stops, pace: self.pace() }
+    /// What the next block has to know of it, if it has begun up to `place_steps`.
+    pub(super) fn end(&self, place_steps: f64) -> End {
+        let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
+        End { stops: self.stops, left_mm, pace: self.pace() }
+    }
+
+    /// The squared speed at which the block before it, of that nominal square, ends, if this one begins at `entry`.
+    pub(super) fn arrival(&self, entry: Square, nominal: Square) -> Square {
+        if self.bend.is_none() { entry } else { self.bend.entry_at(entry).min(self.corner_square()).min(nominal) }
+    }
+
+    /// The highest squared speed at which it begins, if the block before it ends at `arrival`.
+    pub(super) fn departure(&self, arrival: Square) -> Square {
+        if self.bend.is_none() { arrival } else { self.bend.exit_at(arrival) }
+    }
+
+    pub(super) fn corner_square(&self) -> Square {
+        self.corner.map_or(0, NonZero::get)
     }
 
     /// The speeds on which the cap of the next block depends.
@@ -387,7 +524,13 @@ impl<const N: usize> Block<N> {
 
     /// Computes how fast it may begin without a stop after a block with this pace.
     pub(super) fn set_cap(&mut self, before: Pace) {
-        let fastest = self.corner.map_or(0, NonZero::get).min(self.nominal).min(before.nominal);
+        if !self.bend.is_none() {
+            // If it is slower than a stop would allow, it stops.
+            let arrival = self.corner_square().min(before.nominal);
+            self.cap = self.corner_square().min(self.nominal).min(self.bend.exit_at(arrival));
+            return;
+        }
+        let fastest = self.corner_square().min(self.nominal).min(before.nominal);
         // The cap is not below the lower start speed, because even a stop would allow that.
         self.cap = fastest.max(self.start.min(before.start));
     }
@@ -397,7 +540,7 @@ impl<const N: usize> Block<N> {
         // The nominal speed and the start speed are returned exactly, to the last digit.
         match square {
             _ if square == self.nominal => self.nominal_steps_s,
-            _ if square == self.start => self.start_steps_s(&config.shared_limits(&self.steps)),
+            _ if square == self.start => self.start_steps_s(&config.shared_limits(&self.span)),
             _ => {
                 let speed_steps_s = config.scale.speed_mm_s(square) * self.steps_per_mm;
                 let is_above = square < self.nominal && speed_steps_s > self.nominal_steps_s;
@@ -408,10 +551,8 @@ impl<const N: usize> Block<N> {
 
     /// Whether all its steps are due before the longest axis is at `place_steps`.
     pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
-        let distance_steps = self.distance_steps();
-        self.steps.iter().all(|steps| {
-            let steps = steps.unsigned_abs();
-            (place_steps / distance_steps * f64::from(steps) + 0.5) as u32 >= steps
+        (0..N).all(|axis| {
+            self.span.steps_before(axis, place_steps, self.way_steps) >= self.span.steps[axis].unsigned_abs()
         })
     }
 }
@@ -420,7 +561,15 @@ impl<const N: usize> Block<N> {
 #[derive(Clone, Copy)]
 pub(super) struct End {
     stops: bool,
+    /// The length that is left of it, mm.
+    left_mm: f64,
     pace: Pace,
+}
+
+impl End {
+    pub(super) fn pace(&self) -> Pace {
+        self.pace
+    }
 }
 
 /// The speeds of a block, squared.

@@ -8,7 +8,7 @@ use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::root::sqrt;
-use crate::sync::{PlanError, check_moving, longest, tightest};
+use crate::sync::{PlanError, Span, check_moving, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
@@ -30,6 +30,8 @@ pub struct Effort {
     pub step_s: f64,
     /// For each move.
     pub move_s: f64,
+    /// In addition, for a move that may begin with a blend.
+    pub blend_s: f64,
     /// In addition, for a move that changes its speed by a curved law.
     pub ramps_s: f64,
     /// The same, for the square root of its steps: ramps of four times the steps take twice the time.
@@ -38,7 +40,7 @@ pub struct Effort {
 
 impl Effort {
     /// No time at all.
-    pub const NONE: Self = Self { step_s: 0.0, move_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
+    pub const NONE: Self = Self { step_s: 0.0, move_s: 0.0, blend_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
 
     /// Whether a move needs time even at constant speed.
     pub(super) fn needs_time(&self) -> bool {
@@ -80,6 +82,8 @@ pub struct ChainConfig<const N: usize> {
     is_looser: [[bool; N]; N],
     /// The inverse of the acceleration that each axis may have across a corner, s²/mm.
     pub(super) corner_s2_mm: [f32; N],
+    /// The acceleration and the deceleration of each axis, mm/s².
+    pub(super) axis_mm_s2: [[f32; 2]; N],
     /// Twice the deviation of the circle from a corner, mm.
     pub(super) twice_deviation_mm: f32,
     /// A move that cruises no longer than this, s, does not last too long.
@@ -104,6 +108,7 @@ impl<const N: usize> ChainConfig<N> {
             works: [false; N],
             is_looser: [[false; N]; N],
             corner_s2_mm: [0.0; N],
+            axis_mm_s2: [[0.0; 2]; N],
             twice_deviation_mm: 0.0,
             easily_s: 0.0,
             effort: Effort::NONE,
@@ -146,6 +151,10 @@ impl<const N: usize> ChainConfig<N> {
                 let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
                 (1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])) as f32
             }),
+            axis_mm_s2: core::array::from_fn(|axis| {
+                let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
+                [accel_steps_s2, decel_steps_s2].map(|accel_steps_s2| (accel_steps_s2 * mm_per_step[axis]) as f32)
+            }),
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
             effort: Effort::NONE,
@@ -163,6 +172,24 @@ impl<const N: usize> ChainConfig<N> {
         Self { effort, least_s2_steps: root_half_s * root_half_s, ..self }
     }
 
+    /// The top speed of an axis, steps/s.
+    pub(super) fn top_steps_s(&self, axis: usize) -> f64 {
+        self.limits[axis].top_speed_steps_s
+    }
+
+    /// Whether an axis may end beside a whole step. Not if it is at its top speed after some steps: there it might stand
+    /// still for less than a period after one that it makes just before it turns.
+    pub(super) fn may_end_beside(&self, axis: usize) -> bool {
+        let Limits { top_speed_steps_s, accel_steps_s2, decel_steps_s2, .. } = self.limits[axis];
+        self.works[axis] && 8.0 * accel_steps_s2.max(decel_steps_s2) <= top_speed_steps_s * top_speed_steps_s
+    }
+
+    /// Whether corners may be blends: not where every move stops, nor between curved ramps, which end at an acceleration
+    /// of 0.
+    pub(super) fn can_blend(&self) -> bool {
+        self.interval_law == IntervalLaw::Fastest && self.speed_law == SpeedLaw::Trapezoid
+    }
+
     /// Sets the overrides of feeds and of rapids.
     pub(super) fn set_ratios(&mut self, feed_ratio: f64, rapid_ratio: f64) {
         self.feed_ratio = feed_ratio.min(FEED_RATIO_MAX);
@@ -175,8 +202,8 @@ impl<const N: usize> ChainConfig<N> {
     }
 
     /// The limits of the longest axis of a move at which no axis exceeds its own, and which the caller can bear.
-    pub(super) fn shared_limits(&self, steps: &[i32; N]) -> Limits {
-        let mut limits = tightest(steps, &self.limits, |axis, other| self.is_looser[axis][other]);
+    pub(super) fn shared_limits(&self, span: &Span<N>) -> Limits {
+        let mut limits = tightest(span, &self.limits, |axis, other| self.is_looser[axis][other]);
         if self.least_s2_steps > 0.0 {
             for accel_steps_s2 in [&mut limits.accel_steps_s2, &mut limits.decel_steps_s2] {
                 if *accel_steps_s2 * self.least_s2_steps > 1.0 {
@@ -184,9 +211,9 @@ impl<const N: usize> ChainConfig<N> {
                 }
             }
         }
-        let cruise_s = self.effort.cruise_s(steps);
+        let cruise_s = self.effort.cruise_s(&span.steps);
         if cruise_s > 0.0 {
-            let distance_steps = f64::from(longest(steps));
+            let distance_steps = span.longest();
             if limits.top_speed_steps_s * cruise_s > distance_steps {
                 limits.top_speed_steps_s = distance_steps / cruise_s;
             }
@@ -214,6 +241,11 @@ impl Scale {
     fn of(fastest_mm2_s2: f64) -> Self {
         let mm2_s2 = fastest_mm2_s2 / SQUARE_OF_FASTEST;
         Self { per_mm2_s2: 1.0 / mm2_s2, mm2_s2, ..Self::none() }
+    }
+
+    /// How many units are 1 (mm/s)².
+    pub(super) fn units_f32(&self) -> f32 {
+        self.per_mm2_s2 as f32
     }
 
     /// A squared speed in whole units, rounded down.

@@ -30,6 +30,11 @@ fn in_units(component: f64) -> i64 {
     if component < 0.0 { -size } else { size }
 }
 
+/// Whether both directions count as the same.
+pub(super) fn is_straight<const N: usize>([before, after]: [&Direction<N>; 2]) -> bool {
+    (0..N).all(|axis| after[axis].abs_diff(before[axis]) < SAME)
+}
+
 /// The squared speed at a corner by Grbl's rule. On a circle that deviates from the corner by the configured distance,
 /// this speed needs the acceleration that the axes have across the corner. `None` if the machine has to stop there.
 ///
@@ -59,7 +64,7 @@ pub(super) fn square<const N: usize>([before, after]: [&Direction<N>; 2], config
 }
 
 /// The sizes of a vector's components, to the 30 leading bits of the largest.
-struct Short<const N: usize> {
+pub(super) struct Short<const N: usize> {
     components: [u32; N],
     /// The components are in units of 2^-`point`.
     point: u32,
@@ -67,7 +72,7 @@ struct Short<const N: usize> {
 
 impl<const N: usize> Short<N> {
     /// `None` if all are smaller than [`SAME`].
-    fn of(components: &[u64; N]) -> Option<Self> {
+    pub(super) fn of(components: &[u64; N]) -> Option<Self> {
         let all = components.iter().fold(0, |all, component| all | component);
         if all < SAME {
             return None;
@@ -77,12 +82,12 @@ impl<const N: usize> Short<N> {
     }
 
     /// A component; `None` for 0.
-    fn component(&self, axis: usize) -> Option<f32> {
+    pub(super) fn component(&self, axis: usize) -> Option<f32> {
         let component = self.components[axis];
         (component != 0).then(|| scaled(component as f32, self.point))
     }
 
-    fn half_length(&self) -> f32 {
+    pub(super) fn half_length(&self) -> f32 {
         let square = self.components.iter().fold(0_u64, |sum, &own| sum.wrapping_add(product(own, own)));
         // The root is in units of 2^-31, and half of it is asked for.
         scaled(root_f32(square), self.point.wrapping_sub(30))

@@ -33,26 +33,34 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// The squared speed at which the block with this index ends.
     pub(super) fn exit_of(&self, index: usize, block: &Block<N>) -> Square {
         match self.blocks.get(index + 1) {
-            Some(next) if next.flows => next.entry,
+            Some(next) if next.flows => next.arrival(next.entry, block.nominal),
             _ => block.start,
         }
+    }
+
+    /// The block after the first one, if a blend leads into it.
+    pub(super) fn bent(&self) -> Option<&Block<N>> {
+        self.blocks.get(1).filter(|next| next.flows && !next.bend.is_none())
+    }
+
+    /// The squared speed at which the second block begins, if the first one ends at `exit`. In a hold it is the lowest
+    /// that is possible.
+    pub(super) fn onward(&self, exit: Square) -> Square {
+        self.bent().map_or(exit, |next| next.bend.exit_near(if self.is_held { 0 } else { next.entry }, exit))
     }
 
     /// Computes all entry speeds again, except that of a first block under way. How far its plan has come is taken into
     /// account when the plan is replaced: until then, the range of its end speeds is computed from where the plan
     /// began.
     pub(super) fn compute_entries(&mut self) {
-        if self.is_at_rest()
-            && self.place_steps > 0.0
-            && let Some(first) = self.blocks.get_mut(0)
-        {
-            let limits = self.config.shared_limits(&first.steps);
-            first.set_delta_v2(first.distance_steps() - self.place_steps, &limits, &self.config);
+        if self.is_at_rest() {
+            self.set_left();
         }
-        self.settled = if self.is_at_rest() { 0 } else { 1 };
+        let is_bound = self.is_bound_to_bend();
+        self.settled = if self.is_at_rest() { 0 } else { 1 + usize::from(is_bound) };
         self.passed = 0;
         self.backward();
-        self.forward(0);
+        self.forward(usize::from(is_bound));
     }
 
     /// The backward pass. It begins at the last block and ends at the blocks whose entries are final, or at a block
@@ -87,13 +95,15 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             self.settled = self.settled.max(1);
         }
         while let Some(block) = self.blocks.get(index) {
-            let (highest, _) = block.reach();
+            let ((highest, _), nominal) = (block.reach(), block.nominal);
             index += 1;
             let Some(next) = self.blocks.get_mut(index) else { break };
             let mut is_highest = false;
             if next.flows {
-                is_highest = highest <= next.entry && self.settled >= index;
-                next.entry = next.entry.min(highest);
+                let arrival = next.arrival(next.entry, nominal);
+                let most = next.departure(arrival.min(highest));
+                is_highest = highest <= arrival && most <= next.entry && self.settled >= index;
+                next.entry = next.entry.min(most);
             }
             if is_highest || next.has_final_entry() {
                 self.settled = self.settled.max(index + 1);
@@ -123,7 +133,16 @@ mod tests {
         let mut chain = Chain::<1, 8>::new(config);
         // Seven short moves, and a long one in which all of their speed can be lost.
         for steps in [10, 10, 10, 10, 10, 10, 10, 10_000] {
-            chain.push(Request { steps: [steps], feed_mm_s: None, stops: false, tag: 0 }).unwrap();
+            chain
+                .push(Request {
+                    steps: [steps],
+                    offsets: [0],
+                    feed_mm_s: None,
+                    stops: false,
+                    deviation_mm: 0.0,
+                    tag: 0,
+                })
+                .unwrap();
         }
         chain.pass();
         assert_eq!(chain.settled, 8);

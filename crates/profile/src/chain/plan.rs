@@ -2,15 +2,16 @@
 
 use super::block::Block;
 use super::config::Square;
-use super::{Chain, Chunk, ChunkKind};
+use super::{Chain, Chunk, ChunkKind, Plan};
+use crate::blend::{Blend, Side};
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
-use crate::sync::SyncMove;
+use crate::sync::{Span, SyncMove};
 
 /// A plan under way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plan<const N: usize> {
+pub(super) struct UnderWay<const N: usize> {
     /// Whether there is a plan.
     pub(super) is_made: bool,
     sync_move: SyncMove<N>,
@@ -20,15 +21,19 @@ pub(super) struct Plan<const N: usize> {
     slows_s: f64,
     /// The squared speed at which the block ends by this plan, or can end after it.
     exit: Square,
-    /// Whether it ends where the block ends.
+    /// The squared speed at which the next block begins then.
+    onward: Square,
+    /// Whether it ends where the block ends, or where the blend begins that follows.
     ends_block: bool,
+    /// Whether a blend follows.
+    is_bent: bool,
     /// Whether the conditions it was made for have changed.
     pub(super) is_stale: bool,
     /// The kind of the next chunk of this plan.
     kind: ChunkKind,
 }
 
-impl<const N: usize> Plan<N> {
+impl<const N: usize> UnderWay<N> {
     /// No plan.
     pub(super) const NONE: Self = Self {
         is_made: false,
@@ -36,7 +41,9 @@ impl<const N: usize> Plan<N> {
         end_s: 0.0,
         slows_s: 0.0,
         exit: 0,
+        onward: 0,
         ends_block: false,
+        is_bent: false,
         is_stale: false,
         kind: ChunkKind::Move,
     };
@@ -46,6 +53,27 @@ impl<const N: usize> Plan<N> {
 /// it applies where rounding errors are larger than the first.
 const NOTHING_STEPS: f64 = 1e-6;
 const NOTHING_RATIO: f64 = 1e-14;
+
+/// A line this short, between two blends, is none.
+const NO_LINE_STEPS: f64 = 1e-9;
+const NO_LINE_RATIO: f64 = 1e-13;
+
+/// Whether so few steps are none, at that distance.
+fn is_nothing(steps: f64, distance_steps: f64) -> bool {
+    steps <= NOTHING_STEPS || steps <= NOTHING_RATIO * distance_steps
+}
+
+/// Where and how a block ends.
+#[derive(Clone, Copy, Default)]
+struct Goal {
+    /// The squared speed at which it ends, and that at which the next block begins.
+    exit: Square,
+    onward: Square,
+    /// Where its line ends, steps of its longest axis.
+    end_steps: f64,
+    /// Whether a blend follows.
+    is_bent: bool,
+}
 
 /// Whether a speed is no higher than another, apart from rounding.
 // Not inlined, or the compiler computes it ahead, and it is seldom needed.
@@ -61,16 +89,46 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if !plan.is_made || plan.kind == ChunkKind::Continuation && self.at_s >= plan.end_s {
             return None;
         }
-        if !plan.is_stale && (!plan.ends_block || plan.exit == self.exit()) {
+        if self.is_bound_to_bend() || !plan.is_stale && (!plan.ends_block || self.is_as_wanted()) {
             return Some(plan.end_s);
         }
         let is_bound = self.at_s > plan.slows_s && self.config.speed_law != SpeedLaw::Trapezoid
-            || plan.ends_block && self.has_nothing_left();
+            || plan.ends_block && is_nothing(plan.sync_move.end_steps() - self.place_steps, plan.sync_move.end_steps());
         if is_bound {
             return Some(plan.end_s);
         }
-        // Until it slows down, the plan is as fast as it can be.
-        (!plan.is_stale && self.at_s < plan.slows_s).then_some(plan.slows_s)
+        // Until it slows down, the plan is as fast as it can be. But it must be another before a blend might begin.
+        let until_s = match self.line_end_steps() {
+            _ if self.bent().is_none() => plan.slows_s,
+            turns if turns <= self.place_steps + NOTHING_STEPS => return None,
+            turns => plan.slows_s.min(plan.sync_move.time_at(turns)),
+        };
+        (!plan.is_stale && self.at_s < until_s).then_some(until_s)
+    }
+
+    /// Whether the plan ends as the passes want it.
+    fn is_as_wanted(&self) -> bool {
+        let (plan, exit) = (&self.plan, self.exit());
+        plan.exit == exit && plan.onward == self.onward(exit) && plan.is_bent == self.bent().is_some()
+    }
+
+    /// Where the longest blend at the end of the first block begins, steps; if there is none, where the block ends.
+    fn line_end_steps(&self) -> f64 {
+        self.blocks.get(0).map_or(0.0, |first| {
+            let reach_mm = self.bent().map_or(0.0, |next| next.bend.reach_mm);
+            first.distance_steps() - reach_mm * first.steps_per_mm()
+        })
+    }
+
+    /// Whether the blend that follows the plan can be no other any more: the plan has come to where the longest begins, or
+    /// slows down to a shorter one.
+    pub(super) fn is_bound_to_bend(&self) -> bool {
+        let plan = &self.plan;
+        if !(plan.is_made && plan.ends_block && plan.is_bent) {
+            return false;
+        }
+        let beyond = self.line_end_steps() + NOTHING_STEPS;
+        self.place_steps > beyond || self.at_s > plan.slows_s && plan.sync_move.end_steps() > beyond
     }
 
     /// Hands out the plan up to `until_s`, which commits it.
@@ -82,19 +140,80 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let until_steps = if is_end { end_steps } else { plan.sync_move.place_at(until_s).min(end_steps) };
         let Block { mm_per_step, tag, .. } = *block;
         let asked_steps_s = block.asked_steps_s(&self.config);
-        let chunk =
-            Chunk { plan: plan.sync_move, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
+        let exit_steps_s = plan.sync_move.profile.exit_speed_steps_s();
+        let line = Plan::Line(plan.sync_move);
+        let chunk = Chunk { plan: line, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
         plan.kind = ChunkKind::Continuation;
         (self.at_s, self.place_steps) = (until_s, until_steps);
-        if is_end && plan.ends_block {
+        if is_end && plan.ends_block && !plan.is_bent {
             self.end_block(self.plan.exit);
-        } else if is_end && self.is_held {
-            let start_steps_s = block.limits_now(&self.config.shared_limits(&block.steps)).start_speed_steps_s;
-            if is_no_faster(chunk.plan.profile.exit_speed_steps_s(), start_steps_s) {
-                self.rest();
-            }
+        } else if is_end && self.is_held && self.is_slow(exit_steps_s) {
+            self.rest();
+        } else if is_end && self.plan.ends_block {
+            self.bend();
         }
         Some(chunk)
+    }
+
+    /// Whether the first block may stop from this speed.
+    fn is_slow(&self, speed_steps_s: f64) -> bool {
+        self.blocks.get(0).is_some_and(|first| {
+            let limits = first.limits_now(&self.config.shared_limits(&first.span));
+            is_no_faster(speed_steps_s, limits.start_speed_steps_s)
+        })
+    }
+
+    /// Goes on to the next block by a blend, which is handed out next.
+    fn bend(&mut self) {
+        let (exit, onward, config) = (self.plan.exit, self.plan.onward, &self.config);
+        let (Some(first), Some(next)) = (self.blocks.get(0), self.blocks.get(1)) else { return };
+        let [from_steps_s, to_steps_s] = [first.speed_steps_s(exit, config), next.speed_steps_s(onward, config)];
+        let [from_mm_s, to_mm_s] = [from_steps_s * first.mm_per_step, to_steps_s * next.mm_per_step];
+        let (fast_mm_s, share) = if to_mm_s < from_mm_s { (from_mm_s, to_mm_s / from_mm_s) } else { (to_mm_s, 1.0) };
+        let reach_mm = next.bend.reach_mm;
+        let place_steps = reach_mm * share * next.steps_per_mm();
+        let before = Side {
+            span: &first.span,
+            way_steps: first.distance_steps(),
+            place_steps: self.place_steps,
+            speed_steps_s: from_steps_s,
+        };
+        let after = Side { span: &next.span, way_steps: next.distance_steps(), place_steps, speed_steps_s: to_steps_s };
+        let duration_s = 2.0 * reach_mm / fast_mm_s;
+        self.blend = Some(Blend::new(&before, &after, self.at_s, duration_s, |axis| config.top_steps_s(axis)));
+        let is_expected = next.entry == onward;
+        self.pop();
+        self.place_steps = place_steps;
+        if let Some(next) = self.blocks.get_mut(0) {
+            next.begin_bent(onward);
+            self.settled = self.settled.max(usize::from(next.flows));
+        }
+        if !is_expected {
+            self.forward(0);
+        }
+    }
+
+    /// Hands out a blend, which commits it.
+    pub(super) fn hand_out_blend(&mut self, blend: Blend<N>) -> Option<Chunk<N>> {
+        let block = self.blocks.get(0)?;
+        (self.at_s, self.place_steps) = (blend.end_s(), blend.end_steps());
+        Some(Chunk {
+            plan: Plan::Blend(blend),
+            until_steps: self.place_steps,
+            until_s: self.at_s,
+            mm_per_step: block.mm_per_step,
+            asked_steps_s: block.asked_steps_s(&self.config),
+            tag: block.tag,
+            kind: ChunkKind::Move,
+        })
+    }
+
+    /// Goes on to the next block.
+    fn pop(&mut self) {
+        self.blocks.pop();
+        (self.place_steps, self.plan.is_made) = (0.0, false);
+        self.passed = self.passed.saturating_sub(1);
+        self.settled = self.settled.saturating_sub(1);
     }
 
     /// Comes to rest at the current place.
@@ -109,6 +228,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Goes on to the next block, at the squared speed `exit`.
     fn end_block(&mut self, exit: Square) {
+        if self.bent().is_some() {
+            // It came too late to be bent into.
+            self.halt();
+        }
         let is_expected = self.blocks.get(1).is_some_and(|next| next.flows && next.entry == exit);
         let stops_from = if is_expected {
             // Nothing depends on it.
@@ -117,12 +240,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             self.pass();
             self.blocks
                 .get(0)
-                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.steps), &self.config))
+                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.span), &self.config))
         };
-        self.blocks.pop();
-        (self.place_steps, self.plan.is_made) = (0.0, false);
-        self.passed = self.passed.saturating_sub(1);
-        self.settled = self.settled.saturating_sub(1);
+        self.pop();
         let Some(next) = self.blocks.get_mut(0) else { return };
         let expected = next.entry;
         next.begin_after(exit, stops_from);
@@ -138,24 +258,104 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Plans what is left of the first block, or a first stretch of it. If nothing is left, it ends the block instead;
     /// if a hold has come to rest, it stays at rest.
     pub(super) fn replan(&mut self) {
+        let goes_on = self.blocks.get(1).is_some_and(|next| next.flows);
+        if !goes_on
+            && self.is_at_rest()
+            && !self.has_begun()
+            && let Some(first) = self.blocks.get_mut(0)
+            && first.span.offsets[1] != [0; N]
+        {
+            first.end_whole(&self.config);
+            if self.blocks.len() == 1 {
+                self.last_direction = self.blocks.get(0).map_or([0; N], |first| first.direction(&self.config));
+            }
+        }
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
-        let left_steps = block.distance_steps() - self.place_steps;
         if self.has_nothing_left() {
             let exit = self.square_of(speed_steps_s, block);
             return self.end_block(exit);
         }
-        let limits = block.limits_now(&self.config.shared_limits(&block.steps));
+        let limits = block.limits_now(&self.config.shared_limits(&block.span));
         if self.config.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
         }
         if self.is_held && is_no_faster(speed_steps_s, limits.start_speed_steps_s) {
             return self.rest();
         }
-        self.cut(speed_steps_s, left_steps);
-        if !self.slow_down(speed_steps_s, left_steps, &limits) {
-            self.end(speed_steps_s, left_steps, &limits);
+        self.cut(speed_steps_s);
+        if self.bent().is_some_and(|next| self.exit() > next.corner_square()) {
+            // There is no room to brake to the blend, but to rest where the block ends.
+            self.halt();
         }
+        let goal = self.goal(self.exit());
+        let left_steps = goal.end_steps - self.place_steps;
+        if goal.is_bent && left_steps <= NO_LINE_STEPS + NO_LINE_RATIO * goal.end_steps {
+            let entry = self.blocks.get(0).map_or(0, |first| first.entry);
+            (self.plan.exit, self.plan.onward) = (entry, self.onward(entry));
+            return self.bend();
+        }
+        if !self.slow_down(speed_steps_s, left_steps, &limits) {
+            self.end(speed_steps_s, goal, &limits);
+        }
+    }
+
+    /// Where and how the first block ends if it ends at this squared speed.
+    fn goal(&self, exit: Square) -> Goal {
+        let Some(first) = self.blocks.get(0) else { return Goal::default() };
+        let distance_steps = first.distance_steps();
+        let Some(next) = self.bent() else {
+            return Goal { exit, onward: exit, end_steps: distance_steps, is_bent: false };
+        };
+        let onward = self.onward(exit);
+        let [from_mm_s, to_mm_s] = [
+            first.speed_steps_s(exit, &self.config) * first.mm_per_step,
+            next.speed_steps_s(onward, &self.config) * next.mm_per_step,
+        ];
+        let share = if from_mm_s < to_mm_s && exit > 0 { from_mm_s / to_mm_s } else { 1.0 };
+        let end_steps = distance_steps - next.bend.reach_mm * share * first.steps_per_mm();
+        Goal { exit, onward, end_steps, is_bent: true }
+    }
+
+    /// Makes the first block end where it ends, at rest, instead of going on to the next one by a blend.
+    fn halt(&mut self) {
+        if let Some(next) = self.blocks.get_mut(1) {
+            next.stop();
+            next.entry = next.entry.min(next.start);
+        }
+        self.set_line(1);
+        self.set_line(0);
+        self.forward(0);
+    }
+
+    /// Computes the largest delta v² of a block over the line that blends leave of it.
+    fn set_line(&mut self, index: usize) {
+        let after_mm = self.blocks.get(index + 1).map_or(0.0, |next| next.bend.reach_mm);
+        let place_steps = if index == 0 { self.place_steps } else { 0.0 };
+        let Some(block) = self.blocks.get_mut(index) else { return };
+        let before_mm = if index == 0 { 0.0 } else { block.bend.reach_mm };
+        let steps = block.distance_steps() - place_steps - (before_mm + after_mm) * block.steps_per_mm();
+        let limits = self.config.shared_limits(&block.span);
+        block.set_delta_v2(if steps > 0.0 { steps } else { 0.0 }, &limits, &self.config);
+    }
+
+    /// Computes the blend into a block again, and the lines on both sides of it.
+    pub(super) fn bend_again(&mut self, index: usize) {
+        let Some(before) = index.checked_sub(1).and_then(|before| self.blocks.get(before)) else { return };
+        let end = before.end(if index == 1 { self.place_steps } else { 0.0 });
+        let Some(block) = self.blocks.get(index).filter(|block| !block.bend.is_none()) else { return };
+        let directions = [before.direction(&self.config), block.direction(&self.config)];
+        if let Some(block) = self.blocks.get_mut(index) {
+            block.follow(end, directions.each_ref(), &self.config);
+        }
+        self.set_line(index);
+        self.set_line(index - 1);
+    }
+
+    /// Fits the first block, at rest, to what is left of it.
+    pub(super) fn set_left(&mut self) {
+        self.bend_again(1);
+        self.set_line(0);
     }
 
     /// Whether too little of the first block is left to be planned.
@@ -164,8 +364,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.place_steps > 0.0
             && self.blocks.get(0).is_none_or(|first| {
                 let distance_steps = first.distance_steps();
-                let left_steps = distance_steps - self.place_steps;
-                left_steps <= NOTHING_STEPS || left_steps <= NOTHING_RATIO * distance_steps
+                is_nothing(distance_steps - self.place_steps, distance_steps)
             })
     }
 
@@ -187,19 +386,21 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let has_room = needed_steps < left_steps;
         if has_room {
-            self.begin(slower, false);
+            self.begin(slower, None);
         }
         has_room
     }
 
     /// Plans to the end of the block.
-    fn end(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) {
+    fn end(&mut self, speed_steps_s: f64, goal: Goal, limits: &Limits) {
         let Some(first) = self.blocks.get(0) else { return };
-        let exit = self.exit();
+        let (exit, left_steps) = (goal.exit, goal.end_steps - self.place_steps);
         let exit_steps_s = first.speed_steps_s(exit, &self.config);
         let is_fastest = self.config.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
         let law = self.config.speed_law;
-        let profile = if is_fastest && law == SpeedLaw::Trapezoid && first.has_fine_delta_v2() {
+        // Its delta v² is that of the shortest line that blends may leave.
+        let is_whole = !goal.is_bent && first.bend.is_none();
+        let profile = if is_fastest && law == SpeedLaw::Trapezoid && is_whole && first.has_fine_delta_v2() {
             let top = if self.is_held { 0 } else { first.nominal };
             first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, limits, &self.config)
         } else {
@@ -208,7 +409,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             let interval_law = if is_fastest { IntervalLaw::Fastest } else { self.config.interval_law };
             Profile::between(left_steps, speed_steps_s, exit_steps_s, &limits, interval_law, law)
         };
-        self.begin(profile, true);
+        self.begin(profile, Some(goal));
     }
 
     /// Speed and acceleration at the current place, steps/s and steps/s² of the longest axis.
@@ -228,20 +429,19 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// Shortens the first block to what its plan has left of it.
-    fn cut(&mut self, speed_steps_s: f64, left_steps: f64) {
+    fn cut(&mut self, speed_steps_s: f64) {
         if !self.plan.is_made {
             return;
         }
         self.pass();
+        self.set_line(0);
         let Some(first) = self.blocks.get_mut(0) else { return };
         first.entry = self.config.scale.of_speed(speed_steps_s * first.mm_per_step);
-        let limits = self.config.shared_limits(&first.steps);
-        first.set_delta_v2(left_steps, &limits, &self.config);
         if first.entry > first.ramps_to() {
             // A plan under way can brake to the speed that it promises, from any speed that it has.
             first.may_ramp_to(first.entry);
         }
-        self.keep_promise(self.plan.exit, speed_steps_s, left_steps);
+        self.keep_promise(self.plan.exit, speed_steps_s);
         self.forward(0);
     }
 
@@ -249,7 +449,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// speed is what was `promised`. Otherwise it ends at the promised speed, if that is still slower than its delta v²
     /// allows. There may be room for the promised speed only, because with limited jerk, braking to a slightly higher
     /// speed can take a longer distance.
-    fn keep_promise(&mut self, promised: Square, speed_steps_s: f64, left_steps: f64) {
+    fn keep_promise(&mut self, promised: Square, speed_steps_s: f64) {
         let Some(first) = self.blocks.get(0) else { return };
         let (exit_asked, lowest) = (self.exit_of(0, first), first.reach().1);
         if exit_asked >= lowest {
@@ -257,15 +457,23 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let has_room = exit_asked == promised || {
             let asked_steps_s = first.speed_steps_s(exit_asked, &self.config);
-            let limits = first.limits_now(&self.config.shared_limits(&first.steps));
+            let limits = first.limits_now(&self.config.shared_limits(&first.span));
             let braking = Profile::braking(speed_steps_s, asked_steps_s, &limits, self.config.speed_law);
-            braking.distance_steps() <= left_steps
+            braking.distance_steps() <= self.goal(exit_asked).end_steps - self.place_steps
         };
+        if !has_room && !self.plan.is_bent && self.bent().is_some() {
+            // It was to rest where the block ends.
+            self.halt();
+            return self.keep_promise(promised, speed_steps_s);
+        }
+        let Some(first) = self.blocks.get(0) else { return };
+        let lowest = first.reach().1;
         let exit = if has_room { exit_asked } else { promised };
         if exit >= lowest {
             return;
         }
         match self.blocks.get_mut(1) {
+            Some(next) if next.flows && !next.bend.is_none() => {}
             Some(next) if next.flows => next.entry = next.entry.min(exit),
             _ => self.blocks.get_mut(0).into_iter().for_each(|first| first.start = first.start.min(exit)),
         }
@@ -282,25 +490,41 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         plan.sync_move = SyncMove {
             profile,
             steps: plan.sync_move.steps,
+            offsets: plan.sync_move.offsets,
+            way_steps: plan.sync_move.way_steps,
             from_steps: self.place_steps,
             origin_steps: self.place_steps - profile.position_at(half_s),
             origin_s: self.at_s - half_s,
         };
         // Nothing may change this plan. It is never faster, nor further along the path, than the plan that it replaces.
         (plan.end_s, plan.slows_s) = (plan.sync_move.end_s(), f64::NEG_INFINITY);
-        (plan.ends_block, plan.is_stale, plan.kind) = (false, false, ChunkKind::Replan);
+        (plan.ends_block, plan.is_bent, plan.is_stale, plan.kind) = (false, false, false, ChunkKind::Replan);
     }
 
-    /// Makes `profile` the plan from the current place on.
-    fn begin(&mut self, profile: Profile, ends_block: bool) {
+    /// Makes `profile` the plan from the current place on. It ends at the goal of the block, if there is one.
+    fn begin(&mut self, profile: Profile, goal: Option<Goal>) {
+        let ends_block = goal.is_some();
+        let exit = self.exit();
+        let Goal { exit, onward, is_bent, .. } = goal.unwrap_or(Goal { exit, onward: exit, ..Goal::default() });
         let Some(block) = self.blocks.get(0) else { return };
-        let (place_steps, exit, origin_s) = (self.place_steps, self.exit(), self.at_s);
-        let steps = block.steps;
-        let sync_move = SyncMove { profile, steps, from_steps: place_steps, origin_steps: place_steps, origin_s };
+        let (place_steps, origin_s) = (self.place_steps, self.at_s);
+        let (Span { steps, offsets }, way_steps) = (block.span, block.distance_steps());
+        let sync_move = SyncMove {
+            profile,
+            steps,
+            offsets,
+            way_steps,
+            from_steps: place_steps,
+            origin_steps: place_steps,
+            origin_s,
+        };
         let end_s = sync_move.end_s();
         let slows_s = end_s - profile.t_decel_s();
-        let kind = if self.plan.is_made { ChunkKind::Replan } else { ChunkKind::Move };
+        let goes_on = self.plan.is_made || place_steps > 0.0 && block.flows;
+        let kind = if goes_on { ChunkKind::Replan } else { ChunkKind::Move };
         self.settled = self.settled.max(1);
-        self.plan = Plan { is_made: true, sync_move, end_s, slows_s, exit, ends_block, is_stale: false, kind };
+        let is_stale = false;
+        self.plan =
+            UnderWay { is_made: true, sync_move, end_s, slows_s, exit, onward, ends_block, is_bent, is_stale, kind };
     }
 }

@@ -1,7 +1,7 @@
 //! A plan in ticks: what its axes have in common when they are compiled.
 
 use super::Stretch;
-use super::frame::Frame;
+use super::frame::{Clock, Frame};
 use super::shared_spans::SharedSpans;
 use crate::profile::Profile;
 
@@ -24,6 +24,11 @@ impl Course {
     pub(crate) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
         self.frame.set(plan, is_whole, begin_s, tick_hz);
         self.spans.clear();
+    }
+
+    /// Changes to a blend that begins at `begin_s` from the start of the run.
+    pub(crate) fn set_clock(&mut self, begin_s: f64, duration_s: f64, tick_hz: u32) {
+        self.frame.clock = Clock::new(begin_s, duration_s, tick_hz);
     }
 
     /// Makes its spans include the steps of all these stretches.

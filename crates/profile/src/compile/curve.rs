@@ -53,15 +53,15 @@ impl Curve {
     pub(super) fn new(hermite: &Hermite, view: View, is_backwards: bool, range: StepRange) -> Self {
         let point = view.point().min(POINT_MAX);
         let unit_hz = f64::from(1u32 << point);
-        let View { frame, stretch } = view;
-        let mut factor = if is_backwards { -frame.tick_hz * unit_hz } else { frame.tick_hz * unit_hz };
+        let View { clock, stretch } = view;
+        let mut factor = if is_backwards { -clock.tick_hz * unit_hz } else { clock.tick_hz * unit_hz };
         let mut coefficients = hermite.coefficients.map(|coefficient| {
             // The direction of rounding does not matter, because a unit is far less than the deviation of a polynomial.
             let fixed = (coefficient * factor) as i64;
             factor *= UNIT_RATIO;
             fixed
         });
-        let origin_ticks = if is_backwards { frame.end_ticks } else { frame.begin_ticks };
+        let origin_ticks = if is_backwards { clock.end_ticks } else { clock.begin_ticks };
         coefficients[0] = coefficients[0].wrapping_add((origin_ticks * unit_hz) as i64);
         let per_step = stretch.stride / (hermite.steps.abs() * UNIT_RATIO);
         Self {
@@ -100,7 +100,7 @@ impl Curve {
 
 /// log2 of the steps that a quadratic may hold anywhere on the span.
 fn length(hermite: &Hermite, view: View, count: u32) -> u8 {
-    let tick_hz = view.frame.tick_hz;
+    let tick_hz = view.clock.tick_hz;
     let steps = hermite.steps.abs() / view.stretch.stride;
     let per_step = tick_hz / steps;
     let bend = hermite.third_derivative_max() * per_step / (steps * steps * ERROR_DIVISOR);

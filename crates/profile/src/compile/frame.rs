@@ -13,12 +13,7 @@ pub(super) struct Frame {
     /// Whether it is the plan of a whole move.
     pub(super) is_whole: bool,
     pub(super) bounds: PhaseBounds,
-    pub(super) tick_hz: f64,
-    /// log2 of `tick_hz`, in units of 2^-16.
-    pub(super) hz_log2: i32,
-    /// When the profile begins and ends.
-    pub(super) begin_ticks: f64,
-    pub(super) end_ticks: f64,
+    pub(super) clock: Clock,
     /// Its ramps, if they are at constant acceleration.
     pub(super) accel: Option<ConstantAccelRamp>,
     pub(super) decel: Option<ConstantAccelRamp>,
@@ -30,10 +25,21 @@ pub(super) struct Frame {
     pub(super) end_steps: f64,
 }
 
+/// The ticks of a plan, or of a part of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Clock {
+    pub(super) tick_hz: f64,
+    /// log2 of `tick_hz`, in units of 2^-16.
+    pub(super) hz_log2: i32,
+    /// When it begins and ends.
+    pub(super) begin_ticks: f64,
+    pub(super) end_ticks: f64,
+}
+
 /// An axis of a plan. Its steps count from 0, its instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View<'a> {
-    pub(super) frame: &'a Frame,
+    pub(super) clock: &'a Clock,
     pub(super) stretch: &'a Stretch,
 }
 
@@ -63,10 +69,7 @@ impl Frame {
         plan: Profile::NONE,
         is_whole: false,
         bounds: PhaseBounds::NONE,
-        tick_hz: 0.0,
-        hz_log2: 0,
-        begin_ticks: 0.0,
-        end_ticks: 0.0,
+        clock: Clock { tick_hz: 0.0, hz_log2: 0, begin_ticks: 0.0, end_ticks: 0.0 },
         accel: None,
         decel: None,
         cruise: None,
@@ -76,19 +79,30 @@ impl Frame {
 
     /// Makes it a profile that begins at `begin_s`, in its place: it is large.
     pub(super) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
-        let hz = f64::from(tick_hz);
         (self.plan, self.is_whole, self.bounds) = (*plan, is_whole, PhaseBounds::of(plan));
-        (self.tick_hz, self.hz_log2) = (hz, log2_of(hz));
-        self.begin_ticks = begin_s * hz;
-        self.end_ticks = (begin_s + plan.duration_s()) * hz;
-        self.accel = ConstantAccelRamp::of(&plan.accel, hz, None);
-        self.decel = ConstantAccelRamp::of(&plan.decel, hz, self.accel.as_ref());
-        self.cruise = (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, self.begin_ticks, hz));
+        self.clock = Clock::new(begin_s, plan.duration_s(), tick_hz);
+        self.accel = ConstantAccelRamp::of(&plan.accel, self.clock.tick_hz, None);
+        self.decel = ConstantAccelRamp::of(&plan.decel, self.clock.tick_hz, self.accel.as_ref());
+        self.cruise = (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, &self.clock));
         (self.begin_steps, self.end_steps) = (0.0, 0.0);
     }
 }
 
+impl Clock {
+    pub(super) fn new(begin_s: f64, duration_s: f64, tick_hz: u32) -> Self {
+        let hz = f64::from(tick_hz);
+        Self { tick_hz: hz, hz_log2: log2_of(hz), begin_ticks: begin_s * hz, end_ticks: (begin_s + duration_s) * hz }
+    }
+}
+
 impl ConstantAccelRamp {
+    /// A ramp of its own, in a blend. Without an acceleration it is one that hardly accelerates.
+    pub(super) fn new(slow_steps_s: f64, accel_steps_s2: f64, tick_hz: f64) -> Self {
+        let ticks_per_speed = tick_hz / accel_steps_s2;
+        let (lead_ticks, slope_ticks2) = (ticks_per_speed * slow_steps_s, ticks_per_speed * tick_hz);
+        Self { slow_steps_s, accel_steps_s2, ticks_per_speed, lead_ticks, slope_ticks2 }
+    }
+
     /// `None` if its acceleration changes, or if it is no ramp. `other` saves a division if it has the same
     /// acceleration.
     fn of(ramp: &Ramp, tick_hz: f64, other: Option<&Self>) -> Option<Self> {
@@ -109,7 +123,8 @@ impl ConstantAccelRamp {
 }
 
 impl Cruise {
-    pub(super) fn of(plan: &Profile, begin_ticks: f64, tick_hz: f64) -> Self {
+    pub(super) fn of(plan: &Profile, clock: &Clock) -> Self {
+        let Clock { tick_hz, begin_ticks, .. } = *clock;
         let ticks_per_step = tick_hz / plan.cruise_speed_steps_s();
         let start_ticks = begin_ticks + tick_hz * plan.t_accel_s() - ticks_per_step * plan.accel_end_steps();
         Self { ticks_per_step, start_ticks }
@@ -119,7 +134,7 @@ impl Cruise {
 impl View<'_> {
     /// The point for instants of the run.
     pub(super) fn point(&self) -> u8 {
-        point_for(exponent(self.frame.end_ticks))
+        point_for(exponent(self.clock.end_ticks))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Takes from the plan's floats what a phase of an axis needs, once a phase.
 
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
-use super::frame::{ConstantAccelRamp, Cruise, View, point_for};
+use super::frame::{ConstantAccelRamp, Cruise, Frame, View, point_for};
 use super::phase::{Law, Phase};
 use super::small_accel::SmallAccel;
 use super::u96::{Line, U96, exponent, fixed, short_fixed};
@@ -33,33 +33,33 @@ impl Phase {
 
     /// Makes it accelerate from the first step to the one before `end`.
     pub(super) fn accelerate(&mut self, ramp: &ConstantAccelRamp, view: View, end: u32) {
-        let (frame, more) = (view.frame, doubled(-view.stretch.ahead));
+        let (clock, more) = (view.clock, doubled(-view.stretch.ahead));
         let axis_ramp = view.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
             let (law, point, length) = small_accel(ramp, view, more);
             let reach = beyond(end, length);
-            let origin = fixed(frame.begin_ticks, point.into()) as u64;
+            let origin = fixed(clock.begin_ticks, point.into()) as u64;
             *self = Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
             return;
         }
         let reach = beyond(end, LENGTH_MAX);
         let mut exponent_max = axis_ramp.exponent_at(reach);
-        if frame.begin_ticks > 0.0 {
-            exponent_max = exponent_max.max(exponent(frame.begin_ticks)) + 1;
+        if clock.begin_ticks > 0.0 {
+            exponent_max = exponent_max.max(exponent(clock.begin_ticks)) + 1;
         }
         let point = point_for(exponent_max);
         let (lead, slope) = (axis_ramp.lead(point), axis_ramp.slope(point));
         let start = axis_ramp.start(point, (squared(lead), slope), more);
         let law =
-            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, frame.hz_log2));
-        let origin = short_fixed(frame.begin_ticks, point).wrapping_sub(lead);
+            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
+        let origin = short_fixed(clock.begin_ticks, point).wrapping_sub(lead);
         *self = Self { law, origin, end, reach, backwards: false, point, length: 0 };
     }
 
     /// Makes it keep its speed up to the step before `end`.
-    pub(super) fn cruise(&mut self, view: View, end: u32) {
-        let View { frame, stretch } = view;
-        let cruise = frame.cruise.unwrap_or_else(|| Cruise::of(&frame.plan, frame.begin_ticks, frame.tick_hz));
+    pub(super) fn cruise(&mut self, frame: &Frame, stretch: &Stretch, end: u32) {
+        let view = View { clock: &frame.clock, stretch };
+        let cruise = frame.cruise.unwrap_or_else(|| Cruise::of(&frame.plan, &frame.clock));
         let period_ticks = cruise.ticks_per_step * stretch.stride;
         let start_ticks = cruise.start_ticks - period_ticks * stretch.ahead;
         let point = view.point();
@@ -76,15 +76,15 @@ impl Phase {
 
     /// Makes it decelerate to the last of the axis's steps, the one before `end`.
     pub(super) fn decelerate(&mut self, ramp: &ConstantAccelRamp, view: View, end: u32) {
-        let (frame, more) = (view.frame, doubled(view.stretch.beyond));
+        let (clock, more) = (view.clock, doubled(view.stretch.beyond));
         let axis_ramp = view.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
             let (law, point, length) = small_accel(ramp, view, more);
-            let origin = fixed(frame.end_ticks, point.into()) as u64;
+            let origin = fixed(clock.end_ticks, point.into()) as u64;
             *self = Self { law, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
             return;
         }
-        let point = point_for(exponent(axis_ramp.lead_ticks).max(exponent(frame.end_ticks)) + 1);
+        let point = point_for(exponent(axis_ramp.lead_ticks).max(exponent(clock.end_ticks)) + 1);
         let (lead, slope) = (axis_ramp.lead(point), axis_ramp.slope(point));
         let spare_log2 = axis_ramp.spare_steps_log2();
         let spare = spare_log2.map_or(0, |log2| (1 << log2).min(STEPS_END - end));
@@ -94,8 +94,8 @@ impl Phase {
         };
         let start = axis_ramp.start(point, (squared(lead).saturating_sub(spared), slope), more);
         let law =
-            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, frame.hz_log2));
-        let origin = short_fixed(frame.end_ticks, point).wrapping_add(lead);
+            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
+        let origin = short_fixed(clock.end_ticks, point).wrapping_add(lead);
         *self = Self { law, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 };
     }
 }
@@ -177,7 +177,7 @@ impl AxisRamp {
 /// deviates by 2^-6 tick at most. Its first half step is `more` half steps longer.
 fn small_accel(ramp: &ConstantAccelRamp, view: View, more: f64) -> (Law, u8, u32) {
     let point = view.point();
-    let (tick_hz, stride) = (view.frame.tick_hz, view.stretch.stride);
+    let (tick_hz, stride) = (view.clock.tick_hz, view.stretch.stride);
     let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
     let slowest_ticks = tick_hz / slow_steps_s * stride;
     let law = SmallAccel { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point };

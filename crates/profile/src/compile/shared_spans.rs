@@ -123,7 +123,7 @@ fn better_ratio(error_ratio: f64) -> f64 {
 impl Frame {
     pub(super) fn path(&self, is_backwards: bool) -> Path<'_> {
         let ramp = if is_backwards { &self.plan.decel } else { &self.plan.accel };
-        Path { ramp, is_backwards, tick_hz: self.tick_hz }
+        Path { ramp, is_backwards, tick_hz: self.clock.tick_hz }
     }
 }
 

@@ -73,7 +73,7 @@ impl Spans {
         }
         let steps_after_begin = self.steps_after(&hermite, step, stretch);
         let range = StepRange { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
-        self.curve = Curve::new(&hermite, View { frame: &course.frame, stretch }, self.is_backwards, range);
+        self.curve = Curve::new(&hermite, View { clock: &course.frame.clock, stretch }, self.is_backwards, range);
     }
 
     /// How many steps are due before the ramp is at `ramp_steps`.

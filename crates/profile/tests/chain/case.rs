@@ -1,7 +1,7 @@
 //! Random machines, and the moves that they make.
 
-use isostep_profile::chain::{ChainConfig, Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::chain::{ChainConfig, Chunk, Effort, Request};
+use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 use proptest::prelude::*;
 
 pub const AXES: usize = 3;
@@ -23,6 +23,11 @@ impl Case {
         let plain = ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law);
         plain.with_effort(self.effort)
     }
+}
+
+/// The line that a chunk is of.
+pub fn line<const N: usize>(chunk: &Chunk<N>) -> &SyncMove<N> {
+    chunk.plan.line().expect("a line")
 }
 
 fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {
@@ -96,7 +101,7 @@ fn moves(all: Vec<(Follows, Option<f64>, bool)>) -> Vec<Request<AXES>> {
             (0, _) | (_, None) => feed,
             (_, Some(last)) => last.feed_mm_s,
         };
-        moves.push(Request { steps, feed_mm_s, stops, tag: index as u64 });
+        moves.push(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag: index as u64 });
     }
     moves
 }
@@ -107,6 +112,7 @@ fn effort() -> impl Strategy<Value = Effort> {
     let some = (time(), time(), time(), time()).prop_map(|(step_s, move_s, ramps_s, root_step_s)| Effort {
         step_s: 0.01 * step_s,
         move_s,
+        blend_s: 0.0,
         ramps_s,
         root_step_s,
     });

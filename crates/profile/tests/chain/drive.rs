@@ -5,7 +5,7 @@ use isostep_profile::chain::{Chain, Chunk, ChunkKind, Request};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-use super::case::{AXES, Case};
+use super::case::{AXES, Case, line};
 use super::follow::Follower;
 use super::model::{Move, OverrideRatios, fastest};
 
@@ -208,10 +208,10 @@ impl<const LEN: usize> Drive<'_, LEN> {
             self.least = None;
         }
         let (entry, least) = *self.least.get_or_insert_with(|| {
-            let entry = chunk.plan.profile.entry_speed_steps_s() * chunk.mm_per_step;
+            let entry = line(chunk).profile.entry_speed_steps_s() * chunk.mm_per_step;
             (entry * entry, best(entry * entry))
         });
-        if chunk.until_s >= chunk.plan.end_s() && chunk.until_steps >= chunk.plan.distance_steps() - 1e-5 {
+        if chunk.until_s >= line(chunk).end_s() && chunk.until_steps >= line(chunk).distance_steps() - 1e-5 {
             let (exit, slack) = (self.follower.speed_mm_s(), self.follower.unit_mm_s());
             prop_assert!(exit >= least.sqrt() * (1.0 - 1e-6) - slack, "move {tag}: {exit} for {}", least.sqrt());
             let most = best(entry).sqrt();

@@ -5,7 +5,7 @@ use isostep_profile::{IntervalLaw, Profile, ProfileError, SpeedLaw, SyncMove};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-use super::case::{AXES, Case};
+use super::case::{AXES, Case, line};
 use super::model::{Move, OverrideRatios, corner};
 
 /// What rounding may change, as a fraction.
@@ -104,7 +104,7 @@ impl Follower {
 
     fn has_made_all(&self) -> TestCaseResult {
         if let Some(last) = &self.last {
-            prop_assert_eq!(self.made, last.plan.steps.map(i32::unsigned_abs), "move {}", last.tag);
+            prop_assert_eq!(self.made, line(last).steps.map(i32::unsigned_abs), "move {}", last.tag);
         }
         Ok(())
     }
@@ -112,7 +112,7 @@ impl Follower {
     pub fn follow(&mut self, chunk: Chunk<AXES>) -> TestCaseResult {
         prop_assert!(chunk.until_s.is_finite() && chunk.until_steps.is_finite(), "{chunk:?}");
         let one = self.one(chunk.tag);
-        prop_assert_eq!(chunk.plan.steps, one.request.steps);
+        prop_assert_eq!(line(&chunk).steps, one.request.steps);
         prop_assert!((chunk.mm_per_step / one.mm_per_step - 1.0).abs() <= 1e-12);
         let from_steps = match chunk.kind {
             ChunkKind::Move => self.begins(&chunk, &one)?,
@@ -121,7 +121,7 @@ impl Follower {
         prop_assert!(chunk.until_s >= self.at_s && chunk.until_steps >= from_steps, "{} {}", self.at_s, from_steps);
         // Days after the last rest, what an instant is rounded by is a distance at high speed.
         let rounding_steps = f64::EPSILON * chunk.until_s * end_speed(&chunk);
-        let off_steps = (chunk.plan.place_at(chunk.until_s) - chunk.until_steps).abs();
+        let off_steps = (line(&chunk).place_at(chunk.until_s) - chunk.until_steps).abs();
         prop_assert!(off_steps <= 1e-6 + 1e-12 * chunk.until_steps + rounding_steps, "{off_steps} steps off");
         prop_assert!(chunk.until_steps <= one.distance_steps + 1e-5);
         if chunk.kind != ChunkKind::Continuation {
@@ -140,17 +140,17 @@ impl Follower {
 
     /// Checks the beginning of another move, or of the same move from rest. Returns where it begins, steps.
     fn begins(&mut self, chunk: &Chunk<AXES>, one: &Move) -> Result<f64, TestCaseError> {
-        prop_assert_eq!(chunk.plan.begin_s(), self.at_s);
+        prop_assert_eq!(line(chunk).begin_s(), self.at_s);
         let speed_mm_s = begin_speed(chunk, self.at_s) * chunk.mm_per_step;
         let goes_on = self.last.is_some_and(|last| last.tag == chunk.tag);
         let start_mm_s = one.start_mm_s * LIMIT_SLACK + self.unit_mm_s;
         if goes_on {
             prop_assert!(self.is_at_rest && speed_mm_s <= start_mm_s, "{speed_mm_s}");
             let place_steps = self.last.map_or(0.0, |last| last.until_steps);
-            prop_assert_eq!(chunk.plan.begin_steps(), place_steps);
+            prop_assert_eq!(line(chunk).begin_steps(), place_steps);
             return Ok(place_steps);
         }
-        prop_assert_eq!(chunk.plan.begin_steps(), 0.0);
+        prop_assert_eq!(line(chunk).begin_steps(), 0.0);
         prop_assert_eq!(chunk.tag, self.last.map_or(0, |last| last.tag + 1));
         self.has_made_all()?;
         self.made = [0; AXES];
@@ -191,11 +191,11 @@ impl Follower {
         if chunk.kind == ChunkKind::Continuation {
             prop_assert_eq!(last.plan, chunk.plan);
         } else {
-            prop_assert_eq!(chunk.plan.begin_steps(), last.until_steps);
+            prop_assert_eq!(line(chunk).begin_steps(), last.until_steps);
             let (before, speed) = (end_speed(&last), begin_speed(chunk, self.at_s));
             // A place is known to a rounding. At a speed near standstill that is a while.
             let rounding_s = if before > 0.0 { f64::EPSILON * last.until_steps / before } else { 0.0 };
-            let off_s = (chunk.plan.begin_s() - self.at_s).abs();
+            let off_s = (line(chunk).begin_s() - self.at_s).abs();
             prop_assert!(off_s <= 1e-9 * (self.at_s + 1.0) + rounding_s, "{off_s} s off at {} s", self.at_s);
             let unit = self.unit_mm_s / chunk.mm_per_step;
             prop_assert!((speed - before).abs() <= SAME * before + unit, "{speed} after {before} steps/s");
@@ -205,8 +205,8 @@ impl Follower {
 
     /// Checks that [`Profile::plan`] accepts the plan, too, if it is one between two speeds.
     fn could_be_planned(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
-        let profile = chunk.plan.profile;
-        let is_easing = chunk.plan.end_steps() - profile.distance_steps() < chunk.plan.begin_steps() - 1e-9;
+        let profile = line(chunk).profile;
+        let is_easing = line(chunk).end_steps() - profile.distance_steps() < line(chunk).begin_steps() - 1e-9;
         if is_easing || self.case.interval_law == IntervalLaw::Thirds {
             return Ok(());
         }
@@ -232,7 +232,7 @@ impl Follower {
 
     /// Checks that the plan of a move lasts as long as the caller needs for it.
     fn lasts_long_enough(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
-        let profile = chunk.plan.profile;
+        let profile = line(chunk).profile;
         let speeds = [profile.entry_speed_steps_s(), profile.cruise_speed_steps_s(), profile.exit_speed_steps_s()];
         let (low, high) = (speeds.into_iter().fold(f64::INFINITY, f64::min), speeds.into_iter().fold(0.0, f64::max));
         let is_whole = profile.distance_steps() >= one.distance_steps * (1.0 - SAME);
@@ -247,8 +247,8 @@ impl Follower {
     }
 
     fn keeps_limits(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
-        let profile = chunk.plan.profile;
-        let origin_s = chunk.plan.end_s() - profile.duration_s();
+        let profile = line(chunk).profile;
+        let origin_s = line(chunk).end_s() - profile.duration_s();
         let limits = one.limits(one.top_mm_s);
         let nominal = one.nominal_mm_s / chunk.mm_per_step;
         let is_trapezoid = self.case.law == SpeedLaw::Trapezoid;
@@ -288,17 +288,17 @@ impl Follower {
         // Near standstill a rounding error of a place is a long time.
         let slack_s = 1e-9 * self.at_s + 2.0 * (1e-8 * one.mm_per_step / one.accel_mm_s2.min(one.decel_mm_s2)).sqrt();
         for axis in 0..AXES {
-            let last = chunk.plan.steps_before(axis, chunk.until_steps);
+            let last = line(chunk).steps_before(axis, chunk.until_steps);
             let first = self.made[axis] + 1;
             prop_assert!(last + 1 >= first, "axis {axis}: {last} after {first}");
             if chunk.kind != ChunkKind::Continuation {
-                prop_assert_eq!(chunk.plan.step_numbers(axis).start, first, "axis {}", axis);
+                prop_assert_eq!(line(chunk).step_numbers(axis).start, first, "axis {}", axis);
             }
-            prop_assert!(last < chunk.plan.step_numbers(axis).end);
+            prop_assert!(last < line(chunk).step_numbers(axis).end);
             let early = first..(first + STEPS_LOOKED_AT).min(last + 1);
             let late = early.end.max((last + 1).saturating_sub(STEPS_LOOKED_AT))..last + 1;
             for k in early.chain(late) {
-                let t_s = chunk.plan.step_time_s(axis, k);
+                let t_s = line(chunk).step_time_s(axis, k);
                 prop_assert!(t_s > self.made_s[axis], "axis {axis} step {k}: {t_s} after {}", self.made_s[axis]);
                 let slack_s = slack_s + rest_slack_s(chunk, one, axis, k);
                 prop_assert!(
@@ -320,11 +320,11 @@ impl Follower {
 fn rest_slack_s(chunk: &Chunk<AXES>, one: &Move, axis: usize, k: u32) -> f64 {
     let stride = one.distance_steps / f64::from(one.request.steps[axis].unsigned_abs());
     let (place_steps, nearest_steps) = ((f64::from(k) - 0.5) * stride, 1e-6 * stride);
-    let ends = [chunk.plan.begin_steps(), chunk.plan.end_steps()];
+    let ends = [line(chunk).begin_steps(), line(chunk).end_steps()];
     if ends.iter().all(|end| (place_steps - end).abs() > nearest_steps) {
         return 0.0;
     }
-    let profile = &chunk.plan.profile;
+    let profile = &line(chunk).profile;
     let from_end = profile.duration_s() - profile.time_at(profile.distance_steps() - nearest_steps);
     profile.time_at(nearest_steps).max(from_end)
 }
@@ -335,15 +335,15 @@ fn begin_s(part: &SyncMove<AXES>) -> f64 {
 
 /// The speed at the end of a chunk, steps/s.
 fn end_speed(chunk: &Chunk<AXES>) -> f64 {
-    if chunk.until_s >= chunk.plan.end_s() {
-        chunk.plan.profile.exit_speed_steps_s()
+    if chunk.until_s >= line(chunk).end_s() {
+        line(chunk).profile.exit_speed_steps_s()
     } else {
-        chunk.plan.speed_at(chunk.until_s)
+        line(chunk).speed_at(chunk.until_s)
     }
 }
 
 /// The speed at the beginning of a chunk that begins at `at_s`, steps/s.
 fn begin_speed(chunk: &Chunk<AXES>, at_s: f64) -> f64 {
-    let begins = (begin_s(&chunk.plan) - at_s).abs() <= 1e-12 * (at_s + chunk.plan.profile.duration_s());
-    if begins { chunk.plan.profile.entry_speed_steps_s() } else { chunk.plan.speed_at(at_s) }
+    let begins = (begin_s(line(chunk)) - at_s).abs() <= 1e-12 * (at_s + line(chunk).profile.duration_s());
+    if begins { line(chunk).profile.entry_speed_steps_s() } else { line(chunk).speed_at(at_s) }
 }

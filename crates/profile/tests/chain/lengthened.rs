@@ -6,7 +6,7 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
-use crate::case::{AXES, Case, case, curved, trapezoid};
+use crate::case::{AXES, Case, case, curved, line, trapezoid};
 use crate::drive::{drive_lengthened, overrides, pushes};
 
 /// A case of which about half of the moves go straight on at the feed of the one before, and no time is needed for a
@@ -21,7 +21,7 @@ fn straighter(law: impl Strategy<Value = SpeedLaw>) -> impl Strategy<Value = Cas
                 Some(times) => {
                     let Request { feed_mm_s, .. } = case.moves[index - 1];
                     let steps = unit.map(|steps| steps * times);
-                    case.moves[index] = Request { steps, feed_mm_s, ..case.moves[index] };
+                    case.moves[index] = Request { steps, offsets: [0; 3], feed_mm_s, ..case.moves[index] };
                 }
                 None => unit = case.moves[index].steps,
             }
@@ -83,8 +83,8 @@ fn ends(case: &Case, lengthens: bool) -> Vec<f64> {
         chunks.push(chunk);
     }
     let time_s = |&(tag, place): &(u64, f64)| {
-        let chunk = chunks.iter().rfind(|chunk| chunk.tag == tag && chunk.plan.begin_steps() < place).unwrap();
-        chunk.plan.time_at(place)
+        let chunk = chunks.iter().rfind(|chunk| chunk.tag == tag && line(chunk).begin_steps() < place).unwrap();
+        line(chunk).time_at(place)
     };
     places.iter().map(time_s).collect()
 }
@@ -102,7 +102,7 @@ fn config(law: IntervalLaw, effort: Effort) -> ChainConfig<2> {
 }
 
 fn request(steps: [i32; 2]) -> Request<2> {
-    Request { steps, feed_mm_s: Some(5.0), stops: false, tag: 0 }
+    Request { steps, offsets: [0; 2], feed_mm_s: Some(5.0), stops: false, deviation_mm: 0.0, tag: 0 }
 }
 
 /// Whether the second move lengthens the first.
@@ -157,7 +157,7 @@ fn a_move_that_has_begun_is_not_lengthened() {
     chain.start();
     let mut made = Vec::new();
     while let Some(chunk) = chain.advance(f64::INFINITY) {
-        made.push((chunk.plan.steps[0], chunk.tag));
+        made.push((line(&chunk).steps[0], chunk.tag));
     }
     made.dedup();
     assert_eq!(made, [(100, 0), (30, 20)]);

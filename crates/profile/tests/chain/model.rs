@@ -149,7 +149,7 @@ impl Move {
 
 /// The shortest time that a move may last at constant speed, and if it changes its speed, s.
 fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
-    let Effort { step_s, move_s, ramps_s, root_step_s } = case.effort;
+    let Effort { step_s, move_s, ramps_s, root_step_s, .. } = case.effort;
     let mut steps = request.steps.map(i32::unsigned_abs);
     steps.sort_unstable();
     let [low, middle, high] = steps.map(f64::from);

@@ -5,7 +5,7 @@ use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-use crate::case::{AXES, Case, case, curved, trapezoid};
+use crate::case::{AXES, Case, case, curved, line, trapezoid};
 use crate::follow::Follower;
 use crate::model::{Ends, Move, OverrideRatios, fastest};
 
@@ -28,7 +28,7 @@ fn is_the_fastest(case: &Case) -> TestCaseResult {
         prop_assert_eq!(chunk.kind, ChunkKind::Move);
         let Ends { entry, exit, .. } = speeds[chunk.tag as usize];
         for (speed, square) in
-            [(chunk.plan.profile.entry_speed_steps_s(), entry), (chunk.plan.profile.exit_speed_steps_s(), exit)]
+            [(line(&chunk).profile.entry_speed_steps_s(), entry), (line(&chunk).profile.exit_speed_steps_s(), exit)]
         {
             let (speed, expected) = (speed * chunk.mm_per_step, square.sqrt());
             // Near standstill the units of squares are larger than this fraction.

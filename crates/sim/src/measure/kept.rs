@@ -23,6 +23,7 @@ pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -
         // A stopped move ends abruptly, not at rest.
         let ends = Ends { at_rest: [begins, ends && matches!(record.finish, Finish::Done | Finish::Held)] };
         for (axis, times_s) in times_s.iter().enumerate() {
+            let times_s = &times_s[times_s.len().min(record.blend_steps(axis) as usize)..];
             let (own, law) = (&config.limits[axis], config.speed_law);
             highest = highest.max(limits::ratios(times_s, off_s, own, law, ends, |t_s| speed_limit(record, axis, t_s)));
         }
@@ -35,52 +36,61 @@ pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -
 
 /// The length of a path of these steps, mm.
 pub fn path_mm(steps: [i32; AXES], config: &Config) -> f64 {
-    in_mm(steps, config).into_iter().map(|mm| mm * mm).sum::<f64>().sqrt()
+    length_mm(std::array::from_fn(|axis| f64::from(steps[axis]) / config.steps_per_mm[axis]))
 }
 
 /// The speed of a move at its start and its end, along its path.
 pub fn speeds_mm_s(record: &MoveRecord, config: &Config) -> [f64; 2] {
-    let mm_per_step = path_mm(record.plan.steps, config) / record.plan.distance_steps();
+    let mm_per_step = length_mm(way_mm(record, config)) / record.plan.distance_steps();
     let last = record.parts.last().unwrap_or(&record.plan);
     [record.plan.speed_at(record.plan.begin_s()), last.profile.exit_speed_steps_s()].map(|steps| steps * mm_per_step)
 }
 
 /// Whether a move begins and ends at the start speed or slower.
 pub fn are_rests(record: &MoveRecord, config: &Config) -> [bool; 2] {
-    let start_mm_s = start_mm_s(record.plan.steps, config);
-    speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING))
+    let start_mm_s = start_mm_s(record, config);
+    let [begins, ends] = speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING));
+    [begins && record.blend.is_none(), ends && !record.ends_in_blend]
 }
 
-fn in_mm(steps: [i32; AXES], config: &Config) -> [f64; AXES] {
-    std::array::from_fn(|axis| f64::from(steps[axis]) / config.steps_per_mm[axis])
+/// How far a move goes along each axis, mm.
+pub fn way_mm(record: &MoveRecord, config: &Config) -> [f64; AXES] {
+    std::array::from_fn(|axis| record.plan.axis_steps(axis) / config.steps_per_mm[axis])
+}
+
+fn length_mm(way_mm: [f64; AXES]) -> f64 {
+    way_mm.into_iter().map(|mm| mm * mm).sum::<f64>().sqrt()
 }
 
 /// The start speed along a path.
-fn start_mm_s(steps: [i32; AXES], config: &Config) -> f64 {
-    let path_mm = path_mm(steps, config);
-    let moving = (0..AXES).filter(|axis| steps[*axis] != 0);
-    let starts =
-        moving.map(|axis| config.limits[axis].start_speed_steps_s * path_mm / f64::from(steps[axis].unsigned_abs()));
+fn start_mm_s(record: &MoveRecord, config: &Config) -> f64 {
+    let path_mm = length_mm(way_mm(record, config));
+    let steps = |axis: usize| record.plan.axis_steps(axis).abs();
+    let moving = (0..AXES).filter(|axis| steps(*axis) > 0.0);
+    let starts = moving.map(|axis| config.limits[axis].start_speed_steps_s * path_mm / steps(axis));
     starts.fold(f64::INFINITY, f64::min)
 }
 
 /// The speed at a corner as a fraction of that allowed by Grbl's rule. Both moves must have the same speed there, or
 /// both must be at rest. Otherwise the result is infinite.
 fn corner_ratio(moves: [&MoveRecord; 2], config: &Config) -> f64 {
+    if moves[0].ends_in_blend {
+        return 0.0;
+    }
     let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| speeds_mm_s(record, config));
     let [[_, stops], [starts, _]] = moves.map(|record| are_rests(record, config));
     if stops && starts {
         return 0.0;
     }
     let is_one = (out_mm_s / in_mm_s - 1.0).abs() < ROUNDING;
-    if is_one { in_mm_s / corner_mm_s(moves.map(|record| record.plan.steps), config) } else { f64::INFINITY }
+    if is_one { in_mm_s / corner_mm_s(moves, config) } else { f64::INFINITY }
 }
 
 /// The highest speed at which the corner between two moves may be taken.
-fn corner_mm_s(moves: [[i32; AXES]; 2], config: &Config) -> f64 {
-    let [before, after] = moves.map(|steps| {
-        let path_mm = path_mm(steps, config);
-        in_mm(steps, config).map(|mm| mm / path_mm)
+fn corner_mm_s(moves: [&MoveRecord; 2], config: &Config) -> f64 {
+    let [before, after] = moves.map(|record| {
+        let way_mm = way_mm(record, config);
+        way_mm.map(|mm| mm / length_mm(way_mm))
     });
     let across: [f64; AXES] = std::array::from_fn(|axis| after[axis] - before[axis]);
     let length = across.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -96,6 +106,6 @@ fn corner_mm_s(moves: [[i32; AXES]; 2], config: &Config) -> f64 {
     // The sine of half the angle between the reversed first path and the second path.
     let sine = (1.0 - length * length / 4.0).max(0.0).sqrt();
     // A corner may always be taken at the start speed.
-    let start_mm_s = moves.map(|steps| start_mm_s(steps, config)).into_iter().fold(f64::INFINITY, f64::min);
+    let start_mm_s = moves.map(|record| start_mm_s(record, config)).into_iter().fold(f64::INFINITY, f64::min);
     (accel_mm_s2 * config.junction_deviation_mm * sine / (1.0 - sine)).sqrt().max(start_mm_s)
 }

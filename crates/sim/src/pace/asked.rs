@@ -37,7 +37,8 @@ pub struct Asked {
 impl Asked {
     /// What a move of `outcome` asks for. Without a source, its speed is the planned one, or as fast as its axes allow.
     pub fn new(outcome: &Outcome, record: &MoveRecord, source: Option<&Source>) -> Self {
-        let distance_mm: [f64; AXES] = outcome.mm(record.plan.steps);
+        let distance_mm: [f64; AXES] =
+            std::array::from_fn(|axis| record.plan.axis_steps(axis) / outcome.steps_per_mm[axis]);
         let length_mm = distance_mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
         let direction = distance_mm.map(|mm| mm / length_mm);
         let mm_per_step = length_mm / record.plan.distance_steps();

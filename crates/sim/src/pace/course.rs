@@ -108,7 +108,7 @@ pub fn end_s(outcome: &Outcome) -> Option<f64> {
 /// When the run of a move began, s from the start of the `first` move's plan, which may be later than the start of its
 /// run.
 fn run_s(first: &MoveRecord, record: &MoveRecord) -> f64 {
-    (record.start_ns - first.start_ns) as f64 * 1e-9 - first.plan.begin_s()
+    (record.start_ns - first.start_ns) as f64 * 1e-9 - first.begin_s()
 }
 
 /// A plan and the time in which the move follows it.

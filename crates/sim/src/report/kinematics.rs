@@ -70,7 +70,7 @@ fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
         MovingAxis {
             index,
             plan,
-            mm_per_master_step: f64::from(record.plan.steps[index]) / plan.distance_steps() / steps_per_mm,
+            mm_per_master_step: record.plan.axis_steps(index) / record.plan.distance_steps() / steps_per_mm,
             accelerations: slopes(&speeds),
             speeds,
         }

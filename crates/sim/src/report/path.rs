@@ -267,7 +267,7 @@ fn pieces_by_edges<'a>(
 fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; AXES])> {
     let edges = &outcome.edges[record.edges.clone()];
     let stride = edges.len().div_ceil(POINTS_PER_MOVE).max(1);
-    let begin_s = record.plan.begin_s();
+    let begin_s = record.begin_s();
     let mut at = record.origin_steps;
     let mut points = vec![(0.0, outcome.mm(at))];
     for (number, edge) in edges.iter().enumerate() {

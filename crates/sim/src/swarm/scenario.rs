@@ -230,6 +230,12 @@ impl Random {
             settings.start_rate_mm_min[axis] = self.of(&[0.0, 60.0]);
             settings.square_offset_mm[axis] = self.of(&[0.0, 0.5, -1.5]);
         }
+        // The machines with the largest deviation go round corners by blends, as far as their law has any.
+        if settings.junction_deviation_mm == 0.05 {
+            settings.blend_deviation_mm = 0.05;
+            (settings.interval_thirds, settings.start_rate_mm_min) = (false, [0.0; AXES]);
+            settings.speed_law = if settings.speed_law < 3 { 0 } else { settings.speed_law };
+        }
         if settings.speed_law >= 3 {
             settings.start_rate_mm_min = [60.0; AXES];
         }

@@ -107,7 +107,7 @@ fn together<'a>(
     spells: &'a [Spell],
 ) -> impl Iterator<Item = ((f64, f64), Phase<'a>)> {
     let first = outcome.moves.iter().find(|record| !record.homing);
-    let (start_ns, begin_s) = first.map_or((0, 0.0), |first| (first.start_ns, first.plan.begin_s()));
+    let (start_ns, begin_s) = first.map_or((0, 0.0), |first| (first.start_ns, first.begin_s()));
     let since_start_s = move |t_ns: u64| (t_ns as f64 - start_ns as f64) * 1e-9 - begin_s;
     let mut passed = 0;
     phases(outcome, sources).flat_map(move |phase| {

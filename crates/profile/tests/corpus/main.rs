@@ -1,0 +1,208 @@
+//! Programs of other people, planned with blends: how long they take beside Grbl, how far that is from the fastest on the
+//! same path, and whether every axis keeps its limits. The programs are not part of the project: `ISOSTEP_CORPUS` names a
+//! folder with `grbl_times.csv` and `lines/`. Without it there is nothing to test.
+
+mod offline;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use isostep_profile::chain::{Chain, ChainConfig, Chunk, Plan, Request};
+use offline::Path;
+
+use isostep_profile::{IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw};
+
+const AXES: usize = 3;
+/// How many moves of a program are planned offline.
+const OFFLINE_MOVES: usize = 700;
+
+/// A machine of `grbl_times.csv`; its axes are alike.
+pub struct Machine {
+    name: &'static str,
+    steps_per_mm: f64,
+    top_mm_s: f64,
+    accel_mm_s2: f64,
+}
+
+const MACHINES: [Machine; 3] = [
+    Machine { name: "A", steps_per_mm: 50.0, top_mm_s: 48.0, accel_mm_s2: 50.0 },
+    Machine { name: "B", steps_per_mm: 80.0, top_mm_s: 5000.0 / 60.0, accel_mm_s2: 500.0 },
+    Machine { name: "C", steps_per_mm: 80.0, top_mm_s: 200.0, accel_mm_s2: 2000.0 },
+];
+
+/// Steps, offsets from the place that is meant, and feed.
+pub type OneMove = ([i32; AXES], [i8; AXES], Option<f64>);
+
+/// The moves of a program of G0 and G1 lines, with every feed, or with that of 12,000 mm/min.
+fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<OneMove> {
+    let (mut at, mut target, mut feed, mut is_rapid) = ([0; AXES], [0.0; AXES], 0.0, true);
+    let mut moves = Vec::new();
+    for line in text.lines() {
+        let mut moves_on = false;
+        for word in line.split_whitespace() {
+            let value: f64 = word[1..].parse().unwrap();
+            match (&word[..1], value) {
+                ("G", 0.0) => is_rapid = true,
+                ("G", 1.0) => is_rapid = false,
+                ("F", _) => feed = if is_top { 200.0 } else { value / 60.0 },
+                ("X" | "Y" | "Z", _) => {
+                    target["XYZ".find(&word[..1]).unwrap()] = value;
+                    moves_on = true;
+                }
+                _ => {}
+            }
+        }
+        let steps = target.map(|mm| (mm * steps_per_mm).round() as i32);
+        let offsets = target
+            .map(|mm| ((mm * steps_per_mm - (mm * steps_per_mm).round()) * f64::from(OFFSET_PARTS)).round() as i8);
+        let by = std::array::from_fn(|axis| steps[axis] - at[axis]);
+        if moves_on && by != [0; AXES] {
+            moves.push((by, offsets, (!is_rapid).then_some(feed)));
+            at = steps;
+        }
+    }
+    moves
+}
+
+/// What a program made of the chain.
+#[derive(Debug, Default)]
+struct Made {
+    total_s: f64,
+    blends: usize,
+    /// The largest acceleration and speed of an axis over its limit, and the largest jump of speed.
+    accel: f64,
+    speed: f64,
+    jump_mm_s: f64,
+}
+
+struct Watch<'a> {
+    machine: &'a Machine,
+    made: Made,
+    speeds_mm_s: [f64; AXES],
+}
+
+impl Watch<'_> {
+    fn see(&mut self, chunk: &Chunk<AXES>, from_s: f64) {
+        let mm = |steps: f64| steps / self.machine.steps_per_mm;
+        let speeds: [[f64; AXES]; 2] = match &chunk.plan {
+            Plan::Line(line) => {
+                let profile = line.profile;
+                let ends = [from_s.max(line.begin_s()), chunk.until_s].map(|t_s| {
+                    if t_s >= line.end_s() {
+                        profile.exit_speed_steps_s()
+                    } else {
+                        line.speed_at(t_s.max(line.end_s() - profile.duration_s()))
+                    }
+                });
+                let shares: [f64; AXES] = std::array::from_fn(|axis| line.axis_steps(axis) / line.distance_steps());
+                let fastest = shares.iter().map(|share| mm(profile.cruise_speed_steps_s() * share.abs()));
+                self.made.speed = fastest.fold(self.made.speed, |most, mm_s| most.max(mm_s / self.machine.top_mm_s));
+                ends.map(|steps_s| shares.map(|share| mm(steps_s * share)))
+            }
+            Plan::Blend(blend) => {
+                self.made.blends += 1;
+                let accels = (0..AXES).map(|axis| mm(blend.accel_steps_s2(axis).abs()));
+                self.made.accel =
+                    accels.fold(self.made.accel, |most, mm_s2| most.max(mm_s2 / self.machine.accel_mm_s2));
+                [blend.begin_s(), blend.end_s()].map(|t_s| std::array::from_fn(|axis| mm(blend.speed_at(axis, t_s))))
+            }
+        };
+        for (mm_s, before_mm_s) in speeds[0].iter().zip(self.speeds_mm_s) {
+            self.made.jump_mm_s = self.made.jump_mm_s.max((mm_s - before_mm_s).abs());
+        }
+        self.speeds_mm_s = speeds[1];
+    }
+}
+
+fn make(machine: &Machine, moves: &[OneMove], deviation_mm: f32) -> Made {
+    let per_mm = machine.steps_per_mm;
+    let limits = Limits {
+        start_speed_steps_s: 0.0,
+        top_speed_steps_s: machine.top_mm_s * per_mm,
+        accel_steps_s2: machine.accel_mm_s2 * per_mm,
+        decel_steps_s2: machine.accel_mm_s2 * per_mm,
+        jerk_steps_s3: f64::INFINITY,
+    };
+    let config =
+        ChainConfig::new([limits; AXES], [1.0 / per_mm; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let mut chain = Chain::<AXES, 64>::new(config);
+    let mut watch = Watch { machine, made: Made::default(), speeds_mm_s: [0.0; AXES] };
+    let mut moves = moves.iter();
+    loop {
+        while !chain.is_full()
+            && let Some((steps, offsets, feed_mm_s)) = moves.next()
+        {
+            let request =
+                Request { steps: *steps, offsets: *offsets, feed_mm_s: *feed_mm_s, stops: false, deviation_mm, tag: 0 };
+            chain.push(request).unwrap();
+        }
+        let from_s = chain.at_s();
+        let Some(chunk) = chain.advance(0.015) else { break };
+        if deviation_mm > 0.0 {
+            watch.see(&chunk, from_s);
+        }
+    }
+    assert!(chain.is_empty());
+    Made { total_s: chain.at_s(), ..watch.made }
+}
+
+fn folder() -> Option<PathBuf> {
+    std::env::var_os("ISOSTEP_CORPUS").map(PathBuf::from)
+}
+
+/// The rows of the table, by their program.
+fn table(folder: &std::path::Path) -> Vec<BTreeMap<String, String>> {
+    let text = std::fs::read_to_string(folder.join("grbl_times.csv")).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<_> = lines.next().unwrap().split(',').map(str::to_owned).collect();
+    lines.map(|line| names.iter().cloned().zip(line.split(',').map(str::to_owned)).collect()).collect()
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn programs_take_hardly_longer_than_without_limits_at_corners() {
+    let Some(folder) = folder() else { return };
+    for machine in &MACHINES {
+        for (suffix, is_top) in [("_max_feed_s", true), ("_s", false)] {
+            let (mut ratios, mut roots, mut reached) = (Vec::new(), Vec::new(), Vec::new());
+            for row in table(&folder) {
+                let name = &row["program"];
+                let grbl_s: f64 = row[&format!("{}{suffix}", machine.name)].parse().unwrap();
+                let text = std::fs::read_to_string(folder.join("lines").join(name)).unwrap();
+                let moves = moves(&text, machine.steps_per_mm, is_top);
+                let [sharp, bent] = [0.0, 0.01].map(|deviation_mm| make(machine, &moves, deviation_mm));
+                let path = Path::new(machine, &moves[..moves.len().min(OFFLINE_MOVES)], 0.01);
+                let first_s = make(machine, &moves[..moves.len().min(OFFLINE_MOVES)], 0.01).total_s;
+                let (by_roots, by_reach) = (first_s / path.by_two_passes_s(), first_s / path.by_reachability_s());
+                println!(
+                    "{}{suffix} {name:34} {:5} moves {:5} blends: {:8.3} s, {:.4} of Grbl's, {:.4} of that to the corners; {by_roots:.4} of passes by roots, {by_reach:.4} of the fastest; of the limits {:.5}, {:.5}, a jump of {:.1e} mm/s",
+                    machine.name,
+                    moves.len(),
+                    bent.blends,
+                    bent.total_s,
+                    bent.total_s / grbl_s,
+                    bent.total_s / sharp.total_s,
+                    bent.accel,
+                    bent.speed,
+                    bent.jump_mm_s,
+                );
+                assert!(bent.accel < 1.0 && bent.speed < 1.0 + 1e-9 && bent.jump_mm_s < 1e-5 * machine.top_mm_s);
+                assert!(by_roots < 1.015, "{by_roots}");
+                roots.push(by_roots);
+                reached.push(by_reach);
+                ratios.push(bent.total_s / grbl_s);
+            }
+            let most = reached.iter().copied().fold(0.0, f64::max);
+            let [ratio, root, reach] = [&mut ratios, &mut roots, &mut reached].map(|values| median(values));
+            println!(
+                "{}{suffix} median {ratio:.4}; {root:.4} of passes by roots; {reach:.4} of the fastest, {most:.4} at most",
+                machine.name
+            );
+            assert!(ratio <= if is_top { 1.06 } else { 1.015 }, "{ratio}");
+        }
+    }
+}
