@@ -37,6 +37,7 @@ pub struct OwnPort<P, D> {
 }
 
 impl<P: MotorPins, D: DelayNs> OwnPort<P, D> {
+    /// A port at rest, STEP and DIR low.
     pub fn new(pins: P, delay: D, timing: DriverTiming) -> Self {
         // A reading of the clock may be almost a tick old. DIR changes as soon as a pulse has ended.
         let mut capabilities = Capabilities::new(TICK_HZ as u32, timing);
