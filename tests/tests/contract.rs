@@ -61,17 +61,13 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn what_tests_of_their_own_hold_names_them() {
-    let folders = ["tests/tests", "crates/conformance/src"];
-    let code: String = folders
-        .iter()
-        .flat_map(|folder| sources(&root().join(folder)))
-        .map(|path| fs::read_to_string(path).unwrap())
-        .collect();
+    let folders = ["tests/tests", "crates/conformance/src/promises"].map(|folder| sources(&root().join(folder)));
+    let code: String = folders.concat().iter().map(|path| fs::read_to_string(path).unwrap()).collect();
     let rows = rows("What tests of their own hold");
     assert!(rows.len() >= 5, "{rows:?}");
     for row in rows {
         let test = row.trim_end_matches([' ', '|']).rsplit('|').next().unwrap_or_default().trim().trim_matches('`');
-        assert!(["\n", "\npub "].iter().any(|before| code.contains(&format!("{before}fn {test}("))), "{row}");
+        assert!(code.contains(&format!("fn {test}(")), "{row}");
     }
 }
 

@@ -72,7 +72,7 @@ fn parking_is_the_simulations_and_within_50_ns() {
 
 /// How far the steps of `TimerPort` may be from the closed form, p99. What is promised is promised for three axes; a
 /// fourth takes some of the processor's time even where it rests.
-const TIMER_PORT_P99_NS: f64 = if AXES == 3 { 2_000.0 } else { 2_500.0 };
+const TIMER_PORT_P99_NS: f64 = if AXES == 3 { 2_000.0 } else { 3_000.0 };
 
 /// Without all cases it is a shorter program.
 #[test]

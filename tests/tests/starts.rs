@@ -22,8 +22,7 @@ struct Port {
 
 impl StepPort for Port {
     fn capabilities(&self) -> Capabilities {
-        let tick_hz = TICK_HZ as u32;
-        Capabilities { tick_hz, timing: DriverTiming::DRV8825, margin_ticks: 1, core_ns: 0, turn_ticks: 0 }
+        Capabilities::new(TICK_HZ as u32, DriverTiming::DRV8825)
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {

@@ -136,7 +136,7 @@ fn made_late(top_speed_steps_s: u32, late_us: u64) -> Result<(), PortFault> {
             pending::<Infallible>().await
         };
         let motors = Motors { top_speed_steps_s, ..WIRED };
-        let run = Run { motors, start_line: &start_line, segments: &queue, odometer: &odometer };
+        let run = Run::new(motors, &start_line, &queue, &odometer);
         let Either::First(result) = select(port.run(run), feed).await;
         kept.set(Some(result));
     });
@@ -171,7 +171,7 @@ fn a_step_that_is_too_late_stops_all_axes() {
         let go = join(let_go(&lines[0], start), let_go(&lines[1], start));
         let run = |axis: usize| {
             let (start_line, segments, odometer) = (&lines[axis], &queues[axis], &odometers[axis]);
-            Run { motors: WIRED, start_line, segments, odometer }
+            Run::new(WIRED, start_line, segments, odometer)
         };
         let others = join4(y.run(run(1)), feed_late, send_all(&queues[1], items), go);
         let fault = async {

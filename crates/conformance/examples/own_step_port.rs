@@ -37,10 +37,11 @@ pub struct OwnPort<P, D> {
 }
 
 impl<P: MotorPins, D: DelayNs> OwnPort<P, D> {
+    /// A port at rest, STEP and DIR low.
     pub fn new(pins: P, delay: D, timing: DriverTiming) -> Self {
         // A reading of the clock may be almost a tick old. DIR changes as soon as a pulse has ended.
-        let capabilities =
-            Capabilities { tick_hz: TICK_HZ as u32, timing, margin_ticks: 1, core_ns: 30_000, turn_ticks: 0 };
+        let mut capabilities = Capabilities::new(TICK_HZ as u32, timing);
+        (capabilities.margin_ticks, capabilities.core_ns) = (1, 30_000);
         Self { pins, delay, capabilities, dir_high: false, ready: Instant::MIN }
     }
 
@@ -164,12 +165,9 @@ pub fn main() {
             }
             segments.send(StreamItem::End).await;
         }
-        let [run_x, run_y] = axes.each_ref().map(|(start_line, segments, odometer)| Run {
-            motors: Motors::default(),
-            start_line,
-            segments,
-            odometer,
-        });
+        let [run_x, run_y] = axes
+            .each_ref()
+            .map(|(start_line, segments, odometer)| Run::new(Motors::default(), start_line, segments, odometer));
         // The part of the coordinator: it lets all axes go at once, when all are armed.
         let let_go = async {
             for (line, ..) in &axes {

@@ -220,7 +220,7 @@ pub async fn carry_out_run(
         }
         pending::<Infallible>().await
     };
-    let run = Run { motors, start_line: &start_line, segments: &queue, odometer };
+    let run = Run::new(motors, &start_line, &queue, odometer);
     let side = join(let_go(&start_line, start), item);
     match select(port.run(run), side).await {
         Either::First(result) => result,

@@ -78,8 +78,9 @@ pub struct Wiring {
     pub pulse_ns: u32,
 }
 
-/// What a port can do.
+/// What a port can do. Others are made from [`new`](Self::new) by setting fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Capabilities {
     /// Its time resolution, Hz.
     pub tick_hz: u32,
@@ -96,6 +97,12 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
+    /// A port whose edges hardware makes at once: no margin, no time of the processor, none to turn.
+    #[must_use]
+    pub const fn new(tick_hz: u32, timing: DriverTiming) -> Self {
+        Self { tick_hz, timing, margin_ticks: 0, core_ns: 0, turn_ticks: 0 }
+    }
+
     /// How long STEP stays high with this wiring, ns. It is never shorter than the driver's minimum or than DIR's hold
     /// time, so DIR may change as soon as a pulse is over.
     #[must_use]
@@ -228,6 +235,7 @@ impl Motors {
 /// A run, as one axis's port is asked for it, from standstill to standstill. The axis may reverse in it, and may have
 /// no step at all.
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub struct Run<'a> {
     /// Which motors make the steps.
     pub motors: Motors,
@@ -237,6 +245,14 @@ pub struct Run<'a> {
     pub segments: &'a StreamQueue,
     /// Where it counts the steps.
     pub odometer: &'a Odometer,
+}
+
+impl<'a> Run<'a> {
+    /// A run, for whoever tests a port.
+    #[must_use]
+    pub fn new(motors: Motors, start_line: &'a StartLine, segments: &'a StreamQueue, odometer: &'a Odometer) -> Self {
+        Self { motors, start_line, segments, odometer }
+    }
 }
 
 /// Why a port stopped before its last step. Every step that rose is counted.

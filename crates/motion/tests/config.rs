@@ -53,7 +53,7 @@ const SQUARED: Squared = Squared { axis: Axis::Y, direction_inverted: false, off
 
 /// A port that carries the driver's 250,000 steps/s.
 fn port() -> Capabilities {
-    Capabilities { tick_hz: 8_000_000, timing: DriverTiming::DRV8825, margin_ticks: 0, core_ns: 0, turn_ticks: 0 }
+    Capabilities::new(8_000_000, DriverTiming::DRV8825)
 }
 
 #[test]

@@ -129,6 +129,11 @@ impl Cells {
         }
     }
 
+    /// Whether the next operation changes cells: not where the flash refuses it, nor after the power has gone.
+    fn works(&self) -> bool {
+        !self.fault.as_ref().is_some_and(|fault| self.operations >= fault.at_operation && fault.torn.is_none())
+    }
+
     /// Changes the cells from index `from` on to `wanted`, or as far as a fault allows.
     fn operate(&mut self, from: usize, wanted: &[u8]) -> Result<(), FlashError> {
         let cells = &mut self.bytes[from..from + wanted.len()];
@@ -201,8 +206,10 @@ impl<const WORD_BYTES: usize> NorFlash for WordFlash<WORD_BYTES> {
         cells.check(from as usize, to as usize, SECTOR_BYTES)?;
         for sector in from as usize / SECTOR_BYTES..to as usize / SECTOR_BYTES {
             let bytes = sector * SECTOR_BYTES..(sector + 1) * SECTOR_BYTES;
-            // What is erased in part has to be erased again.
-            cells.programmed[bytes.clone()].fill(true);
+            if cells.works() {
+                // What is erased in part has to be erased again.
+                cells.programmed[bytes.clone()].fill(true);
+            }
             cells.operate(bytes.start, &[ERASED; SECTOR_BYTES])?;
             cells.programmed[bytes].fill(false);
             cells.erases[sector] += 1;

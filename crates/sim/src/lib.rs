@@ -61,6 +61,7 @@ pub mod plant;
 pub mod port;
 pub mod program;
 mod record;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod settings;
 mod sim;

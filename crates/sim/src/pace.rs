@@ -59,6 +59,7 @@ impl Shares {
 }
 
 /// Only the slowest and the busiest second, as in [`Pace`], which takes longer to compute.
+#[cfg(feature = "report")]
 pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> [Option<Second>; 2] {
     if lines_of_moves::sets_limits_on_the_way(outcome) {
         return [None; 2];

@@ -171,8 +171,8 @@ impl Gate {
 impl SimPort {
     /// A port on these pins, in the time of `clock`, for drivers that need `timing`.
     pub fn new(pins: AxisPins, clock: &Clock, timing: DriverTiming) -> Self {
-        let capabilities =
-            Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: MARGIN_TICKS, core_ns: 0, turn_ticks: TURN_TICKS };
+        let mut capabilities = Capabilities::new(TICK_HZ, timing);
+        (capabilities.margin_ticks, capabilities.turn_ticks) = (MARGIN_TICKS, TURN_TICKS);
         Self {
             clock: clock.clone(),
             pins,

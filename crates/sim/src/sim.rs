@@ -577,5 +577,5 @@ async fn serve(controller: &Controller<'_, Flash>, (mut rx, mut tx, mut opened):
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "report"))]
 mod tests;

@@ -252,8 +252,8 @@ fn reversals() -> Vec<Case> {
     let drivers = [(DriverTiming::DRV8825, 0), (DriverTiming::TMC2209, 0), (DriverTiming::TMC2209, 5_000)];
     let axis = |(timing, pulse_ns): (DriverTiming, u32)| {
         let wiring = Wiring { pulse_ns, ..Wiring::default() };
-        let capabilities =
-            Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 0, core_ns: 0, turn_ticks: TURN_CYCLES + 1 };
+        let mut capabilities = Capabilities::new(TICK_HZ, timing);
+        capabilities.turn_ticks = TURN_CYCLES + 1;
         let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(wiring), TICK_HZ));
         let period = capabilities.period_min_ticks(wiring);
         let first = Wait::High(ticks_covering(timing.setup_ns, TICK_HZ));

@@ -9,8 +9,7 @@ use oorandom::Rand32;
 use crate::talk::{powered_up, say};
 
 /// The ports of these tests, which carry the driver's 250,000 steps/s.
-const PORT: Capabilities =
-    Capabilities { tick_hz: 125_000_000, timing: DriverTiming::DRV8825, margin_ticks: 0, core_ns: 0, turn_ticks: 0 };
+const PORT: Capabilities = Capabilities::new(125_000_000, DriverTiming::DRV8825);
 
 fn carries_steps_s(pulse_us: u16) -> f32 {
     PORT.rate_max_steps_s(Wiring { pulse_ns: u32::from(pulse_us) * 1_000, ..Wiring::default() }) as f32

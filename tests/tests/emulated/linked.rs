@@ -22,8 +22,8 @@ const CRATES_IN_RAM: [&str; 10] = [
 ];
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
 /// about the device; plans by the curved laws, ahead of time; homes; probes, at the contact and after it; takes an override;
-/// runs once before anything moves; or is named by a table of functions and called by nobody.
-const MAY_WAIT: [&str; 49] = [
+/// gets a run ready; runs once before anything moves; or is named by a table of functions and called by nobody.
+const MAY_WAIT: [&str; 50] = [
     "isostep_console",
     "isostep_controller",
     "rp2040_gantry..flash..Flash",
@@ -32,6 +32,7 @@ const MAY_WAIT: [&str; 49] = [
     "isostep_motion6config6Config12travel_steps",
     "isostep_motion11coordinator10poll_aside",
     "isostep_motion6homing",
+    "isostep_motion3run7streams",
     "12note_contact",
     "10stop_alarm",
     "14override_chain",

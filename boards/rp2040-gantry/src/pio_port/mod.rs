@@ -171,8 +171,8 @@ impl PioPort {
         let machine = StateMachine::new(axis);
         let stream = Stream::new(axis, blocks);
         // A pulse is a whole number of cycles.
-        let (margin_ticks, turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
-        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks, core_ns: 0, turn_ticks };
+        let mut capabilities = Capabilities::new(TICK_HZ, timing);
+        (capabilities.margin_ticks, capabilities.turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
         Self {
             axis,
             machine,

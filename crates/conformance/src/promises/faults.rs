@@ -32,7 +32,7 @@ pub fn running_dry_is_a_fault_and_nothing_rises_after_it(ports: impl Ports) {
                 }
                 pending::<Infallible>().await
             };
-            let run = Run { motors: WIRED, start_line: &start_line, segments: &queue, odometer: &odometer };
+            let run = Run::new(WIRED, &start_line, &queue, &odometer);
             let Either::First(result) = select(port.run(run), item).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
             assert_eq!(odometer.position_steps(), fed, "{rig}");

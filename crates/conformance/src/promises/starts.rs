@@ -46,7 +46,7 @@ async fn make(mut port: impl StepPort, plan: Plan, axis: usize, links: Rc<[Link;
     for item in plan.items(port.capabilities().tick_hz).chain([StreamItem::End]) {
         segments.send(item).await;
     }
-    assert_eq!(port.run(Run { motors: WIRED, start_line, segments, odometer }).await, Ok(()));
+    assert_eq!(port.run(Run::new(WIRED, start_line, segments, odometer)).await, Ok(()));
 }
 
 /// Lets all axes go, as soon as all are armed.
@@ -81,7 +81,7 @@ pub fn a_port_starts_when_it_can_keep_its_first_step(ports: impl Ports) {
                     queue.try_send(item).unwrap();
                 }
                 let odometer = Odometer::new();
-                let run = Run { motors: WIRED, start_line: &start_line, segments: &queue, odometer: &odometer };
+                let run = Run::new(WIRED, &start_line, &queue, &odometer);
                 let (result, at) = join(port.run(run), let_go(&start_line, Instant::MIN)).await;
                 assert_eq!((result, odometer.position_steps()), (Ok(()), plan.steps()), "{rig}");
                 reported.borrow_mut().push((at - ports.lead(), plan));

@@ -85,7 +85,7 @@ impl<const N: usize> TimerBank<N> {
     pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
         // A reading of the clock may be almost a tick old, hence the margin of one tick. DIR changes when the pulse
         // ends.
-        let capabilities = Capabilities { tick_hz: TICK_HZ, timing, margin_ticks: 1, core_ns: CORE_NS, turn_ticks: 0 };
+        let capabilities = Capabilities { margin_ticks: 1, core_ns: CORE_NS, ..Capabilities::new(TICK_HZ, timing) };
         let (wake, gate) = (&self.wake, &self.gate);
         let mut report_every = REPORT_EVERY;
         array::from_fn(|axis| {

@@ -43,7 +43,7 @@ fn open_line() -> StartLine {
 /// A run that starts as soon as the port is armed.
 async fn run(port: &mut SimPort, wiring: Wiring, segments: &StreamQueue, odometer: &Odometer) -> Result<(), PortFault> {
     let motors = Motors { wiring, ..Motors::default() };
-    port.run(Run { motors, start_line: &open_line(), segments, odometer }).await
+    port.run(Run::new(motors, &open_line(), segments, odometer)).await
 }
 
 /// Runs `task` with X's port, with its driver energised; returns the instants of the edges, ns.
