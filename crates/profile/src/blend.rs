@@ -2,15 +2,19 @@
 //!
 //! From a place on one block to a place on the next, each axis has one constant acceleration, for a time that all axes
 //! share. So a blend is to a corner what a ramp is to a block: every axis has the same interval.
+//!
+//! Before that, it may go straight on at constant speed, on what little is left of the block: the approach. Planned and
+//! compiled as a line of its own, that would take as long as a whole move.
 
 use libm::floor;
 
 use crate::compile::{AxisBlend, Course, Lane, NEAREST_STEPS};
+use crate::fixed::is_zero;
 use crate::ramp::constant_accel_time_s;
 use crate::sync::{Span, SyncMove, offset};
 
 /// The plan of a corner for `N` axes: from the end of a line of one block to the beginning of a line of the next, each
-/// axis at a constant acceleration of its own.
+/// axis at a constant acceleration of its own, after an approach at constant speed.
 ///
 /// A step is due where its axis is half a step from a whole one, as on a line. An axis that goes back makes the steps up
 /// to where it turns, and then those of its way back. Two edges there that would be nearer to each other than two steps
@@ -23,27 +27,41 @@ pub struct Blend<const N: usize> {
     /// Where that move begins and ends beside whole steps.
     offsets: [[i8; N]; 2],
     begin_s: f64,
-    duration_s: f64,
+    /// How long the approach lasts, and the corner itself; and the inverse of the latter.
+    approach_s: f64,
+    corner_s: f64,
+    per_s: f64,
     /// Where it ends on the block after the corner, steps of the longest axis of that block.
     end_steps: f64,
     /// Speeds of each axis where it begins and ends, steps/s, signed by direction.
     speeds_steps_s: [[f64; 2]; N],
-    /// Where each axis begins and ends, steps from the whole step next to the corner, signed by direction.
+    /// Where each axis is where the approach and the corner end, steps from the whole step next to the corner, signed by
+    /// direction.
     places_steps: [[f64; 2]; N],
-    /// How many steps each axis is from the corner where it begins, turns and ends, signed by direction.
-    counts: [[i32; 3]; N],
+    /// How many steps each axis is from the corner where it begins, has approached, turns and ends, signed by direction.
+    counts: [[i32; 4]; N],
 }
 
 /// A block as a blend sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side<'a, const N: usize> {
     pub(crate) span: &'a Span<N>,
-    /// The length of the block, steps of the longest axis.
-    pub(crate) way_steps: f64,
-    /// Where the blend begins or ends, steps of the longest axis from the beginning of the block.
-    pub(crate) place_steps: f64,
+    /// The steps of each axis for a step of the longest one, signed by direction.
+    pub(crate) shares: [f64; N],
+    /// How many steps of each axis are due on this block before the blend begins, or when it ends.
+    pub(crate) counts: [u32; N],
+    /// How far the corner is from where the blend begins or ends, approach apart, steps of the longest axis.
+    pub(crate) corner_steps: f64,
     /// How fast the longest axis is there, steps/s.
     pub(crate) speed_steps_s: f64,
+}
+
+/// When a blend begins, and how long its parts last, s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Times {
+    pub(crate) begin_s: f64,
+    pub(crate) approach_s: f64,
+    pub(crate) corner_s: f64,
 }
 
 impl<const N: usize> Blend<N> {
@@ -51,51 +69,54 @@ impl<const N: usize> Blend<N> {
     pub(crate) fn new(
         before: &Side<'_, N>,
         after: &Side<'_, N>,
-        begin_s: f64,
-        duration_s: f64,
+        times: Times,
         tops_steps_s: impl Fn(usize) -> f64,
     ) -> Self {
-        let (before_way, after_way) = (before.way_steps, after.way_steps);
-        let (before_ratio, after_ratio) = (1.0 / before_way, 1.0 / after_way);
-        let left_ratio = (before_way - before.place_steps) * before_ratio;
-        let (gone_ratio, per_s) = (after.place_steps * after_ratio, 1.0 / duration_s);
-        let speed_ratios = [before.speed_steps_s * before_ratio, after.speed_steps_s * after_ratio];
+        let Times { begin_s, approach_s, corner_s } = times;
         let mut blend = Self {
             steps: after.span.steps,
             offsets: after.span.offsets,
             begin_s,
-            duration_s,
-            end_steps: after.place_steps,
+            approach_s,
+            corner_s,
+            per_s: 1.0 / corner_s,
+            end_steps: after.corner_steps,
             speeds_steps_s: [[0.0; 2]; N],
             places_steps: [[0.0; 2]; N],
-            counts: [[0; 3]; N],
+            counts: [[0; 4]; N],
         };
         for axis in 0..N {
-            let [from, to] = [before.span.len(axis), after.span.len(axis)];
-            let corner = offset(after.span.offsets[0][axis]);
-            let speeds = [from * speed_ratios[0], to * speed_ratios[1]];
-            let places = [corner - from * left_ratio, corner + to * gone_ratio];
+            let [from, to] = [before.shares[axis], after.shares[axis]];
             let [before_steps, after_steps] = [before, after].map(|side| side.span.steps[axis]);
-            let count = |side: &Side<'_, N>| side.span.steps_before(axis, side.place_steps, side.way_steps) as i32;
-            let begin = count(before) * before_steps.signum() - before_steps;
-            let end = count(after) * after_steps.signum();
-            let turn = if from * to < 0.0 {
-                // The step nearest to the place where it turns whose edges there are far enough from each other.
-                let sign = if from < 0.0 { -1.0 } else { 1.0 };
-                let along = |count: i32| if from < 0.0 { -count } else { count };
-                let accel = (speeds[1] - speeds[0]).abs() * per_s;
-                let top = tops_steps_s(axis);
-                let apart_steps = accel / (8.0 * top * top);
-                let peak = sign * places[0] + speeds[0] * speeds[0] / (2.0 * accel);
-                let nearest = floor(peak - apart_steps + 0.5) as i32;
-                along(nearest.max(along(begin)).max(along(end)))
-            } else {
-                end
-            };
-            (blend.speeds_steps_s[axis], blend.places_steps[axis]) = (speeds, places);
-            blend.counts[axis] = [begin, turn, end];
+            let begin = before.counts[axis] as i32 * before_steps.signum() - before_steps;
+            let end = after.counts[axis] as i32 * after_steps.signum();
+            let corner = offset(after.span.offsets[0][axis]);
+            if is_zero(from) && is_zero(to) {
+                (blend.places_steps[axis], blend.counts[axis]) = ([corner; 2], [begin, begin, end, end]);
+                continue;
+            }
+            blend.speeds_steps_s[axis] = [from * before.speed_steps_s, to * after.speed_steps_s];
+            let places = [corner - from * before.corner_steps, corner + to * after.corner_steps];
+            blend.places_steps[axis] = places;
+            let turns = is_negative(from) != is_negative(to) && !is_zero(from) && !is_zero(to);
+            let turn = if turns { blend.turn(axis, begin, end, tops_steps_s(axis)) } else { end };
+            let is_back = is_negative(from) || is_zero(from) && is_negative(to);
+            let approached = if is_zero(approach_s) { begin } else { nearest(places[0], is_back) };
+            let approached = if is_back { approached.min(begin).max(turn) } else { approached.max(begin).min(turn) };
+            blend.counts[axis] = [begin, approached, turn, end];
         }
         blend
+    }
+
+    /// The step nearest to the place where an axis turns whose edges there are far enough from each other.
+    fn turn(&self, axis: usize, begin: i32, end: i32, top_steps_s: f64) -> i32 {
+        let from_steps_s = self.speeds_steps_s[axis][0];
+        let accel = self.accel_steps_s2(axis).abs();
+        let sign = from_steps_s.signum();
+        let along = |count: i32| if from_steps_s < 0.0 { -count } else { count };
+        let apart_steps = accel / (8.0 * top_steps_s * top_steps_s);
+        let peak = sign * self.places_steps[axis][0] + from_steps_s * from_steps_s / (2.0 * accel);
+        along((floor(peak - apart_steps + 0.5) as i32).max(along(begin)).max(along(end)))
     }
 
     /// When it begins, s from the start of the run.
@@ -107,13 +128,19 @@ impl<const N: usize> Blend<N> {
     /// When it ends, s from the start of the run.
     #[must_use]
     pub fn end_s(&self) -> f64 {
-        self.begin_s + self.duration_s
+        self.corner_begins_s() + self.corner_s
     }
 
-    /// How long it lasts, s.
+    /// When its approach ends and its corner begins, s from the start of the run.
     #[must_use]
-    pub fn duration_s(&self) -> f64 {
-        self.duration_s
+    pub fn corner_begins_s(&self) -> f64 {
+        if is_zero(self.approach_s) { self.begin_s } else { self.begin_s + self.approach_s }
+    }
+
+    /// How long the corner lasts, without the approach, s.
+    #[must_use]
+    pub fn corner_s(&self) -> f64 {
+        self.corner_s
     }
 
     /// Where it ends on the block after the corner, steps of the longest axis from the beginning of that block.
@@ -136,32 +163,32 @@ impl<const N: usize> Blend<N> {
     pub fn place_at(&self, axis: usize, t_s: f64) -> f64 {
         let t_s = self.within(t_s);
         let [from_steps_s, _] = self.speeds_steps_s[axis];
-        self.places_steps[axis][0] + (from_steps_s + self.accel_steps_s2(axis) * t_s / 2.0) * t_s
+        let bent_steps_s = if t_s > 0.0 { self.accel_steps_s2(axis) * t_s / 2.0 } else { 0.0 };
+        self.places_steps[axis][0] + (from_steps_s + bent_steps_s) * t_s
     }
 
     /// How fast an axis is at `t_s` from the start of the run, steps/s, signed by direction.
     #[must_use]
     pub fn speed_at(&self, axis: usize, t_s: f64) -> f64 {
-        let t_s = self.within(t_s);
-        self.speeds_steps_s[axis][0] + self.accel_steps_s2(axis) * t_s
+        self.speeds_steps_s[axis][0] + self.accel_steps_s2(axis) * self.within(t_s).max(0.0)
     }
 
-    /// The time from its beginning, within it, s.
+    /// The time from where the corner begins, within the blend, s.
     fn within(&self, t_s: f64) -> f64 {
-        (t_s - self.begin_s).max(0.0).min(self.duration_s)
+        (t_s - self.corner_begins_s()).max(-self.approach_s).min(self.corner_s)
     }
 
-    /// The acceleration of an axis, steps/s², signed by direction.
+    /// The acceleration of an axis at the corner, steps/s², signed by direction.
     #[must_use]
     pub fn accel_steps_s2(&self, axis: usize) -> f64 {
         let [from_steps_s, to_steps_s] = self.speeds_steps_s[axis];
-        (to_steps_s - from_steps_s) / self.duration_s
+        (to_steps_s - from_steps_s) * self.per_s
     }
 
     /// How many steps an axis makes, and how many of them before it turns; if it does not turn, that is all of them.
     #[must_use]
     pub fn step_counts(&self, axis: usize) -> (u32, u32) {
-        let [begin, turn, end] = self.counts[axis];
+        let [begin, _, turn, end] = self.counts[axis];
         let out = turn.abs_diff(begin);
         (out + end.abs_diff(turn), out)
     }
@@ -169,14 +196,14 @@ impl<const N: usize> Blend<N> {
     /// How many steps an axis is from the corner where it begins and where it ends, signed by direction.
     #[must_use]
     pub fn ends_steps(&self, axis: usize) -> [i32; 2] {
-        let [begin, _, end] = self.counts[axis];
+        let [begin, .., end] = self.counts[axis];
         [begin, end]
     }
 
     /// The direction of an axis's first step, 1 or -1; 0 if it makes none.
     #[must_use]
     pub fn direction(&self, axis: usize) -> i32 {
-        let [begin, turn, end] = self.counts[axis];
+        let [begin, _, turn, end] = self.counts[axis];
         if turn == begin { (end - turn).signum() } else { (turn - begin).signum() }
     }
 
@@ -184,7 +211,11 @@ impl<const N: usize> Blend<N> {
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let parts = self.axis(axis);
-        let (AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, .. }, k) = (parts, f64::from(k));
+        let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, .. } = parts;
+        if k <= approach {
+            return self.corner_begins_s() - (f64::from(approach - k) + 0.5 + self.approached(axis)) / parts.from_steps_s;
+        }
+        let k = f64::from(k - approach);
         let time_s = |steps: f64| constant_accel_time_s(steps, slow_steps_s, accel_steps_s2);
         let out = f64::from(parts.out);
         if k <= out { end_s - time_s(out - k + 0.5 + beyond) } else { begin_s + time_s(k - out - 0.5 - ahead) }
@@ -192,38 +223,72 @@ impl<const N: usize> Blend<N> {
 
     /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
     pub fn lay(&self, course: &mut Course, tick_hz: u32) {
-        course.set_clock(self.begin_s, self.duration_s, tick_hz);
+        course.set_clock(self.corner_begins_s(), self.corner_s, tick_hz);
     }
 
     /// Makes `lane` the axis with index `axis`, on the course that [`lay`](Self::lay) has made from this blend.
     pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
-        lane.begin_blend(&self.axis(axis), course);
+        lane.begin_blend(&self.axis(axis), self.approached(axis), course);
+    }
+
+    /// How far beyond its last step, in its direction, an axis is where the approach ends, steps.
+    fn approached(&self, axis: usize) -> f64 {
+        let [begin, approached, ..] = self.counts[axis];
+        if approached == begin {
+            return 0.0;
+        }
+        let beyond = self.places_steps[axis][0] - f64::from(approached);
+        if approached < begin { -beyond } else { beyond }
     }
 
     /// An axis that slows down, and then speeds up: one of both if it does not turn.
     fn axis(&self, axis: usize) -> AxisBlend {
         let [[from_steps_s, to_steps_s], [from, to]] = [self.speeds_steps_s[axis], self.places_steps[axis]];
-        let [begin, turn, end] = self.counts[axis];
-        let (accel_steps_s2, end_s) = (self.accel_steps_s2(axis).abs(), self.begin_s + self.duration_s);
-        let (out, back) = (turn.abs_diff(begin), end.abs_diff(turn));
+        let [begin, approached, turn, end] = self.counts[axis];
+        let accel_steps_s2 = self.accel_steps_s2(axis).abs();
+        let (approach, out, back) = (approached.abs_diff(begin), turn.abs_diff(approached), end.abs_diff(turn));
+        let (is_back, goes_back) = (is_negative(from_steps_s), is_negative(to_steps_s));
+        let [fast_from, fast_to] = [from_steps_s.abs(), to_steps_s.abs()];
+        let begin_s = self.corner_begins_s();
         // As on a line, no step is nearer to the slow end than this.
         let near = 0.5 - NEAREST_STEPS;
-        if from_steps_s * to_steps_s < 0.0 {
-            let turn_s = self.begin_s + from_steps_s.abs() / accel_steps_s2;
-            let peak = from_steps_s.signum() * from + from_steps_s * from_steps_s / (2.0 * accel_steps_s2);
-            let beyond = (peak - from_steps_s.signum() * f64::from(turn)).max(-near);
-            let (begin_s, end_s, ahead) = (turn_s, turn_s, -beyond);
-            return AxisBlend { slow_steps_s: 0.0, accel_steps_s2, begin_s, end_s, ahead, beyond, out, back };
+        let along = |is_back: bool, steps: f64| if is_back { -steps } else { steps };
+        let plain = AxisBlend {
+            slow_steps_s: 0.0,
+            accel_steps_s2,
+            begin_s,
+            end_s: begin_s + self.corner_s,
+            is_turned: false,
+            ahead: 0.0,
+            beyond: 0.0,
+            from_steps_s: fast_from,
+            approach,
+            out,
+            back,
+        };
+        if is_back != goes_back && !is_zero(from_steps_s) && !is_zero(to_steps_s) {
+            let turn_s = begin_s + fast_from / accel_steps_s2;
+            let peak = along(is_back, from) + from_steps_s * from_steps_s / (2.0 * accel_steps_s2);
+            let beyond = (peak - along(is_back, f64::from(turn))).max(-near);
+            return AxisBlend { begin_s: turn_s, end_s: turn_s, is_turned: true, ahead: -beyond, beyond, ..plain };
         }
-        let begin_s = self.begin_s;
-        if from_steps_s.abs() > to_steps_s.abs() {
-            let beyond = (from_steps_s.signum() * (to - f64::from(end))).max(-near);
-            let slow_steps_s = to_steps_s.abs();
-            AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead: 0.0, beyond, out, back }
+        // Sizes compare as their bits do.
+        if fast_from.to_bits() > fast_to.to_bits() {
+            let beyond = along(is_back, to - f64::from(end)).max(-near);
+            AxisBlend { slow_steps_s: fast_to, beyond, ..plain }
         } else {
-            let ahead = (to_steps_s.signum() * (from - f64::from(begin))).min(near);
-            let slow_steps_s = from_steps_s.abs();
-            AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond: 0.0, out: 0, back: out + back }
+            let ahead = along(goes_back, from - f64::from(approached)).min(near);
+            AxisBlend { slow_steps_s: fast_from, ahead, out: 0, back: out + back, ..plain }
         }
     }
+}
+
+/// The step whose edge is the next before a place, halves counting as passed in the direction of the axis.
+fn nearest(place_steps: f64, is_back: bool) -> i32 {
+    if is_back { -(floor(0.5 - place_steps) as i32) } else { floor(place_steps + 0.5) as i32 }
+}
+
+/// Whether a float has the sign of negative numbers.
+fn is_negative(x: f64) -> bool {
+    (x.to_bits() as i64) < 0
 }

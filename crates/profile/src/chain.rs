@@ -44,6 +44,7 @@
 
 mod blend;
 mod block;
+mod bound;
 mod config;
 mod corner;
 mod passes;
@@ -53,7 +54,7 @@ mod ring;
 use self::block::Block;
 pub use self::config::{ChainConfig, Effort};
 use self::corner::Direction;
-use self::plan::UnderWay;
+use self::plan::{Begun, UnderWay};
 use self::ring::Ring;
 use crate::blend::Blend;
 use crate::compile::{Course, Lane};
@@ -204,6 +205,8 @@ pub struct Chain<const N: usize, const LEN: usize> {
     plan: UnderWay<N>,
     /// The blend into the first block, if that comes next.
     blend: Option<Blend<N>>,
+    /// How the first block has begun, if it was by a blend.
+    begun: Option<Begun<N>>,
     /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
     is_held: bool,
 }
@@ -239,6 +242,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             at_s: 0.0,
             plan: UnderWay::NONE,
             blend: None,
+            begun: None,
             is_held: false,
         }
     }
@@ -318,7 +322,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     pub fn clear(&mut self) {
         self.blocks.clear();
         (self.passed, self.settled) = (0, 0);
-        (self.plan.is_made, self.blend, self.place_steps) = (false, None, 0.0);
+        (self.plan.is_made, self.blend, self.begun, self.place_steps) = (false, None, None, 0.0);
         (self.is_held, self.at_s) = (false, 0.0);
     }
 
@@ -344,7 +348,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         (self.is_held, self.at_s) = (false, 0.0);
         if self.blocks.get(0).is_some_and(|first| first.has_no_step_after(self.place_steps)) {
             self.blocks.pop();
-            self.place_steps = 0.0;
+            (self.place_steps, self.begun) = (0.0, None);
             self.rest();
         }
         self.compute_entries();

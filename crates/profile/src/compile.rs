@@ -60,7 +60,7 @@ mod u96;
 
 pub use self::course::Course;
 use self::fixed_ramp::Knot;
-use self::frame::{Clock, ConstantAccelRamp, View};
+use self::frame::{Clock, ConstantAccelRamp, Cruise, View};
 use self::phase::Phase;
 use self::spans::Spans;
 use self::u96::short_fixed;
@@ -175,22 +175,37 @@ impl PhaseBounds {
     }
 }
 
-/// An axis of a blend: it slows down to its slow end, then speeds up from there. An axis that does not turn does one of
-/// both.
+/// An axis of a blend: it approaches at constant speed, slows down to its slow end, then speeds up from there. An axis
+/// that does not turn does one of both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AxisBlend {
     pub(crate) slow_steps_s: f64,
     /// The size of its acceleration.
     pub(crate) accel_steps_s2: f64,
-    /// When it begins to speed up, and when it has slowed down, s from the start of the run.
+    /// When it begins to speed up, and when it has slowed down, s from the start of the run. If it does not turn, these
+    /// are the ends of the corner.
     pub(crate) begin_s: f64,
     pub(crate) end_s: f64,
+    pub(crate) is_turned: bool,
     /// As in a [`Stretch`].
     pub(crate) ahead: f64,
     pub(crate) beyond: f64,
-    /// How many steps it makes while slowing down, and while speeding up.
+    /// The size of its speed in the approach.
+    pub(crate) from_steps_s: f64,
+    /// How many steps it makes in the approach, while slowing down, and while speeding up.
+    pub(crate) approach: u32,
     pub(crate) out: u32,
     pub(crate) back: u32,
+}
+
+/// What an axis of a blend needs where its phases begin.
+#[derive(Clone, Copy, Debug)]
+struct BlendPhases {
+    ramp: ConstantAccelRamp,
+    /// Begins where it speeds up, and ends where it has slowed down.
+    clock: Clock,
+    approach: Option<Cruise>,
+    is_turned: bool,
 }
 
 /// Compiles one axis of a [`Course`] into segments.
@@ -210,8 +225,7 @@ pub struct Lane {
     base: u32,
     /// The next step, if it is known from the last segment.
     next: Option<Knot>,
-    /// The ramp of a blend, and when the axis turns.
-    blend: Option<(ConstantAccelRamp, Clock)>,
+    blend: Option<BlendPhases>,
 }
 
 /// The steps of one phase.
@@ -246,16 +260,22 @@ impl Lane {
         (self.stretch, self.index, self.done, self.base, self.blend) = (stretch, 0, 0, 0, None);
     }
 
-    /// Begins an axis of a blend.
-    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, course: &Course) {
-        let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, out, back } = *axis;
-        let clock = course.frame.clock;
-        let steps = out + back;
+    /// Begins an axis of a blend. `approached` is how far it is beyond its last step where the approach ends, steps.
+    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, course: &Course) {
+        let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, out, back, .. } = *axis;
+        let mut clock = course.frame.clock;
+        let (turn, steps) = (approach + out, approach + out + back);
         self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond };
-        (self.ends, self.index, self.done, self.base) = ([out, out, steps], 0, 0, 0);
-        let (begin_ticks, end_ticks) = (begin_s * clock.tick_hz, end_s * clock.tick_hz);
+        (self.ends, self.index, self.done, self.base) = ([approach, turn, steps], 0, 0, 0);
+        let approach = (approach > 0).then(|| {
+            let ticks_per_step = clock.tick_hz / axis.from_steps_s;
+            Cruise { ticks_per_step, start_ticks: clock.begin_ticks - (f64::from(approach) + approached) * ticks_per_step }
+        });
+        if axis.is_turned {
+            (clock.begin_ticks, clock.end_ticks) = (begin_s * clock.tick_hz, end_s * clock.tick_hz);
+        }
         let ramp = ConstantAccelRamp::new(slow_steps_s, accel_steps_s2, clock.tick_hz);
-        self.blend = Some((ramp, Clock { begin_ticks, end_ticks, ..clock }));
+        self.blend = Some(BlendPhases { ramp, clock, approach, is_turned: axis.is_turned });
     }
 
     /// After how many of its steps the axis turns; if it does not turn, after all of them. No segment holds steps of both
@@ -263,7 +283,7 @@ impl Lane {
     #[must_use]
     pub fn turns_after(&self) -> u32 {
         match self.blend {
-            Some(_) if self.ends[0] > 0 => self.ends[0],
+            Some(BlendPhases { is_turned: true, .. }) if self.ends[1] > 0 => self.ends[1],
             _ => self.stretch.steps,
         }
     }
@@ -306,14 +326,14 @@ impl Lane {
     fn begin_phase(&mut self, course: &mut Course) {
         let end = self.ends[self.index];
         self.next = None;
-        if let Some((ramp, clock)) = &self.blend {
+        if let Some(BlendPhases { ramp, clock, approach, .. }) = &self.blend {
             let view = View { clock, stretch: &self.stretch };
             self.base = self.done;
-            let phase = self.phase.constant_accel();
-            return if self.index == 0 {
-                phase.decelerate(ramp, view, end)
-            } else {
-                phase.accelerate(ramp, view, end - self.done)
+            let (phase, end) = (self.phase.constant_accel(), end - self.done);
+            return match (self.index, approach) {
+                (0, Some(cruise)) => phase.cruise_on(cruise.start_ticks, cruise.ticks_per_step, view, end),
+                (2, _) => phase.accelerate(ramp, view, end),
+                _ => phase.decelerate(ramp, view, end),
             };
         }
         let view = View { clock: &course.frame.clock, stretch: &self.stretch };

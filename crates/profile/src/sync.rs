@@ -282,7 +282,14 @@ pub const OFFSET_PARTS: i32 = 128;
 
 /// An offset in steps.
 pub(crate) fn offset(parts: i8) -> f64 {
-    f64::from(parts) * (1.0 / OFFSET_PARTS as f64)
+    of_parts(parts.into())
+}
+
+/// Parts of a step in steps.
+fn of_parts(parts: i32) -> f64 {
+    // A smaller exponent stands for a product, which is slow.
+    let bits = f64::from(parts).to_bits();
+    if parts == 0 { 0.0 } else { f64::from_bits(bits - (u64::from(OFFSET_PARTS.ilog2()) << 52)) }
 }
 
 /// What a move goes through: whole steps, and where it begins and ends beside them, in parts of a step.
@@ -298,9 +305,14 @@ impl<const N: usize> Span<N> {
 
     /// How far an axis goes, steps, signed by direction.
     pub(crate) fn len(&self, axis: usize) -> f64 {
-        let (steps, [begin, end]) = (f64::from(self.steps[axis]), self.offsets.map(|offsets| i32::from(offsets[axis])));
-        // Mostly there is none, and floats are slow.
-        if begin == end { steps } else { steps + f64::from(end - begin) * (1.0 / OFFSET_PARTS as f64) }
+        let (steps, [begin, end]) = (self.steps[axis], self.offsets.map(|offsets| i32::from(offsets[axis])));
+        if begin == end {
+            f64::from(steps)
+        } else if steps.unsigned_abs() < (1 << 24) - 2 {
+            of_parts(steps * OFFSET_PARTS + end - begin)
+        } else {
+            f64::from(steps) + of_parts(end - begin)
+        }
     }
 
     /// How far the axis goes that goes farthest, steps.
@@ -340,6 +352,15 @@ impl<const N: usize> Span<N> {
             let place = place_steps * self.len(axis).abs() / way + self.begin_of(axis);
             ((place + 0.5) as u32).min(total)
         }
+    }
+
+    /// The steps of each axis for a step of the longest one, whose way that is; signed by direction.
+    pub(crate) fn shares(&self, way: f64) -> [f64; N] {
+        core::array::from_fn(|axis| match self.len(axis) {
+            len if is_zero(len) => 0.0,
+            len if len == way => 1.0,
+            len => len / way,
+        })
     }
 }
 

@@ -161,7 +161,7 @@ impl Line {
             Plan::Line(plan) => plan,
             Plan::Blend(blend) => {
                 // The corner is in the middle.
-                let middle_s = blend.begin_s() + blend.duration_s() / 2.0;
+                let middle_s = blend.corner_begins_s() + blend.corner_s() / 2.0;
                 let (until_s, ahead) = (middle_s, Walk::along(&tag));
                 let [cruises_s, slows_s] = [middle_s; 2];
                 return Self { power: last, until_s, next: tag.power, cruises_s, slows_s, cruise_ratio: 0.0, ahead };

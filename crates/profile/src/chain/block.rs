@@ -29,6 +29,8 @@ pub(super) struct Block<const N: usize> {
     way_steps: f64,
     /// Whether it ends at rest even if another move follows.
     stops: bool,
+    /// Whether it is several moves.
+    pub(super) is_joined: bool,
     /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
     pub(super) flows: bool,
     pub(super) tag: u64,
@@ -68,6 +70,7 @@ impl<const N: usize> Block<N> {
         span: Span::NONE,
         way_steps: 0.0,
         stops: false,
+        is_joined: false,
         flows: false,
         tag: 0,
         feed_mm_s: 0.0,
@@ -179,7 +182,7 @@ impl<const N: usize> Block<N> {
             return false;
         }
         let Some(tag) = join(self.tag, longest(&self.span.steps)) else { return false };
-        (self.span, self.way_steps, self.tag) = (span, distance_steps, tag);
+        (self.span, self.way_steps, self.tag, self.is_joined) = (span, distance_steps, tag, true);
         self.set_delta_v2(distance_steps, &config.shared_limits(&span), config);
         self.shorten(self.bend.reach_mm);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
@@ -201,6 +204,11 @@ impl<const N: usize> Block<N> {
     /// Steps of the longest axis.
     pub(super) fn distance_steps(&self) -> f64 {
         self.way_steps
+    }
+
+    /// The steps of each axis for a step of the longest one, signed by direction.
+    pub(super) fn shares(&self) -> [f64; N] {
+        self.span.shares(self.way_steps)
     }
 
     pub(super) fn steps_per_mm(&self) -> f64 {

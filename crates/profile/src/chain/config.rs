@@ -18,6 +18,11 @@ pub(super) const SQUARE_MAX: f64 = 4.611_686_018_427_388e18;
 /// The unit is chosen so that the square of the fastest speed along a path has this many units.
 const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
+/// A ratio of 1, in units of 2^-16.
+pub(super) const ONE: u32 = 1 << 16;
+/// Accelerations at corners are lower by this ratio, so that no rounding exceeds any.
+const SAFE: f64 = 0.999_99;
+
 /// If a move lasts at most this fraction of the longest duration by the trapezoid, it is not too long by any law.
 const EASILY: f64 = 1.0 / 64.0;
 
@@ -82,8 +87,12 @@ pub struct ChainConfig<const N: usize> {
     is_looser: [[bool; N]; N],
     /// The inverse of the acceleration that each axis may have across a corner, s²/mm.
     pub(super) corner_s2_mm: [f32; N],
-    /// The acceleration and the deceleration of each axis, mm/s².
-    pub(super) axis_mm_s2: [[f32; 2]; N],
+    /// The lowest acceleration of all axes, as a ratio of the lowest of each, in units of 2^-16.
+    pub(super) across: [u32; N],
+    /// The acceleration and the deceleration of each axis, as ratios of that lowest one, in the same units.
+    pub(super) accel_ratios: [[u32; 2]; N],
+    /// The square of the speed that the lowest acceleration reaches over 1 mm.
+    pub(super) bend_units_mm: f32,
     /// Twice the deviation of the circle from a corner, mm.
     pub(super) twice_deviation_mm: f32,
     /// A move that cruises no longer than this, s, does not last too long.
@@ -108,7 +117,9 @@ impl<const N: usize> ChainConfig<N> {
             works: [false; N],
             is_looser: [[false; N]; N],
             corner_s2_mm: [0.0; N],
-            axis_mm_s2: [[0.0; 2]; N],
+            across: [0; N],
+            accel_ratios: [[0; 2]; N],
+            bend_units_mm: 0.0,
             twice_deviation_mm: 0.0,
             easily_s: 0.0,
             effort: Effort::NONE,
@@ -137,6 +148,13 @@ impl<const N: usize> ChainConfig<N> {
         // No ramp of several axes lasts longer than the longest ramp of a single axis, because its top speed is no
         // higher than that of the axis which limits its acceleration.
         let ramps_s = longest_s(|limits| limits.accel_steps_s2) + longest_s(|limits| limits.decel_steps_s2);
+        let accels_mm_s2 = |axis: usize| {
+            let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
+            [accel_steps_s2, decel_steps_s2].map(|accel_steps_s2| accel_steps_s2 * mm_per_step[axis])
+        };
+        let slowest_mm_s2 = working().flat_map(accels_mm_s2).fold(f64::INFINITY, f64::min);
+        let scale = Scale::of(tops_mm_s.map(|mm_s| mm_s * mm_s).sum());
+        let per_mm2_s2 = scale.per_mm2_s2;
         Self {
             limits,
             mm_per_step,
@@ -144,17 +162,16 @@ impl<const N: usize> ChainConfig<N> {
             speed_law,
             feed_ratio: 1.0,
             rapid_ratio: 1.0,
-            scale: Scale::of(tops_mm_s.map(|mm_s| mm_s * mm_s).sum()),
+            scale,
             works,
             is_looser: core::array::from_fn(|axis| limits.each_ref().map(|other| limits[axis].is_looser(other))),
             corner_s2_mm: core::array::from_fn(|axis| {
                 let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
                 (1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])) as f32
             }),
-            axis_mm_s2: core::array::from_fn(|axis| {
-                let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
-                [accel_steps_s2, decel_steps_s2].map(|accel_steps_s2| (accel_steps_s2 * mm_per_step[axis]) as f32)
-            }),
+            across: core::array::from_fn(|axis| across(slowest_mm_s2 / accels_mm_s2(axis).into_iter().fold(f64::INFINITY, f64::min))),
+            accel_ratios: core::array::from_fn(|axis| accels_mm_s2(axis).map(|mm_s2| ratio(mm_s2 / slowest_mm_s2))),
+            bend_units_mm: (2.0 * SAFE * slowest_mm_s2 * per_mm2_s2) as f32,
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
             effort: Effort::NONE,
@@ -222,6 +239,16 @@ impl<const N: usize> ChainConfig<N> {
     }
 }
 
+/// A ratio of 1 or less in units of 2^-16, rounded up.
+fn across(ratio: f64) -> u32 {
+    if ratio < 1.0 { (ratio * f64::from(ONE)) as u32 + 1 } else { ONE }
+}
+
+/// A ratio of 1 or more in units of 2^-16, rounded down, the largest number at most.
+fn ratio(ratio: f64) -> u32 {
+    if ratio > 1.0 { (ratio * f64::from(ONE)) as u32 } else { ONE }
+}
+
 /// Converts squared speeds between (mm/s)² and whole units. It keeps the last result in either direction: most moves
 /// have the feed of the one before, and begin at the speed at which that ends.
 #[derive(Clone, Debug)]
@@ -241,11 +268,6 @@ impl Scale {
     fn of(fastest_mm2_s2: f64) -> Self {
         let mm2_s2 = fastest_mm2_s2 / SQUARE_OF_FASTEST;
         Self { per_mm2_s2: 1.0 / mm2_s2, mm2_s2, ..Self::none() }
-    }
-
-    /// How many units are 1 (mm/s)².
-    pub(super) fn units_f32(&self) -> f32 {
-        self.per_mm2_s2 as f32
     }
 
     /// A squared speed in whole units, rounded down.

@@ -2,7 +2,7 @@
 
 use core::array::from_fn;
 
-use super::config::{ChainConfig, SQUARE_MAX, Square};
+use super::config::{ChainConfig, ONE, SQUARE_MAX, Square};
 use crate::fixed::{is_zero, product};
 use crate::root::root_f32;
 
@@ -85,6 +85,32 @@ impl<const N: usize> Short<N> {
     pub(super) fn component(&self, axis: usize) -> Option<f32> {
         let component = self.components[axis];
         (component != 0).then(|| scaled(component as f32, self.point))
+    }
+
+    /// The largest component, each weighed by a ratio in units of 2^-16, 1 at most.
+    pub(super) fn most(&self, weights: &[u32; N]) -> u32 {
+        let weighed = |(&own, &weight): (&u32, &u32)| match weight {
+            ONE => own,
+            _ => (product(own, weight) >> 16) as u32 + 1,
+        };
+        self.components.iter().zip(weights).map(weighed).fold(0, u32::max)
+    }
+
+    /// A component as a float.
+    pub(super) fn scaled(&self, component: u32) -> f32 {
+        scaled(component as f32, self.point)
+    }
+
+    /// A component in units of 2^-`point`, rounded down, the largest number at most.
+    pub(super) fn in_units(&self, component: u32, point: u32) -> u32 {
+        let shift = self.point as i32 - point as i32;
+        if shift >= 0 {
+            component.checked_shr(shift.unsigned_abs()).unwrap_or(0)
+        } else if component.leading_zeros() >= shift.unsigned_abs() {
+            component << shift.unsigned_abs()
+        } else {
+            u32::MAX
+        }
     }
 
     pub(super) fn half_length(&self) -> f32 {

@@ -3,8 +3,9 @@
 use super::block::Block;
 use super::config::Square;
 use super::{Chain, Chunk, ChunkKind, Plan};
-use crate::blend::{Blend, Side};
+use crate::blend::{Blend, Side, Times};
 use crate::law::{IntervalLaw, SpeedLaw};
+use crate::fixed::is_zero;
 use crate::limits::Limits;
 use crate::profile::Profile;
 use crate::sync::{Span, SyncMove};
@@ -49,6 +50,17 @@ impl<const N: usize> UnderWay<N> {
     };
 }
 
+/// How a block has begun after a blend.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Begun<const N: usize> {
+    /// The steps of each axis for a step of the longest one, signed by direction.
+    shares: [f64; N],
+    /// Where the blend ended, steps of the longest axis.
+    place_steps: f64,
+    /// How many steps of each axis were due before.
+    counts: [u32; N],
+}
+
 /// A distance this short counts as none, steps. The second constant is the same as a fraction of the move's distance;
 /// it applies where rounding errors are larger than the first.
 const NOTHING_STEPS: f64 = 1e-6;
@@ -57,6 +69,9 @@ const NOTHING_RATIO: f64 = 1e-14;
 /// A line this short, between two blends, is none.
 const NO_LINE_STEPS: f64 = 1e-9;
 const NO_LINE_RATIO: f64 = 1e-13;
+
+/// The longest approach to a blend, s. It is committed as a whole, so a hold has to wait for it.
+const APPROACH_MAX_S: f64 = 2e-3;
 
 /// Whether so few steps are none, at that distance.
 fn is_nothing(steps: f64, distance_steps: f64) -> bool {
@@ -150,7 +165,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         } else if is_end && self.is_held && self.is_slow(exit_steps_s) {
             self.rest();
         } else if is_end && self.plan.ends_block {
-            self.bend();
+            self.bend(0.0);
         }
         Some(chunk)
     }
@@ -163,33 +178,49 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         })
     }
 
-    /// Goes on to the next block by a blend, which is handed out next.
-    fn bend(&mut self) {
+    /// Goes on to the next block by a blend, which is handed out next. It begins with an approach if the blend that is to
+    /// follow begins later than at the current place.
+    fn bend(&mut self, approach_steps: f64) {
         let (exit, onward, config) = (self.plan.exit, self.plan.onward, &self.config);
         let (Some(first), Some(next)) = (self.blocks.get(0), self.blocks.get(1)) else { return };
         let [from_steps_s, to_steps_s] = [first.speed_steps_s(exit, config), next.speed_steps_s(onward, config)];
         let [from_mm_s, to_mm_s] = [from_steps_s * first.mm_per_step, to_steps_s * next.mm_per_step];
-        let (fast_mm_s, share) = if to_mm_s < from_mm_s { (from_mm_s, to_mm_s / from_mm_s) } else { (to_mm_s, 1.0) };
+        let (fast_mm_s, share) = if onward < exit { (from_mm_s, to_mm_s / from_mm_s) } else { (to_mm_s, 1.0) };
         let reach_mm = next.bend.reach_mm;
         let place_steps = reach_mm * share * next.steps_per_mm();
+        let times = Times {
+            begin_s: self.at_s,
+            approach_s: if is_zero(approach_steps) { 0.0 } else { approach_steps / from_steps_s },
+            corner_s: 2.0 * reach_mm / fast_mm_s,
+        };
         let before = Side {
             span: &first.span,
-            way_steps: first.distance_steps(),
-            place_steps: self.place_steps,
+            shares: self.begun.map_or_else(|| first.shares(), |begun| begun.shares),
+            counts: self.counts(first),
+            corner_steps: first.distance_steps() - self.place_steps - approach_steps,
             speed_steps_s: from_steps_s,
         };
-        let after = Side { span: &next.span, way_steps: next.distance_steps(), place_steps, speed_steps_s: to_steps_s };
-        let duration_s = 2.0 * reach_mm / fast_mm_s;
-        self.blend = Some(Blend::new(&before, &after, self.at_s, duration_s, |axis| config.top_steps_s(axis)));
+        let shares = next.shares();
+        let counts = core::array::from_fn(|axis| next.span.steps_before(axis, place_steps, next.distance_steps()));
+        let after = Side { span: &next.span, shares, counts, corner_steps: place_steps, speed_steps_s: to_steps_s };
+        self.blend = Some(Blend::new(&before, &after, times, |axis| config.top_steps_s(axis)));
         let is_expected = next.entry == onward;
         self.pop();
-        self.place_steps = place_steps;
+        (self.place_steps, self.begun) = (place_steps, Some(Begun { shares, place_steps, counts }));
         if let Some(next) = self.blocks.get_mut(0) {
             next.begin_bent(onward);
             self.settled = self.settled.max(usize::from(next.flows));
         }
         if !is_expected {
             self.forward(0);
+        }
+    }
+
+    /// How many steps of each axis of the first block are due before the current place.
+    fn counts(&self, first: &Block<N>) -> [u32; N] {
+        match self.begun {
+            Some(begun) if begun.place_steps == self.place_steps => begun.counts,
+            _ => core::array::from_fn(|axis| first.span.steps_before(axis, self.place_steps, first.distance_steps())),
         }
     }
 
@@ -211,7 +242,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Goes on to the next block.
     fn pop(&mut self) {
         self.blocks.pop();
-        (self.place_steps, self.plan.is_made) = (0.0, false);
+        (self.place_steps, self.plan.is_made, self.begun) = (0.0, false, None);
         self.passed = self.passed.saturating_sub(1);
         self.settled = self.settled.saturating_sub(1);
     }
@@ -293,11 +324,24 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if goal.is_bent && left_steps <= NO_LINE_STEPS + NO_LINE_RATIO * goal.end_steps {
             let entry = self.blocks.get(0).map_or(0, |first| first.entry);
             (self.plan.exit, self.plan.onward) = (entry, self.onward(entry));
-            return self.bend();
+            return self.bend(0.0);
+        }
+        if goal.is_bent && self.is_approach(goal.exit, left_steps, speed_steps_s) {
+            (self.plan.exit, self.plan.onward) = (goal.exit, goal.onward);
+            return self.bend(left_steps);
         }
         if !self.slow_down(speed_steps_s, left_steps, &limits) {
             self.end(speed_steps_s, goal, &limits);
         }
+    }
+
+    /// Whether the line before the blend that follows is short, and to be made at constant speed.
+    fn is_approach(&self, exit: Square, left_steps: f64, speed_steps_s: f64) -> bool {
+        self.blocks.get(0).is_some_and(|first| {
+            let is_even = first.entry == exit && (first.accel_delta_v2 == 0 || exit == first.nominal);
+            is_even && !self.plan.is_made && !self.is_held && !first.is_joined
+                && left_steps < APPROACH_MAX_S * speed_steps_s
+        })
     }
 
     /// Where and how the first block ends if it ends at this squared speed.

@@ -62,6 +62,11 @@ impl Phase {
         let cruise = frame.cruise.unwrap_or_else(|| Cruise::of(&frame.plan, &frame.clock));
         let period_ticks = cruise.ticks_per_step * stretch.stride;
         let start_ticks = cruise.start_ticks - period_ticks * stretch.ahead;
+        self.cruise_on(start_ticks, period_ticks, view, end);
+    }
+
+    /// The same for steps of this period, if the axis had begun at that instant half a step before its first one.
+    pub(super) fn cruise_on(&mut self, start_ticks: f64, period_ticks: f64, view: View, end: u32) {
         let point = view.point();
         // The first 64 of the 96 bits are the instant; a half step takes half a period. If the profile begins less than
         // half a step before the first step, the line may begin a little before the run. That is negative, and taken

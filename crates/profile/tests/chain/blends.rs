@@ -131,7 +131,7 @@ impl<'a> Watch<'a> {
     fn see_blend(&mut self, chunk: &Chunk<AXES>, blend: &Blend<AXES>) -> TestCaseResult {
         self.blends += 1;
         prop_assert_eq!((chunk.kind, blend.begin_s(), blend.end_s()), (ChunkKind::Move, self.at_s, chunk.until_s));
-        prop_assert!(blend.duration_s() > 0.0, "{:?}", blend);
+        prop_assert!(blend.corner_s() > 0.0, "{:?}", blend);
         let request = self.case.moves[self.tag as usize];
         prop_assert!(request.deviation_mm > 0.0);
         for axis in 0..AXES {
@@ -150,7 +150,7 @@ impl<'a> Watch<'a> {
                 );
             }
             if along[0] < -SAME * top {
-                prop_assert!(accel.abs() <= limits.decel_steps_s2, "axis {axis} slows down: {accel}, {speeds:?}");
+                prop_assert!(accel.abs() <= limits.decel_steps_s2, "axis {axis} slows down: {accel}, {limits:?}, {speeds:?} {blend:?}");
             }
             prop_assert!(speeds.iter().all(|speed| speed.abs() <= top * (1.0 + SAME)), "axis {axis}: {speeds:?}");
             self.makes_steps(axis, blend)?;
@@ -169,10 +169,10 @@ impl<'a> Watch<'a> {
         let lines = [speeds[0].map(|speed| -speed), speeds[1]];
         // The corner is as far as the first speed leads in half of the time.
         let corner = |axis: usize| {
-            blend.place_at(axis, blend.begin_s()) + blend.speed_at(axis, blend.begin_s()) * blend.duration_s() / 2.0
+            blend.place_at(axis, blend.corner_begins_s()) + blend.speed_at(axis, blend.begin_s()) * blend.corner_s() / 2.0
         };
         let place = |ratio: f64| {
-            let t_s = blend.begin_s() + blend.duration_s() * ratio;
+            let t_s = blend.corner_begins_s() + blend.corner_s() * ratio;
             mm(std::array::from_fn(|axis| blend.place_at(axis, t_s) - corner(axis)))
         };
         for look in 0..=LOOKS {
@@ -233,12 +233,13 @@ impl<'a> Watch<'a> {
 
     /// Checks that only edges that would be too near to each other are left out where an axis turns.
     fn leaves_out_little(&self, axis: usize, blend: &Blend<AXES>, steps: u32) -> TestCaseResult {
-        let [from, to] = [blend.begin_s(), blend.end_s()].map(|t_s| blend.place_at(axis, t_s));
+        let [begin, from, to] =
+            [blend.begin_s(), blend.corner_begins_s(), blend.end_s()].map(|t_s| blend.place_at(axis, t_s));
         let (speed, accel) = (blend.speed_at(axis, blend.begin_s()), blend.accel_steps_s2(axis));
         let turns = speed * blend.speed_at(axis, blend.end_s()) < 0.0;
         let peak = if turns { from - speed * speed / (2.0 * accel) } else { to };
         let round = |place: f64| (place + 0.5).floor();
-        let all = (round(peak) - round(from)).abs() + (round(to) - round(peak)).abs();
+        let all = (round(peak) - round(begin)).abs() + (round(to) - round(peak)).abs();
         let top = self.case.limits[axis].top_speed_steps_s;
         let hidden = if turns { accel.abs() / (8.0 * top * top) } else { 0.0 };
         let missing = all - f64::from(steps);
@@ -282,7 +283,7 @@ fn compiles(blend: &Blend<AXES>, axis: usize, tick_hz: u32) -> TestCaseResult {
         for tick in segment.ticks() {
             done += 1;
             let wanted = blend.step_time_s(axis, done) * hz;
-            let slack = 64.0 * f64::EPSILON * (blend.end_s() + blend.duration_s()) * hz;
+            let slack = 64.0 * f64::EPSILON * (blend.end_s() + blend.corner_s()) * hz;
             let error = (tick as f64 - wanted).abs();
             prop_assert!(error <= bound + slack, "axis {axis} step {done} of {steps}: {error} ticks off, {blend:?}");
         }
