@@ -213,7 +213,8 @@ impl<const N: usize> Blend<N> {
         let parts = self.axis(axis);
         let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, .. } = parts;
         if k <= approach {
-            return self.corner_begins_s() - (f64::from(approach - k) + 0.5 + self.approached(axis)) / parts.from_steps_s;
+            return self.corner_begins_s()
+                - (f64::from(approach - k) + 0.5 + self.approached(axis)) / parts.from_steps_s;
         }
         let k = f64::from(k - approach);
         let time_s = |steps: f64| constant_accel_time_s(steps, slow_steps_s, accel_steps_s2);

@@ -281,18 +281,20 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let begin = self.blocks.last().map_or([0; N], |last| last.span.offsets[1]);
         // It is made in its place: a block is large.
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
-        let mut direction = block.begin(request, begin, &self.config)?;
+        let (mut direction, mut limits) = block.begin(request, begin, &self.config)?;
         if let Some(before) = before {
             block.follow(before, [&self.last_direction, &direction], &self.config);
             if block.corner.is_none() && begin != [0; N] {
                 // From rest it begins at a whole step.
-                direction = block.begin(request, [0; N], &self.config)?;
+                (direction, limits) = block.begin(request, [0; N], &self.config)?;
                 block.set_cap(before.pace());
             }
         }
         let reach_mm = block.bend.reach_mm;
-        block.shorten(reach_mm);
-        if let Some(last) = self.blocks.len().checked_sub(1).and_then(|last| self.blocks.get_mut(last)) {
+        let bent = !block.bend.is_none();
+        let line_steps = block.distance_steps() - if bent { reach_mm * block.steps_per_mm() } else { 0.0 };
+        block.set_line(line_steps, &limits, &self.config);
+        if bent && let Some(last) = self.blocks.len().checked_sub(1).and_then(|last| self.blocks.get_mut(last)) {
             last.shorten(reach_mm);
         }
         self.blocks.extend();

@@ -269,7 +269,10 @@ impl Lane {
         (self.ends, self.index, self.done, self.base) = ([approach, turn, steps], 0, 0, 0);
         let approach = (approach > 0).then(|| {
             let ticks_per_step = clock.tick_hz / axis.from_steps_s;
-            Cruise { ticks_per_step, start_ticks: clock.begin_ticks - (f64::from(approach) + approached) * ticks_per_step }
+            Cruise {
+                ticks_per_step,
+                start_ticks: clock.begin_ticks - (f64::from(approach) + approached) * ticks_per_step,
+            }
         });
         if axis.is_turned {
             (clock.begin_ticks, clock.end_ticks) = (begin_s * clock.tick_hz, end_s * clock.tick_hz);

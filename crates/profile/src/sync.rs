@@ -315,12 +315,18 @@ impl<const N: usize> Span<N> {
         }
     }
 
+    /// How far each axis goes, steps, signed by direction.
+    pub(crate) fn lens(&self) -> [f64; N] {
+        core::array::from_fn(|axis| self.len(axis))
+    }
+
     /// How far the axis goes that goes farthest, steps.
     pub(crate) fn longest(&self) -> f64 {
         if self.offsets == [[0; N]; 2] {
             return f64::from(longest(&self.steps));
         }
-        (0..N).map(|axis| self.len(axis).abs()).fold(0.0, f64::max)
+        let lens = self.lens();
+        lens[longest_of(&lens)].abs()
     }
 
     /// How far an axis begins beyond a whole step, in its direction, steps.
@@ -343,25 +349,43 @@ impl<const N: usize> Span<N> {
 
     /// How many steps of an axis are due before the longest axis is at `place_steps` of the `way`.
     pub(crate) fn steps_before(&self, axis: usize, place_steps: f64, way: f64) -> u32 {
+        if self.steps[axis] == 0 { 0 } else { self.steps_by(axis, place_steps, way, || share(self.len(axis), way)) }
+    }
+
+    /// The same for an axis that makes so many steps for a step of the longest one.
+    pub(crate) fn steps_by(&self, axis: usize, place_steps: f64, way: f64, share: impl FnOnce() -> f64) -> u32 {
         let total = self.steps[axis].unsigned_abs();
         if total == 0 || place_steps <= 0.0 {
             0
         } else if place_steps >= way {
             total
         } else {
-            let place = place_steps * self.len(axis).abs() / way + self.begin_of(axis);
+            let place = place_steps * share().abs() + self.begin_of(axis);
             ((place + 0.5) as u32).min(total)
         }
     }
 
     /// The steps of each axis for a step of the longest one, whose way that is; signed by direction.
     pub(crate) fn shares(&self, way: f64) -> [f64; N] {
-        core::array::from_fn(|axis| match self.len(axis) {
-            len if is_zero(len) => 0.0,
-            len if len == way => 1.0,
-            len => len / way,
-        })
+        self.lens().map(|len| share(len, way))
     }
+}
+
+/// The steps of an axis of this length for a step of the longest one.
+fn share(len: f64, way: f64) -> f64 {
+    if is_zero(len) {
+        0.0
+    } else if len.to_bits() << 1 == way.to_bits() << 1 {
+        1_f64.copysign(len)
+    } else {
+        len / way
+    }
+}
+
+/// The axis that goes farthest.
+pub(crate) fn longest_of<const N: usize>(lens: &[f64; N]) -> usize {
+    // As bits, which are in the order of numbers above 0: comparing floats is a call.
+    (0..N).max_by_key(|&axis| lens[axis].to_bits() << 1).unwrap_or(0)
 }
 
 /// Steps of the longest axis.
@@ -376,7 +400,7 @@ fn shared_limits<const N: usize>(
     path_speed_steps_s: Option<f64>,
 ) -> Result<Limits, PlanError> {
     check_moving(steps, |axis| limits[axis].check())?;
-    let mut shared = tightest(&Span { steps: *steps, offsets: [[0; N]; 2] }, limits, |_, _| false);
+    let mut shared = tightest(&steps.map(f64::from), limits, |_, _| false);
     if let Some(asked) = path_speed_steps_s {
         shared.top_speed_steps_s = shared.top_speed_steps_s.min(path_speed(asked)?);
         shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
@@ -397,17 +421,15 @@ pub(crate) fn check_moving<const N: usize>(
 /// The tightest limits of the axes that move, as seen from the longest axis. `is_looser(a, b)` says that no limit of
 /// axis `a` is lower than that of axis `b`. If `b` is the longest axis, then `a` cannot tighten the limits.
 pub(crate) fn tightest<const N: usize>(
-    span: &Span<N>,
+    lens: &[f64; N],
     limits: &[Limits; N],
     is_looser: impl Fn(usize, usize) -> bool,
 ) -> Limits {
-    // As bits, which are in the order of numbers above 0: comparing floats is a call.
-    let lens: [f64; N] = core::array::from_fn(|axis| span.len(axis).abs());
-    let longest_axis = (0..N).max_by_key(|&axis| lens[axis].to_bits()).unwrap_or(0);
-    let mut shared = limits[longest_axis];
-    for (axis, len) in lens.into_iter().enumerate() {
-        if !is_zero(len) && axis != longest_axis && !is_looser(axis, longest_axis) {
-            shared = shared.tighter(&limits[axis].scaled(lens[longest_axis] / len));
+    let longest = longest_of(lens);
+    let mut shared = limits[longest];
+    for (axis, len) in lens.iter().enumerate() {
+        if !is_zero(*len) && axis != longest && !is_looser(axis, longest) {
+            shared = shared.tighter(&limits[axis].scaled(lens[longest].abs() / len.abs()));
         }
     }
     shared

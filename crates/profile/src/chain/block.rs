@@ -12,7 +12,10 @@ use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::delta_v2;
 use crate::root::sqrt;
-use crate::sync::{PlanError, Span, longest, path_speed};
+use crate::sync::{PlanError, Span, longest, longest_of, path_speed};
+
+/// A line is none if blends leave no more of it than this.
+pub(super) const NO_LINE_RATIO: f64 = 1e-6;
 
 /// A square of this many units has a resolution better than 1e-7 of it.
 const FINE: Square = 1 << 24;
@@ -90,7 +93,8 @@ impl<const N: usize> Block<N> {
         ramps_to: 0,
     };
 
-    /// Makes it the block of a request, after no other. Returns its direction.
+    /// Makes it the block of a request, after no other. Returns its direction, and the limits of its longest axis, by
+    /// which its delta v² is still to be computed.
     ///
     /// It begins beside whole steps by `begin`.
     pub(super) fn begin(
@@ -98,7 +102,7 @@ impl<const N: usize> Block<N> {
         request: Request<N>,
         begin: [i8; N],
         config: &ChainConfig<N>,
-    ) -> Result<Direction<N>, PlanError> {
+    ) -> Result<(Direction<N>, Limits), PlanError> {
         let Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag } = request;
         config.check_moving(&steps)?;
         let ends_beside = deviation_mm > 0.0 && config.can_blend();
@@ -106,11 +110,12 @@ impl<const N: usize> Block<N> {
             if ends_beside && config.may_end_beside(axis) { offsets[axis].clamp(-OFFSET_MAX, OFFSET_MAX) } else { 0 }
         });
         let span = Span { steps, offsets: [begin, end] };
-        let limits = config.shared_limits(&span);
-        let distance_steps = span.longest();
+        let lens = span.lens();
+        let limits = config.shared_limits_of(&lens, &steps);
+        let distance_steps = lens[longest_of(&lens)].abs();
         let mut mm = [0.0; N];
-        for axis in (0..N).filter(|&axis| steps[axis] != 0 || begin[axis] != end[axis]) {
-            mm[axis] = span.len(axis) * config.mm_per_step[axis];
+        for axis in (0..N).filter(|&axis| !is_zero(lens[axis])) {
+            mm[axis] = lens[axis] * config.mm_per_step[axis];
         }
         let length_mm = length(&mm);
         let per_mm = 1.0 / length_mm;
@@ -133,10 +138,9 @@ impl<const N: usize> Block<N> {
             ..Self::NONE
         };
         self.respeed(feed_steps_s, &limits, config);
-        self.set_delta_v2(distance_steps, &limits, config);
         self.set_ramps_to(distance_steps, length_mm, config);
         self.check(distance_steps, &limits, config)?;
-        Ok(corner::direction(&mm, per_mm))
+        Ok((corner::direction(&mm, per_mm), limits))
     }
 
     /// Makes it end at whole steps, from rest to rest: it does not flow into another.
@@ -145,7 +149,8 @@ impl<const N: usize> Block<N> {
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
         let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, tag };
         let mut whole = Self::NONE;
-        if whole.begin(request, begin, config).is_ok() {
+        if let Ok((_, limits)) = whole.begin(request, begin, config) {
+            whole.set_line(whole.distance_steps(), &limits, config);
             whole.entry = self.entry.min(whole.start);
             *self = whole;
         }
@@ -183,8 +188,8 @@ impl<const N: usize> Block<N> {
         }
         let Some(tag) = join(self.tag, longest(&self.span.steps)) else { return false };
         (self.span, self.way_steps, self.tag, self.is_joined) = (span, distance_steps, tag, true);
-        self.set_delta_v2(distance_steps, &config.shared_limits(&span), config);
-        self.shorten(self.bend.reach_mm);
+        let line_steps = distance_steps - self.bend.reach_mm * self.steps_per_mm;
+        self.set_line(line_steps, &config.shared_limits(&span), config);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
         true
     }
@@ -283,8 +288,8 @@ impl<const N: usize> Block<N> {
         if most_steps_s < top_steps_s { most_steps_s } else { top_steps_s }
     }
 
-    /// Computes the largest delta v² over its last `steps`. Steps and `limits` are those of the longest axis.
-    pub(super) fn set_delta_v2(&mut self, steps: f64, limits: &Limits, config: &ChainConfig<N>) {
+    /// Computes the largest delta v² over a line of this many steps. Steps and `limits` are those of the longest axis.
+    pub(super) fn set_line(&mut self, steps: f64, limits: &Limits, config: &ChainConfig<N>) {
         let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = *limits;
         let top_steps_s = || {
             let most_steps_s = FEED_RATIO_MAX * self.feed_steps_s();
@@ -303,15 +308,18 @@ impl<const N: usize> Block<N> {
 
     /// Takes a length for a blend off the line on which it changes its speed.
     pub(super) fn shorten(&mut self, mm: f64) {
-        if is_zero(mm) {
+        let left_mm = self.line_mm - mm;
+        // Where two blends meet, rounding may leave a little.
+        if left_mm <= NO_LINE_RATIO * self.line_mm {
+            (self.line_mm, self.accel_delta_v2, self.decel_delta_v2) = (0.0, 0, 0);
             return;
         }
-        let left_mm = self.line_mm - mm;
-        let ratio = if left_mm > 0.0 { left_mm / self.line_mm } else { 0.0 };
-        self.line_mm *= ratio;
-        for delta_v2 in [&mut self.accel_delta_v2, &mut self.decel_delta_v2] {
-            *delta_v2 = (*delta_v2 as f64 * ratio) as Square;
-        }
+        let ratio = left_mm / self.line_mm;
+        self.line_mm = left_mm;
+        let is_alike = self.accel_delta_v2 == self.decel_delta_v2;
+        let shorter = |delta_v2: Square| (delta_v2 as f64 * ratio) as Square;
+        self.accel_delta_v2 = shorter(self.accel_delta_v2);
+        self.decel_delta_v2 = if is_alike { self.accel_delta_v2 } else { shorter(self.decel_delta_v2) };
     }
 
     fn set_ramps_to(&mut self, distance_steps: f64, length_mm: f64, config: &ChainConfig<N>) {

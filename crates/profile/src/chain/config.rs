@@ -8,7 +8,7 @@ use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::root::sqrt;
-use crate::sync::{PlanError, Span, check_moving, tightest};
+use crate::sync::{PlanError, Span, check_moving, longest_of, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
@@ -169,7 +169,9 @@ impl<const N: usize> ChainConfig<N> {
                 let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
                 (1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])) as f32
             }),
-            across: core::array::from_fn(|axis| across(slowest_mm_s2 / accels_mm_s2(axis).into_iter().fold(f64::INFINITY, f64::min))),
+            across: core::array::from_fn(|axis| {
+                across(slowest_mm_s2 / accels_mm_s2(axis).into_iter().fold(f64::INFINITY, f64::min))
+            }),
             accel_ratios: core::array::from_fn(|axis| accels_mm_s2(axis).map(|mm_s2| ratio(mm_s2 / slowest_mm_s2))),
             bend_units_mm: (2.0 * SAFE * slowest_mm_s2 * per_mm2_s2) as f32,
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
@@ -220,7 +222,12 @@ impl<const N: usize> ChainConfig<N> {
 
     /// The limits of the longest axis of a move at which no axis exceeds its own, and which the caller can bear.
     pub(super) fn shared_limits(&self, span: &Span<N>) -> Limits {
-        let mut limits = tightest(span, &self.limits, |axis, other| self.is_looser[axis][other]);
+        self.shared_limits_of(&span.lens(), &span.steps)
+    }
+
+    /// The same for axes that go so far.
+    pub(super) fn shared_limits_of(&self, lens: &[f64; N], steps: &[i32; N]) -> Limits {
+        let mut limits = tightest(lens, &self.limits, |axis, other| self.is_looser[axis][other]);
         if self.least_s2_steps > 0.0 {
             for accel_steps_s2 in [&mut limits.accel_steps_s2, &mut limits.decel_steps_s2] {
                 if *accel_steps_s2 * self.least_s2_steps > 1.0 {
@@ -228,9 +235,9 @@ impl<const N: usize> ChainConfig<N> {
                 }
             }
         }
-        let cruise_s = self.effort.cruise_s(&span.steps);
+        let cruise_s = self.effort.cruise_s(steps);
         if cruise_s > 0.0 {
-            let distance_steps = span.longest();
+            let distance_steps = lens[longest_of(lens)].abs();
             if limits.top_speed_steps_s * cruise_s > distance_steps {
                 limits.top_speed_steps_s = distance_steps / cruise_s;
             }

@@ -1,11 +1,11 @@
 //! The plan of the chain's first block, and the chunks that are handed out from it.
 
-use super::block::Block;
+use super::block::{Block, NO_LINE_RATIO};
 use super::config::Square;
 use super::{Chain, Chunk, ChunkKind, Plan};
 use crate::blend::{Blend, Side, Times};
-use crate::law::{IntervalLaw, SpeedLaw};
 use crate::fixed::is_zero;
+use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
 use crate::sync::{Span, SyncMove};
@@ -66,9 +66,9 @@ pub(super) struct Begun<const N: usize> {
 const NOTHING_STEPS: f64 = 1e-6;
 const NOTHING_RATIO: f64 = 1e-14;
 
-/// A line this short, between two blends, is none.
-const NO_LINE_STEPS: f64 = 1e-9;
-const NO_LINE_RATIO: f64 = 1e-13;
+/// An approach this short is none.
+const NO_APPROACH_STEPS: f64 = 1e-9;
+const NO_APPROACH_RATIO: f64 = 1e-13;
 
 /// The longest approach to a blend, s. It is committed as a whole, so a hold has to wait for it.
 const APPROACH_MAX_S: f64 = 2e-3;
@@ -201,7 +201,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             speed_steps_s: from_steps_s,
         };
         let shares = next.shares();
-        let counts = core::array::from_fn(|axis| next.span.steps_before(axis, place_steps, next.distance_steps()));
+        let counts =
+            core::array::from_fn(|axis| next.span.steps_by(axis, place_steps, next.distance_steps(), || shares[axis]));
         let after = Side { span: &next.span, shares, counts, corner_steps: place_steps, speed_steps_s: to_steps_s };
         self.blend = Some(Blend::new(&before, &after, times, |axis| config.top_steps_s(axis)));
         let is_expected = next.entry == onward;
@@ -321,7 +322,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let goal = self.goal(self.exit());
         let left_steps = goal.end_steps - self.place_steps;
-        if goal.is_bent && left_steps <= NO_LINE_STEPS + NO_LINE_RATIO * goal.end_steps {
+        if goal.is_bent && left_steps <= NO_APPROACH_STEPS + NO_APPROACH_RATIO * goal.end_steps {
             let entry = self.blocks.get(0).map_or(0, |first| first.entry);
             (self.plan.exit, self.plan.onward) = (entry, self.onward(entry));
             return self.bend(0.0);
@@ -339,7 +340,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     fn is_approach(&self, exit: Square, left_steps: f64, speed_steps_s: f64) -> bool {
         self.blocks.get(0).is_some_and(|first| {
             let is_even = first.entry == exit && (first.accel_delta_v2 == 0 || exit == first.nominal);
-            is_even && !self.plan.is_made && !self.is_held && !first.is_joined
+            is_even
+                && !self.plan.is_made
+                && !self.is_held
+                && !first.is_joined
                 && left_steps < APPROACH_MAX_S * speed_steps_s
         })
     }
@@ -380,7 +384,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let before_mm = if index == 0 { 0.0 } else { block.bend.reach_mm };
         let steps = block.distance_steps() - place_steps - (before_mm + after_mm) * block.steps_per_mm();
         let limits = self.config.shared_limits(&block.span);
-        block.set_delta_v2(if steps > 0.0 { steps } else { 0.0 }, &limits, &self.config);
+        block.set_line(if steps > NO_LINE_RATIO * block.distance_steps() { steps } else { 0.0 }, &limits, &self.config);
     }
 
     /// Computes the blend into a block again, and the lines on both sides of it.

@@ -150,7 +150,10 @@ impl<'a> Watch<'a> {
                 );
             }
             if along[0] < -SAME * top {
-                prop_assert!(accel.abs() <= limits.decel_steps_s2, "axis {axis} slows down: {accel}, {limits:?}, {speeds:?} {blend:?}");
+                prop_assert!(
+                    accel.abs() <= limits.decel_steps_s2,
+                    "axis {axis} slows down: {accel}, {limits:?}, {speeds:?} {blend:?}"
+                );
             }
             prop_assert!(speeds.iter().all(|speed| speed.abs() <= top * (1.0 + SAME)), "axis {axis}: {speeds:?}");
             self.makes_steps(axis, blend)?;
@@ -169,7 +172,8 @@ impl<'a> Watch<'a> {
         let lines = [speeds[0].map(|speed| -speed), speeds[1]];
         // The corner is as far as the first speed leads in half of the time.
         let corner = |axis: usize| {
-            blend.place_at(axis, blend.corner_begins_s()) + blend.speed_at(axis, blend.begin_s()) * blend.corner_s() / 2.0
+            blend.place_at(axis, blend.corner_begins_s())
+                + blend.speed_at(axis, blend.begin_s()) * blend.corner_s() / 2.0
         };
         let place = |ratio: f64| {
             let t_s = blend.corner_begins_s() + blend.corner_s() * ratio;
