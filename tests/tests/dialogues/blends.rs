@@ -5,7 +5,7 @@ use isostep_sim::measure::across;
 use isostep_sim::{Config, Outcome, corners, run, verify};
 
 /// A zigzag, a triangle and half a circle, at more speed than the corners allow.
-const PROGRAM: &str = "G1 F2400 X10\nY10\nX0\nX10 Y0.3\nX0.013 Y1.007\nY20\nG2 X20 I10\nG1 X20 Y0\n";
+const PROGRAM: &str = "G1 F2400 X10\nY10\nX0\nX10 Y0.3\nX0.013 Y1.007\nY20\nG2 X20.013 I10\nG1 X20 Y0\n";
 
 fn made(before: &str) -> Outcome {
     let outcome = run(format!("{before}\n{PROGRAM}").as_bytes(), &Config::default()).unwrap();
