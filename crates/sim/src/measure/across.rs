@@ -47,8 +47,16 @@ struct Samples {
     span_s: f64,
     /// Accelerating and decelerating, steps/s².
     limits_steps_s2: [f64; 2],
-    /// s from the start of the run, and steps.
-    all: Vec<(f64, f64)>,
+    all: Vec<Sample>,
+}
+
+#[derive(Clone, Copy)]
+struct Sample {
+    /// s from the start of the run.
+    t_s: f64,
+    steps: f64,
+    /// How often the axis has turned by its last edge up to then, and by its next one.
+    turns: [u32; 2],
 }
 
 impl Samples {
@@ -58,15 +66,19 @@ impl Samples {
         let start_ns = run[0].start_ns;
         let (first, last) = (&run[0], &run[run.len() - 1]);
         let edges = outcome.edges[first.edges.start..last.edges.end].iter().filter(|edge| edge.axis == axis);
-        let mut filled = Filled { run, axis, span_s, next: 0, all: Vec::new() };
+        let mut filled = Filled { run, axis, span_s, next: 0, turns: 0, all: Vec::new() };
         let begin_s = first.begin_s();
-        let mut at = f64::from(first.origin_steps[axis]);
-        let begin = (begin_s, place_steps(first, axis, begin_s));
-        filled.all.extend([2.0, 1.0, 0.0].map(|spans| (begin.0 - spans * span_s, begin.1)));
+        let begin = place_steps(first, axis, begin_s);
+        for spans in [2.0, 1.0, 0.0] {
+            filled.all.push(Sample { t_s: begin_s - spans * span_s, steps: begin, turns: [0; 2] });
+        }
+        let (mut at, mut direction) = (f64::from(first.origin_steps[axis]), 0);
         for edge in edges {
             at += f64::from(edge.direction);
+            filled.turns += u32::from(edge.direction == -direction);
+            direction = edge.direction;
             let t_s = (edge.t_ns as f64 - start_ns as f64) * 1e-9;
-            filled.push(t_s, at - 0.5 * f64::from(edge.direction));
+            filled.push(t_s, at - 0.5 * f64::from(direction));
         }
         if matches!(last.finish, Finish::Done | Finish::Held) {
             let end = place_steps(last, axis, last.plan_s);
@@ -80,17 +92,20 @@ impl Samples {
         let (mut middle, mut last) = (0, 0);
         (0..self.all.len()).map_while(move |first| {
             let later = |from: usize, than: usize| {
-                (from..self.all.len()).find(|&at| self.all[at].0 >= self.all[than].0 + self.span_s)
+                (from..self.all.len()).find(|&at| self.all[at].t_s >= self.all[than].t_s + self.span_s)
             };
             middle = later(middle.max(first), first)?;
             last = later(last.max(middle), middle)?;
             let samples = [first, middle, last].map(|at| self.all[at]);
-            let mean = limits::mean_accel(samples);
-            let along = mean * (samples[2].1 - samples[0].1);
+            let mean = limits::mean_accel(samples.map(|sample| (sample.t_s, sample.steps)));
             let [accel, decel] = self.limits_steps_s2;
-            let limit = if along > 0.0 { accel } else { decel };
-            let limit = if along == 0.0 { accel.max(decel) } else { limit };
-            let at_ns = (self.start_ns as f64 + samples[1].0 * 1e9).max(0.0) as u64;
+            // Where an axis turns it slows down, and then speeds up, by one acceleration.
+            let limit = match mean * (samples[2].steps - samples[0].steps) {
+                _ if samples[0].turns[0] != samples[2].turns[1] => accel.max(decel),
+                along if along < 0.0 => decel,
+                _ => accel,
+            };
+            let at_ns = (self.start_ns as f64 + samples[1].t_s * 1e9).max(0.0) as u64;
             Some(Window { axis: self.axis, at_ns, ratio: mean.abs() / limit })
         })
     }
@@ -103,24 +118,30 @@ struct Filled<'a> {
     span_s: f64,
     /// The move under way.
     next: usize,
-    all: Vec<(f64, f64)>,
+    /// How often the axis has turned.
+    turns: u32,
+    all: Vec<Sample>,
 }
 
 impl Filled<'_> {
     fn push(&mut self, t_s: f64, steps: f64) {
-        let (mut before_s, _) = self.all[self.all.len() - 1];
+        let last = self.all[self.all.len() - 1];
+        // Up to here the axis has turned as often as by its last edge.
+        let turns = [last.turns[1], self.turns];
+        let mut before_s = last.t_s;
         if t_s - before_s > 2.0 * self.span_s {
             while t_s - before_s > 1.5 * self.span_s {
                 before_s += self.span_s;
                 while self.run.get(self.next + 1).is_some_and(|next| next.begin_s() <= before_s) {
                     self.next += 1;
                 }
-                self.all.push((before_s, place_steps(&self.run[self.next], self.axis, before_s)));
+                let steps = place_steps(&self.run[self.next], self.axis, before_s);
+                self.all.push(Sample { t_s: before_s, steps, turns });
             }
         }
         // Edges at one instant do not occur, but a stop may come at that of an edge.
         if t_s > before_s {
-            self.all.push((t_s, steps));
+            self.all.push(Sample { t_s, steps, turns: [self.turns; 2] });
         }
     }
 }
