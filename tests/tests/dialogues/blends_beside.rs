@@ -63,7 +63,7 @@ fn a_probe_comes_to_its_contact_after_blends() {
 #[test]
 fn modes_take_turns_block_by_block() {
     const MODES: [&str; 4] = ["G61", "G64 P0.2", "G61.1", "G64"];
-    let lines = (0..16).map(|k| {
+    let lines = (0..16_usize).map(|k| {
         let [x, y] = [k / 2 + 1, k.div_ceil(2)].map(|at| at * 5);
         format!("{} X{x} Y{}\n", MODES[k % 4], y + 5)
     });
