@@ -162,14 +162,26 @@ impl Bench {
     /// How near each axis came to its limits, computed from its edges, and how near corners came to theirs, computed
     /// from the speed at which they are taken.
     pub fn ratios(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> LimitRatios {
-        let speed_limit = |record: &MoveRecord, axis: usize, t_s: f64| {
-            // A run is prepared after the last step of the previous run, or, at rest, within the last millisecond
-            // before its start.
-            let before = outcome.edges.partition_point(|edge| edge.t_ns < record.start_ns).checked_sub(1);
-            let planned_ns = before.map_or(u64::MAX, |last| outcome.edges[last].t_ns).min(record.start_ns - 1_000_000);
-            self.speed_limit(record, axis, feed_mm_min(record), planned_ns, t_s)
-        };
-        kept::ratios(outcome, speed_limit)
+        kept::ratios(outcome, |record, axis, t_s| {
+            self.speed_most_steps_s(outcome, record, axis, feed_mm_min(record), t_s)
+        })
+    }
+
+    /// The speed that an axis must keep in a move, `t_s` from its beginning.
+    #[must_use]
+    pub fn speed_most_steps_s(
+        &self,
+        outcome: &Outcome,
+        record: &MoveRecord,
+        axis: usize,
+        feed_mm_min: Option<f64>,
+        t_s: f64,
+    ) -> f64 {
+        // A run is prepared after the last step of the previous run, or, at rest, within the last millisecond before its
+        // start.
+        let before = outcome.edges.partition_point(|edge| edge.t_ns < record.start_ns).checked_sub(1);
+        let planned_ns = before.map_or(u64::MAX, |last| outcome.edges[last].t_ns).min(record.start_ns - 1_000_000);
+        self.speed_limit(record, axis, feed_mm_min, planned_ns, t_s)
     }
 
     /// A random position, mm.
@@ -230,6 +242,12 @@ fn brief(record: &MoveRecord) -> String {
         plan.steps,
         1 + parts.len()
     )
+}
+
+/// Where the corner is at which a move begins, steps: if it begins with a blend, that is where the blend would lead if it
+/// did not leave the path.
+fn corner_steps(record: &MoveRecord) -> [i32; AXES] {
+    std::array::from_fn(|axis| record.origin_steps[axis] - record.blend.map_or(0, |blend| blend.ends_steps(axis)[0]))
 }
 
 /// Checks that the edges of every move match the closed form, that counts are exact and that paths are straight.
@@ -439,15 +457,16 @@ impl Moves {
     #[must_use]
     pub fn of(&self, records: &[MoveRecord]) -> Vec<usize> {
         let mut next = 0;
-        let found = records.iter().map(|record| {
+        let found = records.iter().enumerate().map(|(at, record)| {
             let index = next;
             let asked = self.asked.get(index).unwrap_or_else(|| panic!("nobody asked for {}", brief(record)));
             let is_same = asked.steps.is_none_or(|steps| steps == record.plan.steps);
             assert!(is_same, "{asked:?} was made as {}", brief(record));
             let is_whole =
                 (0..AXES).all(|axis| record.step_numbers(axis).end == record.plan.steps[axis].unsigned_abs() + 1);
-            // A blend leads on to the next move.
-            if record.ends_in_blend || is_whole && record.end_steps == asked.end_steps {
+            // A blend leads on to the next move, or to the next chord.
+            let end_steps = records.get(at + 1).filter(|_| record.ends_in_blend).map_or(record.end_steps, corner_steps);
+            if (record.ends_in_blend || is_whole) && end_steps == asked.end_steps {
                 next += 1;
             }
             index

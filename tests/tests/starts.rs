@@ -81,7 +81,15 @@ fn moved(starts_alone: bool) -> (State, [i32; AXES], Vec<Event>) {
     });
     executor.spawn("program", async move {
         let target_steps = [100; AXES];
-        let motion = Motion::Move { target_steps, feed_mm_s: None, exact_stop: false, line: 0, power: Power::Off };
+        let motion = Motion::Move {
+            target_steps,
+            offsets: [0; AXES],
+            feed_mm_s: None,
+            deviation_mm: 0.0,
+            exact_stop: false,
+            line: 0,
+            power: Power::Off,
+        };
         machine.submit(motion).await.unwrap();
     });
     executor.run_until_quiescent(Instant::from_secs(10)).unwrap();

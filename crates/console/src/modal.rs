@@ -97,8 +97,8 @@ impl PathControl {
     pub(crate) fn word(self, setting_mm: f32) -> &'static str {
         match self {
             Self::Stop => " G61.1",
-            Self::Exact if setting_mm > 0.0 => " G61",
             _ if self.deviation_mm(setting_mm) > 0.0 => " G64",
+            _ if setting_mm > 0.0 => " G61",
             _ => "",
         }
     }

@@ -21,6 +21,7 @@
 //! of the ramps if that is more. So a measurement comes with its resolution, and two that differ by less count as
 //! equal.
 
+pub mod across;
 mod by_shape;
 pub mod kept;
 mod least_squares;

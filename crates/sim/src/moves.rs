@@ -51,9 +51,10 @@ impl MoveRecord {
     pub fn step_numbers(&self, axis: usize) -> Range<u32> {
         let last = match self.finish {
             Finish::Held => self.plan.steps_before(axis, self.held_at_steps),
+            // The blend may begin before the plan ends.
             _ if self.ends_in_blend => {
-                self.parts.last().unwrap_or(&self.plan).step_numbers(axis).end.max(self.plan.step_numbers(axis).start)
-                    - 1
+                let moved = self.end_steps[axis] - self.origin_steps[axis] - self.blend_moves(axis);
+                self.plan.step_numbers(axis).start - 1 + moved.unsigned_abs()
             }
             // The first plan may end before the end of the move.
             _ => self.plan.steps[axis].unsigned_abs(),

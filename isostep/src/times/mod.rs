@@ -6,7 +6,7 @@ mod ratios;
 mod simulate;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use isostep_console::Settings;
@@ -28,6 +28,8 @@ A time is from the start of the first move to the end of the last one's plan, pa
 the firmware's, in virtual time: it plans in no time, and its console's wire takes none, so a program is sent as fast as moves
 are taken, within Grbl's 128 unanswered bytes. No edge is made, so none is checked: `isostep sim --settings FILE` does that.
 A corner's jump is the most by which the speed of an axis jumps where a move follows another, as planned.
+The column of blends is the same program with $904 set by --blends: no axis exceeds its acceleration at a corner. A program's
+own G61, G64 P and G61.1 hold in both; no bound is asked of the blends.
 
 The exit status is 0 if every ratio of the times is at most EACH, and their median, in each column and over all, at most MEDIAN.
 
@@ -58,6 +60,9 @@ pub struct Args {
     /// The most that each ratio may be
     #[arg(long, value_name = "RATIO", default_value_t = 1.05)]
     each: f64,
+    /// How far the blends of their column may leave a corner, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    blends: f32,
     /// Programs that are simulated at a time
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..))]
     jobs: u8,
@@ -84,7 +89,7 @@ fn report(args: &Args) -> Result<Report> {
     let machines = table.machines().into_iter().map(|name| Ok((name.clone(), machine_settings(&name, &args.machine)?)));
     let machines: Vec<(String, Settings)> = machines.collect::<Result<_>>()?;
     unused(&args.machine, &machines)?;
-    let jobs = jobs(&args.folder, &table, &machines)?;
+    let jobs = jobs(args, &table, &machines)?;
     let timed: Vec<Timed> = simulate::all(&jobs, args.jobs.into());
     Ok(Report::new(&table, machines, timed, Bounds { median: args.median, each: args.each }))
 }
@@ -100,9 +105,9 @@ fn files(args: &Args, table: &Table) -> Files {
 }
 
 /// One run for each time in the table, column by column.
-fn jobs(folder: &Path, table: &Table, machines: &[(String, Settings)]) -> Result<Vec<Job>> {
+fn jobs(args: &Args, table: &Table, machines: &[(String, Settings)]) -> Result<Vec<Job>> {
     let programs: Vec<Vec<u8>> =
-        table.rows.iter().map(|row| sim::read(&folder.join(&row.program))).collect::<Result<_>>()?;
+        table.rows.iter().map(|row| sim::read(&args.folder.join(&row.program))).collect::<Result<_>>()?;
     let mut jobs = Vec::new();
     for (index, column) in table.columns.iter().enumerate() {
         let (_, settings) =
@@ -116,6 +121,7 @@ fn jobs(folder: &Path, table: &Table, machines: &[(String, Settings)]) -> Result
                 label: column.name.clone(),
                 program,
                 settings: *settings,
+                blend_mm: args.blends,
                 grbl_s,
             });
         }

@@ -13,19 +13,21 @@ fn table(column: &ColumnTimes, each_max: f64) -> String {
     let feeds = if column.is_max_feed { "every feed F12000" } else { "the programs' own feeds" };
     let mut text = format!("\n{}: {}, {feeds}\n", column.name, machine(&column.machine));
     text += &format!(
-        "  {:<40} {:>12} {:>12} {:>8} {:>20}\n",
-        "program", "Isostep, s", "Grbl, s", "ratio", "corner's jump, mm/s"
+        "  {:<40} {:>12} {:>12} {:>8} {:>12} {:>8} {:>20}\n",
+        "program", "Isostep, s", "Grbl, s", "ratio", "blends, s", "ratio", "corner's jump, mm/s"
     );
     text += &column.programs.iter().map(|times| row(times, each_max)).collect::<String>();
-    text + &summary(&column.name, column.ratios)
+    text + &summary(&column.name, column.ratios) + &summary(&format!("{}, blends", column.name), column.blends)
 }
 
 fn row(times: &Times, each_max: f64) -> String {
     let Times { program, grbl_s, .. } = times;
-    match (times.isostep_s, times.ratio, times.jump_mm_s) {
-        (Some(isostep_s), Some(ratio), Some(jump_mm_s)) => {
+    match (times.isostep_s.zip(times.ratio), times.blends_s.zip(times.blends_ratio), times.jump_mm_s) {
+        (Some((isostep_s, ratio)), Some((blends_s, blends_ratio)), Some(jump_mm_s)) => {
             let mark = if ratio > each_max { " *" } else { "" };
-            format!("  {program:<40} {isostep_s:>12.3} {grbl_s:>12.3} {ratio:>8.3} {jump_mm_s:>20.2}{mark}\n")
+            format!(
+                "  {program:<40} {isostep_s:>12.3} {grbl_s:>12.3} {ratio:>8.3} {blends_s:>12.3} {blends_ratio:>8.3} {jump_mm_s:>20.2}{mark}\n"
+            )
         }
         _ => {
             format!("  {program:<40} {:>12} {grbl_s:>12.3} {:>8} {}\n", "-", "-", times.failed.as_deref().unwrap_or(""))

@@ -34,6 +34,8 @@ pub struct ColumnTimes {
     pub programs: Vec<Times>,
     /// Null if no program reached its end.
     pub ratios: Option<Ratios>,
+    /// The same with blends.
+    pub blends: Option<Ratios>,
 }
 
 /// The machine's settings that determine times.
@@ -53,7 +55,10 @@ pub struct Times {
     pub grbl_s: f64,
     /// Our time divided by Grbl's.
     pub ratio: Option<f64>,
-    /// The largest jump of an axis's speed at a corner.
+    /// The time if corners are blends, and the same divided by Grbl's.
+    pub blends_s: Option<f64>,
+    pub blends_ratio: Option<f64>,
+    /// The largest jump of an axis's speed at a corner, without blends.
     pub jump_mm_s: Option<f64>,
     /// Why there is no time.
     pub failed: Option<String>,
@@ -80,6 +85,7 @@ impl Report {
                     is_max_feed: column.is_max_feed,
                     programs: Vec::new(),
                     ratios: None,
+                    blends: None,
                 }
             })
             .collect();
@@ -88,6 +94,7 @@ impl Report {
         }
         for column in &mut columns {
             column.ratios = Ratios::of(column.programs.iter().filter_map(|times| times.ratio));
+            column.blends = Ratios::of(column.programs.iter().filter_map(|times| times.blends_ratio));
         }
         let all = Ratios::of(columns.iter().flat_map(|column| &column.programs).filter_map(|times| times.ratio));
         Self { bounds, columns, all }
@@ -137,6 +144,8 @@ impl Times {
             grbl_s,
             isostep_s: ran.map(|made| made.s),
             ratio: ran.map(|made| made.s / grbl_s),
+            blends_s: ran.map(|made| made.blends_s),
+            blends_ratio: ran.map(|made| made.blends_s / grbl_s),
             jump_mm_s: ran.map(|made| made.jump_mm_s),
             failed: made.err(),
         }

@@ -1,7 +1,7 @@
 //! Runs programs in virtual time, only for their times.
 
 use isostep_console::Settings;
-use isostep_sim::{Config, corners, program};
+use isostep_sim::{Config, Outcome, corners, program};
 
 use crate::parallel;
 use crate::stopwatch::Stopwatch;
@@ -17,6 +17,8 @@ pub struct Job {
     pub label: String,
     pub program: Vec<u8>,
     pub settings: Settings,
+    /// How far blends may leave the corners, mm.
+    pub blend_mm: f32,
     pub grbl_s: f64,
 }
 
@@ -34,7 +36,9 @@ pub struct Timed {
 pub struct Made {
     /// How long it takes.
     pub s: f64,
-    /// The largest jump of an axis's speed at a corner.
+    /// How long it takes if corners are blends.
+    pub blends_s: f64,
+    /// The largest jump of an axis's speed at a corner, without blends.
     pub jump_mm_s: f64,
 }
 
@@ -45,20 +49,26 @@ pub fn all(jobs: &[Job], at_a_time: usize) -> Vec<Timed> {
 
 fn one(job: &Job, of: usize) -> Timed {
     let stopwatch = Stopwatch::start();
-    let made = make(&job.program, job.settings);
+    let made = make(&job.program, job.settings, job.blend_mm);
     let reported = made.as_ref().map_or_else(Clone::clone, |made| {
-        let Made { s, .. } = made;
-        format!("{s:.3} s, {:.3} of Grbl's", s / job.grbl_s)
+        let Made { s, blends_s, .. } = made;
+        format!("{s:.3} s, {:.3} of Grbl's, and {blends_s:.3} s with blends", s / job.grbl_s)
     });
     eprintln!("    {} of {of} on {}: {reported} ({:.1} s)", job.name, job.label, stopwatch.elapsed_s());
     Timed { column: job.column, program: job.name.clone(), grbl_s: job.grbl_s, made }
 }
 
-/// Runs `program` on a machine with these settings.
-fn make(program: &[u8], settings: Settings) -> Result<Made, String> {
+/// Runs `program` on a machine with these settings, with the corners that they say and with blends.
+fn make(program: &[u8], settings: Settings, blend_mm: f32) -> Result<Made, String> {
+    let outcome = run(program, settings)?;
+    let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
+    let jump_mm_s = jumps.map(|jump| jump.mm_s).fold(0.0, f64::max);
+    let blended = run(program, Settings { blend_deviation_mm: blend_mm, ..settings })?;
+    Ok(Made { s: outcome.motion_s, blends_s: blended.motion_s, jump_mm_s })
+}
+
+fn run(program: &[u8], settings: Settings) -> Result<Outcome, String> {
     let config = Config { settings, start_mm: timing::middle_mm(&settings), only_time: true, ..Config::default() };
     let lines = program::lines(program).map_err(|error| error.to_string())?;
-    let outcome = timing::made(lines.into(), &config)?;
-    let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
-    Ok(Made { s: outcome.motion_s, jump_mm_s: jumps.map(|jump| jump.mm_s).fold(0.0, f64::max) })
+    timing::made(lines.into(), &config)
 }

@@ -64,6 +64,19 @@ fn programs_are_timed_beside_the_table() {
     assert!((json["columns"][1]["programs"][0]["ratio"].as_f64().unwrap() - 1.0).abs() < 1e-4, "{json}");
 }
 
+/// Round a right angle a blend is 1.29 times as fast as the jump that is allowed without, and takes less time.
+#[test]
+fn blends_have_a_column() {
+    let folder = Folder::new("blends", "program,MILL_s\nbent.nc,1\n");
+    fs::write(folder.0.join("bent.nc"), "G21 G90 G94\nG1 X10 F6000\nX20\nY10\nX10\n").unwrap();
+    let report = report(&folder.args(&["--blends", "0.05"])).unwrap();
+    let times = &report.columns[0].programs[0];
+    let (with_s, without_s) = (times.blends_s.unwrap(), times.isostep_s.unwrap());
+    assert!(with_s < without_s - 1e-3 && with_s > 0.5 * without_s, "{with_s} s with blends, {without_s} s without");
+    let text = print::text(&report);
+    assert!(text.contains("blends, s") && text.contains("MILL, blends"), "{text}");
+}
+
 #[test]
 fn what_takes_too_long_or_comes_to_no_end_fails() {
     let folder = Folder::new("fails", "program,MILL_s\nslow.nc,0.505\nbad.nc,0.1\n");

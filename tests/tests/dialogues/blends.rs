@@ -1,11 +1,11 @@
 //! Corners as blends: how a program asks for them, and what becomes of its path, its steps and its laser.
 
 use isostep_motion::{AXES, Finish};
-use isostep_sim::measure::kept;
+use isostep_sim::measure::across;
 use isostep_sim::{Config, Outcome, corners, run, verify};
 
 /// A zigzag, a triangle and half a circle, at more speed than the corners allow.
-const PROGRAM: &str = "G1 F2400 X10\nY10\nX0\nX10 Y0.3\nX0.013 Y1.007\nY20\nG2 X20 I10\nG1 X20 Y0\n";
+const PROGRAM: &str = "G1 F2400 X10\nY10\nX0\nX10 Y0.3\nX0.013 Y1.007\nY20\nG2 X20.013 I10\nG1 X20 Y0\n";
 
 fn made(before: &str) -> Outcome {
     let outcome = run(format!("{before}\n{PROGRAM}").as_bytes(), &Config::default()).unwrap();
@@ -15,14 +15,13 @@ fn made(before: &str) -> Outcome {
     outcome
 }
 
-/// The largest acceleration of an axis over its limit, from the closed form of blends, and from the edges of lines.
+/// The largest acceleration of an axis over its limit, from the closed form of blends, and from all edges.
 fn accel_ratio(outcome: &Outcome) -> f64 {
     let blends = outcome.moves.iter().filter_map(|record| record.blend);
     let in_blend = blends.flat_map(|blend| {
         (0..AXES).map(move |axis| blend.accel_steps_s2(axis).abs() / outcome.limits[axis].accel_steps_s2)
     });
-    let on_lines = kept::ratios(outcome, |_, axis, _| outcome.limits[axis].top_speed_steps_s);
-    in_blend.fold(on_lines.accel.max(on_lines.decel), f64::max)
+    in_blend.fold(across::highest(outcome).map_or(0.0, |window| window.ratio), f64::max)
 }
 
 fn has_blends(outcome: &Outcome) -> bool {

@@ -4,6 +4,8 @@
 mod alarms;
 mod arcs;
 mod blends;
+mod blends_beside;
+mod blends_in_hand;
 mod commands;
 mod consoles;
 mod door;

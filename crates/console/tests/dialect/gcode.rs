@@ -76,7 +76,7 @@ fn g64_is_listed_while_it_makes_a_difference() {
             G64 -> ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
             G64 P0 -> ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G61 M5 M9 T0 F0 S0] ok
         "#]],
     );
 }

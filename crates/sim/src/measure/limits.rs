@@ -87,8 +87,7 @@ pub fn ratios(
 ) -> LimitRatios {
     let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else { return LimitRatios::default() };
     let top = speed_at(last_s);
-    // The spacing of edges needed to measure the derivative of this order against this limit.
-    let spacing_s = |order: i32, limit: f64| 2.0 * (off_s * top / (GRAIN * limit)).powf(1.0 / f64::from(order));
+    let spacing_s = |order: i32, limit: f64| spacing_s(order, off_s * top, limit);
     let speed = means::<2>(times_s, 2.0 * off_s / GRAIN).map(|(t_s, mean)| mean / speed_at(t_s));
     let accels = |limit| means::<3>(times_s, spacing_s(2, limit)).map(|(_, mean)| mean);
     let start = |instant_s| limits.start_speed_steps_s.min(speed_at(instant_s));
@@ -114,6 +113,22 @@ pub fn ratios(
         jerk: jerk / limits.jerk_steps_s3,
         corner: 0.0,
     }
+}
+
+/// The spacing of edges needed to measure the derivative of this order against this limit, s, if a position is uncertain
+/// by `off_steps`.
+fn spacing_s(order: i32, off_steps: f64, limit: f64) -> f64 {
+    2.0 * (off_steps / (GRAIN * limit)).powf(1.0 / f64::from(order))
+}
+
+/// The spacing with which both accelerations of an axis are measured at any of its speeds, s.
+pub(super) fn accel_span_s(limits: &Limits, off_s: f64) -> f64 {
+    spacing_s(2, off_s * limits.top_speed_steps_s, limits.accel_steps_s2.min(limits.decel_steps_s2))
+}
+
+/// The mean acceleration over three samples of time and place.
+pub(super) fn mean_accel(samples: [(f64, f64); 3]) -> f64 {
+    mean_derivative(samples.map(|sample| sample.0), samples.map(|sample| sample.1))
 }
 
 /// Means of the derivative of order `N` - 1 over windows of `N` edges that are at least `spacing_s` apart, each with

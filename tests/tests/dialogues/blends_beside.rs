@@ -1,0 +1,179 @@
+//! What blends leave as it is, to the edge: homing, probes, single moves, moves from rest to rest, jogs; and what follows
+//! the path round them: the modes, the speed that is told, the laser.
+
+use embassy_time::Duration;
+use isostep_motion::{AXES, Axis, State};
+use isostep_sim::tool::Plate;
+use isostep_sim::{Config, Outcome, Sim, run};
+
+use crate::talk::{ON, field, homed, powered_up, say};
+
+/// The edges of a program without anything before its first, ns, and what the machine has said.
+fn made(program: &str) -> (Vec<(u64, usize, i32)>, Vec<String>) {
+    let config = Config { plate: Some(Plate { axis: Axis::Z, place_mm: 30.0, is_below: false }), ..Config::default() };
+    let outcome = run(program.as_bytes(), &config).unwrap();
+    assert!(outcome.refusals.is_empty() && outcome.state == State::Idle, "{program}: {:?}", outcome.refusals);
+    let first_ns = outcome.edges[0].t_ns;
+    let edges = outcome.edges.iter().map(|edge| (edge.t_ns - first_ns, edge.axis, edge.direction));
+    (edges.collect(), outcome.said.iter().map(|said| said.text.clone()).collect())
+}
+
+/// Every edge of a program with `$904` is where it is with G61. A line more must not shift anything, so both have one.
+#[track_caller]
+fn assert_same(what: &str, program: &str) {
+    let [with, without] = ["G64", "G61"].map(|mode| made(&format!("$904=0.05\n{mode}\n{program}")));
+    assert!(with.0.len() > 1_000, "{what}: {} edges", with.0.len());
+    assert!(with == without, "{what}: blends change it");
+}
+
+#[test]
+fn what_has_no_corner_is_the_same_to_the_edge_with_blends_and_without() {
+    assert_same("homing", "$H\n");
+    assert_same("a probe", "$H\nG38.2 Z60 F300\nG4 P0\nG38.4 Z0 F60\n");
+    assert_same("thirds", "$900=1\nG1 F1200 X20 Y3\nY20\nG2 X30 Y30 I10\nG0 X0 Y0\n");
+    assert_same("single moves", "G1 F1200 X20.013 Y3.007\nG4 P0\nY20.004\nG4 P0\nG0 X1 Y2 Z3\nG4 P0\nX0\n");
+    assert_same("exact stops", "G61.1 G1 F1200 X20.013 Y3.007\nX20 Y20.004\nX0\n");
+    assert_same("straight on", "G1 F1200 X5\nX10\nX10.5\nG0 X30\n");
+    assert_same("a curved law", "$940=1\nG1 F1200 X20\nY20\nX0\n");
+    assert_same("a start speed", "$910=60\n$911=60\nG1 F1200 X20\nY20\nX0\n");
+}
+
+/// A jog by hand is the same too: its corners are taken as with G61.
+#[test]
+fn jogs_are_the_same_to_the_edge_with_blends_and_without() {
+    assert_same("jogs", "$J=X20 F1200\n$J=Y20 F1200\n$J=G91 X-5 Y3 F1200\n");
+}
+
+/// The same program with corners differs, so that the comparison could tell.
+#[test]
+fn what_has_corners_differs() {
+    let [with, without] = ["G64", "G61"].map(|mode| made(&format!("$904=0.05\n{mode}\nG1 F1200 X20\nY20\nX0\n")));
+    assert_eq!(with.0.len(), without.0.len());
+    assert!(with != without);
+}
+
+/// A probe and a homing cycle between moves with blends: the moves before them end at rest, at their place.
+#[test]
+fn a_probe_comes_to_its_contact_after_blends() {
+    let (edges, said) = made("$904=0.05\n$H\nG1 F1200 X20\nY20\nX10\nG38.2 Z60 F300\nG1 F1200 Z10\nX5\nY5\n");
+    assert!(edges.len() > 1_000 && said.iter().any(|text| text == "[PRB:10.000,20.000,28.000:1]"), "{said:?}");
+}
+
+/// Each corner is as the block says that begins there.
+#[test]
+fn modes_take_turns_block_by_block() {
+    const MODES: [&str; 4] = ["G61", "G64 P0.2", "G61.1", "G64"];
+    let lines = (0..16_usize).map(|k| {
+        let [x, y] = [k / 2 + 1, k.div_ceil(2)].map(|at| at * 5);
+        format!("{} X{x} Y{}\n", MODES[k % 4], y + 5)
+    });
+    let program = format!("$904=0.1\nG1 F1200 Y5\n{}", lines.collect::<String>());
+    let outcome = run(program.as_bytes(), &Config::default()).unwrap();
+    assert_eq!((outcome.moves.len(), outcome.refusals.len()), (17, 0));
+    for (k, pair) in outcome.moves.windows(2).enumerate() {
+        let exit_steps_s = pair[0].parts.last().unwrap_or(&pair[0].plan).profile.exit_speed_steps_s();
+        // A block that stops ends at rest, whatever the next one says.
+        let stops = k > 0 && MODES[(k - 1) % 4] == "G61.1";
+        let blends = MODES[k % 4].starts_with("G64") && !stops;
+        assert_eq!(pair[1].blend.is_some(), blends, "corner {k}: {}", MODES[k % 4]);
+        assert_eq!(exit_steps_s == 0.0, stops, "corner {k}: {exit_steps_s} steps/s");
+    }
+}
+
+#[test]
+fn the_mode_of_corners_is_listed() {
+    let mut sim = powered_up(&Config::default());
+    let listed = |sim: &mut Sim, line: &str| {
+        assert_eq!(say(sim, line).last_line(), "ok", "{line}");
+        let heard = say(sim, "$G");
+        let words: Vec<_> = heard[0].split([' ', ':', ']']).filter(|word| word.starts_with("G6")).collect();
+        words.join(" ")
+    };
+    for (line, word) in [
+        ("G64", ""),
+        ("G64 P0.1", "G64"),
+        ("G61", ""),
+        ("G61.1", "G61.1"),
+        ("G64 P0", ""),
+        ("$904=0.1", "G61"),
+        ("G64", "G64"),
+        ("G61", "G61"),
+        ("G61.1", "G61.1"),
+        ("M2", "G64"),
+        ("G64 P0", "G61"),
+        ("M30", "G64"),
+    ] {
+        assert_eq!(listed(&mut sim, line), word, "after {line}");
+    }
+}
+
+/// The true speed along the path, from the plans, mm/s: in a blend, of all axes.
+fn speed_mm_s(outcome: &Outcome, t_ns: u64) -> Option<(f64, bool)> {
+    let record = outcome.moves.iter().rfind(|record| !record.homing && record.begin_ns() <= t_ns)?;
+    let t_s = (t_ns - record.start_ns) as f64 * 1e-9;
+    let length = |steps: [f64; AXES]| steps.iter().map(|steps| (steps / 50.0).powi(2)).sum::<f64>().sqrt();
+    if let Some(blend) = record.blend.filter(|blend| t_s < blend.end_s()) {
+        return Some((length(std::array::from_fn(|axis| blend.speed_at(axis, t_s))), true));
+    }
+    let part = record.parts.iter().rfind(|part| part.begin_s() <= t_s).unwrap_or(&record.plan);
+    let speed_steps_s = if t_s < part.end_s() { part.speed_at(t_s) } else { part.profile.exit_speed_steps_s() };
+    let way = std::array::from_fn(|axis| record.plan.axis_steps(axis));
+    (t_s <= record.plan_s).then_some((speed_steps_s * length(way) / record.plan.distance_steps(), false))
+}
+
+/// Wide corners, one of them sharp.
+const CORNERS: &str = "G1 F1200 X10\nY10\nX3 Y4\nX20 Y6\nX26 Y0\nX10\n";
+/// Half a circle, of chords, and corners before and behind it.
+const ROUND: &str = "G1 F1200 X10\nY10\nG2 X26 I8\nG1 X26 Y0\nX10\n";
+
+/// `FS:` is the true speed along the path in blends, too.
+#[test]
+fn the_speed_that_is_told_in_a_blend_is_the_true_one() {
+    let mut sim = powered_up(&Config::default());
+    sim.send(format!("G64 P1\n{CORNERS}").as_bytes());
+    let mut told = Vec::new();
+    for _ in 0..1_200 {
+        sim.run_for(Duration::from_micros(5_300)).unwrap();
+        let asked_ns = sim.now_ns();
+        let speed = field(&mut sim, "FS");
+        if sim.machine().state() == State::Run {
+            told.push((asked_ns, speed.split(',').next().unwrap().parse::<f64>().unwrap() / 60.0));
+        }
+    }
+    let outcome = sim.outcome();
+    let (mut in_blends, mut slow) = (0, 0);
+    for (t_ns, told_mm_s) in told {
+        let Some((mm_s, in_blend)) = speed_mm_s(&outcome, t_ns) else { continue };
+        // It is told within the millisecond after, rounded to 1 mm/min, and a chunk is known up to 15 ms late.
+        assert!((told_mm_s - mm_s).abs() < 0.016 * 50.0 * 2.0_f64.sqrt() + 0.02, "{told_mm_s} mm/s told for {mm_s}");
+        in_blends += usize::from(in_blend);
+        slow += usize::from(in_blend && mm_s < 5.0);
+    }
+    assert!(in_blends > 20 && slow > 3, "{in_blends} in blends, {slow} of them slow");
+}
+
+/// M4: the level is as the true speed along the path is to the feed, in blends as on lines.
+#[test]
+fn the_level_of_a_laser_follows_the_true_speed_round_blends() {
+    for path in [CORNERS, ROUND] {
+        let mut sim = homed();
+        assert_eq!(say(&mut sim, "$32=1\n$394=3\nG64 P1\nM4 S800").len(), 4);
+        sim.send(path.as_bytes());
+        let mut looks = Vec::new();
+        while looks.len() < 100 || sim.machine().state() == State::Run {
+            sim.run_for(Duration::from_micros(200)).unwrap();
+            looks.push((sim.now_ns(), f64::from(sim.tool()[0]) / f64::from(ON)));
+        }
+        let outcome = sim.outcome();
+        let (mut highest, mut in_blends) = ([0.0_f64; 2], 0);
+        for (t_ns, level) in looks {
+            let Some((mm_s, in_blend)) = speed_mm_s(&outcome, t_ns) else { continue };
+            let off = &mut highest[usize::from(in_blend)];
+            *off = off.max((level - 0.8 * mm_s / 20.0).abs());
+            in_blends += usize::from(in_blend);
+        }
+        println!("the level is off by at most {highest:?} on lines and in blends, in {in_blends} looks");
+        assert!(in_blends > 2_000, "{in_blends} looks in blends");
+        assert!(highest.iter().all(|off| *off < 0.006), "{highest:?} off on lines and in blends");
+    }
+}

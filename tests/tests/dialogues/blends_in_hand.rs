@@ -1,0 +1,220 @@
+//! Corners as blends, while somebody interferes: holds, overrides, the door, resets and jogs, at instants all over a
+//! program. A failure names the instant of its case.
+
+use embassy_time::Duration;
+use isostep_motion::{AXES, Finish, State};
+use isostep_sim::measure::across;
+use isostep_sim::{Config, MoveRecord, Outcome, Sim, verify};
+
+use crate::talk::{field, powered_up, say, state};
+
+/// Blends of some tenths of a second, lines between them, and rapids.
+const PROGRAM: &str = "G64 P1\nG1 F2400 X20\nY20\nX5\nY8 F1500\nG0 X25\nY25\nG1 X0 Y0\n";
+const END_STEPS: [i32; AXES] = [0; AXES];
+/// How long it takes undisturbed, ms, and the time between two cases.
+const LASTS_MS: u64 = 6_000;
+const STRIDE_MS: u64 = 97;
+
+/// What was under way at an instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Where {
+    Blend,
+    Line,
+    Rest,
+}
+
+fn under_way(outcome: &Outcome, at_ns: u64) -> Where {
+    let record = outcome.moves.iter().rfind(|record| record.begin_ns() <= at_ns && at_ns < record.end_ns);
+    let Some(record) = record else { return Where::Rest };
+    let t_s = (at_ns - record.start_ns) as f64 * 1e-9;
+    if record.blend.is_some_and(|blend| t_s < blend.end_s()) { Where::Blend } else { Where::Line }
+}
+
+/// Sends the program, lets this time pass and does `act`, which returns once nothing moves; then checks every promise,
+/// and every axis's acceleration from its edges. Returns what was under way at the instant of the act, and all.
+fn disturbed(program: &str, at_ms: u64, act: impl FnOnce(&mut Sim)) -> (Where, Outcome) {
+    let mut sim = powered_up(&Config::default());
+    sim.send(program.as_bytes());
+    sim.run_for(Duration::from_millis(at_ms)).unwrap();
+    let at_ns = sim.now_ns();
+    act(&mut sim);
+    let outcome = sim.outcome();
+    for verdict in verify::verdicts(&outcome, &verify::moves(&outcome).collect()) {
+        assert!(verdict.kept, "at {at_ms} ms: {} {}", verdict.promise, verdict.detail);
+    }
+    let most = across::highest(&outcome);
+    assert!(most.is_none_or(|window| window.ratio < 1.02), "at {at_ms} ms: {most:?}");
+    (under_way(&outcome, at_ns), outcome)
+}
+
+/// The same at instants all over the program. Returns how many of them fell into a blend, and how many onto a line.
+fn all_over(mut act: impl FnMut(u64, &mut Sim)) -> [usize; 2] {
+    let mut count = [0; 2];
+    for at_ms in (100..LASTS_MS).step_by(STRIDE_MS as usize) {
+        let (place, _) = disturbed(PROGRAM, at_ms, |sim| act(at_ms, sim));
+        match place {
+            Where::Blend => count[0] += 1,
+            Where::Line => count[1] += 1,
+            Where::Rest => {}
+        }
+    }
+    count
+}
+
+fn at_rest(sim: &mut Sim) {
+    sim.run_until_state(|state| !matches!(state, State::Run | State::Jog | State::Hold { still: false })).unwrap();
+}
+
+fn assert_stays(sim: &mut Sim, at_ms: u64) -> [i32; AXES] {
+    let still = sim.counted_steps();
+    sim.run_for(Duration::from_millis(400)).unwrap();
+    assert_eq!(sim.counted_steps(), still, "at {at_ms} ms: it moved at rest");
+    assert_eq!(sim.machine().position_steps(), still, "at {at_ms} ms");
+    still
+}
+
+#[test]
+fn a_hold_in_a_blend_or_on_a_line_comes_to_rest_and_goes_on() {
+    let mut longest_s = 0.0_f64;
+    let [blends, lines] = all_over(|at_ms, sim| {
+        let asked_ns = sim.now_ns();
+        sim.send(b"!");
+        at_rest(sim);
+        longest_s = longest_s.max((sim.now_ns() - asked_ns) as f64 * 1e-9);
+        assert_stays(sim, at_ms);
+        sim.send(b"~");
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.counted_steps(), END_STEPS, "at {at_ms} ms");
+    });
+    assert!(blends > 8 && lines > 15, "{blends} in blends, {lines} on lines");
+    // 60 ms that are committed, a blend of at most 0.4 s, and 0.8 s to brake from 40 mm/s at 50 mm/s².
+    assert!(longest_s < 1.3, "{longest_s} s to rest");
+}
+
+/// Two holds on the way through the same blend lose nothing.
+#[test]
+fn a_hold_again_right_after_a_resume_loses_nothing() {
+    let [blends, _] = all_over(|at_ms, sim| {
+        for pause_ms in [40, 150, 15] {
+            sim.send(b"!");
+            at_rest(sim);
+            sim.send(b"~");
+            sim.run_for(Duration::from_millis(pause_ms)).unwrap();
+        }
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.counted_steps(), END_STEPS, "at {at_ms} ms");
+    });
+    assert!(blends > 8, "{blends}");
+}
+
+/// Overrides of feeds and rapids at once change speeds, and no count and no limit.
+#[test]
+fn overrides_in_a_blend_or_on_a_line_keep_path_and_limits() {
+    let undisturbed_s = disturbed(PROGRAM, 100, |sim| sim.run_until_idle().unwrap()).1.motion_s;
+    for (sent, slows) in [(&[0x92, 0x92, 0x92, 0x92, 0x92, 0x97][..], true), (&[0x91, 0x91, 0x91, 0x96], false)] {
+        let [blends, lines] = all_over(|at_ms, sim| {
+            sim.send(sent);
+            sim.run_until_idle().unwrap();
+            assert_eq!(sim.counted_steps(), END_STEPS, "at {at_ms} ms");
+            let took_s = sim.outcome().motion_s;
+            assert!(!slows || took_s > undisturbed_s - 1e-6, "at {at_ms} ms: {took_s} s for {undisturbed_s} s");
+        });
+        assert!(blends > 8 && lines > 15, "{blends} in blends, {lines} on lines");
+    }
+}
+
+/// What is planned after an override asks for no more than it allows, in blends as on lines; what is slowed and put
+/// back again is as fast as before.
+#[test]
+fn a_feed_override_holds_in_blends_too() {
+    let program = "G64 P1\nG1 F1200 X20\nY20\nX0\nY0\n";
+    let fastest_mm_s = |record: &MoveRecord| {
+        let blend = record.blend.into_iter();
+        let ends = blend.flat_map(|blend| {
+            [blend.begin_s(), blend.end_s()].map(|t_s| (0..AXES).map(|axis| blend.speed_at(axis, t_s).powi(2)).sum())
+        });
+        let line = record.plan.profile.cruise_speed_steps_s();
+        ends.map(f64::sqrt).fold(line, f64::max) / 50.0
+    };
+    let (_, outcome) = disturbed(program, 300, |sim| {
+        sim.send(&[0x92; 5]);
+        sim.run_until_idle().unwrap();
+        assert_eq!(field(sim, "Ov"), "50,100,100");
+    });
+    let speeds: Vec<f64> = outcome.moves.iter().map(fastest_mm_s).collect();
+    assert!(speeds[1..].iter().all(|mm_s| *mm_s < 10.0 + 1e-6), "{speeds:?}");
+    assert!(speeds[1..].iter().all(|mm_s| *mm_s > 9.9), "{speeds:?}");
+}
+
+/// The count is exact wherever the reset comes, and the next program begins there.
+#[test]
+fn a_reset_in_a_blend_keeps_the_exact_count() {
+    let [blends, lines] = all_over(|at_ms, sim| {
+        sim.send(&[0x18]);
+        sim.run_for(Duration::from_millis(1)).unwrap();
+        at_rest(sim);
+        let [x, y, z] = assert_stays(sim, at_ms);
+        assert_eq!(sim.machine().state(), State::Idle, "at {at_ms} ms");
+        sim.send(b"G91 G64 P0.5 G1 F1200 X2\nY2\n");
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.counted_steps(), [x + 100, y + 100, z], "at {at_ms} ms");
+    });
+    assert!(blends > 8 && lines > 15, "{blends} in blends, {lines} on lines");
+}
+
+/// A second reset stops within a pulse, in a blend too, and the count is exact.
+#[test]
+fn a_second_reset_stops_a_blend_at_once() {
+    let mut in_blends = 0;
+    for at_ms in (100..LASTS_MS).step_by(4 * STRIDE_MS as usize) {
+        let mut sim = powered_up(&Config::default());
+        sim.send(PROGRAM.as_bytes());
+        sim.run_for(Duration::from_millis(at_ms)).unwrap();
+        sim.send(&[0x18]);
+        sim.run_for(Duration::from_millis(20)).unwrap();
+        let at_ns = sim.now_ns();
+        sim.send(&[0x18]);
+        sim.run_for(Duration::from_micros(20)).unwrap();
+        assert_stays(&mut sim, at_ms);
+        let outcome = sim.outcome();
+        assert_eq!(outcome.counted_steps, outcome.position_steps, "at {at_ms} ms");
+        let stopped = outcome.moves.last().unwrap();
+        let in_blend = stopped.blend.is_some_and(|blend| (at_ns - stopped.start_ns) as f64 * 1e-9 < blend.end_s());
+        in_blends += usize::from(in_blend && stopped.finish == Finish::Stopped);
+    }
+    assert!(in_blends > 1, "{in_blends}");
+}
+
+/// The byte of the door is a door that is opened and closed again at once.
+#[test]
+fn the_door_in_a_blend_holds_and_goes_on() {
+    let [blends, lines] = all_over(|at_ms, sim| {
+        sim.send(&[0x84]);
+        sim.run_for(Duration::from_millis(1)).unwrap();
+        sim.run_until_state(|state| state == State::Hold { still: true }).unwrap();
+        assert_stays(sim, at_ms);
+        assert_eq!(state(sim), "Door:0", "at {at_ms} ms");
+        sim.send(b"~");
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.counted_steps(), END_STEPS, "at {at_ms} ms");
+    });
+    assert!(blends > 8 && lines > 15, "{blends} in blends, {lines} on lines");
+}
+
+/// A cancelled jog stops, whatever `G64` and `$904` say, and the machine knows where it stands.
+#[test]
+fn a_jog_cancel_with_blends_on_keeps_the_exact_count() {
+    let jogs = "$904=1\nG64 P1\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n";
+    for at_ms in (100..2_000).step_by(STRIDE_MS as usize) {
+        let mut sim = powered_up(&Config::default());
+        sim.send(jogs.as_bytes());
+        sim.run_for(Duration::from_millis(at_ms)).unwrap();
+        sim.send(&[0x85]);
+        at_rest(&mut sim);
+        let [x, y, z] = assert_stays(&mut sim, at_ms);
+        assert!(sim.outcome().moves.iter().all(|record| record.blend.is_none()), "at {at_ms} ms: jogs do not blend");
+        assert_eq!(say(&mut sim, "G91 G1 F1200 X2\nY2\nX2").last_line(), "ok");
+        assert_eq!(sim.counted_steps(), [x + 200, y + 100, z], "at {at_ms} ms");
+        assert!(sim.outcome().moves.last().unwrap().blend.is_some(), "at {at_ms} ms: the program does");
+    }
+}
