@@ -10,7 +10,7 @@
 //! about it. [`Oscillator::advance`] uses this form from one bend of a to the next. So the instants may be any distance
 //! apart, and the only error is rounding.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use thiserror::Error;
 
@@ -101,6 +101,33 @@ impl Oscillator {
     pub fn relative_accel(&self, at: Ringing, accel: f64) -> f64 {
         let w = TAU * self.natural_hz;
         -accel - 2.0 * self.damping_ratio * w * at.speed - w * w * at.displacement
+    }
+
+    /// The state after the foot has gone `distance` in no time: the mass stays where it is, and the damper gives it a push.
+    #[must_use]
+    pub fn shift(&self, from: Ringing, distance: f64) -> Ringing {
+        let push = 2.0 * self.damping_ratio * TAU * self.natural_hz * distance;
+        Ringing { displacement: from.displacement - distance, speed: from.speed + push }
+    }
+
+    /// The amplitude of the oscillation while the foot stands still: half the width of the band, narrowing from here on,
+    /// that the mass swings in.
+    pub fn amplitude(&self, at: Ringing) -> f64 {
+        let (w, z) = (TAU * self.natural_hz, self.damping_ratio);
+        let quadrature = (at.speed + z * w * at.displacement) / (w * (1.0 - z * z).sqrt());
+        at.displacement.hypot(quadrature)
+    }
+
+    /// The least and the greatest displacement that the mass swings to on its own within `duration_s`, if it does: its
+    /// first two turns. Each later one is nearer to rest.
+    pub fn turns(&self, from: Ringing, duration_s: f64) -> impl Iterator<Item = f64> {
+        let (w, z) = (TAU * self.natural_hz, self.damping_ratio);
+        let damped = w * (1.0 - z * z).sqrt();
+        // The speed is zero where tan of the damped angle is this.
+        let angle = (from.speed * damped).atan2(w * w * from.displacement + z * w * from.speed).rem_euclid(PI);
+        let turns_s = [angle / damped, (angle + PI) / damped];
+        let (oscillator, is_within) = (*self, move |turn_s: &f64| *turn_s < duration_s);
+        turns_s.into_iter().filter(is_within).map(move |turn_s| oscillator.advance(from, turn_s, 0.0, 0.0).displacement)
     }
 
     /// The relative acceleration at each of `instants_s`, which must not decrease. The foot's speed is linear between
@@ -247,6 +274,42 @@ mod tests {
         close(readings[1], 0.0, 1e-9);
         close(readings[2], 0.0, 1e-9);
         assert!(readings[3].abs() > 1.0, "half a period rings most: {}", readings[3]);
+    }
+
+    /// A shift is the limit of a move with speed up and down again.
+    #[test]
+    fn a_shift_is_a_move_that_takes_no_time() {
+        let oscillator = Oscillator::new(20.0, 0.1).unwrap();
+        let from = Ringing { displacement: 0.3, speed: -7.0 };
+        let (distance, half_s) = (0.02, 1e-7);
+        let accel = distance / (half_s * half_s);
+        let top = oscillator.advance(from, half_s, accel, accel);
+        let moved = oscillator.advance(top, half_s, -accel, -accel);
+        let shifted = oscillator.shift(from, distance);
+        close(shifted.displacement, moved.displacement, 1e-5);
+        close(shifted.speed, moved.speed, 1e-3);
+    }
+
+    /// The turns and the amplitude hold what a thousand instants of the swing show.
+    #[test]
+    fn no_instant_of_a_swing_is_beyond_its_turns_or_its_amplitude() {
+        let oscillator = Oscillator::new(12.0, 0.08).unwrap();
+        for (displacement, speed) in [(1.0, 0.0), (0.0, 90.0), (-0.4, 50.0), (0.7, 30.0), (-0.5, -60.0), (0.2, -80.0)] {
+            for duration_s in [0.01, 0.03, 0.2] {
+                let from = Ringing { displacement, speed };
+                let at = |k: u32| oscillator.advance(from, duration_s * f64::from(k) / 1_000.0, 0.0, 0.0).displacement;
+                let (low, high) =
+                    (0..=1_000).map(at).fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+                let found = oscillator.turns(from, duration_s).chain([displacement, at(1_000)]);
+                let (least, most) = found.fold((0.0_f64, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+                close(least, low, 1e-4);
+                close(most, high, 1e-4);
+                assert!(high.max(-low) <= oscillator.amplitude(from) + 1e-12);
+            }
+        }
+        let half_period_s = 0.5 / (12.0 * (1.0_f64 - 0.0064).sqrt());
+        let turns: Vec<f64> = oscillator.turns(Ringing { displacement: 0.0, speed: 1.0 }, 1.0).collect();
+        close(turns[1] / turns[0], -(-0.08 * TAU * 12.0 * half_period_s).exp(), 1e-12);
     }
 
     #[test]
