@@ -11,6 +11,7 @@ use crate::drive::{Load, MotorData};
 use crate::faults::Fault;
 use crate::mechanics::Mechanics;
 use crate::plant::SwitchFault;
+use crate::ringing::Springs;
 use crate::tool::Plate;
 
 /// Clock of an RP2040.
@@ -121,6 +122,8 @@ pub struct Config {
     pub motor: MotorData,
     /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
     pub loads: [Option<Load>; AXES],
+    /// The loads on springs, whose ringing is told: see [`ringing`](crate::ringing). They change nothing else.
+    pub springs: Springs,
     /// The width of a laser's beam at half its maximum, mm: for the picture of what it engraved.
     pub beam_mm: f64,
     /// The port that makes the edges.
@@ -177,6 +180,7 @@ impl Default for Config {
             seed: 1,
             motor: MotorData::NEMA_17,
             loads: [None; AXES],
+            springs: Springs::default(),
             // Of a common diode laser.
             beam_mm: 0.1,
             port: Port::default(),
@@ -258,6 +262,9 @@ impl Config {
         if self.emergency_contact == Contact::NormallyClosed {
             line += " --estop nc";
         }
+        if self.springs != default.springs {
+            line += &format!(" --ringing {}", self.springs);
+        }
         if self.beam_mm != default.beam_mm {
             line += &format!(" --beam {}", self.beam_mm);
         }
@@ -319,7 +326,8 @@ mod tests {
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
         let config = Config { settings_file, motor: "1.2,300,10".parse().unwrap(), ..Config::default() };
         let config = Config { loads: [None, Some("5,8".parse().unwrap()), None], beam_mm: 0.25, ..config };
-        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 1.2,300,10 --load Y=5,8 --beam 0.25 --speed-law trapezoid";
+        let config = Config { springs: "y:35:0.05,X:40:0.1".parse().unwrap(), ..config };
+        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 1.2,300,10 --load Y=5,8 --ringing X:40:0.1,Y:35:0.05 --beam 0.25 --speed-law trapezoid";
         assert_eq!(config.replay("a.nc"), line);
     }
 

@@ -11,6 +11,7 @@ use crate::losses::{self, LossFigures};
 use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
 use crate::pace::Pace;
+use crate::ringing::{self, RingingFigures};
 use crate::stream::{Pause, Refusal};
 use crate::tool::figures::ToolFigures;
 use crate::verify::{self, Findings, MoveCheck, Verdict};
@@ -119,6 +120,9 @@ pub struct Figures {
     pub moves: Vec<MoveFigures>,
     /// Speed and acceleration of each axis, within moves and at corners.
     pub axes: [AxisFigures; AXES],
+    /// How the loads on springs swing; left out if there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ringing: Vec<RingingFigures>,
     /// How the time is spent, and what limits the speed.
     pub pace: Pace,
     /// What the tool did; left out if it was not used.
@@ -167,6 +171,7 @@ impl Figures {
             carriage_mm: outcome.mm(outcome.places_steps),
             verdicts: verify::verdicts(outcome, &findings),
             axes: kinematics::axes(outcome, &lines),
+            ringing: ringing::figures(outcome, &sources),
             moves_total: findings.moves(),
             lengths: Lengths::of(outcome),
             pace: Pace::new(outcome, &sources),

@@ -19,6 +19,7 @@
 //!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
 //!   from move to move, and [`pace`] what limits the speed of a program.
 //! - [`losses`] explains lost steps: the line, what the motor has, and what to set.
+//! - [`ringing`] puts a load on a spring behind an axis, and computes how it swings.
 //! - [`trace`], [`vcd`], [`Figures`] and [`report`] write the results; equal runs give equal bytes.
 //! - [`homing`] homes an axis many times, to measure how accurately its zero is found.
 //! - [`analysis`] computes derivatives, and models what a profile's acceleration does to a carriage that oscillates.
@@ -63,6 +64,7 @@ pub mod program;
 mod record;
 #[cfg(feature = "report")]
 pub mod report;
+pub mod ringing;
 pub mod settings;
 mod sim;
 pub mod stream;

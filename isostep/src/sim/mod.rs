@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::ringing::Springs;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
 use isostep_sim::tool::Plate;
@@ -45,6 +46,7 @@ Examples:
   isostep sim --estop nc --fault broken:e-stop@30          the wire of an emergency stop that opens breaks
   isostep sim my.nc --probe-plate Z,12.5,below         G38 finds a plate 12.5 mm above the switch of Z
   isostep sim my.nc --settings my.txt --start 5,5,5    a machine as its settings say: see below
+  isostep sim programs/square.nc --ringing X:8:0.05,Y:6:0.05     loads on springs, and how they swing: docs/ringing.md
   isostep sim my.nc --flash my.flash                       $n=v and G10 hold in the next run too
   isostep sim --pty                                    the machine itself, for any sender: see below";
 
@@ -114,6 +116,10 @@ pub struct Args {
     /// 200 steps/mm, 10 kg on a screw from there on
     #[arg(long, value_name = "AXIS=MM,KG", value_parser = load)]
     load: Vec<(usize, Load)>,
+    /// Loads on springs, whose ringing is told: axis, natural frequency in Hz, damping ratio. They change no edge; see
+    /// docs/ringing.md
+    #[arg(long, value_name = "AXIS:HZ:RATIO,...")]
+    ringing: Option<Springs>,
     /// The width of a laser's beam in mm, at half its maximum: for the picture of what it engraved
     #[arg(long, value_name = "MM", value_parser = beam, default_value_t = Config::default().beam_mm)]
     beam: f64,
@@ -303,6 +309,7 @@ fn config(args: &Args) -> Result<Config> {
     config.start_mm =
         args.start.unwrap_or_else(|| std::array::from_fn(|axis| config.start_mm[axis].min(middle_mm[axis])));
     config.beam_mm = args.beam;
+    config.springs = args.ringing.unwrap_or_default();
     for &(axis, load) in &args.load {
         config.loads[axis] = Some(load);
     }

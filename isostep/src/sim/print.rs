@@ -2,6 +2,7 @@
 
 use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
 use isostep_sim::pace::Pace;
+use isostep_sim::ringing::{Deviation, RingingFigures};
 use isostep_sim::tool::figures::{BeamFigures, ToolFigures};
 use isostep_sim::{Figures, MoveFigures};
 
@@ -23,6 +24,7 @@ pub fn print(figures: &Figures, all_moves: bool) {
             print_summary(figures);
         }
         print_axes(&figures.axes);
+        print!("{}", ringing_words(&figures.ringing));
         print_pace(&figures.pace);
     }
     if let Some(tool) = &figures.tool {
@@ -124,6 +126,28 @@ fn print_axes(axes: &[AxisFigures]) {
     );
 }
 
+/// How the loads on springs swung, in words.
+fn ringing_words(axes: &[RingingFigures]) -> String {
+    if axes.is_empty() {
+        return String::new();
+    }
+    let deviation = |found: Option<Deviation>| {
+        found.map_or("-".to_owned(), |found| {
+            format!("{:.4}, move {}{}", found.mm, found.move_number, line_words(found.line))
+        })
+    };
+    let mut text = format!(
+        "\nringing, mm\n   {:<16} {:<32} {:<32} {}\n",
+        "load", "after stops, amplitude", "after corners, deviation", "anywhere"
+    );
+    for one in axes {
+        let load = format!("{} {} Hz, {}", one.axis, one.natural_hz, one.damping_ratio);
+        let (stops, corners) = (deviation(one.after_stops), deviation(one.after_corners));
+        text += &format!("   {load:<16} {stops:<32} {corners:<32} {:.4}\n", one.anywhere_mm);
+    }
+    text + "  after a corner: within one period of the load; a deviation is from where the axis is, and good to half a step\n"
+}
+
 /// Prints what keeps the program from going faster.
 fn print_pace(pace: &Pace) {
     println!("\nwhere the time goes");
@@ -191,6 +215,22 @@ mod tests {
     fn words(program: &str) -> String {
         let outcome = isostep_sim::run(program.as_bytes(), &isostep_sim::Config::default()).unwrap();
         Figures::new("test", &outcome).tool.as_ref().map_or(String::new(), tool_words)
+    }
+
+    #[test]
+    fn ringing_is_told_for_axes_with_a_load_and_only_then() {
+        let told = |springs: &str| {
+            let springs = springs.parse().unwrap_or_default();
+            let config = isostep_sim::Config { springs, ..isostep_sim::Config::default() };
+            let outcome = isostep_sim::run(b"G91 G1 F1200 X5\nY5\n", &config).unwrap();
+            ringing_words(&Figures::new("test", &outcome).ringing)
+        };
+        assert_eq!(told(""), "");
+        let words = told("X:8:0.05");
+        assert!(
+            words.contains("\n   X 8 Hz, 0.05 ") && words.contains(", move 2, line 2") && !words.contains("Y 8"),
+            "{words}"
+        );
     }
 
     #[test]
