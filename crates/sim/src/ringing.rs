@@ -10,9 +10,8 @@
 //! in the closed form of a move; between two edges it is where the last one has put it, so a deviation is good to half
 //! a step. [`figures`] tells, for each axis with a load:
 //! - after *stops*: the amplitude with which the load goes on swinging when the plan of a move that ends at rest is over;
-//! - after *corners*: the largest deviation from a corner on (with a blend: from its beginning), up to one period of the
-//!   load after it, or to the next corner. A corner is where a move follows another without a stop, by a blend or with a
-//!   jump of the speed of any axis;
+//! - after *corners*: the largest deviation from a corner on, up to one period of the load after it, or to the next
+//!   corner. A corner is where a move follows another without a stop, with a jump of the speed of any axis;
 //! - *anywhere*: the largest deviation there is.
 //!
 //! Homing drives the load too, but is not told. While an axis accelerates by a, its load lags by a/ω², and after each
@@ -218,9 +217,8 @@ fn places(outcome: &Outcome, period_s: f64) -> Vec<Place> {
         let before =
             index.checked_sub(1).map(|before| &outcome.moves[before]).filter(|before| before.run == record.run);
         if before.is_some_and(|before| is_corner(outcome, before, record)) {
-            let from_s = begin_s + record.begin_s();
-            let to_s = begin_s + record.blend.map_or(record.begin_s(), |blend| blend.end_s()) + period_s;
-            places.push(Place { from_s, to_s, is_stop: false, index });
+            let from_s = begin_s + record.plan.begin_s();
+            places.push(Place { from_s, to_s: from_s + period_s, is_stop: false, index });
         }
         if is_stop(record, outcome.moves.get(index + 1)) {
             let stop_s = match record.finish {
@@ -237,13 +235,12 @@ fn places(outcome: &Outcome, period_s: f64) -> Vec<Place> {
 }
 
 fn is_corner(outcome: &Outcome, before: &MoveRecord, after: &MoveRecord) -> bool {
-    let jumps_mm_s = corners::jumps_mm_s(outcome, [before, after]);
-    after.blend.is_some() || jumps_mm_s.iter().any(|mm_s| *mm_s > NO_JUMP_MM_S)
+    corners::jumps_mm_s(outcome, [before, after]).iter().any(|mm_s| *mm_s > NO_JUMP_MM_S)
 }
 
 /// Whether a move ends at rest.
 fn is_stop(record: &MoveRecord, next: Option<&MoveRecord>) -> bool {
     let last = record.parts.last().unwrap_or(&record.plan).profile;
     let flows_on = next.is_some_and(|next| next.run == record.run);
-    !flows_on || !record.ends_in_blend && last.exit_speed_steps_s() == 0.0
+    !flows_on || last.exit_speed_steps_s() == 0.0
 }

@@ -100,7 +100,7 @@ fn the_closed_form_is_what_small_steps_integrate() {
     assert!((foot - 3.0).abs() < 1e-9);
 }
 
-/// A corner is known by its blend or its jump, and a stop by the end of what flows.
+/// A corner is known by its jump, and a stop by the end of what flows.
 #[test]
 fn stops_and_corners_are_told_apart_with_their_lines() {
     let springs: Springs = "X:40:0.05,Y:40:0.05".parse().unwrap();
