@@ -100,7 +100,7 @@ fn the_closed_form_is_what_small_steps_integrate() {
     assert!((foot - 3.0).abs() < 1e-9);
 }
 
-/// A corner is known by its blend or its jump, and a stop by the end of what flows.
+/// A corner is known by its jump, and a stop by the end of what flows.
 #[test]
 fn stops_and_corners_are_told_apart_with_their_lines() {
     let springs: Springs = "X:40:0.05,Y:40:0.05".parse().unwrap();
@@ -169,4 +169,30 @@ fn a_spring_that_cannot_be_is_refused_with_what_to_give() {
         assert!(error.contains(words), "{text}: {error}");
     }
     assert_eq!("y:35:0.05, X:40:0.1".parse::<Springs>().unwrap().to_string(), "X:40:0.1,Y:35:0.05");
+}
+
+/// Behind a corner onto X the load of Y swings freely, so a pen draws waves of the length v/f.
+#[test]
+fn what_a_pen_draws_behind_a_corner_is_the_frequency_of_the_load() {
+    let program = include_bytes!("../../../programs/ringing.nc");
+    let outcome = run(program, &machine(STEPS_PER_MM)).unwrap();
+    let oscillator = spring(35.0, 0.05);
+    let along_x: Vec<_> =
+        outcome.moves.iter().filter(|record| record.plan.steps[1] == 0 && record.plan.steps[0] > 0).collect();
+    assert_eq!(along_x.len(), 3);
+    for (record, mm_s) in along_x.into_iter().zip([20.0, 50.0, 100.0]) {
+        let begin_s = record.start_ns as f64 * 1e-9 + record.plan.begin_s();
+        let swing = swings(&outcome, Axis::Y, oscillator)
+            .find(|swing| swing.begin_s <= begin_s + 0.05 && swing.end_s >= begin_s + 0.2)
+            .expect("Y stands still");
+        let sample_s = |index: u32| begin_s + 0.05 + f64::from(index) * 1e-5;
+        let crossings_s: Vec<_> = (1..12_000)
+            .filter(|&index| swing.deviation(sample_s(index - 1)) < 0.0 && swing.deviation(sample_s(index)) >= 0.0)
+            .map(sample_s)
+            .collect();
+        let [first_s, .., last_s] = crossings_s[..] else { panic!("no waves: {crossings_s:?}") };
+        let waves_mm = (last_s - first_s) * mm_s;
+        let found_hz = (crossings_s.len() - 1) as f64 * mm_s / waves_mm;
+        assert!((found_hz - 35.0).abs() < 0.2, "{found_hz} Hz at {mm_s} mm/s");
+    }
 }
