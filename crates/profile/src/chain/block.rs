@@ -369,13 +369,15 @@ impl<const N: usize> Block<N> {
     /// both, in order.
     pub(super) fn follow(&mut self, before: End, directions: [&Direction<N>; 2], config: &ChainConfig<N>) {
         let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
+        let was_bent = !self.bend.is_none();
         self.bend = Bend::NONE;
         let square = if stops {
             None
         } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
             let reach_mm = self.distance_steps() * self.mm_per_step;
             let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
-            let nominal = self.nominal.max(before.pace.nominal);
+            // Once it may be taken so fast, it stays so: a plan that is committed may lead to it.
+            let nominal = self.nominal.max(before.pace.nominal).max(if was_bent { self.corner_square() } else { 0 });
             let room = Room { deviation_mm: self.deviation_mm, reach_mm, nominal };
             blend::bend(directions, &room, config).map(|(bend, square)| {
                 self.bend = bend;

@@ -112,6 +112,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if is_bound {
             return Some(plan.end_s);
         }
+        if !plan.is_bent && self.bent().is_some() {
+            // To brake to a blend may take as much room as to brake to rest, so there is none to lose.
+            return None;
+        }
         // Until it slows down, the plan is as fast as it can be. But it must be another before a blend might begin.
         let until_s = match self.line_end_steps() {
             _ if self.bent().is_none() => plan.slows_s,
