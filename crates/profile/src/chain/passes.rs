@@ -97,7 +97,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         while let Some(block) = self.blocks.get(index) {
             let ((highest, _), nominal) = (block.reach(), block.nominal);
             index += 1;
-            let Some(next) = self.blocks.get_mut(index) else { break };
+            // What came since the last pass has no entry yet.
+            let Some(next) = self.blocks.get_mut(index).filter(|_| index < self.passed) else { break };
             let mut is_highest = false;
             if next.flows {
                 let arrival = next.arrival(next.entry, nominal);
