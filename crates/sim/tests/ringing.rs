@@ -158,7 +158,7 @@ fn a_spring_that_cannot_be_is_refused_with_what_to_give() {
     for (text, words) in [
         ("X40", "such as X:40:0.05"),
         ("", "such as X:40:0.05"),
-        ("Q:40:0.05", "`Q` is no axis: use X, Y or Z"),
+        ("Q:40:0.05", "`Q` is no axis: use X, Y"),
         ("X:0:0.05", "X: natural frequency 0 Hz is outside 0.5 to 1000 Hz: machines have some 5 to 100"),
         ("X:NaN:0.05", "natural frequency NaN Hz is outside"),
         ("y:40:1", "Y: damping ratio 1 is outside 0 to below 1"),
