@@ -15,6 +15,8 @@ use crate::fixed::product;
 
 /// Blends do not last less than this, s, because of the speed alone.
 const BRIEF_S: f32 = 0.5e-3;
+/// log2 of what counts as rounding of a square, as a fraction of it.
+const ROUNDING_LOG2: u32 = 24;
 /// How much higher than the highest speed's square a blend bounds it, so that rounding does not make a corner slower.
 const SPARE: f32 = 1.000_02;
 
@@ -64,7 +66,12 @@ impl Bend {
     /// The square at which a blend that begins at `entry` leaves, `wanted` if that is possible.
     #[inline(never)]
     pub(super) fn exit_near(&self, wanted: Square, entry: Square) -> Square {
-        if entry <= self.entry_at(wanted) { wanted.min(self.exit_at(entry)) } else { self.lowest_exit_at(entry) }
+        if entry <= self.entry_at(wanted) {
+            return wanted.min(self.exit_at(entry));
+        }
+        // No rounding makes it faster, because what follows may have no room to brake from there.
+        let lowest = self.lowest_exit_at(entry);
+        if lowest <= wanted + (wanted >> ROUNDING_LOG2) { wanted } else { lowest }
     }
 }
 

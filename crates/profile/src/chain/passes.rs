@@ -46,7 +46,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// The squared speed at which the second block begins, if the first one ends at `exit`. In a hold it is the lowest
     /// that is possible.
     pub(super) fn onward(&self, exit: Square) -> Square {
-        self.bent().map_or(exit, |next| next.bend.exit_near(if self.is_held { 0 } else { next.entry }, exit))
+        self.bent().map_or(exit, |next| {
+            let onward = next.bend.exit_near(next.entry, exit);
+            if self.is_held { onward.min(next.bend.lowest_exit_at(exit)) } else { onward }
+        })
     }
 
     /// Computes all entry speeds again, except that of a first block under way. How far its plan has come is taken into
