@@ -9,14 +9,12 @@
 //! above which neither may be.
 
 use super::bound::{Axis, Bound};
-use super::config::{ChainConfig, ONE, SQUARE_MAX, Square};
+use super::config::{ChainConfig, ONE, SQUARE_MAX, Square, is_as_low};
 use super::corner::{Direction, Short};
 use crate::fixed::product;
 
 /// Blends do not last less than this, s, because of the speed alone.
 const BRIEF_S: f32 = 0.5e-3;
-/// log2 of what counts as rounding of a square, as a fraction of it.
-const ROUNDING_LOG2: u32 = 24;
 /// How much higher than the highest speed's square a blend bounds it, so that rounding does not make a corner slower.
 const SPARE: f32 = 1.000_02;
 
@@ -71,7 +69,7 @@ impl Bend {
         }
         // No rounding makes it faster, because what follows may have no room to brake from there.
         let lowest = self.lowest_exit_at(entry);
-        if lowest <= wanted + (wanted >> ROUNDING_LOG2) { wanted } else { lowest }
+        if is_as_low(lowest, wanted) { wanted } else { lowest }
     }
 }
 

@@ -3,7 +3,7 @@
 use core::num::NonZero;
 
 use super::blend::{self, Bend, Room};
-use super::config::{ChainConfig, Square};
+use super::config::{ChainConfig, Square, is_as_low};
 use super::corner::{self, Direction};
 use super::{FEED_RATIO_MAX, Request};
 use crate::fixed::is_zero;
@@ -424,7 +424,7 @@ impl<const N: usize> Block<N> {
     /// Begins after a block that ends at the squared speed `exit`, and that can stop from `stops_from`. This block
     /// begins at that speed or from rest.
     pub(super) fn begin_after(&mut self, exit: Square, stops_from: Square) {
-        if self.flows && exit <= self.entry + (self.entry >> 24) {
+        if self.flows && is_as_low(exit, self.entry) {
             self.entry = exit;
             return;
         }

@@ -120,15 +120,14 @@ impl Bound {
         lowest
     }
 
-    /// The lowest square at the other end that allows `square`, no higher than that.
+    /// The lowest square at the other end that allows `square`, apart from rounding; no higher than that.
     // Seldom needed: in a hold, and where a change came too late.
     #[inline(never)]
     pub(super) fn least_for(&self, square: Square) -> Square {
         let needed = |(at_rest, slope): (Square, u32)| match square.saturating_sub(at_rest) {
             _ if slope == 0 => 0,
             0 => 0,
-            // Rounded up.
-            rise => (rise as f64 * (1.0 + 1e-9) / f64::from(slope) * f64::from(SLOPE_ONE)) as Square + 1,
+            rise => (rise as f64 / f64::from(slope) * f64::from(SLOPE_ONE)) as Square + 1,
         };
         self.at_rest.into_iter().zip(self.slopes).map(needed).max().unwrap_or(0).min(square)
     }

@@ -18,6 +18,11 @@ pub(super) const SQUARE_MAX: f64 = 4.611_686_018_427_388e18;
 /// The unit is chosen so that the square of the fastest speed along a path has this many units.
 const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
+/// Whether a square is no higher than another, apart from rounding.
+pub(super) fn is_as_low(square: Square, than: Square) -> bool {
+    square <= than + (than >> 24)
+}
+
 /// A ratio of 1, in units of 2^-16.
 pub(super) const ONE: u32 = 1 << 16;
 /// Accelerations at corners are lower by this ratio, so that no rounding exceeds any.

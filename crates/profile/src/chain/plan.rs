@@ -1,7 +1,7 @@
 //! The plan of the chain's first block, and the chunks that are handed out from it.
 
 use super::block::{Block, NO_LINE_RATIO};
-use super::config::Square;
+use super::config::{Square, is_as_low};
 use super::{Chain, Chunk, ChunkKind, Plan};
 use crate::blend::{Blend, Side, Times};
 use crate::fixed::is_zero;
@@ -320,7 +320,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             return self.rest();
         }
         self.cut(speed_steps_s);
-        if self.bent().is_some_and(|next| self.exit() > next.corner_square()) {
+        if self.bent().is_some_and(|next| !is_as_low(self.exit(), next.corner_square())) {
             // There is no room to brake to the blend, but to rest where the block ends.
             self.halt();
         }
