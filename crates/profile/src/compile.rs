@@ -77,8 +77,9 @@ pub const FIT_ERROR_MAX_S: f64 = 20e-9;
 /// most.
 pub const BRIEF_S: f64 = 1e-3;
 
-/// The smallest distance of a step from the slow end of a ramp where the profile begins or ends, steps. A nearer step
-/// is taken to be at this distance, because near standstill the instant changes without bound over the displacement.
+/// The smallest distance of a step from the place where the axis stands still, or would stand still if a ramp went on
+/// beyond its slow end, steps. A nearer step is taken to be at this distance, because near standstill the instant changes
+/// without bound over the displacement. A curved ramp keeps this distance from its slow end.
 pub(crate) const NEAREST_STEPS: f64 = 1e-6;
 
 /// How far any segment's quadratic may deviate from the closed form at `tick_hz` (ticks/s), ticks.

@@ -287,6 +287,16 @@ impl Ramp {
         }
     }
 
+    /// How far its slow end is from where it would stand still at its acceleration, steps; 0 for a curved ramp.
+    pub(crate) fn lead_steps(&self) -> f64 {
+        match self.shape {
+            Shape::ConstantAccel { accel_steps_s2 } if accel_steps_s2 > 0.0 => {
+                self.slow_steps_s * self.slow_steps_s / (2.0 * accel_steps_s2)
+            }
+            _ => 0.0,
+        }
+    }
+
     /// When it is at `steps`, s.
     pub(crate) fn time_at(&self, steps: f64) -> f64 {
         match self.shape {

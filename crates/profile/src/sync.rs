@@ -8,6 +8,7 @@ use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError, sum};
+use crate::ramp::Ramp;
 
 /// A synchronised move of `N` axes: one profile over the longest axis's steps, and a signed step count per axis.
 ///
@@ -122,12 +123,13 @@ impl<const N: usize> SyncMove<N> {
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let stretch = self.stretch(axis, self.is_whole());
         let steps = (f64::from(k) - 0.5 - self.span().begin_of(axis)) * stretch.stride - self.origin_steps;
-        let nearest = NEAREST_STEPS * stretch.stride;
+        let Profile { accel, decel, .. } = &self.profile;
+        let nearest = |ramp: &Ramp| (NEAREST_STEPS * stretch.stride - ramp.lead_steps()).max(0.0);
         // How many steps of this plan come before step `k`.
         let before = k.saturating_sub(self.step_numbers(axis).start);
         let steps = match stretch.phase_ends(&PhaseBounds::of(&self.profile)) {
-            [accel_end, ..] if before < accel_end => steps.max(nearest),
-            [_, cruise_end, _] if before >= cruise_end => steps.min(self.profile.distance_steps() - nearest),
+            [accel_end, ..] if before < accel_end => steps.max(nearest(accel)),
+            [_, cruise_end, _] if before >= cruise_end => steps.min(self.profile.distance_steps() - nearest(decel)),
             _ => steps,
         };
         self.origin_s + self.profile.time_at(steps)

@@ -49,7 +49,8 @@ impl Phase {
         }
         let point = point_for(exponent_max);
         let (lead, slope) = (axis_ramp.lead(point), axis_ramp.slope(point));
-        let start = axis_ramp.start(point, (squared(lead), slope), more);
+        let square = squared(lead);
+        let start = square.wrapping_add(axis_ramp.first(point, (square, slope), more));
         let law =
             Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
         let origin = short_fixed(clock.begin_ticks, point).wrapping_sub(lead);
@@ -97,7 +98,8 @@ impl Phase {
             Some(log2) if spare == 1 << log2 => slope << (log2 + 1),
             _ => slope * u128::from(2 * spare),
         };
-        let start = axis_ramp.start(point, (squared(lead).saturating_sub(spared), slope), more);
+        let square = squared(lead);
+        let start = square.saturating_sub(spared).wrapping_add(axis_ramp.first(point, (square, slope), more));
         let law =
             Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
         let origin = short_fixed(clock.end_ticks, point).wrapping_add(lead);
@@ -141,17 +143,21 @@ impl AxisRamp {
         fixed(self.slope_ticks2, 2 * i32::from(point) - 32)
     }
 
-    /// The start of a radicand with this slope. It would be `square`, but the first half step is `more` half steps
-    /// longer.
-    fn start(&self, point: u8, (square, slope): (u128, u128), more: f64) -> u128 {
+    /// By how much the first half step makes a radicand of this slope larger, if it is `more` half steps longer; modulo
+    /// 2^96, as lines are. Where the ramp is slowest, the radicand is `square`.
+    fn first(&self, point: u8, (square, slope): (u128, u128), more: f64) -> u128 {
         if is_zero(more) {
-            return square;
+            return 0;
         }
-        // Computed in this order, the radicand of the first half step is never below the square, whatever rounding
-        // does.
-        let first = fixed(self.slope_ticks2 * (1.0 + more).max(2.0 * NEAREST_STEPS), 2 * i32::from(point) - 32);
-        // Modulo 2^96, as lines are.
-        square.wrapping_add(first).wrapping_sub(slope)
+        let radicand = |half_steps: f64| fixed(self.slope_ticks2 * half_steps, 2 * i32::from(point) - 32);
+        let half_steps = 1.0 + more;
+        // Rounding may take a step beyond the slow end of its ramp.
+        let first = if half_steps < 2.0 * NEAREST_STEPS {
+            radicand(half_steps.max(0.0)).max(radicand(2.0 * NEAREST_STEPS).saturating_sub(square))
+        } else {
+            radicand(half_steps)
+        };
+        first.wrapping_sub(slope)
     }
 
     fn ramp(&self, radicand: Line, point: u8, hz_log2: i32) -> FixedRamp {

@@ -1,6 +1,5 @@
 //! A ramp that hardly accelerates.
 
-use super::NEAREST_STEPS;
 use super::u96::fixed;
 use crate::ramp::constant_accel_time_s;
 
@@ -23,7 +22,7 @@ pub(super) struct SmallAccel {
 impl SmallAccel {
     /// The time that `half_steps` take from the slow end, in units of 2^-`point` tick.
     pub(super) fn time(&self, half_steps: u32) -> u64 {
-        let steps = (f64::from(half_steps) + self.more).max(2.0 * NEAREST_STEPS) * self.half_step;
+        let steps = (f64::from(half_steps) + self.more).max(0.0) * self.half_step;
         let time_s = constant_accel_time_s(steps, self.slow_steps_s, self.accel_steps_s2);
         fixed(time_s * self.tick_hz, self.point.into()) as u64
     }
