@@ -48,6 +48,7 @@ impl Seen {
         bench.sim.run_until_idle().unwrap();
         let outcome = bench.outcome();
         dump(&outcome);
+        check_dbg(&outcome);
         check(&outcome, case);
         assert_eq!(outcome.counted_steps, moves.end_steps(), "case {case}: where the program ends");
         let most = across::highest(&outcome).expect("moves");
@@ -195,6 +196,7 @@ fn resets_of_blended_programs_keep_the_position_and_the_limits() {
         }
         let outcome = bench.outcome();
         dump(&outcome);
+        check_dbg(&outcome);
         check(&outcome, case);
         let most = across::highest(&outcome).expect("moves");
         assert!(most.ratio < 1.0 + GRAIN, "case {case}: {most:?}");
@@ -204,5 +206,22 @@ fn resets_of_blended_programs_keep_the_position_and_the_limits() {
     if are_all {
         println!("{braked} of {} resets fell into moves, among {blends} blends", instants());
         assert!(braked > instants() / 3 && blends > instants(), "{braked}, {blends}");
+    }
+}
+fn check_dbg(outcome: &Outcome) {
+    use isostep_sim::verify;
+    for (index, record) in outcome.moves.iter().enumerate() {
+        let edges = &outcome.edges[record.edges.clone()];
+        let times = verify::axis_times_s(record, edges);
+        for axis in 0..3 {
+            for (k, (t, e)) in verify::errors_ns(record, axis, &times[axis]).enumerate() {
+                if e.abs() > outcome.config.port.tolerance_ns() {
+                    println!("DBG #{index} axis {axis} edge {k} t {t} error {e} begin {} blend {:?}", record.begin_s(), record.blend);
+                    for plan in std::iter::once(&record.plan).chain(&record.parts) {
+                        println!("DBG    {plan:?}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -369,10 +369,6 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());
         }
-        // The blend at the end of a block that has begun stays as it is: a plan may lead to it.
-        for index in 1 + usize::from(self.has_begun())..self.blocks.len() {
-            self.bend_again(index);
-        }
         self.compute_entries();
     }
 

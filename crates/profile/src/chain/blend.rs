@@ -34,8 +34,8 @@ pub(super) struct Room {
     pub(super) deviation_mm: f32,
     /// How far a blend may reach on the shorter of both blocks, mm.
     pub(super) reach_mm: f64,
-    /// The highest square that either block has.
-    pub(super) nominal: Square,
+    /// The highest square that overrides can make of either block's.
+    pub(super) fastest: Square,
 }
 
 impl Bend {
@@ -86,20 +86,20 @@ pub(super) fn bend<const N: usize>(
     let most_mm = room.reach_mm as f32;
     let mut reach_mm = if is_less(free_mm, most_mm) { free_mm } else { most_mm };
     let mut cap = config.bend_units_mm * reach_mm / difference.scaled(across);
-    let nominal = room.nominal as f32 * SPARE;
+    let fastest = room.fastest as f32 * SPARE;
     let mut spare = ONE;
-    if is_less(nominal, cap) {
+    if is_less(fastest, cap) {
         // No blend needs more room than the highest speed asks for, unless it would be too brief.
-        let brief_mm = 0.5 * BRIEF_S * config.scale.speed_mm_s(room.nominal) as f32;
-        let [share, brief] = [nominal / cap, brief_mm / reach_mm];
+        let brief_mm = 0.5 * BRIEF_S * config.scale.speed_mm_s(room.fastest) as f32;
+        let [share, brief] = [fastest / cap, brief_mm / reach_mm];
         if is_less(share, brief) {
             let share = if is_less(brief, 1.0) { brief } else { 1.0 };
             reach_mm *= share;
-            spare = (cap * share / nominal * ONE as f32) as u32;
+            spare = (cap * share / fastest * ONE as f32) as u32;
         } else {
             reach_mm *= share;
         }
-        cap = nominal;
+        cap = fastest;
     }
     let top = if is_less(cap, SQUARE_MAX as f32) { cap as Square } else { SQUARE_MAX as Square };
     let sizes: [[u32; 3]; N] = core::array::from_fn(|axis| {

@@ -53,6 +53,8 @@ pub(super) struct Block<const N: usize> {
     /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,
+    /// The highest nominal square that overrides can make, in units of 2^32.
+    fastest: u32,
     /// The square of the speed to which it can jump from rest.
     pub(super) start: Square,
     /// The largest delta v² over the whole block, speeding up and slowing down.
@@ -85,6 +87,7 @@ impl<const N: usize> Block<N> {
         line_mm: 0.0,
         nominal_steps_s: 0.0,
         nominal: 0,
+        fastest: 0,
         start: 0,
         accel_delta_v2: 0,
         decel_delta_v2: 0,
@@ -276,6 +279,22 @@ impl<const N: usize> Block<N> {
         self.nominal_steps_s = steps_s;
         self.nominal = config.scale.of_speed(mm_s);
         self.start = self.stops_from(limits, config).min(self.nominal);
+        self.set_fastest(feed_steps_s, top_steps_s, config);
+    }
+
+    fn set_fastest(&mut self, feed_steps_s: f64, top_steps_s: f64, config: &ChainConfig<N>) {
+        let fastest_steps_s = FEED_RATIO_MAX * feed_steps_s;
+        let fastest_mm_s = if self.is_rapid() || fastest_steps_s > top_steps_s {
+            top_steps_s * self.mm_per_step
+        } else {
+            FEED_RATIO_MAX * self.feed_mm_s
+        };
+        // Rounded up.
+        self.fastest = (config.scale.square(fastest_mm_s * fastest_mm_s) >> 32) as u32 + 1;
+    }
+
+    fn fastest(&self) -> Square {
+        u64::from(self.fastest) << 32
     }
 
     /// Its top speed, at which it does not last less than a blend needs, if one may lead to it.
@@ -369,16 +388,13 @@ impl<const N: usize> Block<N> {
     /// both, in order.
     pub(super) fn follow(&mut self, before: End, directions: [&Direction<N>; 2], config: &ChainConfig<N>) {
         let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
-        let was_bent = !self.bend.is_none();
         self.bend = Bend::NONE;
         let square = if stops {
             None
         } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
             let reach_mm = self.distance_steps() * self.mm_per_step;
             let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
-            // Once it may be taken so fast, it stays so: a plan that is committed may lead to it.
-            let nominal = self.nominal.max(before.pace.nominal).max(if was_bent { self.corner_square() } else { 0 });
-            let room = Room { deviation_mm: self.deviation_mm, reach_mm, nominal };
+            let room = Room { deviation_mm: self.deviation_mm, reach_mm, fastest: self.fastest().max(before.fastest) };
             blend::bend(directions, &room, config).map(|(bend, square)| {
                 self.bend = bend;
                 square
@@ -518,7 +534,7 @@ impl<const N: usize> Block<N> {
     /// What the next block has to know of it, if it has begun up to `place_steps`.
     pub(super) fn end(&self, place_steps: f64) -> End {
         let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
-        End { stops: self.stops, left_mm, pace: self.pace() }
+        End { stops: self.stops, left_mm, pace: self.pace(), fastest: self.fastest() }
     }
 
     /// The squared speed at which the block before it, of that nominal square, ends, if this one begins at `entry`.
@@ -582,6 +598,7 @@ pub(super) struct End {
     /// The length that is left of it, mm.
     left_mm: f64,
     pace: Pace,
+    fastest: Square,
 }
 
 impl End {

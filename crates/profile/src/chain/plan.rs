@@ -340,11 +340,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Whether the line before the blend that follows is short, and to be made at constant speed.
+    /// Whether the line between two blends is short, and to be made at constant speed.
     fn is_approach(&self, exit: Square, left_steps: f64, speed_steps_s: f64) -> bool {
         self.blocks.get(0).is_some_and(|first| {
             let is_even = first.entry == exit && (first.accel_delta_v2 == 0 || exit == first.nominal);
             is_even
+                && self.begun.is_some()
                 && !self.plan.is_made
                 && !self.is_held
                 && !first.is_joined
@@ -391,22 +392,18 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         block.set_line(if steps > NO_LINE_RATIO * block.distance_steps() { steps } else { 0.0 }, &limits, &self.config);
     }
 
-    /// Computes the blend into a block again, and the lines on both sides of it.
-    pub(super) fn bend_again(&mut self, index: usize) {
-        let Some(before) = index.checked_sub(1).and_then(|before| self.blocks.get(before)) else { return };
-        let end = before.end(if index == 1 { self.place_steps } else { 0.0 });
-        let Some(block) = self.blocks.get(index).filter(|block| !block.bend.is_none()) else { return };
-        let directions = [before.direction(&self.config), block.direction(&self.config)];
-        if let Some(block) = self.blocks.get_mut(index) {
-            block.follow(end, directions.each_ref(), &self.config);
-        }
-        self.set_line(index);
-        self.set_line(index - 1);
-    }
-
-    /// Fits the first block, at rest, to what is left of it.
+    /// Fits the first block, at rest, and the blend at its end to what is left of it.
     pub(super) fn set_left(&mut self) {
-        self.bend_again(1);
+        if let (Some(before), Some(block)) = (self.blocks.get(0), self.blocks.get(1))
+            && !block.bend.is_none()
+        {
+            let end = before.end(self.place_steps);
+            let directions = [before.direction(&self.config), block.direction(&self.config)];
+            if let Some(block) = self.blocks.get_mut(1) {
+                block.follow(end, directions.each_ref(), &self.config);
+            }
+            self.set_line(1);
+        }
         self.set_line(0);
     }
 
