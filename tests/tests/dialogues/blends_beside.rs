@@ -121,6 +121,26 @@ fn speed_mm_s(outcome: &Outcome, t_ns: u64) -> Option<(f64, bool)> {
     (t_s <= record.plan_s).then_some((speed_steps_s * length(way) / record.plan.distance_steps(), false))
 }
 
+/// The feed of each line of a path, mm/s.
+fn feeds_mm_s(path: &str) -> Vec<f64> {
+    let mut feed_mm_s = 0.0;
+    let feed_of = |line: &str| {
+        let word = line.split(' ').find_map(|word| word.strip_prefix('F'));
+        feed_mm_s = word.map_or(feed_mm_s, |feed| feed.parse::<f64>().unwrap() / 60.0);
+        feed_mm_s
+    };
+    path.lines().map(feed_of).collect()
+}
+
+/// The index of the move that is under way. The next begins where the corner is, in the middle of a blend.
+fn move_at(outcome: &Outcome, t_ns: u64) -> Option<usize> {
+    let program: Vec<_> = outcome.moves.iter().filter(|record| !record.homing).collect();
+    program.iter().rposition(|record| {
+        let corner_s = record.blend.map_or(record.begin_s(), |blend| blend.end_s() - blend.corner_s() / 2.0);
+        record.start_ns as f64 + corner_s * 1e9 <= t_ns as f64
+    })
+}
+
 /// Wide corners, one of them sharp.
 const CORNERS: &str = "G1 F1200 X10\nY10\nX3 Y4\nX20 Y6\nX26 Y0\nX10\n";
 /// Half a circle, of chords, and corners before and behind it.
@@ -152,10 +172,15 @@ fn the_speed_that_is_told_in_a_blend_is_the_true_one() {
     assert!(in_blends > 20 && slow > 3, "{in_blends} in blends, {slow} of them slow");
 }
 
-/// M4: the level is as the true speed along the path is to the feed, in blends as on lines.
+/// Half a circle whose chords' feeds take turns, which none of them comes to.
+const UNEVEN: &str = "G1 F1200 X10\nX10.3 Y0.1 F6000\nX10.6 Y0.3 F9000\nX10.8 Y0.5 F6000\nX11 Y0.8 F9000\nX11.1 Y1.1 \
+    F6000\nX11.15 Y1.5 F9000\nX11.15 Y6 F6000\nX10 Y8 F3000\nX5 F2000\n";
+
+/// M4: the level is as the true speed along the path is to the feed, in blends as on lines. At a corner the feed changes
+/// in the middle of the blend.
 #[test]
 fn the_level_of_a_laser_follows_the_true_speed_round_blends() {
-    for path in [CORNERS, ROUND] {
+    for path in [CORNERS, ROUND, UNEVEN] {
         let mut sim = homed();
         assert_eq!(say(&mut sim, "$32=1\n$394=3\nG64 P1\nM4 S800").len(), 4);
         sim.send(path.as_bytes());
@@ -165,15 +190,17 @@ fn the_level_of_a_laser_follows_the_true_speed_round_blends() {
             looks.push((sim.now_ns(), f64::from(sim.tool()[0]) / f64::from(ON)));
         }
         let outcome = sim.outcome();
-        let (mut highest, mut in_blends) = ([0.0_f64; 2], 0);
+        let (feeds, mut highest, mut in_blends) = (feeds_mm_s(path), [0.0_f64; 2], 0);
         for (t_ns, level) in looks {
             let Some((mm_s, in_blend)) = speed_mm_s(&outcome, t_ns) else { continue };
             let off = &mut highest[usize::from(in_blend)];
-            *off = off.max((level - 0.8 * mm_s / 20.0).abs());
+            // The chords of an arc are moves, and its feed is that of all lines.
+            let feed_mm_s = move_at(&outcome, t_ns).and_then(|index| feeds.get(index)).unwrap_or(&feeds[0]);
+            *off = off.max((level - 0.8 * mm_s / feed_mm_s).abs());
             in_blends += usize::from(in_blend);
         }
         println!("the level is off by at most {highest:?} on lines and in blends, in {in_blends} looks");
-        assert!(in_blends > 2_000, "{in_blends} looks in blends");
+        assert!(in_blends > 500, "{in_blends} looks in blends");
         assert!(highest.iter().all(|off| *off < 0.006), "{highest:?} off on lines and in blends");
     }
 }

@@ -45,8 +45,8 @@ pub(crate) struct BeamStream<'a> {
     ratio: Option<f32>,
     /// What shines there, once the stream has reached that chunk.
     line: Option<Line>,
-    /// What shone last.
-    last: Power,
+    /// What shone last, and the speed that was asked for there.
+    last: (Power, f64),
     steps_per_mm: [f64; AXES],
 }
 
@@ -54,6 +54,8 @@ pub(crate) struct BeamStream<'a> {
 #[derive(Clone, Copy)]
 struct Line {
     power: Power,
+    /// The speed that is asked for, mm/s.
+    asked_mm_s: f64,
     /// When the next line begins by this plan, s from the start of the run; infinite if none does.
     until_s: f64,
     /// What shines from then on.
@@ -85,7 +87,7 @@ impl<'a> BeamStream<'a> {
             queued: start,
             ratio: None,
             line: None,
-            last: Power::Off,
+            last: (Power::Off, 0.0),
             steps_per_mm: config.steps_per_mm,
         })
     }
@@ -104,7 +106,9 @@ impl<'a> BeamStream<'a> {
                 }
                 let mut line = self.line.unwrap_or_else(|| Line::first(chunk, marks, self.last));
                 while line.until_s <= self.queued_s + NOTHING_S {
-                    line = line.after(chunk, marks, 0.0);
+                    let next = line.after(chunk, marks, 0.0);
+                    self.ratio = self.ratio.filter(|_| next.asked_mm_s == line.asked_mm_s);
+                    line = next;
                 }
                 self.line = Some(line);
                 self.queue(chunk, line);
@@ -113,7 +117,7 @@ impl<'a> BeamStream<'a> {
                 return;
             }
             self.chunk += 1;
-            self.last = self.line.map_or(self.last, |line| line.power);
+            self.last = self.line.map_or(self.last, |line| (line.power, line.asked_mm_s));
             (self.line, self.ratio) = (None, None);
         }
     }
@@ -146,16 +150,16 @@ impl<'a> BeamStream<'a> {
         }
         let bend_s = [cruises_s, slows_s].into_iter().find(|t_s| *t_s > after_s).unwrap_or(until_s);
         let end_s = bend_s.min(until_s).min(self.queued_s + self.longest_s);
-        let from = self.ratio.unwrap_or_else(|| speed_ratio(chunk, self.queued_s, &self.steps_per_mm));
-        let to = speed_ratio(chunk, end_s, &self.steps_per_mm);
+        let from = self.ratio.unwrap_or_else(|| speed_ratio(chunk, &line, self.queued_s, &self.steps_per_mm));
+        let to = speed_ratio(chunk, &line, end_s, &self.steps_per_mm);
         self.ratio = Some(to);
         (end_s, Asked::between(level, [from, to]))
     }
 }
 
 impl Line {
-    /// The line in which the chunk's plan begins. Before it, `last` shone.
-    fn first(chunk: &Chunk<AXES>, marks: &Marks, last: Power) -> Self {
+    /// The line in which the chunk's plan begins. Before it, `last` shone, at that speed.
+    fn first(chunk: &Chunk<AXES>, marks: &Marks, last: (Power, f64)) -> Self {
         let tag = Tag::unpack(chunk.tag);
         let plan = match &chunk.plan {
             Plan::Line(plan) => plan,
@@ -164,13 +168,16 @@ impl Line {
                 let middle_s = blend.corner_begins_s() + blend.corner_s() / 2.0;
                 let (until_s, ahead) = (middle_s, Walk::along(&tag));
                 let [cruises_s, slows_s] = [middle_s; 2];
-                return Self { power: last, until_s, next: tag.power, cruises_s, slows_s, cruise_ratio: 0.0, ahead };
+                let (power, asked_mm_s) = last;
+                let (next, cruise_ratio) = (tag.power, 0.0);
+                return Self { power, asked_mm_s, until_s, next, cruises_s, slows_s, cruise_ratio, ahead };
             }
         };
         let profile = &plan.profile;
         let slows_s = plan.end_s() - profile.t_decel_s();
         let line = Self {
             power: tag.power,
+            asked_mm_s: asked_mm_s(chunk),
             until_s: 0.0,
             next: tag.power,
             cruises_s: slows_s - profile.t_cruise_s(),
@@ -183,7 +190,7 @@ impl Line {
 
     /// The line that begins where it ends, up to the first mark beyond `place_steps` with another level.
     fn after(self, chunk: &Chunk<AXES>, marks: &Marks, place_steps: f64) -> Self {
-        let mut line = Self { power: self.next, until_s: f64::INFINITY, ..self };
+        let mut line = Self { power: self.next, asked_mm_s: asked_mm_s(chunk), until_s: f64::INFINITY, ..self };
         // A line that begins within a blend begins where that ends.
         let Plan::Line(plan) = &chunk.plan else { return line };
         while let Some(mark) = line.ahead.next(marks) {
@@ -202,14 +209,16 @@ impl Line {
     }
 }
 
+/// The speed along the path that is asked for in a chunk, or behind its corner, mm/s.
+fn asked_mm_s(chunk: &Chunk<AXES>) -> f64 {
+    chunk.asked_steps_s * chunk.mm_per_step
+}
+
 /// The speed at `t_s`, as a multiple of the one that was asked for.
-fn speed_ratio(chunk: &Chunk<AXES>, t_s: f64, steps_per_mm: &[f64; AXES]) -> f32 {
+fn speed_ratio(chunk: &Chunk<AXES>, line: &Line, t_s: f64, steps_per_mm: &[f64; AXES]) -> f32 {
     let plan = match &chunk.plan {
         Plan::Line(plan) => plan,
-        Plan::Blend(blend) => {
-            let asked_mm_s = chunk.asked_steps_s * chunk.mm_per_step;
-            return (path_speed_mm_s(blend, t_s, steps_per_mm) / asked_mm_s) as f32;
-        }
+        Plan::Blend(blend) => return (path_speed_mm_s(blend, t_s, steps_per_mm) / line.asked_mm_s) as f32,
     };
     // Computed a little later: rounding must not lead to an instant before the profile, where nothing moves.
     let inside_s = t_s + NOTHING_S;
