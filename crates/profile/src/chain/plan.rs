@@ -335,7 +335,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             (self.plan.exit, self.plan.onward) = (goal.exit, goal.onward);
             return self.bend(left_steps);
         }
-        if !self.slow_down(speed_steps_s, left_steps, &limits) {
+        // A hold may yet make the blend longer.
+        let room_steps = self.line_end_steps() - self.place_steps;
+        if !self.slow_down(speed_steps_s, room_steps, &limits) {
             self.end(speed_steps_s, goal, &limits);
         }
     }

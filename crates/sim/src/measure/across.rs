@@ -99,9 +99,12 @@ impl Samples {
             let samples = [first, middle, last].map(|at| self.all[at]);
             let mean = limits::mean_accel(samples.map(|sample| (sample.t_s, sample.steps)));
             let [accel, decel] = self.limits_steps_s2;
-            // Where an axis turns it slows down, and then speeds up, by one acceleration.
-            let limit = match mean * (samples[2].steps - samples[0].steps) {
-                _ if samples[0].turns[0] != samples[2].turns[1] => accel.max(decel),
+            // Where an axis turns it slows down, and then speeds up. It may stop before its next edge would tell.
+            let [out_steps, back_steps] = [0, 1].map(|at| samples[at + 1].steps - samples[at].steps);
+            let way_steps = out_steps + back_steps;
+            let may_turn = out_steps * back_steps < 0.0 || way_steps.abs() < 1.0;
+            let limit = match mean * way_steps {
+                _ if samples[0].turns[0] != samples[2].turns[1] || may_turn => accel.max(decel),
                 along if along < 0.0 => decel,
                 _ => accel,
             };
