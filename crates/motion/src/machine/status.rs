@@ -1,8 +1,8 @@
 //! What a machine tells of itself.
 
 use embassy_time::Instant;
-use isostep_profile::Blend;
 use isostep_profile::chain::{Chunk, Plan};
+use isostep_profile::{Blend, SyncMove};
 
 use super::{Door, Machine};
 use crate::axes::{AXES, Axis};
@@ -59,6 +59,11 @@ pub(crate) fn path_speed_mm_s(blend: &Blend<AXES>, t_s: f64, steps_per_mm: &[f64
     libm::sqrt(axes_mm_s.map(|mm_s| mm_s * mm_s).sum())
 }
 
+/// Speed of the longest axis of a line at `t_s` from the start of the run, steps/s; that at its end from there on.
+pub(crate) fn line_speed_steps_s(line: &SyncMove<AXES>, t_s: f64) -> f64 {
+    if t_s < line.end_s() { line.speed_at(t_s) } else { line.profile.exit_speed_steps_s() }
+}
+
 impl CurrentChunk {
     /// Speed along the path now, mm/s.
     fn speed_mm_s(&self, steps_per_mm: &[f64; AXES]) -> f64 {
@@ -67,7 +72,7 @@ impl CurrentChunk {
         // The chunk is known a little before it begins, and may have ended.
         let t_s = t_s.max(plan.begin_s()).min(plan.end_s());
         match plan {
-            Plan::Line(line) => line.speed_at(t_s) * mm_per_step,
+            Plan::Line(line) => line_speed_steps_s(line, t_s) * mm_per_step,
             Plan::Blend(blend) => path_speed_mm_s(blend, t_s, steps_per_mm),
         }
     }

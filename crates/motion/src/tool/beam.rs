@@ -15,7 +15,7 @@ use super::{Asked, Level, Power, Stroke, Tag};
 use crate::axes::AXES;
 use crate::chunks::Chunks;
 use crate::clock::{TICK_S, instant_near, seconds};
-use crate::machine::{Machine, path_speed_mm_s};
+use crate::machine::{Machine, line_speed_steps_s, path_speed_mm_s};
 use crate::marks::{Marks, Walk};
 
 /// The longest stroke of a straight ramp, s.
@@ -221,8 +221,5 @@ fn speed_ratio(chunk: &Chunk<AXES>, line: &Line, t_s: f64, steps_per_mm: &[f64; 
         Plan::Blend(blend) => return (path_speed_mm_s(blend, t_s, steps_per_mm) / line.asked_mm_s) as f32,
     };
     // Computed a little later: rounding must not lead to an instant before the profile, where nothing moves.
-    let inside_s = t_s + NOTHING_S;
-    let is_end = inside_s > plan.end_s();
-    let speed_steps_s = if is_end { plan.profile.exit_speed_steps_s() } else { plan.speed_at(inside_s) };
-    (speed_steps_s / chunk.asked_steps_s) as f32
+    (line_speed_steps_s(plan, t_s + NOTHING_S) / chunk.asked_steps_s) as f32
 }
