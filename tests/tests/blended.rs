@@ -11,7 +11,7 @@ use isostep_trials::cases;
 
 /// Number of interferences of each kind.
 fn instants() -> u64 {
-    cases(20000, 20000).into()
+    cases(500, 5_000).into()
 }
 const PER_CASE: u64 = 10;
 /// By what fraction the edges may show more than a limit that is kept.
@@ -47,8 +47,6 @@ impl Seen {
     fn see(&mut self, bench: &mut Bench, moves: &Moves, case: u64) {
         bench.sim.run_until_idle().unwrap();
         let outcome = bench.outcome();
-        dump(&outcome);
-        check_dbg(&outcome);
         check(&outcome, case);
         assert_eq!(outcome.counted_steps, moves.end_steps(), "case {case}: where the program ends");
         let most = across::highest(&outcome).expect("moves");
@@ -70,23 +68,6 @@ impl Seen {
             "{blends} blends, {held} moves held, {replanned} went on otherwise, accelerations {accel_ratio:.4} at most"
         );
         assert!(*accel_ratio > 0.98 && *blends as u64 > 2 * instants(), "{accel_ratio}, {blends} blends");
-    }
-}
-
-fn dump(outcome: &Outcome) {
-    let most = across::highest(outcome).expect("moves");
-    let at = match std::env::var("AT") { Ok(at) => at.parse().unwrap(), _ if most.ratio < 1.02 => return, _ => most.at_ns as f64 * 1e-9 };
-    for (index, record) in outcome.moves.iter().enumerate() {
-        let t = |s: f64| record.start_ns as f64 * 1e-9 + s;
-        let w = 0.15;
-        if t(record.plan_s) < at - w || t(record.begin_s()) > at + w { continue }
-        println!("#{index} run {} {:.6}..{:.6} {:?}", record.run, t(record.begin_s()), t(record.plan_s), record.finish);
-        if let Some(blend) = record.blend {
-            println!("   blend {:.7}..{:.7} corner {:.7} {:?}->{:?} accel {:?} limits {:?}", t(blend.begin_s()), t(blend.end_s()), t(blend.corner_begins_s()), [0,1,2].map(|a| blend.speed_at(a, blend.begin_s())), [0,1,2].map(|a| blend.speed_at(a, blend.end_s())), [0,1,2].map(|a| blend.accel_steps_s2(a)), [0,1,2].map(|a| outcome.config_of(record).limits[a].accel_steps_s2));
-        }
-        for plan in std::iter::once(&record.plan).chain(&record.parts) {
-            println!("   line {:.7}..{:.7} v {:.3} {:.3} steps {:?} at {:.6}..{:.6} of {:.6}", t(plan.begin_s()), t(plan.end_s()), plan.speed_at(plan.begin_s()+1e-12), plan.speed_at(plan.end_s()-1e-12), plan.steps, plan.begin_steps(), plan.end_steps(), plan.distance_steps());
-        }
     }
 }
 
@@ -195,8 +176,6 @@ fn resets_of_blended_programs_keep_the_position_and_the_limits() {
             assert_eq!(bench.state(), State::Idle, "case {case}");
         }
         let outcome = bench.outcome();
-        dump(&outcome);
-        check_dbg(&outcome);
         check(&outcome, case);
         let most = across::highest(&outcome).expect("moves");
         assert!(most.ratio < 1.0 + GRAIN, "case {case}: {most:?}");
@@ -206,22 +185,5 @@ fn resets_of_blended_programs_keep_the_position_and_the_limits() {
     if are_all {
         println!("{braked} of {} resets fell into moves, among {blends} blends", instants());
         assert!(braked > instants() / 3 && blends > instants(), "{braked}, {blends}");
-    }
-}
-fn check_dbg(outcome: &Outcome) {
-    use isostep_sim::verify;
-    for (index, record) in outcome.moves.iter().enumerate() {
-        let edges = &outcome.edges[record.edges.clone()];
-        let times = verify::axis_times_s(record, edges);
-        for axis in 0..3 {
-            for (k, (t, e)) in verify::errors_ns(record, axis, &times[axis]).enumerate() {
-                if e.abs() > outcome.config.port.tolerance_ns() {
-                    println!("DBG #{index} axis {axis} edge {k} t {t} error {e} begin {} blend {:?}", record.begin_s(), record.blend);
-                    for plan in std::iter::once(&record.plan).chain(&record.parts) {
-                        println!("DBG    {plan:?}");
-                    }
-                }
-            }
-        }
     }
 }
