@@ -156,7 +156,7 @@ fn ratio(a: u32, b: u32) -> u32 {
     let zeros = b.leading_zeros();
     let (a, b) = (a << zeros, b << zeros >> 16);
     let (upper, rest) = (a / b, a % b);
-    ((upper << 15) + ((rest << 16) / b >> 1) + 1).min(HIGHEST)
+    ((upper << 15) + (((rest << 16) / b) >> 1) + 1).min(HIGHEST)
 }
 
 /// a/b in units of 2^-24, within 2^-14 of itself. It is no steeper than the steepest.
