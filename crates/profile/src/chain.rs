@@ -292,7 +292,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let reach_mm = block.bend.reach_mm;
         let bent = !block.bend.is_none();
-        let line_steps = block.distance_steps() - if bent { reach_mm * block.steps_per_mm() } else { 0.0 };
+        let mut line_steps = block.distance_steps();
+        if bent {
+            line_steps -= reach_mm * block.steps_per_mm();
+        }
         block.set_line(line_steps, &limits, &self.config);
         if bent && let Some(last) = self.blocks.len().checked_sub(1).and_then(|last| self.blocks.get_mut(last)) {
             last.shorten(reach_mm);

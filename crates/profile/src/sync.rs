@@ -307,7 +307,7 @@ impl<const N: usize> Span<N> {
 
     /// How far an axis goes, steps, signed by direction.
     pub(crate) fn len(&self, axis: usize) -> f64 {
-        let (steps, [begin, end]) = (self.steps[axis], self.offsets.map(|offsets| i32::from(offsets[axis])));
+        let [steps, begin, end] = [self.steps[axis], self.offsets[0][axis].into(), self.offsets[1][axis].into()];
         if begin == end {
             f64::from(steps)
         } else if steps.unsigned_abs() < (1 << 24) - 2 {

@@ -53,7 +53,7 @@ pub(super) struct Block<const N: usize> {
     /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,
-    /// The highest nominal square that overrides can make, in units of 2^32.
+    /// The highest nominal square that overrides can make, in units of 2^32, if a blend may lead to it; otherwise 0.
     fastest: u32,
     /// The square of the speed to which it can jump from rest.
     pub(super) start: Square,
@@ -279,7 +279,9 @@ impl<const N: usize> Block<N> {
         self.nominal_steps_s = steps_s;
         self.nominal = config.scale.of_speed(mm_s);
         self.start = self.stops_from(limits, config).min(self.nominal);
-        self.set_fastest(feed_steps_s, top_steps_s, config);
+        if self.deviation_mm > 0.0 {
+            self.set_fastest(feed_steps_s, top_steps_s, config);
+        }
     }
 
     fn set_fastest(&mut self, feed_steps_s: f64, top_steps_s: f64, config: &ChainConfig<N>) {
@@ -394,7 +396,8 @@ impl<const N: usize> Block<N> {
         } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
             let reach_mm = self.distance_steps() * self.mm_per_step;
             let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
-            let room = Room { deviation_mm: self.deviation_mm, reach_mm, fastest: self.fastest().max(before.fastest) };
+            let fastest = self.fastest().max(before.fastest).max(before.pace.nominal);
+            let room = Room { deviation_mm: self.deviation_mm, reach_mm, fastest };
             blend::bend(directions, &room, config).map(|(bend, square)| {
                 self.bend = bend;
                 square

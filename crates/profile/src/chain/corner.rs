@@ -17,7 +17,11 @@ const OPPOSITE: f32 = 7.071_068e-4;
 
 /// The direction of a path with these components, of which `per_mm` is the inverse of the length.
 pub(super) fn direction<const N: usize>(mm: &[f64; N], per_mm: f64) -> Direction<N> {
-    mm.map(|mm| if is_zero(mm) { 0 } else { in_units(mm * per_mm) })
+    let mut direction = [0; N];
+    for (component, mm) in direction.iter_mut().zip(mm).filter(|(_, mm)| !is_zero(**mm)) {
+        *component = in_units(mm * per_mm);
+    }
+    direction
 }
 
 /// A component of a unit vector, rounded towards 0.

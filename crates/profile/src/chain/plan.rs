@@ -133,10 +133,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Where the longest blend at the end of the first block begins, steps; if there is none, where the block ends.
     fn line_end_steps(&self) -> f64 {
-        self.blocks.get(0).map_or(0.0, |first| {
-            let reach_mm = self.bent().map_or(0.0, |next| next.bend.reach_mm);
-            first.distance_steps() - reach_mm * first.steps_per_mm()
-        })
+        let Some(first) = self.blocks.get(0) else { return 0.0 };
+        let reach_steps = self.bent().map(|next| next.bend.reach_mm * first.steps_per_mm());
+        reach_steps.map_or(first.distance_steps(), |reach_steps| first.distance_steps() - reach_steps)
     }
 
     /// Whether the blend that follows the plan can be no other any more: the plan has come to where the longest begins, or
@@ -335,9 +334,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             (self.plan.exit, self.plan.onward) = (goal.exit, goal.onward);
             return self.bend(left_steps);
         }
-        // A hold may yet make the blend longer.
-        let room_steps = self.line_end_steps() - self.place_steps;
-        if !self.slow_down(speed_steps_s, room_steps, &limits) {
+        if !self.slow_down(speed_steps_s, &limits) {
             self.end(speed_steps_s, goal, &limits);
         }
     }
@@ -421,7 +418,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Plans to slow down to the start speed in a hold, or else to the top speed, if it is faster than that and there
     /// is room. Returns whether it does.
-    fn slow_down(&mut self, speed_steps_s: f64, left_steps: f64, limits: &Limits) -> bool {
+    fn slow_down(&mut self, speed_steps_s: f64, limits: &Limits) -> bool {
         let Some(first) = self.blocks.get(0) else { return false };
         let slow_steps_s = if self.is_held { limits.start_speed_steps_s } else { limits.top_speed_steps_s };
         let is_slow = !self.is_held && first.entry <= first.nominal;
@@ -435,7 +432,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if !self.is_held && exit_steps_s < slow_steps_s {
             needed_steps += braking(slow_steps_s, exit_steps_s).distance_steps();
         }
-        let has_room = needed_steps < left_steps;
+        // Where the blend at its end would begin now does not matter: a hold may yet make it longer.
+        let has_room = needed_steps < self.line_end_steps() - self.place_steps;
         if has_room {
             self.begin(slower, None);
         }
