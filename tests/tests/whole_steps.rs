@@ -1,6 +1,6 @@
 //! `whole_steps` must round like the standard library, but takes what two roundings have left below a half for a half.
 
-use isostep_motion::whole_steps;
+use isostep_motion::{beside_steps, whole_steps};
 use proptest::prelude::*;
 
 #[test]
@@ -42,6 +42,14 @@ proptest! {
     fn a_place_is_what_rounding_makes_of_it(mm in -20_000f32..20_000.0, steps_per_mm in 0.1f32..1e4) {
         let (mm, steps_per_mm) = (mm.into(), steps_per_mm.into());
         prop_assert_eq!(whole_steps(mm, steps_per_mm), unrounded(mm * steps_per_mm).round() as i32);
+    }
+
+    #[test]
+    fn what_is_beside_whole_steps_is_the_rest_to_half_a_part(mm in -20_000f32..20_000.0, steps_per_mm in 1e-3f32..1e4) {
+        let (mm, steps_per_mm) = (mm.into(), steps_per_mm.into());
+        let rest_parts = (mm * steps_per_mm - f64::from(whole_steps(mm, steps_per_mm))) * 128.0;
+        let beside = f64::from(beside_steps(mm, steps_per_mm));
+        prop_assert!((beside - rest_parts).abs() < 0.5 + 1e-4, "{beside} for {rest_parts} of {} steps", mm * steps_per_mm);
     }
 
     #[test]

@@ -238,9 +238,18 @@ pub fn whole_steps(mm: f64, steps_per_mm: f64) -> i32 {
 #[must_use]
 pub fn beside_steps(mm: f64, steps_per_mm: f64) -> i8 {
     let steps = mm * steps_per_mm;
-    let beside = (steps - f64::from(nearest(steps))) * f64::from(OFFSET_PARTS);
-    // At most a half, which fits.
-    (beside + if beside < 0.0 { -0.5 } else { 0.5 }) as i8
+    let bits = steps.to_bits();
+    let exponent = ((bits >> 52) & 0x7FF) as i32 - 1023;
+    let whole = nearest(steps).unsigned_abs().wrapping_mul(OFFSET_PARTS as u32);
+    let mantissa = 1 << 52 | bits << 12 >> 12;
+    // The mantissa has 52 digits after its point, and half a part has one digit more than a part.
+    let parts = match 51 - OFFSET_PARTS.ilog2() as i32 - exponent {
+        shift @ 0..64 => ((mantissa >> shift) as u32).wrapping_add(1) >> 1,
+        // Less than half a part, or so large that it is whole.
+        _ => whole,
+    };
+    let beside = parts.wrapping_sub(whole) as i8;
+    if steps.is_sign_negative() { -beside } else { beside }
 }
 
 /// Two roundings make a product of decimals smaller by at most this many units of its last place.

@@ -286,13 +286,15 @@ impl<const N: usize> Block<N> {
 
     fn set_fastest(&mut self, feed_steps_s: f64, top_steps_s: f64, config: &ChainConfig<N>) {
         let fastest_steps_s = FEED_RATIO_MAX * feed_steps_s;
-        let fastest_mm_s = if self.is_rapid() || fastest_steps_s > top_steps_s {
-            top_steps_s * self.mm_per_step
+        let square = if self.nominal_steps_s == top_steps_s {
+            self.nominal
         } else {
-            FEED_RATIO_MAX * self.feed_mm_s
+            let is_bound = self.is_rapid() || fastest_steps_s > top_steps_s;
+            let mm_s = if is_bound { top_steps_s * self.mm_per_step } else { FEED_RATIO_MAX * self.feed_mm_s };
+            config.scale.square(mm_s * mm_s)
         };
         // Rounded up.
-        self.fastest = (config.scale.square(fastest_mm_s * fastest_mm_s) >> 32) as u32 + 1;
+        self.fastest = (square >> 32) as u32 + 1;
     }
 
     fn fastest(&self) -> Square {

@@ -84,6 +84,9 @@ struct Goal {
     /// The squared speed at which it ends, and that at which the next block begins.
     exit: Square,
     onward: Square,
+    /// The same speeds, steps/s of each block's longest axis, and mm/s; only if a blend follows.
+    speeds_steps_s: [f64; 2],
+    speeds_mm_s: [f64; 2],
     /// Where its line ends, steps of its longest axis.
     end_steps: f64,
     /// Whether a blend follows.
@@ -168,7 +171,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         } else if is_end && self.is_held && self.is_slow(exit_steps_s) {
             self.rest();
         } else if is_end && self.plan.ends_block {
-            self.bend(0.0);
+            self.bend(&self.goal_onward(self.plan.exit, self.plan.onward), 0.0);
         }
         Some(chunk)
     }
@@ -183,11 +186,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Goes on to the next block by a blend, which is handed out next. It begins with an approach if the blend that is to
     /// follow begins later than at the current place.
-    fn bend(&mut self, approach_steps: f64) {
-        let (exit, onward, config) = (self.plan.exit, self.plan.onward, &self.config);
-        let (Some(first), Some(next)) = (self.blocks.get(0), self.blocks.get(1)) else { return };
-        let [from_steps_s, to_steps_s] = [first.speed_steps_s(exit, config), next.speed_steps_s(onward, config)];
-        let [from_mm_s, to_mm_s] = [from_steps_s * first.mm_per_step, to_steps_s * next.mm_per_step];
+    fn bend(&mut self, goal: &Goal, approach_steps: f64) {
+        let &Goal { exit, onward, speeds_steps_s, speeds_mm_s, .. } = goal;
+        let ([from_steps_s, to_steps_s], [from_mm_s, to_mm_s]) = (speeds_steps_s, speeds_mm_s);
+        let (Some(first), Some(next), config) = (self.blocks.get(0), self.blocks.get(1), &self.config) else { return };
         let (fast_mm_s, share) = if onward < exit { (from_mm_s, to_mm_s / from_mm_s) } else { (to_mm_s, 1.0) };
         let reach_mm = next.bend.reach_mm;
         let place_steps = reach_mm * share * next.steps_per_mm();
@@ -311,6 +313,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             let exit = self.square_of(speed_steps_s, block);
             return self.end_block(exit);
         }
+        if let Some((goal, approach_steps)) = self.approach(speed_steps_s) {
+            return self.bend(&goal, approach_steps);
+        }
+        let Some(block) = self.blocks.get(0) else { return };
         let limits = block.limits_now(&self.config.shared_limits(&block.span));
         if self.config.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
@@ -324,49 +330,54 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             self.halt();
         }
         let goal = self.goal(self.exit());
-        let left_steps = goal.end_steps - self.place_steps;
-        if goal.is_bent && left_steps <= NO_APPROACH_STEPS + NO_APPROACH_RATIO * goal.end_steps {
+        if goal.is_bent && self.is_no_approach(goal.end_steps - self.place_steps, &goal) {
             let entry = self.blocks.get(0).map_or(0, |first| first.entry);
-            (self.plan.exit, self.plan.onward) = (entry, self.onward(entry));
-            return self.bend(0.0);
-        }
-        if goal.is_bent && self.is_approach(goal.exit, left_steps, speed_steps_s) {
-            (self.plan.exit, self.plan.onward) = (goal.exit, goal.onward);
-            return self.bend(left_steps);
+            return self.bend(&self.goal(entry), 0.0);
         }
         if !self.slow_down(speed_steps_s, &limits) {
             self.end(speed_steps_s, goal, &limits);
         }
     }
 
-    /// Whether the line between two blends is short, and to be made at constant speed.
-    fn is_approach(&self, exit: Square, left_steps: f64, speed_steps_s: f64) -> bool {
-        self.blocks.get(0).is_some_and(|first| {
-            let is_even = first.entry == exit && (first.accel_delta_v2 == 0 || exit == first.nominal);
-            is_even
-                && self.begun.is_some()
-                && !self.plan.is_made
-                && !self.is_held
-                && !first.is_joined
-                && left_steps < APPROACH_MAX_S * speed_steps_s
-        })
+    /// Whether so few steps are none on the way to this goal.
+    fn is_no_approach(&self, left_steps: f64, goal: &Goal) -> bool {
+        left_steps <= NO_APPROACH_STEPS + NO_APPROACH_RATIO * goal.end_steps
+    }
+
+    /// The goal of a line between two blends that is short, and to be made at constant speed, and its length, steps.
+    fn approach(&self, speed_steps_s: f64) -> Option<(Goal, f64)> {
+        let (first, next) = (self.blocks.get(0)?, self.bent()?);
+        if self.begun.is_none() || self.plan.is_made || self.is_held || first.is_joined {
+            return None;
+        }
+        let exit = self.exit();
+        let is_even = first.entry == exit && (first.accel_delta_v2 == 0 || exit == first.nominal);
+        if !is_even || !is_as_low(exit, next.corner_square()) {
+            return None;
+        }
+        let goal = self.goal(exit);
+        let left_steps = goal.end_steps - self.place_steps;
+        let approach_steps = if self.is_no_approach(left_steps, &goal) { 0.0 } else { left_steps };
+        (left_steps < APPROACH_MAX_S * speed_steps_s).then_some((goal, approach_steps))
     }
 
     /// Where and how the first block ends if it ends at this squared speed.
     fn goal(&self, exit: Square) -> Goal {
+        self.goal_onward(exit, self.onward(exit))
+    }
+
+    /// The same if the next block begins at the squared speed `onward`.
+    fn goal_onward(&self, exit: Square, onward: Square) -> Goal {
         let Some(first) = self.blocks.get(0) else { return Goal::default() };
         let distance_steps = first.distance_steps();
         let Some(next) = self.bent() else {
-            return Goal { exit, onward: exit, end_steps: distance_steps, is_bent: false };
+            return Goal { exit, onward: exit, end_steps: distance_steps, ..Goal::default() };
         };
-        let onward = self.onward(exit);
-        let [from_mm_s, to_mm_s] = [
-            first.speed_steps_s(exit, &self.config) * first.mm_per_step,
-            next.speed_steps_s(onward, &self.config) * next.mm_per_step,
-        ];
-        let share = if from_mm_s < to_mm_s && exit > 0 { from_mm_s / to_mm_s } else { 1.0 };
+        let speeds_steps_s = [first.speed_steps_s(exit, &self.config), next.speed_steps_s(onward, &self.config)];
+        let [from_mm_s, to_mm_s] = [speeds_steps_s[0] * first.mm_per_step, speeds_steps_s[1] * next.mm_per_step];
+        let share = if exit < onward && exit > 0 { from_mm_s / to_mm_s } else { 1.0 };
         let end_steps = distance_steps - next.bend.reach_mm * share * first.steps_per_mm();
-        Goal { exit, onward, end_steps, is_bent: true }
+        Goal { exit, onward, speeds_steps_s, speeds_mm_s: [from_mm_s, to_mm_s], end_steps, is_bent: true }
     }
 
     /// Makes the first block end where it ends, at rest, instead of going on to the next one by a blend.
