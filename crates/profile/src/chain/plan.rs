@@ -100,6 +100,12 @@ fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
     speed_steps_s <= than_steps_s * (1.0 + 1e-9)
 }
 
+/// A quotient that is computed only where it is asked for: ahead, it might be that of 0 and 0.
+#[inline(never)]
+fn quotient(a: f64, b: f64) -> f64 {
+    a / b
+}
+
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Until when the plan of the first block is right. `None` if another plan is needed from here on.
     pub(super) fn sound_until_s(&self) -> Option<f64> {
@@ -190,7 +196,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let &Goal { exit, onward, speeds_steps_s, speeds_mm_s, .. } = goal;
         let ([from_steps_s, to_steps_s], [from_mm_s, to_mm_s]) = (speeds_steps_s, speeds_mm_s);
         let (Some(first), Some(next), config) = (self.blocks.get(0), self.blocks.get(1), &self.config) else { return };
-        let (fast_mm_s, share) = if onward < exit { (from_mm_s, to_mm_s / from_mm_s) } else { (to_mm_s, 1.0) };
+        let (fast_mm_s, share) = if onward < exit { (from_mm_s, quotient(to_mm_s, from_mm_s)) } else { (to_mm_s, 1.0) };
         let reach_mm = next.bend.reach_mm;
         let place_steps = reach_mm * share * next.steps_per_mm();
         let times = Times {
@@ -375,7 +381,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         };
         let speeds_steps_s = [first.speed_steps_s(exit, &self.config), next.speed_steps_s(onward, &self.config)];
         let [from_mm_s, to_mm_s] = [speeds_steps_s[0] * first.mm_per_step, speeds_steps_s[1] * next.mm_per_step];
-        let share = if exit < onward && exit > 0 { from_mm_s / to_mm_s } else { 1.0 };
+        let share = if exit < onward && exit > 0 { quotient(from_mm_s, to_mm_s) } else { 1.0 };
         let end_steps = distance_steps - next.bend.reach_mm * share * first.steps_per_mm();
         Goal { exit, onward, speeds_steps_s, speeds_mm_s: [from_mm_s, to_mm_s], end_steps, is_bent: true }
     }
