@@ -169,7 +169,7 @@ pub(super) fn place_mm(outcome: &Outcome, record: &MoveRecord, t_s: f64) -> [f64
 fn place_steps(record: &MoveRecord, axis: usize, t_s: f64) -> f64 {
     let origin = f64::from(record.origin_steps[axis]);
     if let Some(blend) = record.blend {
-        let corner = origin - f64::from(blend.ends_steps(axis)[0]);
+        let corner = f64::from(record.corner_steps()[axis]);
         if t_s < blend.end_s() {
             return corner + blend.place_at(axis, t_s);
         }
