@@ -28,7 +28,7 @@ fn of_a_long_program_little_is_written() {
     assert!((1_000..=2_000).contains(&figures.moves.len()), "{}", figures.moves.len());
     assert!(figures.moves.is_sorted_by_key(|one| one.number));
     let json = serde_json::to_string_pretty(&figures).unwrap();
-    let page = report::page(&outcome, &figures);
+    let page = report::page(&outcome, None, &figures);
     assert!(json.len() < BYTES_MAX && page.len() < BYTES_MAX, "{} and {} bytes", json.len(), page.len());
     assert!(page.contains("moves are left out"));
 

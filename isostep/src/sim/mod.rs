@@ -163,7 +163,8 @@ pub fn run(args: Args) -> Result<()> {
     figures.replay = again;
     print::print(&figures, args.moves);
     judge::print(&outcome);
-    write_files(&args, &outcome, &figures)?;
+    let other = args.report.is_some().then(|| other_rule(&args, &outcome)).transpose()?.flatten();
+    write_files(&args, &outcome, other.as_ref(), &figures)?;
     if let Some(path) = &args.flash {
         write_file(path, |out| out.write_all(&flash.bytes()))?;
     }
@@ -256,7 +257,7 @@ fn live(args: &Args) -> Result<()> {
     // The senders are not ours: it is up to them to report refused lines.
     figures.verdicts.retain(|verdict| !verdict.promise.starts_with("every line accepted"));
     print::print_checks(&figures);
-    write_files(args, &outcome, &figures)
+    write_files(args, &outcome, None, &figures)
 }
 
 #[cfg(not(unix))]
@@ -382,7 +383,15 @@ fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
 }
 
-fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> {
+/// The same program by the other rule at corners, if the report has something to compare. A flash may hold settings that
+/// are in force rather than those known here.
+fn other_rule(args: &Args, outcome: &Outcome) -> Result<Option<Outcome>> {
+    let other = isostep_sim::report::other_rule(outcome).filter(|_| args.flash.is_none());
+    let run = |(program, config)| run_shown(program, &config, Flash::blank());
+    other.map(run).transpose().context("the same program by the other rule at corners")
+}
+
+fn write_files(args: &Args, outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) -> Result<()> {
     if let Some(path) = &args.trace {
         write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
     }
@@ -403,9 +412,9 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
     if let Some(folder) = &args.report {
         let page = folder.join("index.html");
         fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-        let html = isostep_sim::report::page(outcome, figures);
+        let html = isostep_sim::report::page(outcome, other, figures);
         write_file(&page, |out| out.write_all(html.as_bytes()))?;
-        for (name, picture) in isostep_sim::report::files(outcome) {
+        for (name, picture) in isostep_sim::report::files(outcome, other) {
             write_file(&folder.join(name), |out| out.write_all(&picture))?;
         }
     }

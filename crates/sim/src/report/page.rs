@@ -4,7 +4,7 @@ use isostep_console::{SETTING_TABLE, report};
 use maud::{Markup, PreEscaped, html};
 
 use super::theme::{self, AXIS_NAMES};
-use super::{engraving, errors, kinematics, moves, path, speed, time};
+use super::{by_accel, engraving, errors, kinematics, moves, path, plane, speed, time};
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::lines_of_moves;
@@ -23,15 +23,15 @@ const LONG: usize = 100;
 /// File name of the picture of what a laser engraved, which is stored beside the page.
 const ENGRAVING: &str = "engraving.png";
 
-/// The whole page.
-pub fn page(outcome: &Outcome, figures: &Figures) -> String {
+/// The whole page. `other` is the run by [`other_rule`](super::other_rule()), which is shown beside this one.
+pub fn page(outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) -> String {
     let title = format!("{}: simulated", figures.program);
     let body = html! {
         h1 { (figures.program) }
         p { "Run on the controller in virtual time: " (summary(figures)) }
         p { code { (figures.replay) } }
         (verdicts(figures))
-        @if !figures.moves.is_empty() { (body_of_moves(outcome, figures)) }
+        @if !figures.moves.is_empty() { (body_of_moves(outcome, other, figures)) }
         (settings(outcome))
     };
     theme::document(&title, &body)
@@ -79,13 +79,17 @@ fn verdicts(figures: &Figures) -> Markup {
     }
 }
 
-fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
+fn body_of_moves(outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) -> Markup {
     let sources = lines_of_moves::of_moves(outcome);
     html! {
         h2 { "Path" }
-        (path_of(path::XY, path::picture(outcome, &sources, path::XY), figures))
+        (path_of(plane::XY, path::picture(outcome, &sources, plane::XY), figures))
         @if path::has_sides(outcome) {
             @for axes in path::SIDES { (path_of(axes, path::picture(outcome, &sources, axes), figures)) }
+        }
+        @if let Some(picture) = by_accel::picture(outcome, other) {
+            h2 { "Acceleration over its limit" }
+            figure { (PreEscaped(picture.svg)) figcaption { (picture.caption) } }
         }
         @if let Some(picture) = engraving::picture(outcome) {
             h2 { "Engraving" }
@@ -104,8 +108,8 @@ fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
     }
 }
 
-fn path_of(axes: path::Axes, path: path::Picture, figures: &Figures) -> Markup {
-    let plane = path::letters(axes);
+fn path_of(axes: plane::Axes, path: path::Picture, figures: &Figures) -> Markup {
+    let plane = plane::letters(axes);
     let [right, up] = axes.map(|axis| AXIS_NAMES[axis]);
     let [x, y] = path.extent_mm.map(|(low, high)| format!("{:.2} to {:.2}", low + 0.0, high + 0.0));
     html! {
@@ -159,20 +163,25 @@ fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
 }
 
 /// The page's pictures of path, speed and moves as separate files, by name: SVG in light colours. Also the picture of
-/// what a laser engraved, a PNG that the page shows.
-pub fn files(outcome: &Outcome) -> Vec<(String, Vec<u8>)> {
+/// what a laser engraved, a PNG that the page shows. `other` is as for [`page`].
+pub fn files(outcome: &Outcome, other: Option<&Outcome>) -> Vec<(String, Vec<u8>)> {
     let moves = shown(outcome).into_iter();
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
     let sources = lines_of_moves::of_moves(outcome);
-    let path = ("path.svg".to_owned(), path::picture(outcome, &sources, path::XY).svg);
+    let path = ("path.svg".to_owned(), path::picture(outcome, &sources, plane::XY).svg);
     let sides = path::SIDES.into_iter().filter(|_| path::has_sides(outcome)).map(|axes| {
-        let name = format!("path-{}.svg", path::letters(axes).to_lowercase());
+        let name = format!("path-{}.svg", plane::letters(axes).to_lowercase());
         (name, path::picture(outcome, &sources, axes).svg)
     });
     let seconds = pace::extreme_seconds(outcome, &sources);
     let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
-    let drawn =
-        moves.chain([path, speed]).chain(sides).map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
+    let by_accel =
+        by_accel::picture(outcome, other).map(|picture| ("path-by-acceleration.svg".to_owned(), picture.svg));
+    let drawn = moves
+        .chain([path, speed])
+        .chain(sides)
+        .chain(by_accel)
+        .map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
     drawn.chain(engraving::picture(outcome).map(|picture| (ENGRAVING.to_owned(), picture.png))).collect()
 }
 
@@ -249,7 +258,7 @@ mod tests {
         const FILES: [&str; 3] = ["path.svg", "path-xz.svg", "path-yz.svg"];
         for (program, expected) in [("G1 X10 Z1 F600\n", [true; 3]), ("G1 X10 Y5 F600\n", [true, false, false])] {
             let outcome = run(program.as_bytes(), &Config::default()).unwrap();
-            let (page, files) = (page(&outcome, &Figures::new("a.nc", &outcome)), files(&outcome));
+            let (page, files) = (page(&outcome, None, &Figures::new("a.nc", &outcome)), files(&outcome, None));
             let on_page = PLANES.map(|plane| page.contains(&format!("Path in the {plane} plane, coloured by speed")));
             let beside = FILES.map(|wanted| files.iter().any(|(name, _)| name == wanted));
             assert_eq!([on_page, beside], [expected; 2], "{program}");
