@@ -2,7 +2,7 @@
 
 use isostep_motion::Axis;
 
-use super::other_rule::has_blends;
+use super::other_rule::{has_blends, name};
 use super::plane::{FINE, Plane, Room, XY, moves_in, program};
 use super::ratio_scale::{RatioScale, key};
 use super::strokes::{self, Piece};
@@ -23,7 +23,7 @@ const MOVES_WITH_WIDE_LINES: usize = 200;
 /// Limit of the size of the lines of one rule, bytes.
 const BYTES_MAX: usize = 400_000;
 /// Pieces shorter than this are drawn as one from the beginning, fine pixels.
-const LEAST: f64 = 0.5;
+const LEAST: f64 = 4.0;
 
 /// What the page shows.
 pub struct Picture {
@@ -73,7 +73,8 @@ fn how_to_read(outcome: &Outcome) -> String {
     format!(
         "The path in the XY plane as planned, coloured by the largest acceleration of any axis over its own limit ($120, $920). It \
          is the mean over twice {spans} ms, from the edges alone, corners included; where the speed of an axis jumps, it is the \
-         jump over that time. Grey is within the limit, up to {WITHIN}, as the edges resolve no more. A ring marks the highest."
+         jump over that time. Grey is within the limit, up to {WITHIN}, as the edges resolve no more. A ring marks what is most \
+         above it."
     )
 }
 
@@ -110,13 +111,8 @@ impl Panel {
         let (strokes, simplified) = strokes::bounded(RatioScale, [LEAST, f64::from(FINE)], BYTES_MAX, |take| {
             pieces.iter().for_each(take);
         });
-        let [x, y] = plane.point(highest.to_mm);
-        let ring = format!(
-            "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"none\" stroke=\"var(--ink)\" stroke-width=\"{}\"/>",
-            11 * FINE,
-            FINE * 3 / 2
-        );
-        let lines = strokes.finish(width) + &plane.start(outcome) + &ring;
+        let ring = if highest.ratio > WITHIN { ring(plane.point(highest.to_mm)) } else { String::new() };
+        let lines = strokes.finish(width) + &plane.start(outcome, "--x") + &ring;
         let source = lines_of_moves::of_moves(outcome)[highest.index];
         let line = source.map(|source| source.line);
         Self { name: name(outcome, is_own), is_own, lines, simplified, highest, line, motion_s, above_s }
@@ -145,12 +141,15 @@ impl Panel {
             )
         };
         let Self { name, highest, motion_s, .. } = self;
-        let figures = format!(
-            "at most {:.2} ({}), above 1 for {:.1} % of {motion_s:.2} s",
-            highest.ratio,
-            self.place(),
-            self.above()
-        );
+        let figures = match highest.ratio > WITHIN {
+            true => format!(
+                "at most {:.2} ({}), above 1 for {:.1} % of {motion_s:.2} s",
+                highest.ratio,
+                self.place(),
+                self.above()
+            ),
+            false => format!("at most {:.2}, never above 1 in {motion_s:.2} s", highest.ratio),
+        };
         text(28, 15, "bold", &format!("{name}: {whose}")) + &text(9, 14, "normal", &figures)
     }
 
@@ -166,13 +165,12 @@ impl Panel {
     }
 }
 
-/// The rule of a run. Where this run has blends, its program says how far they may go, line by line.
-fn name(outcome: &Outcome, is_own: bool) -> String {
-    match has_blends(outcome) {
-        true if is_own => "Blends (G64)".to_owned(),
-        true => format!("Blends (G64 P{})", outcome.config.settings.blend_deviation_mm),
-        false => format!("Grbl's rule (G61, $11={})", outcome.junction_deviation_mm as f32),
-    }
+/// A mark round a point.
+fn ring([x, y]: strokes::Point) -> String {
+    let (radius, width) = (9 * FINE, FINE * 3 / 2);
+    format!(
+        "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius}\" fill=\"none\" stroke=\"var(--ink)\" stroke-width=\"{width}\"/>"
+    )
 }
 
 fn far(from: strokes::Point, to: strokes::Point) -> f64 {

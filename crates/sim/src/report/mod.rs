@@ -15,6 +15,7 @@ mod plane;
 pub mod profile;
 mod rack;
 mod ratio_scale;
+mod ringing;
 mod speed;
 mod speed_scale;
 mod strokes;

@@ -43,6 +43,15 @@ pub fn has_blends(outcome: &Outcome) -> bool {
     outcome.moves.iter().any(|record| record.blend.is_some())
 }
 
+/// The rule of a run. Where this run has blends, its program says how far they may go, line by line.
+pub fn name(outcome: &Outcome, is_own: bool) -> String {
+    match has_blends(outcome) {
+        true if is_own => "Blends (G64)".to_owned(),
+        true => format!("Blends (G64 P{})", outcome.config.settings.blend_deviation_mm),
+        false => format!("Grbl's rule (G61, $11={})", outcome.junction_deviation_mm as f32),
+    }
+}
+
 fn could_have_blends(outcome: &Outcome) -> bool {
     let starts_at_once = outcome.limits.iter().any(|limits| limits.start_speed_steps_s > 0.0);
     let jumps = corners::largest_jumps(outcome).into_iter().flatten();

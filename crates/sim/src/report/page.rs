@@ -4,7 +4,7 @@ use isostep_console::{SETTING_TABLE, report};
 use maud::{Markup, PreEscaped, html};
 
 use super::theme::{self, AXIS_NAMES};
-use super::{by_accel, engraving, errors, kinematics, moves, path, plane, speed, time};
+use super::{by_accel, engraving, errors, kinematics, moves, path, plane, ringing, speed, time};
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::lines_of_moves;
@@ -103,6 +103,7 @@ fn body_of_moves(outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) 
         (time::shares(&figures.pace))
         (time::slow_places(&figures.pace))
         (axes(figures))
+        @if let Some(section) = ringing::section(outcome, other) { (section) }
         (moves::table(figures))
         (pictures(outcome, figures))
     }
@@ -175,12 +176,14 @@ pub fn files(outcome: &Outcome, other: Option<&Outcome>) -> Vec<(String, Vec<u8>
     });
     let seconds = pace::extreme_seconds(outcome, &sources);
     let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
+    let swings = ringing::picture(outcome).map(|picture| ("ringing.svg".to_owned(), picture));
     let by_accel =
         by_accel::picture(outcome, other).map(|picture| ("path-by-acceleration.svg".to_owned(), picture.svg));
     let drawn = moves
         .chain([path, speed])
         .chain(sides)
         .chain(by_accel)
+        .chain(swings)
         .map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
     drawn.chain(engraving::picture(outcome).map(|picture| (ENGRAVING.to_owned(), picture.png))).collect()
 }

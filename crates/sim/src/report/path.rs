@@ -78,7 +78,7 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Pic
     });
     let (strokes, simplified) = drawn;
     let ends = if with_dots { ends(outcome, sources, &plane) } else { String::new() };
-    let lines = strokes.finish(width) + &ends + &plane.start(outcome);
+    let lines = strokes.finish(width) + &ends + &plane.start(outcome, "--y");
     let title = format!("Path in the {} plane, coloured by speed", letters(axes));
     let svg = theme::svg(plane.size(), &title, |area| plane.draw(area, outcome));
     let key = scale.key([120 * FINE, 14 * FINE], FINE) + &if with_rapids { key_of_lines(width) } else { String::new() };

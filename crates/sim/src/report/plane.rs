@@ -153,15 +153,15 @@ impl Plane {
         Ok(())
     }
 
-    /// A dot where the program starts.
-    pub fn start(&self, outcome: &Outcome) -> String {
+    /// A dot where the program starts, in the colour of a CSS variable.
+    pub fn start(&self, outcome: &Outcome, colour: &str) -> String {
         let first = program(outcome).find(|record| moves_in(record, self.axes));
         let Some(record) = first else { return String::new() };
         let [x, y] = self.point(outcome.mm(record.origin_steps));
         let is_low = y + 96.0 > self.corner()[1] + self.room.inner.1;
         let (left, below, size) = (x - 64.0, if is_low { y - 44.0 } else { y + 96.0 }, 14 * FINE);
         format!(
-            "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--y)\"/><text x=\"{left:.0}\" y=\"{below:.0}\" \
+            "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var({colour})\"/><text x=\"{left:.0}\" y=\"{below:.0}\" \
              font-family=\"sans-serif\" font-size=\"{size}\" fill=\"var(--ink)\">start</text>",
             7 * FINE
         )

@@ -206,7 +206,8 @@ pub fn bounded<S: Scale>(
 }
 
 fn simplified<S: Scale>(pixels: f64, stride: usize) -> Option<String> {
-    let drawn = format!("What is shorter than {pixels} pixels is drawn as one, with its {}", S::TOGETHER);
+    let unit = if pixels == 1.0 { "pixel" } else { "pixels" };
+    let drawn = format!("What is shorter than {pixels} {unit} is drawn as one, with its {}", S::TOGETHER);
     match stride {
         1 if pixels < 0.5 => None,
         1 => Some(format!("{drawn}.")),
