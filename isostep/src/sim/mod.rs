@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::report::{self, BothRules};
 use isostep_sim::ringing::Springs;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
@@ -163,8 +164,7 @@ pub fn run(args: Args) -> Result<()> {
     figures.replay = again;
     print::print(&figures, args.moves);
     judge::print(&outcome);
-    let other = args.report.is_some().then(|| other_rule(&args, &outcome)).transpose()?.flatten();
-    write_files(&args, &outcome, other.as_ref(), &figures)?;
+    write_files(&args, &outcome, &figures)?;
     if let Some(path) = &args.flash {
         write_file(path, |out| out.write_all(&flash.bytes()))?;
     }
@@ -257,7 +257,7 @@ fn live(args: &Args) -> Result<()> {
     // The senders are not ours: it is up to them to report refused lines.
     figures.verdicts.retain(|verdict| !verdict.promise.starts_with("every line accepted"));
     print::print_checks(&figures);
-    write_files(args, &outcome, None, &figures)
+    write_files(args, &outcome, &figures)
 }
 
 #[cfg(not(unix))]
@@ -386,12 +386,12 @@ fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
 /// The same program by the other rule at corners, if the report has something to compare. A flash may hold settings that
 /// are in force rather than those known here.
 fn other_rule(args: &Args, outcome: &Outcome) -> Result<Option<Outcome>> {
-    let other = isostep_sim::report::other_rule(outcome).filter(|_| args.flash.is_none());
+    let other = report::other_rule(outcome).filter(|_| args.flash.is_none() && !args.live.pty);
     let run = |(program, config)| run_shown(program, &config, Flash::blank());
     other.map(run).transpose().context("the same program by the other rule at corners")
 }
 
-fn write_files(args: &Args, outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) -> Result<()> {
+fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> {
     if let Some(path) = &args.trace {
         write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
     }
@@ -412,9 +412,10 @@ fn write_files(args: &Args, outcome: &Outcome, other: Option<&Outcome>, figures:
     if let Some(folder) = &args.report {
         let page = folder.join("index.html");
         fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-        let html = isostep_sim::report::page(outcome, other, figures);
+        let both = BothRules::of(outcome, other_rule(args, outcome)?);
+        let html = report::page(outcome, &both, figures);
         write_file(&page, |out| out.write_all(html.as_bytes()))?;
-        for (name, picture) in isostep_sim::report::files(outcome, other) {
+        for (name, picture) in report::files(outcome, &both) {
             write_file(&folder.join(name), |out| out.write_all(&picture))?;
         }
     }

@@ -74,7 +74,7 @@ struct Latest {
 impl Latest {
     fn of(outcome: &Outcome, run: &[MoveRecord]) -> Self {
         let mut windows: Vec<_> = across::windows_of(outcome, run).collect();
-        windows.sort_by_key(|window| window.at_ns);
+        windows.sort_unstable_by_key(|window| (window.at_ns, window.axis));
         Self { start_ns: run[0].start_ns, windows: windows.into_iter().peekable(), ratios: [0.0; AXES] }
     }
 

@@ -2,7 +2,7 @@
 
 use isostep_motion::Axis;
 
-use super::other_rule::{has_blends, name};
+use super::other_rule::Rule;
 use super::plane::{FINE, Plane, Room, XY, moves_in, program};
 use super::ratio_scale::{RatioScale, key};
 use super::strokes::{self, Piece};
@@ -33,38 +33,33 @@ pub struct Picture {
     pub caption: String,
 }
 
-/// Draws the path in XY of a run, and beside it that of the same program by the `other` rule; `None` of a run without
-/// edges, or that does not move X or Y.
-pub fn picture(outcome: &Outcome, other: Option<&Outcome>) -> Option<Picture> {
-    if outcome.edges.is_empty() || !program(outcome).any(|record| moves_in(record, XY)) {
+/// Draws the path in XY of each of one or two runs of a program, side by side; `None` if they have no edges, or do not move
+/// X or Y.
+pub fn picture(runs: &[(Rule, &Outcome)]) -> Option<Picture> {
+    let &(_, first) = runs.first()?;
+    if first.edges.is_empty() || !program(first).any(|record| moves_in(record, XY)) {
         return None;
     }
-    let mut outcomes: Vec<_> = [Some(outcome), other].into_iter().flatten().collect();
-    // Grbl's rule is to the left.
-    outcomes.sort_by_key(|outcome| has_blends(outcome));
-    let wide = WIDTHS[outcomes.len() - 1];
-    let room = Room { inner: (wide, HEIGHTS.1), lowest: HEIGHTS.0, above: KEY + TITLES, with_rack: false };
-    let plane = Plane::new(outcome, XY, room);
-    let is_wide = program(outcome).count() <= MOVES_WITH_WIDE_LINES;
+    let room =
+        Room { inner: (WIDTHS[runs.len() - 1], HEIGHTS.1), lowest: HEIGHTS.0, above: KEY + TITLES, with_rack: false };
+    let plane = Plane::new(first, XY, room);
+    let is_wide = program(first).count() <= MOVES_WITH_WIDE_LINES;
     let width = if is_wide { 2 * FINE } else { FINE * 5 / 4 };
     let (panel_wide, high) = plane.size();
-    let size = (panel_wide * outcomes.len() as u32, high);
+    let size = (panel_wide * runs.len() as u32, high);
     let mut svg = theme::svg(size, "Path in the XY plane, coloured by acceleration over its limit", |area| {
-        let right = area.split_horizontally(panel_wide).1;
-        let areas =
-            if outcomes.len() == 2 { vec![area.split_horizontally(panel_wide).0, right] } else { vec![area.clone()] };
-        areas.iter().try_for_each(|area| plane.draw(area, outcome))
+        area.split_evenly((1, runs.len())).iter().try_for_each(|area| plane.draw(area, first))
     });
-    let (mut lines, mut told) = (String::new(), Vec::new());
-    for (number, run) in outcomes.iter().enumerate() {
-        let panel = Panel::new(run, std::ptr::eq(*run, outcome), &plane, width);
-        let shift = panel_wide * number as u32;
+    let (mut lines, mut told) = (String::new(), vec![how_to_read(first)]);
+    for (number, (rule, run)) in (0..).zip(runs) {
+        let panel = Panel::new(rule, run, &plane, width);
+        let shift = panel_wide * number;
         lines += &format!("<g transform=\"translate({shift} 0)\">{}{}</g>", panel.lines, panel.titles(&plane));
         told.push(panel.told());
     }
     lines += &key([84 * FINE, 14 * FINE], FINE, width);
     svg.insert_str(svg.rfind("</svg>")?, &lines);
-    Some(Picture { svg, caption: format!("{} {}", how_to_read(outcome), told.join(" ")) })
+    Some(Picture { svg, caption: told.join(" ") })
 }
 
 fn how_to_read(outcome: &Outcome) -> String {
@@ -78,10 +73,9 @@ fn how_to_read(outcome: &Outcome) -> String {
     )
 }
 
-/// One rule.
-struct Panel {
-    name: String,
-    is_own: bool,
+/// One run.
+struct Panel<'a> {
+    rule: &'a Rule,
     /// The path.
     lines: String,
     simplified: Option<String>,
@@ -93,8 +87,8 @@ struct Panel {
     above_s: f64,
 }
 
-impl Panel {
-    fn new(outcome: &Outcome, is_own: bool, plane: &Plane, width: u32) -> Self {
+impl<'a> Panel<'a> {
+    fn new(rule: &'a Rule, outcome: &Outcome, plane: &Plane, width: u32) -> Self {
         let mut pieces: Vec<Piece<f64>> = Vec::new();
         let (mut motion_s, mut above_s, mut highest) = (0.0, 0.0, None::<Stretch>);
         for stretch in along::stretches(outcome) {
@@ -115,7 +109,7 @@ impl Panel {
         let lines = strokes.finish(width) + &plane.start(outcome, "--x") + &ring;
         let source = lines_of_moves::of_moves(outcome)[highest.index];
         let line = source.map(|source| source.line);
-        Self { name: name(outcome, is_own), is_own, lines, simplified, highest, line, motion_s, above_s }
+        Self { rule, lines, simplified, highest, line, motion_s, above_s }
     }
 
     /// Where it is highest, in words.
@@ -131,7 +125,6 @@ impl Panel {
     /// The name of the rule above the picture, and its figures.
     fn titles(&self, plane: &Plane) -> String {
         let [left, top] = plane.corner().map(|at| at as u32);
-        let whose = if self.is_own { "this run" } else { "for comparison" };
         let text = |up: u32, size: u32, weight: &str, text: &str| {
             format!(
                 "<text x=\"{left}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"{}\" font-weight=\"{weight}\" \
@@ -140,7 +133,7 @@ impl Panel {
                 size * FINE
             )
         };
-        let Self { name, highest, motion_s, .. } = self;
+        let Self { rule, highest, motion_s, .. } = self;
         let figures = match highest.ratio > WITHIN {
             true => format!(
                 "at most {:.2} ({}), above 1 for {:.1} % of {motion_s:.2} s",
@@ -150,13 +143,13 @@ impl Panel {
             ),
             false => format!("at most {:.2}, never above 1 in {motion_s:.2} s", highest.ratio),
         };
-        text(28, 15, "bold", &format!("{name}: {whose}")) + &text(9, 14, "normal", &figures)
+        text(28, 15, "bold", &format!("{}: {}", rule.name, rule.whose())) + &text(9, 14, "normal", &figures)
     }
 
     /// The sentences of the caption.
     fn told(&self) -> String {
-        let Self { name, highest: Stretch { ratio, to_mm: [x, y, z, ..], .. }, motion_s, above_s, .. } = self;
-        let (whose, place) = (if self.is_own { "this run" } else { "run for comparison" }, self.place());
+        let Self { rule, highest: Stretch { ratio, to_mm: [x, y, z, ..], .. }, motion_s, above_s, .. } = self;
+        let (name, whose, place) = (&rule.name, rule.whose(), self.place());
         let simplified = self.simplified.as_ref().map_or(String::new(), |simplified| format!(" {simplified}"));
         format!(
             "{name}, {whose}: at most {ratio:.2} times the limit ({place}, at X{x:.2} Y{y:.2} Z{z:.2}), and above the limit for \
@@ -180,7 +173,7 @@ fn far(from: strokes::Point, to: strokes::Point) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::other_rule::other_rule;
+    use crate::report::{BothRules, other_rule};
     use crate::{Config, run};
 
     const CORNERS: &str = "G1 X10 F1200\nY10\nX3 Y3\nG2 X10 I3.5\n";
@@ -188,7 +181,7 @@ mod tests {
     fn both(program: &str) -> Picture {
         let outcome = run(program.as_bytes(), &Config::default()).unwrap();
         let other = other_rule(&outcome).map(|(lines, config)| run(&lines.join(&b'\n'), &config).unwrap());
-        picture(&outcome, other.as_ref()).unwrap()
+        BothRules::of(&outcome, other).by_accel.unwrap()
     }
 
     /// The part of the picture that has one rule's lines.
@@ -217,13 +210,13 @@ mod tests {
             caption.contains("twice 3.") && caption.contains("times the limit (Y, line 1, at X10.00 Y0.00 Z0.00)"),
             "{caption}"
         );
-        assert!(caption.contains("Blends (G64 P0.01), run for comparison: at most 1.0"), "{caption}");
+        assert!(caption.contains("Blends (G64 P0.01), for comparison: at most 1.0"), "{caption}");
     }
 
     #[test]
     fn without_corners_there_is_one_rule_and_without_a_path_in_xy_nothing() {
         assert_eq!(both("G1 X10 F1200\nX20\n").svg.matches("<g transform=").count(), 1);
         let outcome = run(b"G1 Z10 F1200\n", &Config::default()).unwrap();
-        assert!(picture(&outcome, None).is_none());
+        assert!(BothRules::of(&outcome, None).by_accel.is_none());
     }
 }

@@ -2,6 +2,7 @@
 //! engraved, a file beside it. The same run gives the same bytes.
 
 pub mod bench;
+mod both_rules;
 mod by_accel;
 mod engraving;
 mod errors;
@@ -22,5 +23,6 @@ mod strokes;
 mod theme;
 mod time;
 
+pub use both_rules::BothRules;
 pub use other_rule::other_rule;
 pub use page::{files, page};

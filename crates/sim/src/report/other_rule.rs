@@ -39,17 +39,44 @@ pub fn other_rule(outcome: &Outcome) -> Option<(Program, Config)> {
 }
 
 /// Whether any corner is a blend.
-pub fn has_blends(outcome: &Outcome) -> bool {
+fn has_blends(outcome: &Outcome) -> bool {
     outcome.moves.iter().any(|record| record.blend.is_some())
 }
 
-/// The rule of a run. Where this run has blends, its program says how far they may go, line by line.
-pub fn name(outcome: &Outcome, is_own: bool) -> String {
-    match has_blends(outcome) {
-        true if is_own => "Blends (G64)".to_owned(),
-        true => format!("Blends (G64 P{})", outcome.config.settings.blend_deviation_mm),
-        false => format!("Grbl's rule (G61, $11={})", outcome.junction_deviation_mm as f32),
+/// By which rule a run takes its corners.
+pub struct Rule {
+    /// Whether by blends, where it can.
+    pub blends: bool,
+    /// Its name, and the setting that says how.
+    pub name: String,
+    /// Whether the user has asked for this run.
+    pub is_own: bool,
+}
+
+impl Rule {
+    /// The rule of the user's run. If it has blends, its program says how far they may go, line by line.
+    pub fn of(outcome: &Outcome) -> Self {
+        let blends = has_blends(outcome);
+        let name = if blends { "Blends (G64)".to_owned() } else { grbls(outcome) };
+        Self { blends, name, is_own: true }
     }
+
+    /// The rule of the run that [`other_rule`] asks for.
+    pub fn of_other(outcome: &Outcome) -> Self {
+        let deviation_mm = outcome.config.settings.blend_deviation_mm;
+        let blends = deviation_mm > 0.0;
+        let name = if blends { format!("Blends (G64 P{deviation_mm})") } else { grbls(outcome) };
+        Self { blends, name, is_own: false }
+    }
+
+    /// Whose run it is, in words.
+    pub fn whose(&self) -> &'static str {
+        if self.is_own { "this run" } else { "for comparison" }
+    }
+}
+
+fn grbls(outcome: &Outcome) -> String {
+    format!("Grbl's rule (G61, $11={})", outcome.junction_deviation_mm as f32)
 }
 
 fn could_have_blends(outcome: &Outcome) -> bool {

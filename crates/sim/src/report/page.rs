@@ -4,7 +4,7 @@ use isostep_console::{SETTING_TABLE, report};
 use maud::{Markup, PreEscaped, html};
 
 use super::theme::{self, AXIS_NAMES};
-use super::{by_accel, engraving, errors, kinematics, moves, path, plane, ringing, speed, time};
+use super::{BothRules, engraving, errors, kinematics, moves, path, plane, ringing, speed, time};
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::lines_of_moves;
@@ -23,15 +23,15 @@ const LONG: usize = 100;
 /// File name of the picture of what a laser engraved, which is stored beside the page.
 const ENGRAVING: &str = "engraving.png";
 
-/// The whole page. `other` is the run by [`other_rule`](super::other_rule()), which is shown beside this one.
-pub fn page(outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) -> String {
+/// The whole page.
+pub fn page(outcome: &Outcome, both: &BothRules, figures: &Figures) -> String {
     let title = format!("{}: simulated", figures.program);
     let body = html! {
         h1 { (figures.program) }
         p { "Run on the controller in virtual time: " (summary(figures)) }
         p { code { (figures.replay) } }
         (verdicts(figures))
-        @if !figures.moves.is_empty() { (body_of_moves(outcome, other, figures)) }
+        @if !figures.moves.is_empty() { (body_of_moves(outcome, both, figures)) }
         (settings(outcome))
     };
     theme::document(&title, &body)
@@ -79,7 +79,7 @@ fn verdicts(figures: &Figures) -> Markup {
     }
 }
 
-fn body_of_moves(outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) -> Markup {
+fn body_of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures) -> Markup {
     let sources = lines_of_moves::of_moves(outcome);
     html! {
         h2 { "Path" }
@@ -87,9 +87,9 @@ fn body_of_moves(outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) 
         @if path::has_sides(outcome) {
             @for axes in path::SIDES { (path_of(axes, path::picture(outcome, &sources, axes), figures)) }
         }
-        @if let Some(picture) = by_accel::picture(outcome, other) {
+        @if let Some(picture) = &both.by_accel {
             h2 { "Acceleration over its limit" }
-            figure { (PreEscaped(picture.svg)) figcaption { (picture.caption) } }
+            figure { (PreEscaped(&picture.svg)) figcaption { (picture.caption) } }
         }
         @if let Some(picture) = engraving::picture(outcome) {
             h2 { "Engraving" }
@@ -103,7 +103,7 @@ fn body_of_moves(outcome: &Outcome, other: Option<&Outcome>, figures: &Figures) 
         (time::shares(&figures.pace))
         (time::slow_places(&figures.pace))
         (axes(figures))
-        @if let Some(section) = ringing::section(outcome, other) { (section) }
+        @if let Some(section) = ringing::section(outcome, &both.ringing) { (section) }
         (moves::table(figures))
         (pictures(outcome, figures))
     }
@@ -164,8 +164,8 @@ fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
 }
 
 /// The page's pictures of path, speed and moves as separate files, by name: SVG in light colours. Also the picture of
-/// what a laser engraved, a PNG that the page shows. `other` is as for [`page`].
-pub fn files(outcome: &Outcome, other: Option<&Outcome>) -> Vec<(String, Vec<u8>)> {
+/// what a laser engraved, a PNG that the page shows.
+pub fn files(outcome: &Outcome, both: &BothRules) -> Vec<(String, Vec<u8>)> {
     let moves = shown(outcome).into_iter();
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
     let sources = lines_of_moves::of_moves(outcome);
@@ -177,8 +177,7 @@ pub fn files(outcome: &Outcome, other: Option<&Outcome>) -> Vec<(String, Vec<u8>
     let seconds = pace::extreme_seconds(outcome, &sources);
     let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
     let swings = ringing::picture(outcome).map(|picture| ("ringing.svg".to_owned(), picture));
-    let by_accel =
-        by_accel::picture(outcome, other).map(|picture| ("path-by-acceleration.svg".to_owned(), picture.svg));
+    let by_accel = both.by_accel.as_ref().map(|picture| ("path-by-acceleration.svg".to_owned(), picture.svg.clone()));
     let drawn = moves
         .chain([path, speed])
         .chain(sides)
@@ -261,7 +260,8 @@ mod tests {
         const FILES: [&str; 3] = ["path.svg", "path-xz.svg", "path-yz.svg"];
         for (program, expected) in [("G1 X10 Z1 F600\n", [true; 3]), ("G1 X10 Y5 F600\n", [true, false, false])] {
             let outcome = run(program.as_bytes(), &Config::default()).unwrap();
-            let (page, files) = (page(&outcome, None, &Figures::new("a.nc", &outcome)), files(&outcome, None));
+            let both = BothRules::of(&outcome, None);
+            let (page, files) = (page(&outcome, &both, &Figures::new("a.nc", &outcome)), files(&outcome, &both));
             let on_page = PLANES.map(|plane| page.contains(&format!("Path in the {plane} plane, coloured by speed")));
             let beside = FILES.map(|wanted| files.iter().any(|(name, _)| name == wanted));
             assert_eq!([on_page, beside], [expected; 2], "{program}");
