@@ -50,13 +50,15 @@ pub fn picture(runs: &[(Rule, &Outcome)]) -> Option<Picture> {
     let mut svg = theme::svg(size, "Path in the XY plane, coloured by acceleration over its limit", |area| {
         area.split_evenly((1, runs.len())).iter().try_for_each(|area| plane.draw(area, first))
     });
-    let (mut lines, mut told) = (String::new(), vec![how_to_read(first)]);
+    let (mut lines, mut told, mut simplified) = (String::new(), vec![how_to_read(first)], None);
     for (number, (rule, run)) in (0..).zip(runs) {
         let panel = Panel::new(rule, run, &plane, width);
         let shift = panel_wide * number;
         lines += &format!("<g transform=\"translate({shift} 0)\">{}{}</g>", panel.lines, panel.titles(&plane));
         told.push(panel.told());
+        simplified = simplified.or(panel.simplified);
     }
+    told.extend(simplified);
     lines += &key([84 * FINE, 14 * FINE], FINE, width);
     svg.insert_str(svg.rfind("</svg>")?, &lines);
     Some(Picture { svg, caption: told.join(" ") })
@@ -67,9 +69,9 @@ fn how_to_read(outcome: &Outcome) -> String {
     let spans = if spans_ms[0] == spans_ms[1] { spans_ms[0].clone() } else { spans_ms.join(" to ") };
     format!(
         "The path in the XY plane as planned, coloured by the largest acceleration of any axis over its own limit ($120, $920). It \
-         is the mean over twice {spans} ms, from the edges alone, corners included; where the speed of an axis jumps, it is the \
-         jump over that time. Grey is within the limit, up to {WITHIN}, as the edges resolve no more. A ring marks what is most \
-         above it."
+         is the mean over twice {spans} ms, or two steps where they take longer, from the edges alone, corners included; where the \
+         speed of an axis jumps, it is the jump over that time. Grey is within the limit, up to {WITHIN}, as the edges resolve no more. \
+         A ring marks what is most above it."
     )
 }
 
@@ -78,6 +80,7 @@ struct Panel<'a> {
     rule: &'a Rule,
     /// The path.
     lines: String,
+    /// A sentence about what was left out of it, if anything was.
     simplified: Option<String>,
     /// Where the ratio is highest, and the line of the program.
     highest: Stretch,
@@ -136,24 +139,23 @@ impl<'a> Panel<'a> {
         let Self { rule, highest, motion_s, .. } = self;
         let figures = match highest.ratio > WITHIN {
             true => format!(
-                "at most {:.2} ({}), above 1 for {:.1} % of {motion_s:.2} s",
+                "at most {:.2} ({}), above 1 for {:.1} % of {motion_s:.1} s",
                 highest.ratio,
                 self.place(),
                 self.above()
             ),
-            false => format!("at most {:.2}, never above 1 in {motion_s:.2} s", highest.ratio),
+            false => format!("at most {:.2}: within the limit in all {motion_s:.1} s", highest.ratio),
         };
-        text(28, 15, "bold", &format!("{}: {}", rule.name, rule.whose())) + &text(9, 14, "normal", &figures)
+        text(28, 15, "bold", &format!("{}: {}", rule.name, rule.whose())) + &text(9, 13, "normal", &figures)
     }
 
     /// The sentences of the caption.
     fn told(&self) -> String {
         let Self { rule, highest: Stretch { ratio, to_mm: [x, y, z, ..], .. }, motion_s, above_s, .. } = self;
         let (name, whose, place) = (&rule.name, rule.whose(), self.place());
-        let simplified = self.simplified.as_ref().map_or(String::new(), |simplified| format!(" {simplified}"));
         format!(
             "{name}, {whose}: at most {ratio:.2} times the limit ({place}, at X{x:.2} Y{y:.2} Z{z:.2}), and above the limit for \
-             {above_s:.3} s of {motion_s:.3} s in motion.{simplified}"
+             {above_s:.3} s of {motion_s:.3} s in motion."
         )
     }
 }
