@@ -128,6 +128,15 @@ mod tests {
         }
     }
 
+    /// A window between two others counts for the stretch that has its middle, and the last one for the next stretch too.
+    #[test]
+    fn a_short_window_is_not_lost() {
+        let window = |at_ns, ratio| Window { axis: 1, at_ns, ratio };
+        let windows = vec![window(1, 0.5), window(2, 9.0), window(3, 1.0), window(8, 0.2)];
+        let mut latest = Latest { start_ns: 0, windows: windows.into_iter().peekable(), ratios: [0.0; AXES] };
+        assert_eq!([4e-9, 6e-9, 9e-9, 1.0].map(|t_s| latest.until(t_s)), [(1, 9.0), (1, 1.0), (1, 1.0), (1, 0.2)]);
+    }
+
     /// A right angle by `$11` jumps at the corner: it is loud within two spans of it, and quiet elsewhere.
     #[test]
     fn what_is_above_the_limit_is_where_the_speed_jumps() {

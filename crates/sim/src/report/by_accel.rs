@@ -174,6 +174,7 @@ fn far(from: strokes::Point, to: strokes::Point) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::strokes::Scale;
     use super::*;
     use crate::report::{BothRules, other_rule};
     use crate::{Config, run};
@@ -213,6 +214,16 @@ mod tests {
             "{caption}"
         );
         assert!(caption.contains("Blends (G64 P0.01), for comparison: at most 1.0"), "{caption}");
+        assert!(caption.contains("and above the limit for 0.000 s of 1.766 s in motion."), "{caption}");
+    }
+
+    /// In a large picture a corner is less than a pixel.
+    #[test]
+    fn the_highest_is_drawn_however_short_it_is() {
+        let picture = both("G1 X300 F2400\nY1\nX0\n");
+        let highest = picture.caption.split("this run: at most ").nth(1).unwrap().split(' ').next().unwrap();
+        let variable = RatioScale::variable(RatioScale.class(highest.parse().unwrap()));
+        assert!(panel(&picture, 0).contains(&variable), "{highest} is {variable}");
     }
 
     #[test]

@@ -156,7 +156,7 @@ mod tests {
             assert!(other(program, |_| {}).is_none(), "{program}");
         }
         let corner = "G1 X10 F1200\nY10\n";
-        assert!(other(corner, |config| config.settings.speed_law = 1).is_none());
+        assert!(other(corner, |config| config.settings.speed_law = 2).is_none());
         assert!(other(corner, |config| config.faults = vec!["hold@0.1".parse().unwrap()]).is_none());
         assert!(other("G1 X10 F1200\nY10\nX-60\n", |_| {}).is_none());
     }

@@ -81,7 +81,19 @@ pub fn key([x, y]: [u32; 2], unit: u32, width: u32) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::strokes::{Piece, Strokes};
     use super::*;
+
+    #[test]
+    fn what_is_short_and_loud_is_drawn_loud() {
+        let mut strokes = Strokes::new(RatioScale, 4.0);
+        for (number, value) in [0.1, 3.0, 0.1, 0.1].into_iter().enumerate() {
+            let [from, to] = [number, number + 1].map(|x| [x as f64, 0.0]);
+            strokes.take(&Piece { from, to, value, is_rapid: false });
+        }
+        let svg = strokes.finish(2);
+        assert!(svg.contains("<path stroke=\"var(--ratio-5)\" stroke-width=\"6\" d=\"M0 0l4 0\"/>"), "{svg}");
+    }
 
     #[test]
     fn the_limit_parts_quiet_classes_from_loud_ones() {
