@@ -51,12 +51,16 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
 pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
     let stretches = outcome.moves.iter().enumerate().flat_map(|(index, record)| {
         let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
-        let mut next = (begin_steps, record.origin_steps);
+        let mut next = (begin_steps, record.corner_steps());
+        let end_steps = match outcome.moves.get(index + 1) {
+            Some(after) if record.ends_in_blend => after.corner_steps(),
+            _ => record.end_steps,
+        };
         let marks = record.marks_steps.iter().map(|place_steps| {
             let place_steps = f64::from(*place_steps);
             (place_steps, record.position_steps(place_steps))
         });
-        marks.chain([(f64::INFINITY, record.end_steps)]).map(move |end| {
+        marks.chain([(f64::INFINITY, end_steps)]).map(move |end| {
             let (from_steps, origin_steps) = std::mem::replace(&mut next, end);
             Stretch { index, from_steps, origin_steps, end_steps: end.1, source: None }
         })
@@ -263,6 +267,15 @@ mod tests {
         assert_eq!(found, expected.map(|(index, from_steps, line)| (index, from_steps, Some(line))));
         let first = of_moves(&outcome).into_iter().map(|source| source.unwrap().line);
         assert_eq!(first.collect::<Vec<_>>(), [3, 4, 7]);
+    }
+
+    /// A blend leaves its corner, to which the line goes all the same.
+    #[test]
+    fn moves_that_meet_in_blends_are_of_their_lines() {
+        let program = "G1 X10 F1200\nY10\nG2 X20 I5\nX0 Y0\n$H\n";
+        let of =
+            |lines: Vec<Option<usize>>| [1, 2, 3, 4].map(|line| lines.iter().filter(|at| **at == Some(line)).count());
+        assert_eq!(of(lines(&format!("G64 P0.3 {program}"))), of(lines(program)));
     }
 
     #[test]

@@ -62,6 +62,11 @@ impl MoveRecord {
         self.plan.step_numbers(axis).start..last + 1
     }
 
+    /// Where its line begins, steps: at the corner, if it begins with a blend, which does not come there.
+    pub fn corner_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| self.origin_steps[axis] - self.blend.map_or(0, |blend| blend.ends_steps(axis)[0]))
+    }
+
     /// How many steps the axis with index `axis` makes in its blend.
     pub fn blend_steps(&self, axis: usize) -> u32 {
         self.blend.map_or(0, |blend| blend.step_counts(axis).0)

@@ -28,9 +28,12 @@ fn of_a_long_program_little_is_written() {
     assert!((1_000..=2_000).contains(&figures.moves.len()), "{}", figures.moves.len());
     assert!(figures.moves.is_sorted_by_key(|one| one.number));
     let json = serde_json::to_string_pretty(&figures).unwrap();
-    let page = report::page(&outcome, &figures);
+    let (lines, other) = report::other_rule(&outcome).expect("its rows end in corners");
+    let other = run(&lines.join(&b'\n'), &other).unwrap();
+    let page = report::page(&outcome, &report::BothRules::of(&outcome, Some(other)), &figures);
     assert!(json.len() < BYTES_MAX && page.len() < BYTES_MAX, "{} and {} bytes", json.len(), page.len());
     assert!(page.contains("moves are left out"));
+    assert!(page.contains("Blends (G64 P0.01), for comparison: at most 1.0"), "though all corners are stops");
 
     let all = Figures::listing("raster", &outcome, Listed::All);
     assert_eq!(all.moves.len(), LINES - 4);

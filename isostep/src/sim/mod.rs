@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::report::{self, BothRules};
 use isostep_sim::ringing::Springs;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
@@ -382,6 +383,14 @@ fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
 }
 
+/// The same program by the other rule at corners, if the report has something to compare. A flash may hold settings that
+/// are in force rather than those known here.
+fn other_rule(args: &Args, outcome: &Outcome) -> Result<Option<Outcome>> {
+    let other = report::other_rule(outcome).filter(|_| args.flash.is_none() && !args.live.pty);
+    let run = |(program, config)| run_shown(program, &config, Flash::blank());
+    other.map(run).transpose().context("the same program by the other rule at corners")
+}
+
 fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> {
     if let Some(path) = &args.trace {
         write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
@@ -403,9 +412,10 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
     if let Some(folder) = &args.report {
         let page = folder.join("index.html");
         fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-        let html = isostep_sim::report::page(outcome, figures);
+        let both = BothRules::of(outcome, other_rule(args, outcome)?);
+        let html = report::page(outcome, &both, figures);
         write_file(&page, |out| out.write_all(html.as_bytes()))?;
-        for (name, picture) in isostep_sim::report::files(outcome) {
+        for (name, picture) in report::files(outcome, &both) {
             write_file(&folder.join(name), |out| out.write_all(&picture))?;
         }
     }

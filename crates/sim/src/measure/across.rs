@@ -24,8 +24,22 @@ pub struct Window {
 
 /// All windows of the program, run by run, and axis by axis in the order of their instants. Homing is left out.
 pub fn windows(outcome: &Outcome) -> impl Iterator<Item = Window> + '_ {
-    let program = outcome.moves.chunk_by(|one, next| one.run == next.run).filter(|run| !run[0].homing);
-    program.flat_map(move |run| (0..AXES).flat_map(move |axis| Samples::of(outcome, run, axis).windows()))
+    runs(outcome).flat_map(move |(_, run)| windows_of(outcome, run))
+}
+
+/// The windows of one run, axis by axis.
+pub(super) fn windows_of<'a>(outcome: &'a Outcome, run: &'a [MoveRecord]) -> impl Iterator<Item = Window> + use<'a> {
+    (0..AXES).flat_map(move |axis| Samples::of(outcome, run, axis).windows())
+}
+
+/// The moves of each run of the program, with the index of the first.
+pub(super) fn runs(outcome: &Outcome) -> impl Iterator<Item = (usize, &[MoveRecord])> {
+    let mut end = 0;
+    let runs = outcome.moves.chunk_by(|one, next| one.run == next.run).map(move |run| {
+        end += run.len();
+        (end - run.len(), run)
+    });
+    runs.filter(|(_, run)| !run[0].homing)
 }
 
 /// The highest fraction of a limit, and where it is; `None` without a move.
@@ -149,11 +163,16 @@ impl Filled<'_> {
     }
 }
 
+/// Where the plan of a move is at `t_s` from the start of the run, mm.
+pub(super) fn place_mm(outcome: &Outcome, record: &MoveRecord, t_s: f64) -> [f64; AXES] {
+    std::array::from_fn(|axis| place_steps(record, axis, t_s) / outcome.steps_per_mm[axis])
+}
+
 /// Where the plan of a move has an axis at `t_s` from the start of the run, steps.
 fn place_steps(record: &MoveRecord, axis: usize, t_s: f64) -> f64 {
     let origin = f64::from(record.origin_steps[axis]);
     if let Some(blend) = record.blend {
-        let corner = origin - f64::from(blend.ends_steps(axis)[0]);
+        let corner = f64::from(record.corner_steps()[axis]);
         if t_s < blend.end_s() {
             return corner + blend.place_at(axis, t_s);
         }

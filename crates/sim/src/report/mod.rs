@@ -2,19 +2,27 @@
 //! engraved, a file beside it. The same run gives the same bytes.
 
 pub mod bench;
+mod both_rules;
+mod by_accel;
 mod engraving;
 mod errors;
 mod kinematics;
 mod moves;
+mod other_rule;
 mod page;
 pub mod papers;
 mod path;
+mod plane;
 pub mod profile;
 mod rack;
+mod ratio_scale;
+mod ringing;
 mod speed;
 mod speed_scale;
 mod strokes;
 mod theme;
 mod time;
 
+pub use both_rules::BothRules;
+pub use other_rule::other_rule;
 pub use page::{files, page};

@@ -110,7 +110,7 @@ mod tests {
         let mut config = Config::default();
         config.settings.soft_limits = false;
         let outcome = run(program.as_bytes(), &config).unwrap();
-        report::page(&outcome, &Figures::new("many", &outcome))
+        report::page(&outcome, &report::BothRules::of(&outcome, None), &Figures::new("many", &outcome))
     }
 
     #[test]

@@ -4,7 +4,7 @@ use isostep_console::{SETTING_TABLE, report};
 use maud::{Markup, PreEscaped, html};
 
 use super::theme::{self, AXIS_NAMES};
-use super::{engraving, errors, kinematics, moves, path, speed, time};
+use super::{BothRules, engraving, errors, kinematics, moves, path, plane, ringing, speed, time};
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::lines_of_moves;
@@ -24,14 +24,14 @@ const LONG: usize = 100;
 const ENGRAVING: &str = "engraving.png";
 
 /// The whole page.
-pub fn page(outcome: &Outcome, figures: &Figures) -> String {
+pub fn page(outcome: &Outcome, both: &BothRules, figures: &Figures) -> String {
     let title = format!("{}: simulated", figures.program);
     let body = html! {
         h1 { (figures.program) }
         p { "Run on the controller in virtual time: " (summary(figures)) }
         p { code { (figures.replay) } }
         (verdicts(figures))
-        @if !figures.moves.is_empty() { (body_of_moves(outcome, figures)) }
+        @if !figures.moves.is_empty() { (body_of_moves(outcome, both, figures)) }
         (settings(outcome))
     };
     theme::document(&title, &body)
@@ -79,13 +79,17 @@ fn verdicts(figures: &Figures) -> Markup {
     }
 }
 
-fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
+fn body_of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures) -> Markup {
     let sources = lines_of_moves::of_moves(outcome);
     html! {
         h2 { "Path" }
-        (path_of(path::XY, path::picture(outcome, &sources, path::XY), figures))
+        (path_of(plane::XY, path::picture(outcome, &sources, plane::XY), figures))
         @if path::has_sides(outcome) {
             @for axes in path::SIDES { (path_of(axes, path::picture(outcome, &sources, axes), figures)) }
+        }
+        @if let Some(picture) = &both.by_accel {
+            h2 { "Acceleration over its limit" }
+            figure { (PreEscaped(&picture.svg)) figcaption { (picture.caption) } }
         }
         @if let Some(picture) = engraving::picture(outcome) {
             h2 { "Engraving" }
@@ -99,13 +103,14 @@ fn body_of_moves(outcome: &Outcome, figures: &Figures) -> Markup {
         (time::shares(&figures.pace))
         (time::slow_places(&figures.pace))
         (axes(figures))
+        @if let Some(section) = ringing::section(outcome, &both.ringing) { (section) }
         (moves::table(figures))
         (pictures(outcome, figures))
     }
 }
 
-fn path_of(axes: path::Axes, path: path::Picture, figures: &Figures) -> Markup {
-    let plane = path::letters(axes);
+fn path_of(axes: plane::Axes, path: path::Picture, figures: &Figures) -> Markup {
+    let plane = plane::letters(axes);
     let [right, up] = axes.map(|axis| AXIS_NAMES[axis]);
     let [x, y] = path.extent_mm.map(|(low, high)| format!("{:.2} to {:.2}", low + 0.0, high + 0.0));
     html! {
@@ -160,19 +165,25 @@ fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
 
 /// The page's pictures of path, speed and moves as separate files, by name: SVG in light colours. Also the picture of
 /// what a laser engraved, a PNG that the page shows.
-pub fn files(outcome: &Outcome) -> Vec<(String, Vec<u8>)> {
+pub fn files(outcome: &Outcome, both: &BothRules) -> Vec<(String, Vec<u8>)> {
     let moves = shown(outcome).into_iter();
     let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
     let sources = lines_of_moves::of_moves(outcome);
-    let path = ("path.svg".to_owned(), path::picture(outcome, &sources, path::XY).svg);
+    let path = ("path.svg".to_owned(), path::picture(outcome, &sources, plane::XY).svg);
     let sides = path::SIDES.into_iter().filter(|_| path::has_sides(outcome)).map(|axes| {
-        let name = format!("path-{}.svg", path::letters(axes).to_lowercase());
+        let name = format!("path-{}.svg", plane::letters(axes).to_lowercase());
         (name, path::picture(outcome, &sources, axes).svg)
     });
     let seconds = pace::extreme_seconds(outcome, &sources);
     let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
-    let drawn =
-        moves.chain([path, speed]).chain(sides).map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
+    let swings = ringing::picture(outcome).map(|picture| ("ringing.svg".to_owned(), picture));
+    let by_accel = both.by_accel.as_ref().map(|picture| ("path-by-acceleration.svg".to_owned(), picture.svg.clone()));
+    let drawn = moves
+        .chain([path, speed])
+        .chain(sides)
+        .chain(by_accel)
+        .chain(swings)
+        .map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
     drawn.chain(engraving::picture(outcome).map(|picture| (ENGRAVING.to_owned(), picture.png))).collect()
 }
 
@@ -249,7 +260,8 @@ mod tests {
         const FILES: [&str; 3] = ["path.svg", "path-xz.svg", "path-yz.svg"];
         for (program, expected) in [("G1 X10 Z1 F600\n", [true; 3]), ("G1 X10 Y5 F600\n", [true, false, false])] {
             let outcome = run(program.as_bytes(), &Config::default()).unwrap();
-            let (page, files) = (page(&outcome, &Figures::new("a.nc", &outcome)), files(&outcome));
+            let both = BothRules::of(&outcome, None);
+            let (page, files) = (page(&outcome, &both, &Figures::new("a.nc", &outcome)), files(&outcome, &both));
             let on_page = PLANES.map(|plane| page.contains(&format!("Path in the {plane} plane, coloured by speed")));
             let beside = FILES.map(|wanted| files.iter().any(|(name, _)| name == wanted));
             assert_eq!([on_page, beside], [expected; 2], "{program}");

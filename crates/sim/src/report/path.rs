@@ -3,12 +3,11 @@
 use std::fmt::Write;
 
 use isostep_console::Rate;
-use plotters::prelude::*;
 
-use super::rack;
-use super::speed_scale::SpeedScale;
-use super::strokes::{self, Piece, Point, Strokes};
-use super::theme::{self, AXIS_NAMES, Area, BOUND, Drawn, GRID, INK};
+use super::plane::{Axes, FINE, Plane, Room, XY, letters, moves_in, program};
+use super::speed_scale::{Made, SpeedScale};
+use super::strokes::{self, Piece};
+use super::theme;
 use crate::lines_of_moves::Source;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
@@ -27,32 +26,14 @@ const PIECES_PER_RAMP: usize = 24;
 /// the other planes has a part of it.
 const BYTES_MAX: usize = 1_500_000;
 const SIDE_BYTES_MAX: usize = BYTES_MAX / 4;
-/// To reach the limit, the length below which pieces are drawn as one is doubled up to this, in fine pixels. After
-/// that, pieces are left out.
-const LEAST_MAX: f64 = 16.0;
-
-/// plotters rounds points to whole pixels, which would distort straight lines. Drawn at this scale, the error is not
-/// visible.
-const FINE: u32 = 4;
-/// Size of the area inside the labels, in fine pixels; a flat path is lower.
-const INNER: (f64, f64) = (2_704.0, 2_592.0);
-const INNER_LOWEST: f64 = 800.0;
-/// What the labels and margins take beside the area, pixels.
-const AROUND: (u32, u32) = (84, 72);
+/// The room of the XY plane; a flat path from a side is lower.
+const ROOM: Room = Room { inner: (2_704.0, 2_592.0), lowest: 2_592.0, above: KEY, with_rack: true };
+const SIDE_ROOM: Room = Room { lowest: 800.0, ..ROOM };
 /// Height of the key above, pixels.
 const KEY: u32 = 40;
 
-/// The axes of a plane: to the right, and upwards.
-pub type Axes = [usize; 2];
-/// The planes that are drawn.
-pub const XY: Axes = [0, 1];
-/// The others, if the path leaves XY.
+/// The planes that are drawn if the path leaves XY.
 pub const SIDES: [Axes; 2] = [[0, 2], [1, 2]];
-
-/// The letters of a plane.
-pub fn letters(axes: Axes) -> String {
-    axes.map(|axis| AXIS_NAMES[axis]).concat()
-}
 
 /// Whether the program moves Z, so that it has sides to look at.
 pub fn has_sides(outcome: &Outcome) -> bool {
@@ -79,33 +60,30 @@ pub struct Picture {
 pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Picture {
     let course = || phases(outcome, sources);
     let moves = program(outcome).count();
-    let extent_mm = extent_mm(outcome, axes);
-    let plane = Plane::new(outcome, axes, extent_mm, rapids(sources));
-    let with_rapids = plane.rapids.contains(&true);
+    let rapids = rapids(sources);
+    let plane = Plane::new(outcome, axes, if axes == XY { ROOM } else { SIDE_ROOM });
+    let with_rapids = rapids.contains(&true);
     let by_edges = moves <= MOVES_BY_EDGES && !outcome.edges.is_empty();
     let with_dots = moves <= MOVES_WITH_DOTS;
     let scale = SpeedScale::of(course());
     let width = if with_dots { 3 * FINE } else { FINE * 3 / 2 };
     let bytes_max = if axes == XY { BYTES_MAX } else { SIDE_BYTES_MAX };
-    let (mut lines, simplified) = lines(moves, scale, (width, bytes_max), |take| {
+    let least = if with_dots { 0.5 } else { f64::from(FINE) / 2.0 };
+    let drawn = strokes::bounded(scale, [least, f64::from(FINE)], bytes_max, |take| {
         if by_edges {
-            pieces_by_edges(outcome, course(), &plane, take)
+            pieces_by_edges(outcome, course(), (&plane, &rapids), take)
         } else {
-            pieces(outcome, course(), &plane, take)
+            pieces(outcome, course(), (&plane, &rapids), take)
         }
     });
-    lines += &dots(outcome, sources, &plane, with_dots);
-    let size = ((plane.inner.0 as u32) + AROUND.0 * FINE, (plane.inner.1 as u32) + (AROUND.1 + KEY) * FINE);
+    let (strokes, simplified) = drawn;
+    let ends = if with_dots { ends(outcome, sources, &plane) } else { String::new() };
+    let lines = strokes.finish(width) + &ends + &plane.start(outcome, "--y");
     let title = format!("Path in the {} plane, coloured by speed", letters(axes));
-    let svg = theme::svg(size, &title, |area| draw(area, outcome, &plane));
+    let svg = theme::svg(plane.size(), &title, |area| plane.draw(area, outcome));
     let key = scale.key([120 * FINE, 14 * FINE], FINE) + &if with_rapids { key_of_lines(width) } else { String::new() };
     let svg = svg.replace("</svg>", &format!("{lines}{key}</svg>"));
-    Picture { svg, by_edges, with_dots, simplified, with_rapids, extent_mm }
-}
-
-/// The moves of the program.
-fn program(outcome: &Outcome) -> impl Iterator<Item = &MoveRecord> + Clone {
-    outcome.moves.iter().filter(|record| !record.homing)
+    Picture { svg, by_edges, with_dots, simplified, with_rapids, extent_mm: plane.extent_mm }
 }
 
 /// Which of all moves are rapids. A move whose line is unknown counts as a cut.
@@ -129,99 +107,17 @@ fn key_of_lines(width: u32) -> String {
     line(cut, "", "cut") + &line(rapid, &format!(" {}", strokes::dashes(width)), "rapid")
 }
 
-/// Converts millimetres to positions in the picture.
-struct Plane {
-    axes: Axes,
-    /// Size of the area inside the labels, in fine pixels.
-    inner: (f64, f64),
-    /// Which of all moves are rapids.
-    rapids: Vec<bool>,
-    homed: bool,
-    /// Whether the machine is the parking gantry, whose rack is shown.
-    has_rack: bool,
-    /// What is shown to the right and upwards.
-    right_mm: (f64, f64),
-    up_mm: (f64, f64),
-}
-
-/// The upper left corner inside the labels, in fine pixels.
-const CORNER: Point = [((12 + 60) * FINE) as f64, ((12 + KEY) * FINE) as f64];
-
-impl Plane {
-    /// Chooses the area that is shown, with the same scale in both directions.
-    fn new(outcome: &Outcome, axes: Axes, [mut right, mut up]: [(f64, f64); 2], rapids: Vec<bool>) -> Self {
-        let homed = outcome.moves.iter().any(|record| record.homing);
-        let has_rack = homed && axes == XY && rack::is_of(outcome);
-        if has_rack {
-            let (rack_x, rack_y) = rack::extent_mm();
-            right = (right.0.min(rack_x.0), right.1.max(rack_x.1));
-            up = (up.0.min(rack_y.0), up.1.max(rack_y.1));
-        }
-        let scale = ((right.1 - right.0) / INNER.0).max((up.1 - up.0) / INNER.1).max(1e-3) * 1.08;
-        let high = if axes == XY { INNER.1 } else { ((up.1 - up.0) * 1.08 / scale).clamp(INNER_LOWEST, INNER.1) };
-        let inner = (INNER.0, high.round());
-        let around = |range: (f64, f64), pixels: f64| {
-            let middle = (range.0 + range.1) / 2.0;
-            (middle - scale * pixels / 2.0, middle + scale * pixels / 2.0)
-        };
-        Self { axes, inner, rapids, homed, has_rack, right_mm: around(right, inner.0), up_mm: around(up, inner.1) }
-    }
-
-    fn fine_per_mm(&self) -> f64 {
-        self.inner.0 / (self.right_mm.1 - self.right_mm.0)
-    }
-
-    fn point(&self, mm: [f64; AXES]) -> Point {
-        let scale = self.fine_per_mm();
-        let [right, up] = self.axes.map(|axis| mm[axis]);
-        [CORNER[0] + (right - self.right_mm.0) * scale, CORNER[1] + (self.up_mm.1 - up) * scale]
-    }
-}
-
-/// The lines, simplified until they are small enough, and a sentence about the simplification.
-fn lines(
-    moves: usize,
-    scale: SpeedScale,
-    (width, bytes_max): (u32, usize),
-    pieces: impl Fn(&mut dyn FnMut(&Piece)),
-) -> (String, Option<String>) {
-    let (mut least, mut stride) = (if moves <= MOVES_WITH_DOTS { 0.5 } else { FINE as f64 / 2.0 }, 1);
-    loop {
-        let mut strokes = Strokes::new(scale, least);
-        let mut number = 0_usize;
-        pieces(&mut |piece| {
-            number += 1;
-            if number.is_multiple_of(stride) && strokes.bytes() <= bytes_max {
-                strokes.take(piece);
-            }
-        });
-        if strokes.bytes() <= bytes_max {
-            return (strokes.finish(width), simplified(least / f64::from(FINE), stride));
-        }
-        if least < LEAST_MAX { least *= 2.0 } else { stride *= 2 }
-    }
-}
-
-fn simplified(pixels: f64, stride: usize) -> Option<String> {
-    let drawn = format!("What is shorter than {pixels} pixels is drawn as one, with its mean speed");
-    match stride {
-        1 if pixels < 0.5 => None,
-        1 => Some(format!("{drawn}.")),
-        _ => Some(format!("{drawn}, and of all pieces only one in {stride} is drawn.")),
-    }
-}
-
 /// The phases as planned, with ramps divided into pieces of about one colour.
 fn pieces<'a>(
     outcome: &'a Outcome,
     phases: impl Iterator<Item = Phase<'a>>,
-    plane: &Plane,
-    take: &mut dyn FnMut(&Piece),
+    (plane, rapids): (&Plane, &[bool]),
+    take: &mut dyn FnMut(&Piece<Made>),
 ) {
     for phase in phases {
         let [right, up] = plane.axes.map(|axis| phase.asked.direction[axis]);
         let fine = phase.distance_mm * right.hypot(up) * plane.fine_per_mm();
-        let is_rapid = plane.rapids[phase.index];
+        let is_rapid = rapids[phase.index];
         let count = match phase.change {
             _ if fine == 0.0 => continue,
             Change::Level => 1,
@@ -231,7 +127,12 @@ fn pieces<'a>(
         for number in 1..=count {
             let to_mm = phase.made_mm(phase.begin_s + phase.span_s * number as f64 / count as f64);
             let [from, to] = [made_mm, to_mm].map(|mm| plane.point(phase.place_mm(outcome, mm)));
-            take(&Piece { from, to, distance_mm: to_mm - made_mm, span_s: phase.span_s / count as f64, is_rapid });
+            take(&Piece {
+                from,
+                to,
+                value: Made { distance_mm: to_mm - made_mm, span_s: phase.span_s / count as f64 },
+                is_rapid,
+            });
             made_mm = to_mm;
         }
     }
@@ -241,14 +142,14 @@ fn pieces<'a>(
 fn pieces_by_edges<'a>(
     outcome: &'a Outcome,
     phases: impl Iterator<Item = Phase<'a>>,
-    plane: &Plane,
-    take: &mut dyn FnMut(&Piece),
+    (plane, rapids): (&Plane, &[bool]),
+    take: &mut dyn FnMut(&Piece<Made>),
 ) {
     let phases: Vec<_> = phases.collect();
     for phases in phases.chunk_by(|one, next| one.index == next.index) {
         let record = &outcome.moves[phases[0].index];
         let points = points(outcome, record);
-        let is_rapid = plane.rapids[phases[0].index];
+        let is_rapid = rapids[phases[0].index];
         if points.iter().all(|(_, mm)| plane.axes.iter().all(|&axis| mm[axis] == points[0].1[axis])) {
             continue;
         }
@@ -258,7 +159,7 @@ fn pieces_by_edges<'a>(
             let phase = phases.iter().find(|phase| middle_s < phase.end_s()).unwrap_or(&phases[phases.len() - 1]);
             let [from, to] = [pair[0].1, pair[1].1].map(|mm| plane.point(mm));
             // The planned speed is used because the steps of the edges are not even.
-            take(&Piece { from, to, distance_mm: phase.speed_mm_s(middle_s), span_s: 1.0, is_rapid });
+            take(&Piece { from, to, value: Made { distance_mm: phase.speed_mm_s(middle_s), span_s: 1.0 }, is_rapid });
         }
     }
 }
@@ -279,81 +180,20 @@ fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; AXES])> {
     points
 }
 
-/// Dots for the start and, if wanted, the ends of moves.
-fn dots(outcome: &Outcome, sources: &[Option<Source>], plane: &Plane, with_ends: bool) -> String {
+/// Dots for the ends of moves.
+fn ends(outcome: &Outcome, sources: &[Option<Source>], plane: &Plane) -> String {
     let mut svg = String::new();
-    let first = program(outcome).find(|record| moves_in(record, plane.axes));
-    let start = first.map(|record| plane.point(outcome.mm(record.origin_steps)));
     let ends_line = |source: &Option<Source>| !source.is_some_and(|source| source.in_arc);
-    let ends =
-        outcome.moves.iter().zip(sources).filter(|(record, source)| {
-            with_ends && !record.homing && moves_in(record, plane.axes) && ends_line(source)
-        });
-    for (record, _) in ends {
+    let moves = outcome
+        .moves
+        .iter()
+        .zip(sources)
+        .filter(|(record, source)| !record.homing && moves_in(record, plane.axes) && ends_line(source));
+    for (record, _) in moves {
         let [x, y] = plane.point(outcome.mm(record.end_steps));
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--ink)\"/>", 4 * FINE);
     }
-    if let Some([x, y]) = start {
-        let is_low = y + 96.0 > CORNER[1] + plane.inner.1;
-        let (left, below, size) = (x - 64.0, if is_low { y - 44.0 } else { y + 96.0 }, 14 * FINE);
-        let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--y)\"/>", 7 * FINE);
-        let _ = write!(
-            svg,
-            "<text x=\"{left:.0}\" y=\"{below:.0}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"var(--ink)\">start</text>"
-        );
-    }
     svg
-}
-
-fn draw(area: &Area, outcome: &Outcome, plane: &Plane) -> Drawn {
-    let (x, y) = (plane.right_mm, plane.up_mm);
-    let [right, up] = plane.axes;
-    let decimals = theme::decimals_of(x.1 - x.0);
-    let label = |mm: &f64| format!("{mm:.decimals$}");
-    let mut chart = ChartBuilder::on(area)
-        .margin(12 * FINE)
-        .margin_top((12 + KEY) * FINE)
-        .x_label_area_size(48 * FINE)
-        .y_label_area_size(60 * FINE)
-        .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID.stroke_width(FINE))
-        .axis_style(INK.stroke_width(FINE))
-        .label_style(theme::font(14 * FINE))
-        .axis_desc_style(theme::font(15 * FINE))
-        .set_all_tick_mark_size(5 * FINE)
-        .x_desc(format!("{}, mm", AXIS_NAMES[right]))
-        .y_desc(format!("{}, mm", AXIS_NAMES[up]))
-        .x_label_formatter(&label)
-        .y_label_formatter(&label)
-        .draw()?;
-    if plane.has_rack {
-        chart.draw_series(rack::bays(FINE))?;
-        chart.draw_series(rack::names(FINE))?;
-    }
-    if plane.homed {
-        let far = (outcome.travel_mm[right], outcome.travel_mm[up]);
-        chart.draw_series(DashedLineSeries::new(
-            [(0.0, 0.0), (far.0, 0.0), far, (0.0, far.1), (0.0, 0.0)],
-            6 * FINE,
-            5 * FINE,
-            BOUND.stroke_width(FINE),
-        ))?;
-    }
-    Ok(())
-}
-
-fn moves_in(record: &MoveRecord, axes: Axes) -> bool {
-    axes.iter().any(|&axis| record.origin_steps[axis] != record.end_steps[axis])
-}
-
-/// The range of both axes over the moves that move either, mm.
-fn extent_mm(outcome: &Outcome, axes: Axes) -> [(f64, f64); 2] {
-    let moved = program(outcome).filter(|record| moves_in(record, axes));
-    let ends = moved.flat_map(|record| [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps)));
-    axes.map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
 }
 
 #[cfg(test)]
@@ -379,7 +219,7 @@ mod tests {
         let outcome = outcome("G91 G1 F600 X10\n");
         let sources = lines_of_moves::of_moves(&outcome);
         let scale = SpeedScale::of(phases(&outcome, &sources));
-        let pieces = |take: &mut dyn FnMut(&Piece)| {
+        let pieces = |take: &mut dyn FnMut(&Piece<Made>)| {
             let mut random = oorandom::Rand32::new(3);
             let mut from = [0.0; 2];
             for _ in 0..400_000 {
@@ -387,14 +227,14 @@ mod tests {
                 take(&Piece {
                     from,
                     to,
-                    distance_mm: 1.0,
-                    span_s: f64::from(random.rand_float()) + 0.01,
+                    value: Made { distance_mm: 1.0, span_s: f64::from(random.rand_float()) + 0.01 },
                     is_rapid: false,
                 });
                 from = to;
             }
         };
-        let (svg, simplified) = lines(400_000, scale, (6, BYTES_MAX), pieces);
+        let (strokes, simplified) = strokes::bounded(scale, [2.0, 4.0], BYTES_MAX, pieces);
+        let svg = strokes.finish(6);
         assert!(svg.len() < BYTES_MAX + 1_000 && svg.len() > BYTES_MAX / 8, "{}", svg.len());
         assert!(simplified.unwrap().contains("one in "));
     }
@@ -425,11 +265,11 @@ mod tests {
     fn edges_and_plans_draw_the_same_path() {
         let outcome = outcome("G91 G1 F1200 X20 Y10\nX-5 Y20\n");
         let sources = lines_of_moves::of_moves(&outcome);
-        let plane = Plane::new(&outcome, XY, extent_mm(&outcome, XY), rapids(&sources));
+        let (plane, rapids) = (Plane::new(&outcome, XY, ROOM), rapids(&sources));
         let (mut planned, mut made) = (Vec::new(), Vec::new());
-        pieces(&outcome, phases(&outcome, &sources), &plane, &mut |piece| planned.push(*piece));
-        pieces_by_edges(&outcome, phases(&outcome, &sources), &plane, &mut |piece| made.push(*piece));
-        let top = |pieces: &[Piece]| pieces.iter().map(|piece| piece.to[0]).fold(0.0, f64::max);
+        pieces(&outcome, phases(&outcome, &sources), (&plane, &rapids), &mut |piece| planned.push(*piece));
+        pieces_by_edges(&outcome, phases(&outcome, &sources), (&plane, &rapids), &mut |piece| made.push(*piece));
+        let top = |pieces: &[Piece<Made>]| pieces.iter().map(|piece| piece.to[0]).fold(0.0, f64::max);
         let ends = [&planned, &made].map(|pieces| (top(pieces), pieces.last().unwrap().to));
         let [(planned_top, planned), (made_top, made)] = ends;
         assert!((planned_top - made_top).abs() < 1e-6, "{planned_top} {made_top}");

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use super::strokes::Scale;
 use crate::pace::course::Phase;
 
 /// Number of classes: `--speed-1` to `--speed-8` of the style sheet.
-pub const CLASSES: usize = 8;
+const CLASSES: usize = 8;
 /// If half the distance is slower than this fraction of the fastest speed, the classes are logarithmic: each is twice
 /// as fast as the one before.
 const MOSTLY_SLOW: f64 = 0.25;
@@ -17,6 +18,34 @@ const BINS: usize = 256;
 pub struct SpeedScale {
     /// The highest speed of each class, mm/s.
     tops_mm_s: [f64; CLASSES],
+}
+
+/// What a piece of a path has made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Made {
+    /// Its distance, mm.
+    pub distance_mm: f64,
+    /// Its duration, s.
+    pub span_s: f64,
+}
+
+impl Scale for SpeedScale {
+    type Value = Made;
+    // Readers look for slow places.
+    const CLASSES: usize = CLASSES;
+    const TOGETHER: &str = "mean speed";
+
+    fn class(&self, made: Made) -> usize {
+        self.class_of(made.distance_mm / made.span_s.max(1e-12))
+    }
+
+    fn together(one: Made, next: Made) -> Made {
+        Made { distance_mm: one.distance_mm + next.distance_mm, span_s: one.span_s + next.span_s }
+    }
+
+    fn variable(class: usize) -> String {
+        format!("--speed-{}", class + 1)
+    }
 }
 
 impl SpeedScale {
@@ -41,7 +70,7 @@ impl SpeedScale {
     }
 
     /// The class of a speed, from 0 for the slowest.
-    pub fn class(&self, mm_s: f64) -> usize {
+    fn class_of(&self, mm_s: f64) -> usize {
         self.tops_mm_s.partition_point(|top_mm_s| *top_mm_s < mm_s).min(CLASSES - 1)
     }
 
@@ -94,9 +123,9 @@ mod tests {
     #[test]
     fn classes_are_even_or_double() {
         let even = SpeedScale::new(80.0, false);
-        assert_eq!([0.0, 10.0, 10.1, 79.0, 81.0].map(|mm_s| even.class(mm_s)), [0, 0, 1, 7, 7]);
+        assert_eq!([0.0, 10.0, 10.1, 79.0, 81.0].map(|mm_s| even.class_of(mm_s)), [0, 0, 1, 7, 7]);
         let doubling = SpeedScale::new(128.0, true);
-        assert_eq!([0.5, 1.5, 63.0, 65.0].map(|mm_s| doubling.class(mm_s)), [0, 1, 6, 7]);
+        assert_eq!([0.5, 1.5, 63.0, 65.0].map(|mm_s| doubling.class_of(mm_s)), [0, 1, 6, 7]);
         assert_eq!([0.78125, 12.5, 15.0, 200.0].map(short), ["0.78", "12.5", "15", "200"]);
     }
 }

@@ -1,33 +1,54 @@
-//! Coloured lines as compact SVG: one element for all lines of a speed class, in whole units of the picture. Rapids have
+//! Coloured lines as compact SVG: one element for all lines of a class, in whole units of the picture. Rapids have
 //! elements of their own, with dashes.
 //!
-//! Invisible details are left out: pieces shorter than the least length are drawn as one, with the colour of their mean
-//! speed, and points on a straight line between others of their colour are dropped.
+//! Invisible details are left out: pieces shorter than the least length are drawn as one, with the colour of what they
+//! have together, and points on a straight line between others of their colour are dropped.
 
 use std::fmt::Write;
-
-use super::speed_scale::{CLASSES, SpeedScale};
 
 /// The largest number of points on one straight line that are checked together.
 const CHECKED: usize = 32;
 /// The largest distance of a dropped point from the line, units.
 const ASIDE: f64 = 1.0;
 
+/// To reach a limit of bytes, the length below which pieces are drawn as one is doubled up to this, units. After that,
+/// pieces are left out.
+const LEAST_MAX: f64 = 16.0;
+
 /// A point in the picture, units.
 pub type Point = [f64; 2];
 type Node = [i32; 2];
 
+/// How values of a path become colours, in classes.
+pub trait Scale: Copy {
+    /// What a piece has.
+    type Value: Copy;
+    /// Number of classes. Lines of the first are drawn on top: they are what readers look for.
+    const CLASSES: usize;
+    /// What short pieces have together, as a caption says it.
+    const TOGETHER: &str;
+
+    /// The class of a value, from 0.
+    fn class(&self, value: Self::Value) -> usize;
+    /// What two pieces have together that follow each other.
+    fn together(one: Self::Value, next: Self::Value) -> Self::Value;
+    /// The CSS variable of the colour of a class.
+    fn variable(class: usize) -> String;
+    /// The width of the lines of a class, where the least is `width`.
+    fn width(_class: usize, width: u32) -> u32 {
+        width
+    }
+}
+
 /// A straight piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct Piece<V> {
     /// Where it begins, units.
     pub from: Point,
     /// Where it ends, units.
     pub to: Point,
-    /// Its distance, mm.
-    pub distance_mm: f64,
-    /// Its duration, s.
-    pub span_s: f64,
+    /// What gives it its colour.
+    pub value: V,
     /// Whether it is part of a rapid.
     pub is_rapid: bool,
 }
@@ -43,20 +64,20 @@ struct Line {
 }
 
 /// Draws pieces in the given order.
-pub struct Strokes {
-    scale: SpeedScale,
+pub struct Strokes<S: Scale> {
+    scale: S,
     least: f64,
     /// The data of the path element of each class, of cuts and then of rapids.
-    paths: [String; 2 * CLASSES],
+    paths: Vec<String>,
     /// A piece that is too short to be drawn alone.
-    waiting: Option<Piece>,
+    waiting: Option<Piece<S::Value>>,
     line: Option<Line>,
 }
 
-impl Strokes {
+impl<S: Scale> Strokes<S> {
     /// Draws in the colours of `scale`. Pieces shorter than `least` units are drawn together.
-    pub fn new(scale: SpeedScale, least: f64) -> Self {
-        Self { scale, least, paths: [const { String::new() }; 2 * CLASSES], waiting: None, line: None }
+    pub fn new(scale: S, least: f64) -> Self {
+        Self { scale, least, paths: vec![String::new(); 2 * S::CLASSES], waiting: None, line: None }
     }
 
     /// Size of the output so far, bytes.
@@ -65,8 +86,9 @@ impl Strokes {
     }
 
     /// Adds the next piece.
-    pub fn take(&mut self, piece: &Piece) {
-        let is_other = |waiting: Piece| waiting.is_rapid != piece.is_rapid || far(waiting.to, piece.from) > self.least;
+    pub fn take(&mut self, piece: &Piece<S::Value>) {
+        let is_other =
+            |waiting: Piece<S::Value>| waiting.is_rapid != piece.is_rapid || far(waiting.to, piece.from) > self.least;
         if self.waiting.is_some_and(is_other) {
             self.flush();
         }
@@ -75,8 +97,7 @@ impl Strokes {
             Some(waiting) => Piece {
                 from: waiting.from,
                 to: piece.to,
-                distance_mm: waiting.distance_mm + piece.distance_mm,
-                span_s: waiting.span_s + piece.span_s,
+                value: S::together(waiting.value, piece.value),
                 is_rapid: piece.is_rapid,
             },
         };
@@ -86,8 +107,7 @@ impl Strokes {
         }
     }
 
-    /// The SVG, with lines `width` units wide. Slow lines are on top of fast ones, because readers look for slow
-    /// places.
+    /// The SVG, with lines at least `width` units wide.
     pub fn finish(mut self, width: u32) -> String {
         self.flush();
         self.end_line();
@@ -95,9 +115,13 @@ impl Strokes {
             format!("<g fill=\"none\" stroke-width=\"{width}\" stroke-linejoin=\"round\" stroke-linecap=\"round\">");
         // Cuts are on top of rapids.
         for (element, path) in self.paths.iter().enumerate().rev().filter(|(_, path)| !path.is_empty()) {
-            let class = element % CLASSES + 1;
-            let dashes = if element < CLASSES { String::new() } else { format!(" {}", dashes(width)) };
-            let _ = write!(svg, "<path stroke=\"var(--speed-{class})\"{dashes} d=\"{path}\"/>");
+            let class = element % S::CLASSES;
+            let dashes = if element < S::CLASSES { String::new() } else { format!(" {}", dashes(width)) };
+            let wide = match S::width(class, width) {
+                wide if wide == width => String::new(),
+                wide => format!(" stroke-width=\"{wide}\""),
+            };
+            let _ = write!(svg, "<path stroke=\"var({})\"{wide}{dashes} d=\"{path}\"/>", S::variable(class));
         }
         svg + "</g>"
     }
@@ -105,8 +129,8 @@ impl Strokes {
     fn flush(&mut self) {
         let Some(piece) = self.waiting.take() else { return };
         let [from, to] = [node(piece.from), node(piece.to)];
-        let class = self.scale.class(piece.distance_mm / piece.span_s.max(1e-12));
-        let element = class + if piece.is_rapid { CLASSES } else { 0 };
+        let class = self.scale.class(piece.value);
+        let element = class + if piece.is_rapid { S::CLASSES } else { 0 };
         match &mut self.line {
             Some(line) if line.element == element && line.end == from => {
                 if !line.goes_straight_to(to) {
@@ -156,6 +180,41 @@ impl Line {
     }
 }
 
+/// Draws the pieces, simplified until they are small enough, and says in a sentence what was simplified. Pieces shorter
+/// than `least` units are drawn together at first; a pixel has `unit` units.
+pub fn bounded<S: Scale>(
+    scale: S,
+    [mut least, unit]: [f64; 2],
+    bytes_max: usize,
+    pieces: impl Fn(&mut dyn FnMut(&Piece<S::Value>)),
+) -> (Strokes<S>, Option<String>) {
+    let mut stride = 1;
+    loop {
+        let mut strokes = Strokes::new(scale, least);
+        let mut number = 0_usize;
+        pieces(&mut |piece| {
+            number += 1;
+            if number.is_multiple_of(stride) && strokes.bytes() <= bytes_max {
+                strokes.take(piece);
+            }
+        });
+        if strokes.bytes() <= bytes_max {
+            return (strokes, simplified::<S>(least / unit, stride));
+        }
+        if least < LEAST_MAX { least *= 2.0 } else { stride *= 2 }
+    }
+}
+
+fn simplified<S: Scale>(pixels: f64, stride: usize) -> Option<String> {
+    let unit = if pixels == 1.0 { "pixel" } else { "pixels" };
+    let drawn = format!("What is shorter than {pixels} {unit} is drawn as one, with its {}", S::TOGETHER);
+    match stride {
+        1 if pixels < 0.5 => None,
+        1 => Some(format!("{drawn}.")),
+        _ => Some(format!("{drawn}, and of all pieces only one in {stride} is drawn.")),
+    }
+}
+
 /// The attributes of a rapid's line of this width.
 pub fn dashes(width: u32) -> String {
     format!("stroke-dasharray=\"{} {}\" stroke-linecap=\"butt\"", 3 * width, 2 * width)
@@ -171,6 +230,7 @@ fn far(from: Point, to: Point) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::speed_scale::{Made, SpeedScale};
     use super::*;
     use crate::{Config, lines_of_moves, pace, run};
 
@@ -184,7 +244,7 @@ mod tests {
         let mut strokes = Strokes::new(scale(), least);
         for pair in points.windows(2) {
             let [from, to] = [pair[0], pair[1]].map(|(x, y, _)| [x, y]);
-            strokes.take(&Piece { from, to, distance_mm: pair[1].2, span_s: 1.0, is_rapid: false });
+            strokes.take(&Piece { from, to, value: Made { distance_mm: pair[1].2, span_s: 1.0 }, is_rapid: false });
         }
         strokes.finish(4)
     }

@@ -19,7 +19,12 @@ fn files(config: &Config) -> [Vec<u8>; 4] {
     let (mut csv, mut wires) = (Vec::new(), Vec::new());
     trace::write(&outcome.edges, &mut csv).unwrap();
     vcd::write(&outcome.waves, &outcome.tool, outcome.limits_high_at_start, &mut wires).unwrap();
-    [csv, wires, serde_json::to_vec(&figures).unwrap(), report::page(&outcome, &figures).into_bytes()]
+    [
+        csv,
+        wires,
+        serde_json::to_vec(&figures).unwrap(),
+        report::page(&outcome, &report::BothRules::of(&outcome, None), &figures).into_bytes(),
+    ]
 }
 
 #[test]
