@@ -18,6 +18,8 @@ use crate::variant::Port;
 /// The acceleration and the corner deviation are so large that neither limits the moves.
 const ACCEL_MM_S2: f64 = 10_000.0;
 const CORNER_DEVIATION_MM: f64 = 1.0;
+/// How far blends may leave the corners, mm: much more than they need, so that they meet in the middle of each move.
+const BLEND_DEVIATION_MM: f64 = 0.05;
 /// The run does not wait for a core that makes fewer moves per second than this.
 const SLOWEST_MOVES_S: f64 = 100.0;
 
@@ -30,7 +32,10 @@ pub struct MoveFigures {
     pub feed_mm_min: f64,
     /// Number of moves.
     pub moves: usize,
+    /// With exact corners.
     pub carried: Measured<Carried>,
+    /// With blends.
+    pub blended: Measured<Carried>,
 }
 
 /// The result of a stream.
@@ -48,6 +53,29 @@ impl Carried {
     }
 }
 
+/// How the corners between the moves are taken.
+#[derive(Clone, Copy)]
+enum Corners {
+    Exact,
+    Blended,
+}
+
+impl Corners {
+    fn word(self) -> String {
+        match self {
+            Self::Exact => "G61".to_owned(),
+            Self::Blended => format!("G64P{BLEND_DEVIATION_MM}"),
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Exact => "",
+            Self::Blended => ", with blends",
+        }
+    }
+}
+
 /// The lines of a stream, and the steps that they make.
 struct Program {
     text: String,
@@ -56,14 +84,14 @@ struct Program {
 }
 
 impl Program {
-    fn new(moves: usize, feed_mm_min: f64) -> Self {
+    fn new(moves: usize, feed_mm_min: f64, corners: Corners) -> Self {
         let settings = [(100, STEPS_PER_MM), (110, feed_mm_min), (120, ACCEL_MM_S2), (11, CORNER_DEVIATION_MM)];
         let settings = settings.into_iter().flat_map(|(number, value)| {
             let axes = if number < 100 { 0..1 } else { 0..3 };
             axes.map(move |axis| format!("${}={value}\n", number + axis))
         });
         let place = ["X", "Y", "Z"].map(|axis| format!("{axis}{START_MM}")).concat();
-        let mut text = settings.collect::<String>() + &format!("G92{place}\nG90G1F{feed_mm_min}\n");
+        let mut text = settings.collect::<String>() + &format!("G92{place}\nG90G1F{feed_mm_min}{}\n", corners.word());
         let mut path = Path::new(&FLOW_CASES[0]);
         let (mut steps, mut made) = (Vec::new(), 0);
         for _ in 0..moves {
@@ -94,16 +122,38 @@ impl Program {
     }
 }
 
-/// Streams the moves once.
+/// Streams the moves, once with each kind of corners.
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<MoveFigures> {
     let (moves, feed_mm_min) = (effort.moves, port.moves_feed_mm_min());
-    let what = format!("{} moves of {MOVE_MM} mm at F{feed_mm_min}", grouped(moves as u64));
+    let carried = |corners| carried(board, port, Program::new(moves, feed_mm_min, corners), feed_mm_min, corners);
+    let [carried, blended] = [carried(Corners::Exact)?, carried(Corners::Blended)?];
+    Ok(MoveFigures { move_mm: MOVE_MM, feed_mm_min, moves, carried, blended })
+}
+
+fn carried(
+    board: &Board,
+    port: Port,
+    program: Program,
+    feed_mm_min: f64,
+    corners: Corners,
+) -> Result<Measured<Carried>> {
+    let moves = program.steps.len();
+    let what = format!("{} moves of {MOVE_MM} mm at F{feed_mm_min}{}", grouped(moves as u64), corners.words());
     let case = Case::named(board.chip, port, &board.named(&what));
-    let program = Program::new(moves, feed_mm_min);
     let ran = board.stream_for_edges(&program.text, moves as f64 / SLOWEST_MOVES_S)?;
     let carried = ran.and_then(|ran| program.judge(&ran));
     case.end(&carried.words(Carried::words));
-    Ok(MoveFigures { move_mm: MOVE_MM, feed_mm_min, moves, carried })
+    Ok(carried)
+}
+
+impl MoveFigures {
+    /// For each kind of corners, a name such as `0.2 mm, 3 axes, F12000, with blends`, and how many moves were carried.
+    pub fn rows(&self) -> [[String; 2]; 2] {
+        let row = |corners: Corners, carried: &Measured<Carried>| {
+            [name(self) + corners.words(), carried.words(Carried::words)]
+        };
+        [row(Corners::Exact, &self.carried), row(Corners::Blended, &self.blended)]
+    }
 }
 
 /// A name such as `0.2 mm, 3 axes, F12000`.
@@ -122,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_rate_is_that_of_the_middle_half() {
-        let program = Program::new(40, 60_000.0);
+        let program = Program::new(40, 60_000.0, Corners::Exact);
         let steps = *program.steps.last().unwrap();
         let cycles = (program.steps[30] - program.steps[10]) * 10;
         let rate_moves_s = program.rate_moves_s(&edges(steps)).unwrap();
@@ -132,10 +182,10 @@ mod tests {
 
     #[test]
     fn a_program_has_its_settings_and_its_moves() {
-        let program = Program::new(8, 60_000.0);
+        let program = Program::new(8, 60_000.0, Corners::Blended);
         let lines: Vec<&str> = program.text.lines().collect();
         assert_eq!(lines[..4], ["$100=80", "$101=80", "$102=80", "$110=60000"]);
-        assert_eq!(lines[9..13], ["$11=1", "G92X500Y500Z500", "G90G1F60000", "G1X500.180Y500.004Z500.080"]);
+        assert_eq!(lines[9..13], ["$11=1", "G92X500Y500Z500", "G90G1F60000G64P0.05", "G1X500.180Y500.004Z500.080"]);
         // A move of 0.2 mm has 14.4, 0.3 and 6.4 steps.
         assert_eq!(program.steps[0], 14 + 6);
     }

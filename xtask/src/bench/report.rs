@@ -8,7 +8,6 @@ use super::board::Moving;
 use super::chip::Chip;
 use super::figures::{Figures, PortFigures, together};
 use super::micro::{GeneratorFigures, MicroFigures};
-use super::moves::{self, Carried};
 use super::outputs::OffFigures;
 use super::starts::{Delay, StartMeasurement};
 use super::stops::Latency;
@@ -248,7 +247,8 @@ fn moves(figures: &Figures) -> Section {
     let row = |port: &PortFigures| {
         let moves = &port.machine.moves;
         let count = grouped(moves.moves as u64);
-        vec![vec![port.port.name().to_owned(), moves::name(moves), count, moves.carried.words(Carried::words)]]
+        let row = |[name, carried]: [String; 2]| vec![port.port.name().to_owned(), name, count.clone(), carried];
+        moves.rows().map(row).into()
     };
     Section {
         heading: "Short moves carried".to_owned(),

@@ -8,7 +8,6 @@ use super::board::{Moving, WITH_SECOND};
 use super::chip::Chip;
 use super::figures::{ChipFigures, Conditions, Figures, MachineFigures, PortFigures, together};
 use super::micro::{GeneratorFigures, MicroFigures, RampFigures};
-use super::moves::{self, Carried};
 use super::outputs::OffFigures;
 use super::starts::Delay;
 use super::stops::{Latency, StopMeasurement};
@@ -154,7 +153,7 @@ fn starts(port: &PortFigures) -> Rows {
 }
 
 fn moves(port: &MachineFigures) -> Rows {
-    vec![row(moves::name(&port.moves), port.moves.carried.words(Carried::words))]
+    port.moves.rows().map(|[name, carried]| row(name, carried)).into()
 }
 
 fn levels(port: &PortFigures) -> Rows {
