@@ -4,6 +4,7 @@
 use isostep_console::{Command, Interpreter, Modal, Move, PathControl, Rate, ReportedState, Settings, Spindle, length};
 use isostep_motion::{AXES, Level, Power, whole_steps};
 
+use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::program::stripped;
 
@@ -19,6 +20,8 @@ pub struct Source {
     pub rate: Rate,
     /// Whether the line asks for an exact stop.
     pub exact_stop: bool,
+    /// How far a blend may leave the corner at its beginning, mm; 0 for none.
+    pub deviation_mm: f64,
     /// Whether it is a chord that is not the last of its arc. Its end is then not a corner of the program.
     pub in_arc: bool,
     /// The power of the laser during the move.
@@ -51,12 +54,15 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
 pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
     let stretches = outcome.moves.iter().enumerate().flat_map(|(index, record)| {
         let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
-        let mut next = (begin_steps, record.origin_steps);
+        // A line that a blend bends into the next ends at the corner all the same.
+        let mut next = (begin_steps, record.corner_steps().unwrap_or(record.origin_steps));
+        let bent_to = if record.ends_in_blend { outcome.moves.get(index + 1) } else { None };
+        let end_steps = bent_to.and_then(MoveRecord::corner_steps).unwrap_or(record.end_steps);
         let marks = record.marks_steps.iter().map(|place_steps| {
             let place_steps = f64::from(*place_steps);
             (place_steps, record.position_steps(place_steps))
         });
-        marks.chain([(f64::INFINITY, record.end_steps)]).map(move |end| {
+        marks.chain([(f64::INFINITY, end_steps)]).map(move |end| {
             let (from_steps, origin_steps) = std::mem::replace(&mut next, end);
             Stretch { index, from_steps, origin_steps, end_steps: end.1, source: None }
         })
@@ -180,7 +186,14 @@ impl Reader<'_> {
             return;
         };
         let last = self.next + others;
-        let source = Source { line, rate, exact_stop: path.stops(), in_arc: false, power: self.power(rate) };
+        let source = Source {
+            line,
+            rate,
+            exact_stop: path.stops(),
+            deviation_mm: f64::from(path.deviation_mm(self.settings.blend_deviation_mm)),
+            in_arc: false,
+            power: self.power(rate),
+        };
         for stretch in &mut self.stretches[self.next..last] {
             stretch.source = Some(Source { exact_stop: false, in_arc: true, ..source });
         }
@@ -215,6 +228,15 @@ mod tests {
     #[test]
     fn lines_that_move_nothing_are_passed_over() {
         assert_eq!(lines("G21\n; a comment\nG91 G1 X1 F600\nX0\n\nM5\nX-1 Y2\nG4 P0.1\nY-2\n"), [3, 7, 9].map(Some));
+    }
+
+    #[test]
+    fn lines_that_blends_join_are_told_apart() {
+        let program = "G91 G64 P0.05 G1 X5 F600\nY5\nX1 Y1\nG2 X2 I1\nX3\n";
+        let (found, exact) = (lines(program), lines(&program.replace("G64 P0.05", "G61")));
+        assert_eq!(found[..3], [1, 2, 3].map(Some));
+        assert_eq!((found.first(), found.last()), (exact.first(), exact.last()));
+        assert!(found.iter().all(Option::is_some) && found.is_sorted(), "{found:?}");
     }
 
     #[test]

@@ -62,6 +62,12 @@ impl MoveRecord {
         self.plan.step_numbers(axis).start..last + 1
     }
 
+    /// The corner that its blend goes round, steps; `None` without a blend.
+    pub fn corner_steps(&self) -> Option<[i32; AXES]> {
+        let blend = self.blend?;
+        Some(std::array::from_fn(|axis| self.origin_steps[axis] - blend.ends_steps(axis)[0]))
+    }
+
     /// How many steps the axis with index `axis` makes in its blend.
     pub fn blend_steps(&self, axis: usize) -> u32 {
         self.blend.map_or(0, |blend| blend.step_counts(axis).0)
