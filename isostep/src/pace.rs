@@ -77,7 +77,7 @@ fn faster(limit: CornerLimit) -> String {
     let CornerLimit { rule, axis, deviation_mm } = limit;
     let acceleration = format!("more acceleration of {}", AXIS_NAMES[axis]);
     match rule {
-        Rule::Junction => format!("faster with $11 above {deviation_mm} mm, or {acceleration}"),
+        Rule::Junction => format!("faster with $11 above {deviation_mm:.3} mm, or {acceleration}"),
         Rule::Deviation => format!("faster with P of G64 above {deviation_mm:.3} mm, or {acceleration}"),
         Rule::Room => format!("faster with longer moves, or {acceleration}; not with another P of G64"),
         Rule::NoBlend => "a stop, as it is too sharp for a blend between such short moves, or came too late".to_owned(),
