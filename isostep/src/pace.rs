@@ -1,6 +1,6 @@
 //! Says in words what keeps a program from going faster.
 
-use isostep_sim::pace::{BOARD_MOVES_PER_S, LEAST_SHOWN_S, Pace, Second, SlowPlace, Why};
+use isostep_sim::pace::{BOARD_MOVES_PER_S, CornerLimit, LEAST_SHOWN_S, Pace, Rule, Second, SlowPlace, Why};
 
 use crate::remarks::{AXIS_NAMES, words};
 
@@ -58,9 +58,31 @@ fn counted(why: Why, count: usize) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// A line for each of the places that cost the most time. Places that cost hardly any time are left out.
+/// A line for each of the places that cost the most time, [`corners`] apart. Places that cost hardly any time are left
+/// out.
 pub fn worst(pace: &Pace) -> impl Iterator<Item = String> + '_ {
-    pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_SHOWN_S).take(WORST_TOLD).map(place)
+    let places = pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_SHOWN_S && place.why != Why::Corner);
+    places.take(WORST_TOLD).map(|each| format!("{}: {}", place(each), each.why.words()))
+}
+
+/// A line for each of the corners that cost the most time, with what would make it faster. Corners that cost hardly any
+/// time are left out.
+pub fn corners(pace: &Pace) -> impl Iterator<Item = String> + '_ {
+    let corners = pace.slow.corners.iter().filter(|place| place.lost_s >= LEAST_SHOWN_S);
+    corners.map(|corner| format!("{}: {}", place(corner), corner.limit.map_or(String::new(), faster)))
+}
+
+/// What would make a corner faster.
+fn faster(limit: CornerLimit) -> String {
+    let CornerLimit { rule, axis, deviation_mm } = limit;
+    let acceleration = format!("more acceleration of {}", AXIS_NAMES[axis]);
+    match rule {
+        Rule::Junction => format!("faster with $11 above {deviation_mm:.3} mm, or {acceleration}"),
+        Rule::Deviation => format!("faster with P of G64 above {deviation_mm:.3} mm, or {acceleration}"),
+        Rule::Room => format!("faster with longer moves, or {acceleration}; not with another P of G64"),
+        Rule::NoBlend => "a stop, as it is too sharp for a blend between such short moves, or came too late".to_owned(),
+        Rule::Reversal => format!("a stop, as the path goes back; shorter with {acceleration}"),
+    }
 }
 
 fn place(place: &SlowPlace) -> String {
@@ -68,12 +90,11 @@ fn place(place: &SlowPlace) -> String {
     let turn =
         if place.turn_deg > 0.05 { format!(" turns by {:.0} degrees and", place.turn_deg) } else { String::new() };
     format!(
-        "{line}at {}:{turn} goes at {:.1} of {:.1} mm/s, {:.3} s lost: {}",
+        "{line}at {}:{turn} goes at {:.1} of {:.1} mm/s, {:.3} s lost",
         words(place.place_mm.map(|mm| format!("{mm:.2}"))),
         place.taken_mm_s,
         place.asked_mm_s,
-        place.lost_s,
-        place.why.words()
+        place.lost_s
     )
 }
 
@@ -124,15 +145,15 @@ mod tests {
     fn of_changed_limits_nothing_is_claimed() {
         let pace = pace("$100=100\nG0 X150\nG4 P0\n$100=50\nG0 X0\n");
         assert_eq!(limited_by(&pace), "what is not told: the program changes its limits on the way");
-        assert_eq!((lost(&pace), worst(&pace).count(), fastest(&pace)), (None, 0, None));
+        assert_eq!((lost(&pace), worst(&pace).count(), corners(&pace).count(), fastest(&pace)), (None, 0, 0, None));
     }
 
     #[test]
     fn losses_that_would_read_as_nothing_are_left_out() {
         let mut pace = pace("G1 X10 F3000\nY10\n");
-        assert!(lost(&pace).is_some() && worst(&pace).count() == 1, "{pace:?}");
+        assert!(lost(&pace).is_some() && corners(&pace).count() == 1, "{pace:?}");
         pace.slow.kinds.iter_mut().for_each(|kind| kind.lost_s = 0.0004);
-        pace.slow.worst[0].lost_s = 0.0004;
-        assert_eq!((lost(&pace), worst(&pace).count()), (None, 0));
+        pace.slow.corners[0].lost_s = 0.0004;
+        assert_eq!((lost(&pace), corners(&pace).count()), (None, 0));
     }
 }

@@ -21,7 +21,7 @@ const MOVE_S: f64 = 0.6e-3;
 
 /// A blend: planning and compiling it, and the end of a line at another place than that of the move. It needs a bound, because
 /// moves that are known ahead could all be made at once.
-const BLEND_S: f64 = 1.0e-3;
+const BLEND_S: f64 = 0.98e-3;
 
 /// The time for a move by `law` with these ports.
 pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES], wiring: &[Wiring; AXES]) -> Effort {

@@ -19,6 +19,8 @@ pub struct Source {
     pub rate: Rate,
     /// Whether the line asks for an exact stop.
     pub exact_stop: bool,
+    /// How far a blend may leave the corner at its beginning, mm; 0 for none.
+    pub deviation_mm: f64,
     /// Whether it is a chord that is not the last of its arc. Its end is then not a corner of the program.
     pub in_arc: bool,
     /// The power of the laser during the move.
@@ -184,7 +186,14 @@ impl Reader<'_> {
             return;
         };
         let last = self.next + others;
-        let source = Source { line, rate, exact_stop: path.stops(), in_arc: false, power: self.power(rate) };
+        let source = Source {
+            line,
+            rate,
+            exact_stop: path.stops(),
+            deviation_mm: f64::from(path.deviation_mm(self.settings.blend_deviation_mm)),
+            in_arc: false,
+            power: self.power(rate),
+        };
         for stretch in &mut self.stretches[self.next..last] {
             stretch.source = Some(Source { exact_stop: false, in_arc: true, ..source });
         }
@@ -219,6 +228,15 @@ mod tests {
     #[test]
     fn lines_that_move_nothing_are_passed_over() {
         assert_eq!(lines("G21\n; a comment\nG91 G1 X1 F600\nX0\n\nM5\nX-1 Y2\nG4 P0.1\nY-2\n"), [3, 7, 9].map(Some));
+    }
+
+    #[test]
+    fn lines_that_blends_join_are_told_apart() {
+        let program = "G91 G64 P0.05 G1 X5 F600\nY5\nX1 Y1\nG2 X2 I1\nX3\n";
+        let (found, exact) = (lines(program), lines(&program.replace("G64 P0.05", "G61")));
+        assert_eq!(found[..3], [1, 2, 3].map(Some));
+        assert_eq!((found.first(), found.last()), (exact.first(), exact.last()));
+        assert!(found.iter().all(Option::is_some) && found.is_sorted(), "{found:?}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The result of a run.
 
 use isostep_motion::{AXES, Axis, Event, Machine, State, ToolConfig};
-use isostep_profile::{Limits, SpeedLaw};
+use isostep_profile::{Blend, Limits, SpeedLaw};
 
 use crate::config::Config;
 use crate::driver::Violation;
@@ -212,6 +212,12 @@ impl Outcome {
     /// Converts a position from steps to mm.
     pub fn mm(&self, steps: [i32; AXES]) -> [f64; AXES] {
         std::array::from_fn(|axis| f64::from(steps[axis]) / self.steps_per_mm[axis])
+    }
+
+    /// The speed along the path in a blend at `t_s` from the start of its run, mm/s.
+    pub(crate) fn blend_mm_s(&self, blend: &Blend<AXES>, t_s: f64) -> f64 {
+        let squares = (0..AXES).map(|axis| (blend.speed_at(axis, t_s) / self.steps_per_mm[axis]).powi(2));
+        squares.sum::<f64>().sqrt()
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod asked;
 mod carried;
+mod corner;
 pub(crate) mod course;
 mod samples;
 mod seconds;
@@ -24,6 +25,7 @@ use crate::lines_of_moves::{self, Source};
 use crate::outcome::Outcome;
 
 pub use self::carried::BOARD_MOVES_PER_S;
+pub use self::corner::{CornerLimit, Rule};
 pub use self::samples::{Sample, StraightMove, samples, straight_moves};
 pub use self::seconds::Second;
 pub use self::slow::{LEAST_SHOWN_S, SlowKind, SlowPlace, SlowPlaces, Why};

@@ -133,6 +133,10 @@ fn times(on: &On) -> String {
     for worst in pace::worst(pace) {
         text += &format!("    {worst}\n");
     }
+    for (index, corner) in pace::corners(pace).enumerate() {
+        text += &if index == 0 { row("corners", "those that cost most") } else { String::new() };
+        text += &format!("    {corner}\n");
+    }
     text + &pace::fastest(pace).map_or(String::new(), |fastest| row("fastest", &fastest))
 }
 

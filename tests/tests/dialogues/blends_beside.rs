@@ -80,6 +80,18 @@ fn modes_take_turns_block_by_block() {
     }
 }
 
+/// Where the path goes straight back, the machine goes to the place and stops there.
+#[test]
+fn a_path_that_goes_straight_back_stops_at_its_end() {
+    for back in ["X0 Y0", "X10 Y5", "X5 Y2.5"] {
+        let program = format!("G64 P0.2\nG1 F1200 X20 Y10\n{back}\n");
+        let outcome = run(program.as_bytes(), &Config::default()).unwrap();
+        assert!(outcome.moves.iter().all(|record| record.blend.is_none()), "{back}");
+        assert_eq!(outcome.moves[0].end_steps, [1_000, 500, 0], "{back}");
+        assert_eq!(outcome.moves[0].plan.profile.exit_speed_steps_s(), 0.0, "{back}");
+    }
+}
+
 #[test]
 fn the_mode_of_corners_is_listed() {
     let mut sim = powered_up(&Config::default());

@@ -28,7 +28,8 @@ fn wave() -> impl Iterator<Item = String> {
 
 fn program() -> String {
     let begin = settings().chain(["G64 P0.05 G1 F6000 X20 Y10".into()]);
-    let turns = ["X60", "Y0 F2000", "X50 Y6", "X52 Y-4", "G64", "G2 X56 I2 F6000", "G64 P0.2", "G1 X70", "G3 Y6 J5", "G1 X0"];
+    let turns =
+        ["X60", "Y0 F2000", "X50 Y6", "X52 Y-4", "G64", "G2 X56 I2 F6000", "G64 P0.2", "G1 X70", "G3 Y6 J5", "G1 X0"];
     begin.chain(wave()).chain(turns.map(String::from)).fold(String::new(), |text, line| text + &line + "\n")
 }
 

@@ -10,7 +10,7 @@
 
 use super::bound::{Axis, Bound};
 use super::config::{ChainConfig, ONE, SQUARE_MAX, Square, is_as_low};
-use super::corner::{Direction, Short};
+use super::corner::{self, Direction, Short};
 use crate::fixed::product;
 
 /// Blends do not last less than this, s, because of the speed alone.
@@ -81,8 +81,12 @@ pub(super) fn bend<const N: usize>(
     config: &ChainConfig<N>,
 ) -> Option<(Bend, Square)> {
     let difference = Short::<N>::of(&core::array::from_fn(|axis| after[axis].abs_diff(before[axis])))?;
+    let half_length = difference.half_length();
+    if corner::is_reversal([before, after], half_length) {
+        return None;
+    }
     let across = difference.most(&config.across);
-    let free_mm = 2.0 * room.deviation_mm / difference.half_length();
+    let free_mm = 2.0 * room.deviation_mm / half_length;
     let most_mm = room.reach_mm as f32;
     let mut reach_mm = if is_less(free_mm, most_mm) { free_mm } else { most_mm };
     let mut cap = config.bend_units_mm * reach_mm / difference.scaled(across);

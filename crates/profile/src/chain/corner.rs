@@ -14,6 +14,8 @@ pub(super) type Direction<const N: usize> = [i64; N];
 const SAME: u64 = 1 << 22;
 /// Directions count as opposite if half the length of their sum is below this: a cosine of -0.999999, as in Grbl.
 const OPPOSITE: f32 = 7.071_068e-4;
+/// Half the length of their difference is above this then.
+const NEARLY_OPPOSITE: f32 = 0.999;
 
 /// The direction of a path with these components, of which `per_mm` is the inverse of the length.
 pub(super) fn direction<const N: usize>(mm: &[f64; N], per_mm: f64) -> Direction<N> {
@@ -49,8 +51,7 @@ pub(super) fn is_straight<const N: usize>([before, after]: [&Direction<N>; 2]) -
 pub(super) fn square<const N: usize>([before, after]: [&Direction<N>; 2], config: &ChainConfig<N>) -> Option<Square> {
     let difference = Short::<N>::of(&from_fn(|axis| after[axis].abs_diff(before[axis])));
     let Some(difference) = difference else { return Some(SQUARE_MAX as Square) };
-    let sum = Short::<N>::of(&from_fn(|axis| after[axis].wrapping_add(before[axis]).unsigned_abs()));
-    let sine = sum.map_or(0.0, |sum| sum.half_length());
+    let sine = sine([before, after]);
     if sine < OPPOSITE || config.twice_deviation_mm == 0.0 {
         return None;
     }
@@ -65,6 +66,17 @@ pub(super) fn square<const N: usize>([before, after]: [&Direction<N>; 2], config
     // Dividing by the half length stands for half/half². 24 bits are enough, because the result is only a bound.
     let mm2_s2 = config.twice_deviation_mm * sine * (1.0 + sine) / (across_s2_mm * difference.half_length());
     Some(config.scale.square(f64::from(mm2_s2)))
+}
+
+/// The sine of half the angle between the reversed direction before a corner and the direction after it.
+fn sine<const N: usize>([before, after]: [&Direction<N>; 2]) -> f32 {
+    let sum = Short::<N>::of(&from_fn(|axis| after[axis].wrapping_add(before[axis]).unsigned_abs()));
+    sum.map_or(0.0, |sum| sum.half_length())
+}
+
+/// Whether the path goes straight back, where half the length of the directions' difference is `half_length`.
+pub(super) fn is_reversal<const N: usize>(directions: [&Direction<N>; 2], half_length: f32) -> bool {
+    half_length > NEARLY_OPPOSITE && sine(directions) < OPPOSITE
 }
 
 /// The sizes of a vector's components, to the 30 leading bits of the largest.

@@ -8,9 +8,12 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 
 /// Speeds are equal if they differ by less than this fraction of the faster one.
-const SAME: f64 = 1e-6;
+pub const SAME: f64 = 1e-6;
 /// Half the difference of two directions. If it is less than this, it is rounding and not a corner.
 const STRAIGHT: f64 = 1e-12;
+
+/// A path that turns by more than this reverses, and stops: a cosine of -0.999999.
+const BACK_DEG: f64 = 179.9;
 
 /// What limits the speed of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,24 +69,30 @@ impl Asked {
         2.0 * self.half_difference(next).min(1.0).asin().to_degrees()
     }
 
-    /// The allowed speed at the corner to the next move, by the rule in [`corners`](crate::corners), mm/s.
-    pub fn corner_mm_s(&self, next: &Self, outcome: &Outcome) -> f64 {
+    /// Whether the path goes back at the corner to the next move.
+    pub fn is_back(&self, next: &Self) -> bool {
+        self.turn_deg(next) > BACK_DEG
+    }
+
+    /// The allowed speed at the corner to the next move, by the rule in [`corners`](crate::corners), mm/s, and the axis that
+    /// limits it.
+    pub fn corner(&self, next: &Self, outcome: &Outcome) -> (f64, usize) {
         let half = self.half_difference(next);
-        if half < STRAIGHT {
-            return f64::INFINITY;
-        }
-        let sine = (1.0 - half * half).max(0.0).sqrt();
-        let accels = (0..AXES).map(|axis| {
+        let across_mm_s2 = |axis: usize| {
             let limits = outcome.limits[axis];
             let mm_s2 = limits.accel_steps_s2.min(limits.decel_steps_s2) / outcome.steps_per_mm[axis];
             mm_s2 * 2.0 * half / (next.direction[axis] - self.direction[axis]).abs()
-        });
-        let accel_mm_s2 = accels.fold(f64::INFINITY, f64::min);
-        (accel_mm_s2 * outcome.junction_deviation_mm * sine * (1.0 + sine)).sqrt() / half
+        };
+        let bends = (0..AXES).filter(|&axis| next.direction[axis] != self.direction[axis]);
+        let weakest = bends.min_by(|&one, &other| across_mm_s2(one).total_cmp(&across_mm_s2(other)));
+        let Some(axis) = weakest.filter(|_| half >= STRAIGHT) else { return (f64::INFINITY, 0) };
+        let sine = (1.0 - half * half).max(0.0).sqrt();
+        let mm_s = (across_mm_s2(axis) * outcome.junction_deviation_mm * sine * (1.0 + sine)).sqrt() / half;
+        (mm_s, axis)
     }
 
     /// Half the length of the difference of both directions: the sine of half the angle by which the path turns.
-    fn half_difference(&self, next: &Self) -> f64 {
+    pub fn half_difference(&self, next: &Self) -> f64 {
         let squares = (0..AXES).map(|axis| (next.direction[axis] - self.direction[axis]).powi(2));
         squares.sum::<f64>().sqrt() / 2.0
     }

@@ -12,6 +12,7 @@ use isostep_profile::SpeedLaw;
 use serde::Serialize;
 
 use super::asked::{Asked, Limit};
+use super::corner::{Corner, CornerLimit};
 use super::course::{Change, Phase};
 use crate::lines_of_moves::Source;
 use crate::outcome::Outcome;
@@ -20,12 +21,10 @@ use crate::outcome::Outcome;
 pub const LEAST_SHOWN_S: f64 = 0.0005;
 /// Number of places that are listed one by one.
 const WORST: usize = 10;
-/// A corner counts as taken at full speed if its speed is at least this fraction of the allowed one.
-const FULL: f64 = 0.98;
+/// Number of corners that are listed one by one.
+const WORST_CORNERS: usize = 5;
 /// Speeds up to this count as standstill, mm/s.
 const REST_MM_S: f64 = 1e-6;
-/// A path that turns by more than this reverses, and stops: a cosine of -0.999999.
-const BACK_DEG: f64 = 179.9;
 /// A pause between two runs that is longer than this was asked for, s.
 const PAUSE_S: f64 = 0.01;
 
@@ -33,9 +32,9 @@ const PAUSE_S: f64 = 0.01;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Why {
-    /// The path turns, and `$11` allows no higher speed.
+    /// The path turns, and `$11` or the blend allows no higher speed.
     Corner,
-    /// The path bends from chord to chord of an arc, and `$11` allows no higher speed.
+    /// The path bends from chord to chord of an arc, and `$11` or the blends allow no higher speed.
     Arc,
     /// The line asks for an exact stop: G61 or G61.1.
     ExactStop,
@@ -105,6 +104,8 @@ pub struct SlowPlace {
     pub asked_mm_s: f64,
     /// The angle by which the path turns there, degrees; for an arc, that of the whole arc.
     pub turn_deg: f64,
+    /// What limits the speed there, if it is a corner or an arc.
+    pub limit: Option<CornerLimit>,
     /// Duration of the standstill there, s.
     pub standing_s: f64,
     /// The additional time of the ramps to and from it, compared with the same distance at the speed asked for, s.
@@ -132,12 +133,18 @@ pub struct SlowPlaces {
     /// The places with the highest loss, the worst first: ten at most. The start and the end, which every program has,
     /// are left out.
     pub worst: Vec<SlowPlace>,
+    /// The corners with the highest loss, those of arcs apart, the worst first: five at most.
+    pub corners: Vec<SlowPlace>,
 }
 
 impl SlowPlaces {
     /// No slow places.
     pub(super) fn new() -> Self {
-        Self { kinds: Why::ALL.map(|why| SlowKind { why, count: 0, ramps_s: 0.0, lost_s: 0.0 }), worst: Vec::new() }
+        Self {
+            kinds: Why::ALL.map(|why| SlowKind { why, count: 0, ramps_s: 0.0, lost_s: 0.0 }),
+            worst: Vec::new(),
+            corners: Vec::new(),
+        }
     }
 
     /// The places with this reason.
@@ -158,11 +165,19 @@ impl SlowPlaces {
         if place.why == Why::Ends || place.lost_s <= 0.0 {
             return;
         }
-        let rank = self.worst.partition_point(|other| other.lost_s >= place.lost_s);
-        if rank < WORST {
-            self.worst.insert(rank, place);
-            self.worst.truncate(WORST);
+        rank(&mut self.worst, WORST, place);
+        if place.why == Why::Corner {
+            rank(&mut self.corners, WORST_CORNERS, place);
         }
+    }
+}
+
+/// Puts a place into a list of so many at most, the worst first.
+fn rank(places: &mut Vec<SlowPlace>, most: usize, place: SlowPlace) {
+    let rank = places.partition_point(|other| other.lost_s >= place.lost_s);
+    if rank < most {
+        places.insert(rank, place);
+        places.truncate(most);
     }
 }
 
@@ -294,12 +309,16 @@ impl<'a> Finder<'a> {
     }
 
     fn rise(&mut self, phase: &Phase<'a>) {
+        let bent = self.bent(phase);
         match &mut self.open {
             None => self.spend(self.level, phase.span_s),
             Some(open) => {
                 open.add(phase);
-                if self.falls {
-                    open.after = Some((phase.index, phase.asked));
+                if self.falls && open.after.is_none() {
+                    match bent {
+                        Some([before, after]) => (open.before, open.after) = (Some(before), Some(after)),
+                        None => open.after = Some((phase.index, phase.asked)),
+                    }
                 }
             }
         }
@@ -316,6 +335,14 @@ impl<'a> Finder<'a> {
     /// Moves the open place to the end of this phase; it may move on with later phases.
     fn sink(&mut self, phase: &Phase<'a>) {
         let end = Open::at_end(self.outcome, phase);
+        let end = match self.bent(phase) {
+            Some([before, after]) => {
+                let corner_steps = self.outcome.moves[after.0].corner_steps();
+                let place_mm = self.outcome.mm(corner_steps);
+                Open { before: Some(before), after: Some(after), place_mm, ..end }
+            }
+            None => end,
+        };
         let open = self.open.get_or_insert(end);
         *open = Open { ramps_s: open.ramps_s, lost_s: open.lost_s, ..end };
         open.add(phase);
@@ -342,6 +369,11 @@ impl<'a> Finder<'a> {
         }
     }
 
+    /// The moves that the blend of a phase joins, and what they ask for.
+    fn bent(&self, phase: &Phase<'a>) -> Option<[(usize, Asked); 2]> {
+        phase.bent_to.map(|to| [to - 1, to].map(|index| (index, self.asked(index))))
+    }
+
     fn source(&self, index: usize) -> Option<&Source> {
         self.sources.get(index).and_then(Option::as_ref)
     }
@@ -360,7 +392,8 @@ impl<'a> Finder<'a> {
         let sides = [open.before.or(open.after), open.after.or(open.before)];
         let [Some((before, from)), Some((after, to))] = sides else { return };
         let slower = if from.mm_s <= to.mm_s { from } else { to };
-        let Some(why) = self.why(&open, [(before, &from), (after, &to)]) else {
+        let limit = self.corner_limit(&open, [&from, &to], after);
+        let Some(why) = self.why(&open, [(before, &from), (after, &to)], limit.is_some()) else {
             self.spend(slower.limit, open.ramps_s);
             return;
         };
@@ -373,14 +406,23 @@ impl<'a> Finder<'a> {
             taken_mm_s: open.taken_mm_s,
             asked_mm_s: slower.mm_s,
             turn_deg: from.turn_deg(&to),
+            limit: limit.filter(|_| matches!(why, Why::Corner | Why::Arc)),
             standing_s: if let Stand::Stood(stood_s) = open.stand { stood_s } else { 0.0 },
             lost_s: open.lost_s,
         };
         self.put(place, open.ramps_s);
     }
 
+    /// What limits the speed at a place as a corner; `None` if it is none, or would allow more.
+    fn corner_limit(&self, open: &Open, sides: [&Asked; 2], after: usize) -> Option<CornerLimit> {
+        let is_rest = open.stand != Stand::Flows || open.taken_mm_s <= self.start_mm_s(sides[0]).max(REST_MM_S);
+        let deviation_mm = self.source(after).map_or(0.0, |source| source.deviation_mm);
+        let taken_mm_s = open.taken_mm_s;
+        Corner { outcome: self.outcome, sides, after, deviation_mm, taken_mm_s, is_rest }.limit()
+    }
+
     /// The reason for a place; `None` if it is as fast as one of its moves asks for.
-    fn why(&self, open: &Open, [(before, from), (after, to)]: [(usize, &Asked); 2]) -> Option<Why> {
+    fn why(&self, open: &Open, [(before, from), (after, to)]: [(usize, &Asked); 2], is_corner: bool) -> Option<Why> {
         let exact_stop = self.source(before).is_some_and(|source| source.exact_stop);
         let thirds = self.outcome.config.settings.interval_thirds;
         let stops = |other: Why| match () {
@@ -392,25 +434,22 @@ impl<'a> Finder<'a> {
             Stand::Ends => return Some(Why::Ends),
             Stand::Stood(stood_s) if stood_s > PAUSE_S => return Some(Why::Stop),
             // A reversal needs a stop in any case. The next move was not known when the run ended.
-            Stand::Stood(_) if from.turn_deg(to) > BACK_DEG => return Some(stops(Why::Corner)),
+            Stand::Stood(_) if from.is_back(to) => return Some(stops(Why::Corner)),
             Stand::Stood(_) => return Some(stops(Why::Stop)),
             Stand::Flows => {}
         }
         if from.is_reached(open.taken_mm_s) || to.is_reached(open.taken_mm_s) {
             return None;
         }
-        let corner_mm_s = from.corner_mm_s(to, self.outcome);
         let start_mm_s = self.start_mm_s(from).max(REST_MM_S);
-        let is_corner = open.taken_mm_s >= FULL * corner_mm_s;
         if open.taken_mm_s <= start_mm_s && (exact_stop || thirds) {
             return Some(stops(Why::Corner));
         }
         let in_arc = self.source(before).is_some_and(|source| source.in_arc);
         let one_line = self.source(before).map(|source| source.line) == self.source(after).map(|source| source.line);
-        let is_rest = open.taken_mm_s <= start_mm_s && from.turn_deg(to) > BACK_DEG;
         Some(match () {
-            () if (is_corner || is_rest) && in_arc && one_line => Why::Arc,
-            () if is_corner || is_rest => Why::Corner,
+            () if is_corner && in_arc && one_line => Why::Arc,
+            () if is_corner => Why::Corner,
             () if self.outcome.speed_law != SpeedLaw::Trapezoid => Why::SpeedLaw,
             () => Why::LookAhead,
         })

@@ -275,3 +275,64 @@ fn an_axis_limits_the_slowing_by_its_own_setting() {
     assert_near(pace.axes[1].ramps_s, axis_mm_s / 1_000.0);
     assert_sums(&pace);
 }
+
+/// The time from the start of the first move to the end of the last, from the moves themselves.
+fn from_first_to_last_s(outcome: &Outcome) -> f64 {
+    let (first, last) = (outcome.moves.first().unwrap(), outcome.moves.last().unwrap());
+    (last.start_ns - first.start_ns) as f64 * 1e-9 + last.plan_s - first.begin_s()
+}
+
+/// Blends belong to the moves that they join: nothing of the time or of the path is left out.
+#[test]
+fn blends_are_accounted_for() {
+    let star =
+        "G91 G1 F6000\nX8 Y1\nX-3 Y4\nX-2 Y-6\nX0.3\nY0.3\nX-0.3 Y-0.1\nX5\nG3 X6 Y6 J6\nF9000 X9 Y-9\nF900 X4\n";
+    let read = |name: &str| std::fs::read_to_string(format!("{}/../../programs/{name}", env!("CARGO_MANIFEST_DIR")));
+    for program in [star.to_owned(), read("arcs.nc").unwrap().replace("$H", ""), read("diagonal.nc").unwrap()] {
+        let of = |deviation_mm: f32| outcome(&program, |settings| settings.blend_deviation_mm = deviation_mm);
+        let (bent, sharp) = (of(0.02), of(0.0));
+        assert!(bent.moves.iter().filter(|record| record.blend.is_some()).count() > 1, "{program}");
+        let pace = Pace::of(&bent);
+        assert_sums(&pace);
+        let total_s = from_first_to_last_s(&bent);
+        assert!((pace.total_s() / total_s - 1.0).abs() < 1e-8, "{} for {total_s}", pace.total_s());
+        let distance_mm = Pace::of(&sharp).distance_mm;
+        assert!((pace.distance_mm / distance_mm - 1.0).abs() < 1e-3, "{} for {distance_mm}", pace.distance_mm);
+        assert!(pace.slow.kinds.iter().all(|kind| kind.lost_s >= -1e-9 && kind.lost_s <= kind.ramps_s + 1e-9));
+    }
+}
+
+/// A right angle between two axes by a blend: v² = 2 h a, where h is 4 d/√2. The time is lost on both ramps and in the blend,
+/// whose lines are h long.
+#[test]
+fn a_blend_is_the_corner_that_it_bends_round() {
+    let pace = pace("G91 G64 P0.02 G1 F6000 X40\nY40\n");
+    let reach_mm = 4.0 * 0.02 / 2.0_f64.sqrt();
+    let corner_mm_s = (2.0 * reach_mm * 2_000.0).sqrt();
+    let ramp_s = (100.0 - corner_mm_s) / 2_000.0;
+    let ramps_s = 2.0 * ramp_s + 2.0 * reach_mm / corner_mm_s;
+    let distance_mm = ramp_s * (100.0 + corner_mm_s) + 2.0 * reach_mm;
+    let [corner] = pace.slow.corners[..] else { panic!("{:?}", pace.slow) };
+    assert!((corner.taken_mm_s / corner_mm_s - 1.0).abs() < 1e-3, "{corner:?} for {corner_mm_s}");
+    assert!((pace.shares.corners_s / ramps_s - 1.0).abs() < 1e-3, "{:?} for {ramps_s}", pace.shares);
+    assert!((corner.lost_s / (ramps_s - distance_mm / 100.0) - 1.0).abs() < 1e-3, "{corner:?}");
+    assert_eq!((corner.why, corner.moves, corner.lines), (Why::Corner, [0, 1], [Some(1), Some(2)]));
+    assert_eq!(corner.place_mm, [40.0, 0.0, 0.0]);
+    assert_near(corner.turn_deg, 90.0);
+    assert_sums(&pace);
+}
+
+#[test]
+fn what_limits_a_corner_is_told() {
+    let limit = |program: &str| {
+        let outcome = outcome(program, |settings| settings.accel_mm_s2[1] = 500.0);
+        let pace = Pace::of(&outcome);
+        assert_sums(&pace);
+        let limit = pace.slow.corners.first().unwrap_or_else(|| panic!("{:?}", pace.slow)).limit.unwrap();
+        (limit.rule, limit.axis, (limit.deviation_mm * 1e6).round() as u32)
+    };
+    assert_eq!(limit("G91 G61 G1 F6000 X40\nY40\n"), (Rule::Junction, 1, 10_000));
+    assert_eq!(limit("G91 G64 P0.02 G1 F6000 X40\nY40\n"), (Rule::Deviation, 1, 20_000));
+    assert_eq!(limit("G91 G64 P9 G1 F6000 X4\nY4\n"), (Rule::Room, 1, 9_000_000));
+    assert_eq!(limit("G91 G61 G1 F6000 X40\nX-40\n"), (Rule::Reversal, 0, 0));
+}
