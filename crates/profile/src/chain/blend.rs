@@ -15,6 +15,8 @@ use crate::fixed::product;
 
 /// Blends do not last less than this, s, because of the speed alone.
 const BRIEF_S: f32 = 0.5e-3;
+/// The shortest time at the highest speed, s, for which a blend leaves a line between it and another of its length.
+const LITTLE_S: f32 = 2e-3;
 /// How much higher than the highest speed's square a blend bounds it, so that rounding does not make a corner slower.
 const SPARE: f32 = 1.000_02;
 
@@ -93,16 +95,17 @@ pub(super) fn bend<const N: usize>(
     let fastest = room.fastest as f32 * SPARE;
     let mut spare = ONE;
     if is_less(fastest, cap) {
-        // No blend needs more room than the highest speed asks for, unless it would be too brief.
-        let brief_mm = 0.5 * BRIEF_S * config.scale.speed_mm_s(room.fastest) as f32;
-        let [share, brief] = [fastest / cap, brief_mm / reach_mm];
-        if is_less(share, brief) {
-            let share = if is_less(brief, 1.0) { brief } else { 1.0 };
-            reach_mm *= share;
-            spare = (cap * share / fastest * ONE as f32) as u32;
-        } else {
-            reach_mm *= share;
+        // No blend needs more room than the highest speed asks for, unless it would be too brief, or leave too little.
+        let half_s_mm = 0.5 * config.scale.speed_mm_s(room.fastest) as f32;
+        let [needed, brief] = [fastest / cap, BRIEF_S * half_s_mm / reach_mm];
+        let mut share = if is_less(needed, brief) { brief } else { needed };
+        if is_less(1.0, share) || is_less(most_mm * (1.0 - share), LITTLE_S * half_s_mm) {
+            share = 1.0;
         }
+        if is_less(needed, share) {
+            spare = (cap * share / fastest * ONE as f32) as u32;
+        }
+        reach_mm *= share;
         cap = fastest;
     }
     let top = if is_less(cap, SQUARE_MAX as f32) { cap as Square } else { SQUARE_MAX as Square };

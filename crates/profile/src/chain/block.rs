@@ -174,9 +174,9 @@ impl<const N: usize> Block<N> {
             || self.stops
             || request.stops
             || is_bound
-            || !self.goes_on(&request.steps)
             || self.span.offsets != [[0; N]; 2]
             || request.offsets != [0; N]
+            || !self.goes_on(&request.steps)
         {
             return false;
         }
