@@ -281,14 +281,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let begin = self.blocks.last().map_or([0; N], |last| last.span.offsets[1]);
         // It is made in its place: a block is large.
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
-        let (mut direction, mut limits) = block.begin(request, begin, &self.config)?;
+        let (direction, limits) = block.begin(request, begin, &self.config)?;
         if let Some(before) = before {
             block.follow(before, [&self.last_direction, &direction], &self.config);
-            if block.corner.is_none() && begin != [0; N] {
-                // From rest it begins at a whole step.
-                (direction, limits) = block.begin(request, [0; N], &self.config)?;
-                block.set_cap(before.pace());
-            }
         }
         let reach_mm = block.bend.reach_mm;
         let bent = !block.bend.is_none();

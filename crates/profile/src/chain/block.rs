@@ -606,12 +606,6 @@ pub(super) struct End {
     fastest: Square,
 }
 
-impl End {
-    pub(super) fn pace(&self) -> Pace {
-        self.pace
-    }
-}
-
 /// The speeds of a block, squared.
 #[derive(Clone, Copy)]
 pub(super) struct Pace {

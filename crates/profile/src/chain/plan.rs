@@ -301,17 +301,14 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Plans what is left of the first block, or a first stretch of it. If nothing is left, it ends the block instead;
     /// if a hold has come to rest, it stays at rest.
     pub(super) fn replan(&mut self) {
-        let goes_on = self.blocks.get(1).is_some_and(|next| next.flows);
-        if !goes_on
+        if self.blocks.len() == 1
             && self.is_at_rest()
             && !self.has_begun()
             && let Some(first) = self.blocks.get_mut(0)
             && first.span.offsets[1] != [0; N]
         {
             first.end_whole(&self.config);
-            if self.blocks.len() == 1 {
-                self.last_direction = self.blocks.get(0).map_or([0; N], |first| first.direction(&self.config));
-            }
+            self.last_direction = first.direction(&self.config);
         }
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);

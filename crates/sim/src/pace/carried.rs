@@ -7,7 +7,7 @@ use crate::outcome::Outcome;
 
 /// Short moves of three axes that the board carries out in a second, sent over USB: measured on the emulated board by
 /// `cargo xtask bench --quick`; docs/figures.md.
-pub const BOARD_MOVES_PER_S: f64 = 1_809.0;
+pub const BOARD_MOVES_PER_S: f64 = 1_647.0;
 /// Lines that go straight on with another power, each 0.1 mm, that it carries out in a second: measured in the same way.
 pub const BOARD_PIXELS_PER_S: f64 = 3_498.0;
 /// Moves that are known ahead of the one under way: 64 in the chain, 15 in the queue.
