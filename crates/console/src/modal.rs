@@ -92,6 +92,12 @@ impl PathControl {
         }
     }
 
+    /// How far the path may leave the corners between an arc's chords, mm. With exact stops it stops at the end of the arc,
+    /// not in it.
+    pub const fn chords_deviation_mm(self, setting_mm: f32) -> f32 {
+        if self.stops() { setting_mm } else { self.deviation_mm(setting_mm) }
+    }
+
     /// The code, as `$G` prints it. Without blends G61 and G64 are the same, and Grbl, which knows G61 alone, never
     /// reports it.
     pub(crate) fn word(self, setting_mm: f32) -> &'static str {

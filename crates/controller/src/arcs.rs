@@ -60,6 +60,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         match ahead {
             Some((target_steps, offsets)) => {
+                let offsets = if exact_stop { [0; AXES] } else { offsets };
                 self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
                     .await
             }

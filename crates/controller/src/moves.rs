@@ -193,8 +193,12 @@ impl<F: NorFlash> Controller<'_, F> {
         if checks {
             return Ok(());
         }
+        let deviation_mm = |setting_mm| match arc {
+            Some(_) => path.chords_deviation_mm(setting_mm),
+            None => path.deviation_mm(setting_mm),
+        };
         let (power, deviation_mm) =
-            self.with(|program| (program.power(rate), path.deviation_mm(program.settings.blend_deviation_mm)));
+            self.with(|program| (program.power(rate), deviation_mm(program.settings.blend_deviation_mm)));
         let exact_stop = path.stops();
         let feed_mm_s = match rate {
             Rate::Rapid => None,

@@ -3,6 +3,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::{AXES, Axis, State};
+use isostep_sim::measure::across;
 use isostep_sim::tool::Plate;
 use isostep_sim::{Config, Outcome, Sim, run};
 
@@ -78,6 +79,21 @@ fn modes_take_turns_block_by_block() {
         assert_eq!(pair[1].blend.is_some(), blends, "corner {k}: {}", MODES[k % 4]);
         assert_eq!(exit_steps_s == 0.0, stops, "corner {k}: {exit_steps_s} steps/s");
     }
+}
+
+/// With exact stops an arc's chords are blends by `$904`, and it ends in a stop, at a whole step.
+#[test]
+fn an_arc_with_exact_stops_is_smooth_and_ends_at_rest() {
+    let program = "$904=0.02\nG61.1 G1 F1200 X10\nG2 X20.013 Y10.007 I10\nG1 X30\n";
+    let outcome = run(program.as_bytes(), &Config::default()).unwrap();
+    let (line, chords) = (&outcome.moves[0], &outcome.moves[1..outcome.moves.len() - 1]);
+    assert_eq!(line.plan.profile.exit_speed_steps_s(), 0.0);
+    assert!(chords.len() > 20 && chords[1..].iter().all(|chord| chord.blend.is_some()), "{} chords", chords.len());
+    let end = chords[chords.len() - 1].plan;
+    let last = chords[chords.len() - 1].parts.last().unwrap_or(&end);
+    assert_eq!(last.profile.exit_speed_steps_s(), 0.0);
+    assert!(last.axis_place(0, last.distance_steps()).fract() == 0.0, "{last:?}");
+    assert!(across::highest(&outcome).unwrap().ratio < 1.02);
 }
 
 /// Where the path goes straight back, the machine goes to the place and stops there.
