@@ -9,6 +9,8 @@ use crate::program::stripped;
 
 /// The search ends after this many lines for which no move was found, because each search looks at all remaining moves.
 const MISSES_MAX: usize = 100;
+/// The greatest error of the controller's chords, steps of the finer axis.
+const CHORD_ERROR_MAX_STEPS: f64 = 0.25;
 
 /// The origin of a move in the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -169,36 +171,50 @@ impl Reader<'_> {
         }
     }
 
-    /// Assigns the moves up to the first that ends at the target to this line: one move, or the chords of an arc.
+    /// Assigns its moves to this line: one move, or the chords of an arc.
     fn take(&mut self, line: usize, motion: Move) {
-        let Move { target_pm, rate, arc, path } = motion;
-        let steps_per_mm = self.outcome.steps_per_mm;
-        let target_steps: [i32; AXES] =
-            std::array::from_fn(|axis| whole_steps(target_pm[axis] as f64, steps_per_mm[axis] / length::PM_PER_MM));
-        let left = &self.stretches[self.next..];
-        // A straight move to the present position is not made at all.
-        let is_there = left.first().is_none_or(|stretch| stretch.origin_steps == target_steps);
-        if (is_there && arc.is_none()) || self.misses > MISSES_MAX {
-            return;
-        }
-        let Some(others) = left.iter().position(|stretch| stretch.end_steps == target_steps) else {
-            self.misses += 1;
-            return;
-        };
-        let last = self.next + others;
         let source = Source {
             line,
-            rate,
-            exact_stop: path.stops(),
-            deviation_mm: f64::from(path.deviation_mm(self.settings.blend_deviation_mm)),
+            rate: motion.rate,
+            exact_stop: motion.path.stops(),
+            deviation_mm: f64::from(motion.path.deviation_mm(self.settings.blend_deviation_mm)),
             in_arc: false,
-            power: self.power(rate),
+            power: self.power(motion.rate),
         };
-        for stretch in &mut self.stretches[self.next..last] {
-            stretch.source = Some(Source { exact_stop: false, in_arc: true, ..source });
+        let ends_steps = self.ends_steps(&motion);
+        let Some((last, chords)) = ends_steps.split_last() else { return };
+        let chord = Source { exact_stop: false, in_arc: true, ..source };
+        let is_found = chords.iter().all(|end_steps| self.assign(chord, end_steps)) && self.assign(source, last);
+        self.misses += usize::from(!is_found);
+    }
+
+    /// Where the moves of a line end: steps. An arc may be too short for a move.
+    fn ends_steps(&self, motion: &Move) -> Vec<[i32; AXES]> {
+        let steps_per_mm = self.outcome.steps_per_mm;
+        let steps = |place_mm: [f64; AXES]| std::array::from_fn(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]));
+        let Some(arc) = &motion.arc else {
+            let per_pm = steps_per_mm.map(|steps| steps / length::PM_PER_MM);
+            return vec![std::array::from_fn(|axis| whole_steps(motion.target_pm[axis] as f64, per_pm[axis]))];
+        };
+        let [first, second, ..] = arc.axes();
+        let finest_mm = CHORD_ERROR_MAX_STEPS / steps_per_mm[first].max(steps_per_mm[second]);
+        let chords = arc.chords(f64::from(self.settings.arc_tolerance_mm).min(finest_mm));
+        let mut places: Vec<_> = std::iter::once(arc.start_mm()).chain(chords).map(steps).collect();
+        places.dedup();
+        places.split_off(1)
+    }
+
+    /// Assigns the first move that ends there to this source. False if there is none.
+    fn assign(&mut self, source: Source, end_steps: &[i32; AXES]) -> bool {
+        let left = &mut self.stretches[self.next..];
+        // A move to the present position is not made at all.
+        if self.misses > MISSES_MAX || left.first().is_none_or(|stretch| stretch.origin_steps == *end_steps) {
+            return true;
         }
-        self.stretches[last].source = Some(source);
-        self.next = last + 1;
+        let Some(others) = left.iter().position(|stretch| stretch.end_steps == *end_steps) else { return false };
+        left[others].source = Some(source);
+        self.next += others + 1;
+        true
     }
 
     /// What follows begins where homing has left the machine.
@@ -303,6 +319,24 @@ mod tests {
         let of = |line: usize| found.iter().filter(|each| **each == Some(line)).count();
         assert!(of(2) > 10 && of(3) > 5, "{found:?}");
         assert_eq!((of(4), found.len()), (2, 1 + of(2) + of(3) + 2));
+    }
+
+    /// It would be taken for all moves up to a later one that ends at the same place.
+    #[test]
+    fn an_arc_of_less_than_a_step_is_passed_over() {
+        let program = "G1 X10 Y2 F1200\nG3 X10.0008 J0.5\nG1 Y5\nX0\nY2\nX10\nG2 X10 I0.5\nG2 X10.02 I0.01\n";
+        for path in ["G61", "G64 P0.01"] {
+            let mut found = lines(&format!("{path} {program}"));
+            found.dedup();
+            assert_eq!(found, [1, 3, 4, 5, 6, 7, 8].map(Some), "{path}");
+        }
+    }
+
+    /// What blends leave of the second line is nothing but a way to the corner behind it.
+    #[test]
+    fn a_short_line_that_goes_straight_on_to_a_blend_is_found() {
+        let program = "G64 P0.01 G1 X10 F600\nX10.04\nX10.08\nY1\nX10.12 Y1.04\nX10.16 Y1.08\nY0\n";
+        assert_eq!(lines(program), [1, 2, 3, 4, 5, 6, 7].map(Some));
     }
 
     #[test]
