@@ -11,7 +11,7 @@ use isostep_motion::AXES;
 use isostep_profile::SpeedLaw;
 use serde::Serialize;
 
-use super::asked::{Asked, Limit};
+use super::asked::{Asked, Limit, SAME};
 use super::corner::{Corner, CornerLimit};
 use super::course::{Change, Phase};
 use crate::lines_of_moves::Source;
@@ -332,8 +332,17 @@ impl<'a> Finder<'a> {
         self.sink(phase);
     }
 
-    /// Moves the open place to the end of this phase; it may move on with later phases.
+    /// Moves the open place to the end of this phase; it may move on with later phases. It does not move on from a corner
+    /// that explains its speed to where the path is as slow.
     fn sink(&mut self, phase: &Phase<'a>) {
+        if let Some(open) = &self.open
+            && self.falls
+            && phase.speeds_mm_s[1] >= open.taken_mm_s * (1.0 - SAME)
+            && self.is_explained(open)
+        {
+            self.open.iter_mut().for_each(|open| open.add(phase));
+            return;
+        }
         let end = Open::at_end(self.outcome, phase);
         let end = match self.bent(phase) {
             Some([before, after]) => {
@@ -411,6 +420,12 @@ impl<'a> Finder<'a> {
             lost_s: open.lost_s,
         };
         self.put(place, open.ramps_s);
+    }
+
+    /// Whether a place is a corner that allows no higher speed.
+    fn is_explained(&self, open: &Open) -> bool {
+        let (Some((_, from)), Some((after, to))) = (open.before, open.after) else { return false };
+        self.corner_limit(open, [&from, &to], after).is_some()
     }
 
     /// What limits the speed at a place as a corner; `None` if it is none, or would allow more.
