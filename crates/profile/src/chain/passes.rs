@@ -2,7 +2,7 @@
 
 use super::Chain;
 use super::block::Block;
-use super::config::Square;
+use super::config::{Square, is_as_low};
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Makes sure that the end speed of the first block is known, as far as it can be.
@@ -27,7 +27,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let (highest, lowest) = first.reach();
         // The start speed may be higher than the block can reach, or, after an override, lower than it can brake to.
         let exit = self.exit_of(0, first).min(highest).max(lowest);
-        if self.is_held { lowest.max(first.start).min(exit) } else { exit }
+        // What rounding leaves of a speed would last for days in a blend.
+        let slowest = if is_as_low(first.entry, first.entry - lowest) { 0 } else { lowest };
+        if self.is_held { slowest.max(first.start).min(exit) } else { exit }
     }
 
     /// The squared speed at which the block with this index ends.
