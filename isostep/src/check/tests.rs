@@ -173,9 +173,9 @@ fn more_moves_than_the_board_carries_are_told() {
     let reported = detail(&checked);
     assert!(reported.contains("\n  the board  2"), "{reported}");
     assert!(reported.contains(" moves a second, where it plans 1647 (emulated"), "{reported}");
-    assert!(reported.contains(": it takes at least 1."), "{reported}");
+    assert!(reported.contains(": it takes at least 2.00"), "{reported}");
     let table = print::table(&[checked], &c);
-    assert!(table.contains("the board takes 1."), "{table}");
+    assert!(table.contains("the board takes 2.00"), "{table}");
 }
 
 #[test]
