@@ -104,7 +104,12 @@ impl Bound {
             // Where it is as high at the other end, no rounding makes it lower.
             last = last.min(SLOPE_ONE);
         }
-        bound.at_rest[LINES - 1] = highest.saturating_sub(scaled(knee_square, last));
+        let fall = scaled(knee_square, last);
+        if fall > highest {
+            // It would be below 0 at rest. As fast on both sides is always possible.
+            last = SLOPE_ONE;
+        }
+        bound.at_rest[LINES - 1] = highest.saturating_sub(fall);
         bound.slopes[LINES - 1] = last;
         Some(bound)
     }
