@@ -259,6 +259,14 @@ impl Machine {
         self.with(|inner| inner.capabilities[axis as usize].map_or(crate::clock::TICK_HZ, |port| port.tick_hz))
     }
 
+    /// The shortest time from one step of an axis to the next, in whichever direction, ticks of its port.
+    pub(crate) fn period_min_ticks(&self, axis: Axis) -> u32 {
+        self.with(|inner| {
+            let wiring = inner.config.wiring[axis as usize];
+            inner.capabilities[axis as usize].map_or(0, |port| port.period_min_ticks(wiring))
+        })
+    }
+
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {
         self.with(|inner| inner.homed[axis as usize] = homed);
     }

@@ -9,6 +9,9 @@
 //! On a curved ramp near standstill a segment takes longer to compile than it lasts. So while no port needs anything,
 //! the next segments of the same plan are compiled ahead, up to [`COMPILED_MAX`] of them. In a cruise these are most of
 //! the ramp at its end. What is compiled beyond the chunks handed out can still be discarded.
+//!
+//! Where an axis turns just beyond an edge, and passes it again in another plan, the second step would follow the first
+//! at once. It is made a shortest period later instead, in which the axis is moved by no more than it turns in that time.
 
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
@@ -42,6 +45,10 @@ pub(crate) struct SegmentStream<'a> {
     ticks: PortTicks,
     piece_ticks: u64,
     rest_min_ticks: u64,
+    /// The shortest time from one step to the next.
+    period_ticks: u64,
+    /// The direction of the last step that has been queued, and when it is due.
+    last_step: Option<(Direction, u64)>,
     /// Up to when its queue is to be filled, ticks from the start of the run.
     target_ticks: u64,
     /// The number of the chunk that it streams.
@@ -156,6 +163,8 @@ impl<'a> SegmentStream<'a> {
             ticks,
             piece_ticks: ticks.of(PIECE),
             rest_min_ticks: ticks.of(REST_MIN),
+            period_ticks: machine.period_min_ticks(axis).into(),
+            last_step: None,
             target_ticks: 0,
             chunk: 0,
             plan: None,
@@ -286,18 +295,27 @@ impl<'a> SegmentStream<'a> {
         };
         let known = segment.steps().min(plan.end - plan.queued);
         // No very short piece is left over: it would take a port as long as a whole piece.
-        let steps = if known <= fitting + fitting / 8 { known } else { fitting };
+        let fitting = if known <= fitting + fitting / 8 { known } else { fitting };
         let direction = if plan.queued < plan.turns { plan.direction } else { plan.direction.reversed() };
+        let late_ticks = match self.last_step {
+            Some((before, at_ticks)) if before != direction => {
+                (at_ticks + self.period_ticks).saturating_sub(segment.first_ticks())
+            }
+            _ => 0,
+        };
+        let steps = if late_ticks == 0 { fitting } else { 1 };
         plan.queued += steps;
-        if steps == segment.steps() {
-            self.queued_ticks = last_ticks;
-            return Some(StreamItem::Steps { segment, direction });
-        }
-        let (segment, others) = segment.split(steps);
-        // There is room in `compiled`: the whole segment came from there, or `compiled` was empty.
-        let _ = self.compiled.push_front(others);
-        self.queued_ticks = segment.last_ticks();
-        Some(StreamItem::Steps { segment, direction })
+        let (queued, last_ticks) = if steps == segment.steps() {
+            (segment, last_ticks)
+        } else {
+            let (queued, others) = segment.split(steps);
+            // There is room in `compiled`: the whole segment came from there, or `compiled` was empty.
+            let _ = self.compiled.push_front(others);
+            (queued, queued.last_ticks())
+        };
+        self.queued_ticks = last_ticks + late_ticks;
+        self.last_step = Some((direction, self.queued_ticks));
+        Some(StreamItem::Steps { segment: queued.delayed(late_ticks), direction })
     }
 
     /// Whether some of the plan under way is still to be compiled, and there is room for it.

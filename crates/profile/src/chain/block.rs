@@ -22,7 +22,7 @@ const FINE: Square = 1 << 24;
 
 /// A block ends beside a whole step by this many parts at most, so that the steps on both sides of a standstill there are
 /// far enough from each other.
-const OFFSET_MAX: i8 = 56;
+const OFFSET_MAX: i8 = 62;
 
 /// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
@@ -404,8 +404,11 @@ impl<const N: usize> Block<N> {
                 self.bend = bend;
                 square
             })
-        } else {
+        } else if self.span.offsets[0] == [0; N] || corner::is_straight(directions) {
             corner::square(directions, config)
+        } else {
+            // Steps next to a corner beside whole steps are too near to each other, except around a standstill.
+            None
         };
         self.corner = square.and_then(NonZero::new);
         self.set_cap(before.pace);

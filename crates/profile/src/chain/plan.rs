@@ -308,7 +308,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             && first.span.offsets[1] != [0; N]
         {
             first.end_whole(&self.config);
-            self.last_direction = first.direction(&self.config);
+            (self.last_direction, self.begun) = (first.direction(&self.config), None);
         }
         let Some(block) = self.blocks.get(0) else { return };
         let (speed_steps_s, accel_steps_s2) = self.motion(block);
@@ -400,9 +400,11 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let place_steps = if index == 0 { self.place_steps } else { 0.0 };
         let Some(block) = self.blocks.get_mut(index) else { return };
         let before_mm = if index == 0 { 0.0 } else { block.bend.reach_mm };
-        let steps = block.distance_steps() - place_steps - (before_mm + after_mm) * block.steps_per_mm();
+        let blends_mm = before_mm + after_mm;
+        let steps = block.distance_steps() - place_steps - blends_mm * block.steps_per_mm();
+        let is_line = is_zero(blends_mm) || steps > NO_LINE_RATIO * block.distance_steps();
         let limits = self.config.shared_limits(&block.span);
-        block.set_line(if steps > NO_LINE_RATIO * block.distance_steps() { steps } else { 0.0 }, &limits, &self.config);
+        block.set_line(if is_line { steps } else { 0.0 }, &limits, &self.config);
     }
 
     /// Fits the first block, at rest, and the blend at its end to what is left of it.
