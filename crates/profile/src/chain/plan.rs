@@ -26,7 +26,7 @@ pub(super) struct UnderWay<const N: usize> {
     onward: Square,
     /// Whether it ends where the block ends, or where the blend begins that follows.
     ends_block: bool,
-    /// Whether a blend follows.
+    /// Whether a blend follows, at once or at the end of the block.
     is_bent: bool,
     /// Whether the conditions it was made for have changed.
     pub(super) is_stale: bool,
@@ -569,8 +569,9 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Makes `profile` the plan from the current place on. It ends at the goal of the block, if there is one.
     fn begin(&mut self, profile: Profile, goal: Option<Goal>) {
         let ends_block = goal.is_some();
-        let exit = self.exit();
-        let Goal { exit, onward, is_bent, .. } = goal.unwrap_or(Goal { exit, onward: exit, ..Goal::default() });
+        let (exit, is_bent) = (self.exit(), self.bent().is_some());
+        let Goal { exit, onward, is_bent, .. } =
+            goal.unwrap_or(Goal { exit, onward: exit, is_bent, ..Goal::default() });
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, origin_s) = (self.place_steps, self.at_s);
         let (Span { steps, offsets }, way_steps) = (block.span, block.distance_steps());

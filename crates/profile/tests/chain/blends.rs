@@ -285,10 +285,7 @@ impl<'a> Watch<'a> {
         let is_jump = self.case.limits[axis].start_speed_steps_s > 0.0 && before != direction;
         let turns_between = before != direction && plan != self.plans;
         let least = if is_jump || turns_between { 0.0 } else { 1.0 };
-        prop_assert!(
-            apart >= least - 1e-5 - 1e-9 * top * (1.0 + t_s),
-            "axis {axis}: {apart} of a period at {t_s}"
-        );
+        prop_assert!(apart >= least - 1e-5 - 1e-9 * top * (1.0 + t_s), "axis {axis}: {apart} of a period at {t_s}");
         self.made_s[axis] = (t_s, direction, self.plans);
         Ok(())
     }
@@ -404,7 +401,7 @@ fn bent(most: usize) -> impl Strategy<Value = Case> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(1_000, 10_000), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(1_000, 90_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn pushes_are_bent(case in bent(40), events in pushes()) {
