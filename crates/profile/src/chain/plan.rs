@@ -328,11 +328,13 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             return self.rest();
         }
         self.cut(speed_steps_s);
-        if self.bent().is_some_and(|next| !is_as_low(self.exit(), next.corner_square())) {
-            // There is no room to brake to the blend, but to rest where the block ends.
+        let mut goal = self.goal(self.exit());
+        let is_late = goal.is_bent && goal.end_steps + NOTHING_STEPS < self.place_steps;
+        if is_late || self.bent().is_some_and(|next| !is_as_low(goal.exit, next.corner_square())) {
+            // There is no room for the blend, or to brake to it, but to rest where the block ends.
             self.halt();
+            goal = self.goal(self.exit());
         }
-        let goal = self.goal(self.exit());
         if goal.is_bent && self.is_no_approach(goal.end_steps - self.place_steps, &goal) {
             let entry = self.blocks.get(0).map_or(0, |first| first.entry);
             return self.bend(&self.goal(entry), 0.0);
