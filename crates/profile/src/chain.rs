@@ -277,6 +277,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// If the move cannot be planned, or if there is no room for it, nothing is changed.
     pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
         let is_begun = self.blocks.len() == 1;
+        let is_late = is_begun && !self.is_at_rest();
         let before = self.blocks.last().map(|last| last.end(if is_begun { self.place_steps } else { 0.0 }));
         let begin = self.blocks.last().map_or([0; N], |last| last.span.offsets[1]);
         // It is made in its place: a block is large.
@@ -285,6 +286,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if let Some(before) = before {
             block.follow(before, [&self.last_direction, &direction], &self.config);
         }
+        block.is_late = is_late;
         let reach_mm = block.bend.reach_mm;
         let bent = !block.bend.is_none();
         let mut line_steps = block.distance_steps();

@@ -34,6 +34,8 @@ pub(super) struct Block<const N: usize> {
     stops: bool,
     /// Whether it is several moves.
     pub(super) is_joined: bool,
+    /// Whether it came when the machine was on its way to rest at the end of the block before it.
+    pub(super) is_late: bool,
     /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
     pub(super) flows: bool,
     pub(super) tag: u64,
@@ -76,6 +78,7 @@ impl<const N: usize> Block<N> {
         way_steps: 0.0,
         stops: false,
         is_joined: false,
+        is_late: false,
         flows: false,
         tag: 0,
         feed_mm_s: 0.0,

@@ -329,8 +329,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         self.cut(speed_steps_s);
         let mut goal = self.goal(self.exit());
-        let is_late = goal.is_bent && goal.end_steps + NOTHING_STEPS < self.place_steps;
-        if is_late || self.bent().is_some_and(|next| !is_as_low(goal.exit, next.corner_square())) {
+        if self.is_too_late(&goal) {
             // There is no room for the blend, or to brake to it, but to rest where the block ends.
             self.halt();
             goal = self.goal(self.exit());
@@ -344,6 +343,17 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
+    /// Whether a blend has come too late for this goal: it should have begun, or could only be left faster than the
+    /// next block is to be.
+    fn is_too_late(&self, goal: &Goal) -> bool {
+        self.bent().is_some_and(|next| {
+            let is_promised = self.plan.is_made && self.plan.is_bent;
+            goal.end_steps + NOTHING_STEPS < self.place_steps
+                || !is_as_low(goal.exit, next.corner_square())
+                || next.is_late && !is_promised && !is_as_low(goal.onward, next.nominal)
+        })
+    }
+
     /// Whether so few steps are none on the way to this goal.
     fn is_no_approach(&self, left_steps: f64, goal: &Goal) -> bool {
         left_steps <= NO_APPROACH_STEPS + NO_APPROACH_RATIO * goal.end_steps
@@ -351,16 +361,19 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// The goal of a line between two blends that is short, and to be made at constant speed, and its length, steps.
     fn approach(&self, speed_steps_s: f64) -> Option<(Goal, f64)> {
-        let (first, next) = (self.blocks.get(0)?, self.bent()?);
+        let first = self.blocks.get(0)?;
         if self.begun.is_none() || self.plan.is_made || self.is_held || first.is_joined {
             return None;
         }
         let exit = self.exit();
         let is_even = first.entry == exit && (first.accel_delta_v2 == 0 || exit == first.nominal);
-        if !is_even || !is_as_low(exit, next.corner_square()) {
+        if !is_even || self.bent().is_none() {
             return None;
         }
         let goal = self.goal(exit);
+        if self.is_too_late(&goal) {
+            return None;
+        }
         let left_steps = goal.end_steps - self.place_steps;
         let approach_steps = if self.is_no_approach(left_steps, &goal) { 0.0 } else { left_steps };
         (left_steps < APPROACH_MAX_S * speed_steps_s).then_some((goal, approach_steps))
