@@ -7,9 +7,9 @@ use crate::axes::{AXES, Axis};
 use crate::courses::Courses;
 
 /// How many chunks are kept at once: with moves of a millisecond, more than is queued ahead.
-const CHUNKS: usize = 64;
+const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
 /// How many of these places are kept free for chunks that are still to be streamed.
-const CHUNKS_TO_STREAM: usize = 48;
+const CHUNKS_TO_STREAM: usize = CHUNKS - 16;
 
 /// The chunks of a run, in order. Each keeps its number, which counts from the beginning of the run.
 pub(crate) struct Chunks {

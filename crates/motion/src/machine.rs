@@ -38,7 +38,7 @@ use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
 
 /// How many moves are planned ahead, so that they follow each other without a stop.
-pub(crate) const CHAIN_MOVES: usize = 64;
+pub(crate) const CHAIN_MOVES: usize = if cfg!(feature = "short-look-ahead") { 32 } else { 64 };
 /// How many tasks may watch the state at once.
 const WATCHERS: usize = 8;
 
