@@ -19,9 +19,9 @@ use crate::port::{Capabilities, Wiring};
 /// arrive no faster than they are read, and what was read during a longer move is planned ahead.
 const MOVE_S: f64 = 0.6e-3;
 
-/// A blend: planning and compiling it, and the end of a line at another place than that of the move. It needs a bound, because
-/// moves that are known ahead could all be made at once.
-const BLEND_S: f64 = 0.98e-3;
+/// How long a move lasts at least to which a blend may lead, s: that is planned and compiled, and the end of a line at another
+/// place than that of the move. It needs a bound, because moves that are known ahead could all be made at once.
+pub const BLEND_S: f64 = 0.98e-3;
 
 /// The time for a move by `law` with these ports.
 pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES], wiring: &[Wiring; AXES]) -> Effort {

@@ -43,6 +43,8 @@ pub struct Shares {
     pub standstill_s: f64,
     /// On ramps of a curved speed law over short moves: [`Why::SpeedLaw`].
     pub speed_law_s: f64,
+    /// Over short moves with blends, each as long as the board takes for it: [`Why::ShortMoves`].
+    pub short_moves_s: f64,
     /// On ramps to and from places where the look-ahead was too short: [`Why::LookAhead`].
     pub look_ahead_s: f64,
     /// At standstill between moves.
@@ -55,7 +57,7 @@ impl Shares {
     /// The sum, s.
     pub fn sum_s(&self) -> f64 {
         let top_speed_s: f64 = self.top_speed_s.iter().sum();
-        let ramps_s = self.corners_s + self.standstill_s + self.speed_law_s + self.look_ahead_s;
+        let ramps_s = self.corners_s + self.standstill_s + self.speed_law_s + self.short_moves_s + self.look_ahead_s;
         self.feed_s + top_speed_s + ramps_s + self.standing_s + self.unknown_s
     }
 }
@@ -174,6 +176,7 @@ impl Pace {
             corners_s: ramps_s(|why| matches!(why, Why::Corner | Why::Arc)),
             standstill_s: ramps_s(Why::is_standstill),
             speed_law_s: ramps_s(|why| why == Why::SpeedLaw),
+            short_moves_s: ramps_s(|why| why == Why::ShortMoves),
             look_ahead_s: ramps_s(|why| why == Why::LookAhead),
             standing_s: found.standing_s,
             unknown_s: 0.0,

@@ -7,7 +7,7 @@
 //! explain is assigned to the look-ahead. With a curved law it is assigned to the law instead, because the law has
 //! separate ramps in each move.
 
-use isostep_motion::AXES;
+use isostep_motion::{AXES, BLEND_S};
 use isostep_profile::SpeedLaw;
 use serde::Serialize;
 
@@ -25,6 +25,8 @@ const WORST: usize = 10;
 const WORST_CORNERS: usize = 5;
 /// Speeds up to this count as standstill, mm/s.
 const REST_MM_S: f64 = 1e-6;
+/// A move is as brief as the board plans any if it lasts no longer than this, times that.
+const BRIEF: f64 = 1.02;
 /// A pause between two runs that is longer than this was asked for, s.
 const PAUSE_S: f64 = 0.01;
 
@@ -44,6 +46,8 @@ pub enum Why {
     Stop,
     /// A curved speed law has separate ramps in each move, so it changes the speed little over short moves: `$940`.
     SpeedLaw,
+    /// The moves that blends join are so short that the board takes longer to plan them: each lasts [`BLEND_S`].
+    ShortMoves,
     /// What follows was not known early enough: the moves are so short that the whole look-ahead is needed for braking,
     /// or the sender was late. Also an override.
     LookAhead,
@@ -53,13 +57,14 @@ pub enum Why {
 
 impl Why {
     /// All reasons, in the order of [`SlowPlaces::kinds`].
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Corner,
         Self::Arc,
         Self::ExactStop,
         Self::Thirds,
         Self::Stop,
         Self::SpeedLaw,
+        Self::ShortMoves,
         Self::LookAhead,
         Self::Ends,
     ];
@@ -73,6 +78,7 @@ impl Why {
             Self::Thirds => "thirds law: rest to rest",
             Self::Stop => "stop",
             Self::SpeedLaw => "curved law over short moves",
+            Self::ShortMoves => "short moves with blends",
             Self::LookAhead => "end of the look-ahead",
             Self::Ends => "begin and end",
         }
@@ -466,8 +472,17 @@ impl<'a> Finder<'a> {
             () if is_corner && in_arc && one_line => Why::Arc,
             () if is_corner => Why::Corner,
             () if self.outcome.speed_law != SpeedLaw::Trapezoid => Why::SpeedLaw,
+            () if [(before, from), (after, to)].iter().any(|side| self.is_brief(*side, open.taken_mm_s)) => {
+                Why::ShortMoves
+            }
             () => Why::LookAhead,
         })
+    }
+
+    /// Whether a move that a blend may lead to lasts as briefly at that speed as the board plans any.
+    fn is_brief(&self, (index, asked): (usize, &Asked), mm_s: f64) -> bool {
+        let length_mm = self.outcome.moves[index].plan.distance_steps() * asked.mm_per_step;
+        self.source(index).is_some_and(|source| source.deviation_mm > 0.0) && length_mm <= mm_s * BLEND_S * BRIEF
     }
 
     /// The speed at which such a move may start and stop without a ramp, mm/s.

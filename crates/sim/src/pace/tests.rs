@@ -322,6 +322,19 @@ fn a_blend_is_the_corner_that_it_bends_round() {
     assert_sums(&pace);
 }
 
+/// A curve of moves of 0.05 mm is as fast as the board plans them, and the look-ahead has nothing to do with it.
+#[test]
+fn short_moves_with_blends_last_as_long_as_the_board_takes() {
+    let curve: String = (0..400).map(|k| format!("X0.05 Y{}\n", 1e-4 * f64::from(k % 3))).collect();
+    let pace = pace(&format!("G91 G64 P0.02 G1 F6000\n{curve}"));
+    let fastest_mm_s = 0.05 / isostep_motion::BLEND_S;
+    let distance_s = pace.distance_mm / fastest_mm_s;
+    let shares = pace.shares;
+    assert!(shares.short_moves_s > 0.8 * distance_s && shares.look_ahead_s < 0.1 * distance_s, "{shares:?}");
+    assert!(pace.slow.of(Why::ShortMoves).lost_s > 0.4 * distance_s, "{:?}", pace.slow);
+    assert_sums(&pace);
+}
+
 #[test]
 fn what_limits_a_corner_is_told() {
     let limit = |program: &str| {
