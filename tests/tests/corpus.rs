@@ -37,6 +37,11 @@ fn planner() {
 }
 
 #[test]
+fn blends() {
+    replay("blends");
+}
+
+#[test]
 fn machine() {
     replay("machine");
 }

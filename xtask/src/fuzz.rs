@@ -17,7 +17,7 @@ const TIMEOUT_S: u32 = 30;
 /// program's lifetime as on a board.
 const MEMORY_MB: u32 = 6_000;
 
-/// Look for bytes that break console, store, planner or machine
+/// Look for bytes that break console, store, planner, blends or machine
 #[derive(clap::Args)]
 #[command(after_help = "\
 libFuzzer makes up bytes, and keeps those that reach code that no others have reached. It begins with fuzz/corpus; what it finds
@@ -53,6 +53,8 @@ enum Target {
     Store,
     /// Moves that flow, holds and overrides
     Planner,
+    /// The same with blends at their corners
+    Blends,
     /// Bytes, time and switches to the whole machine in the simulator
     Machine,
 }
@@ -63,6 +65,7 @@ impl Target {
             Self::Console => "console",
             Self::Store => "store",
             Self::Planner => "planner",
+            Self::Blends => "blends",
             Self::Machine => "machine",
         }
     }
@@ -71,7 +74,7 @@ impl Target {
     fn bytes_max(self) -> u32 {
         match self {
             Self::Console | Self::Store => 1_024,
-            Self::Planner => 768,
+            Self::Planner | Self::Blends => 768,
             Self::Machine => 256,
         }
     }

@@ -11,5 +11,10 @@ pub mod store;
 pub type Target = fn(&[u8]);
 
 /// Every target, with the name of its fuzzer and of its folder in `fuzz/corpus`.
-pub const TARGETS: [(&str, Target); 4] =
-    [("console", console::run), ("store", store::run), ("planner", planner::run), ("machine", machine::run)];
+pub const TARGETS: [(&str, Target); 5] = [
+    ("console", console::run),
+    ("store", store::run),
+    ("planner", planner::run),
+    ("blends", planner::run_bent),
+    ("machine", machine::run),
+];

@@ -1,7 +1,10 @@
 //! Makes machines, moves and interruptions from bytes, and checks what the chain's own tests check with random ones.
 
-#[path = "../../../crates/profile/tests/chain/case.rs"]
+#[path = "../../../crates/profile/tests/chain/bent.rs"]
 #[allow(dead_code, missing_docs, reason = "the tests of the profile's chain: what else they have is not of use here")]
+mod bent;
+#[path = "../../../crates/profile/tests/chain/case.rs"]
+#[allow(dead_code, missing_docs, reason = "as above")]
 mod case;
 #[path = "../../../crates/profile/tests/chain/drive.rs"]
 #[allow(dead_code, missing_docs, reason = "as above")]
@@ -38,7 +41,7 @@ const COMPILED_STEPS: u32 = 20_000;
 pub fn run(bytes: &[u8]) {
     let mut bytes = Unstructured::new(bytes);
     // When the bytes run out, the case ends.
-    let Ok((case, events, is_short)) = read(&mut bytes) else { return };
+    let Ok((case, events, is_short)) = read(&mut bytes, false) else { return };
     let driven = if is_short { drive::<4>(&case, &events) } else { drive::<64>(&case, &events) };
     if let Err(error) = driven {
         panic!("{error}\n{case:?}\n{events:?}");
@@ -48,17 +51,36 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-fn read(bytes: &mut Unstructured<'_>) -> Result<(Case, Vec<Event>, bool)> {
+/// Plans and makes the moves that `bytes` describe, whose corners are blends.
+///
+/// # Panics
+/// As [`run`], and when the path is further from a corner than was asked for.
+pub fn run_bent(bytes: &[u8]) {
+    let mut bytes = Unstructured::new(bytes);
+    let Ok((case, events, is_short)) = read(&mut bytes, true) else { return };
+    let law = (SpeedLaw::Trapezoid, IntervalLaw::Fastest);
+    let case = Case { law: law.0, interval_law: law.1, ..case };
+    let driven = if is_short { bent::drive::<4>(&case, &events) } else { bent::drive::<64>(&case, &events) };
+    if let Err(error) = driven {
+        panic!("{error}\n{case:?}\n{events:?}");
+    }
+}
+
+fn read(bytes: &mut Unstructured<'_>, is_bent: bool) -> Result<(Case, Vec<Event>, bool)> {
     let law = *bytes.choose(&SpeedLaw::ALL)?;
     let interval_law = if bytes.ratio(1, 16)? { IntervalLaw::Thirds } else { IntervalLaw::Fastest };
     let deviation_mm = if bytes.ratio(1, 8)? { 0.0 } else { log(bytes, 1e-3, 0.1)? };
     let is_short = bytes.arbitrary()?;
     let axes = [axis(bytes, law)?, axis(bytes, law)?, axis(bytes, law)?];
-    let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
+    let (mut limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
+    if is_bent && !bytes.ratio(1, 16)? {
+        limits.iter_mut().for_each(|limits| limits.start_speed_steps_s = 0.0);
+    }
     let mut moves: Vec<Request<AXES>> = Vec::new();
     for tag in 0..bytes.int_in_range(1..=MOVES)? {
         let last = moves.last().copied();
-        moves.push(Request { tag: tag as u64, ..wanted(bytes, last)? });
+        let plain = Request { tag: tag as u64, ..wanted(bytes, last)? };
+        moves.push(if is_bent { bends(bytes, plain)? } else { plain });
     }
     let mut events = Vec::new();
     while !bytes.is_empty() && events.len() < EVENTS {
@@ -123,6 +145,16 @@ fn wanted(bytes: &mut Unstructured<'_>, last: Option<Request<AXES>>) -> Result<R
     };
     let stops = bytes.ratio(1, 12)?;
     Ok(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag: 0 })
+}
+
+/// The move with a blend at the corner before it, mostly, and with an end beside whole steps.
+fn bends(bytes: &mut Unstructured<'_>, plain: Request<AXES>) -> Result<Request<AXES>> {
+    let deviation_mm = if bytes.ratio(1, 5)? { 0.0 } else { log(bytes, 1e-3, 0.3)? };
+    let mut offsets = [0; AXES];
+    if bytes.ratio(3, 4)? {
+        offsets = [bytes.int_in_range(-64..=64)?, bytes.int_in_range(-64..=64)?, bytes.int_in_range(-64..=64)?];
+    }
+    Ok(Request { deviation_mm: deviation_mm as f32, offsets, ..plain })
 }
 
 fn event(bytes: &mut Unstructured<'_>) -> Result<Event> {

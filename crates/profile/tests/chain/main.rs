@@ -2,6 +2,7 @@
 //! and with their limits. Every run tries the same cases. A failure prints the smallest case, and the same command
 //! fails again; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test chain` tries others.
 
+mod bent;
 mod blends;
 mod case;
 mod drive;
