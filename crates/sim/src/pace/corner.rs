@@ -5,7 +5,7 @@
 //! 4 δ/|u' - u| for the directions u and u', or half of the shorter move.
 
 use isostep_motion::AXES;
-use isostep_profile::SpeedLaw;
+use isostep_profile::{Blend, SpeedLaw};
 use serde::Serialize;
 
 use super::asked::Asked;
@@ -85,16 +85,22 @@ impl Corner<'_> {
     fn blend(&self) -> Option<CornerLimit> {
         let Self { outcome, sides: [from, to], deviation_mm, .. } = *self;
         let blend = outcome.moves[self.after].blend?;
-        let share = |axis: usize| {
+        let share = |blend: &Blend<AXES>, axis: usize| {
             let limits = outcome.limits[axis];
             blend.accel_steps_s2(axis).abs() / limits.accel_steps_s2.min(limits.decel_steps_s2)
         };
-        let axis = (0..AXES).max_by(|&one, &other| share(one).total_cmp(&share(other)))?;
+        let axis = (0..AXES).max_by(|&one, &other| share(&blend, one).total_cmp(&share(&blend, other)))?;
+        let is_full = |index: usize| {
+            let blend = outcome.moves.get(index).and_then(|record| record.blend);
+            blend.is_some_and(|blend| (0..AXES).any(|axis| share(&blend, axis) >= FULL * FULL))
+        };
         let fastest_mm_s = [blend.corner_begins_s(), blend.end_s()].map(|t_s| outcome.blend_mm_s(&blend, t_s));
         let reach_mm = blend.corner_s() * fastest_mm_s[0].max(fastest_mm_s[1]) / 2.0;
         // The deviation at the corner is a quarter of the reach times the difference of the directions.
         let is_by_deviation = reach_mm * from.half_difference(to) / 2.0 >= FULL * deviation_mm;
         let rule = if is_by_deviation { Rule::Deviation } else { Rule::Room };
-        (share(axis) >= FULL * FULL).then_some(CornerLimit { rule, axis, deviation_mm })
+        // On the way between two corners a blend may be one that the next of them, or the last, has slowed down.
+        let beside = self.after.saturating_sub(1)..=self.after + 1;
+        beside.into_iter().any(is_full).then_some(CornerLimit { rule, axis, deviation_mm })
     }
 }

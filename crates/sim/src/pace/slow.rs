@@ -469,12 +469,12 @@ impl<'a> Finder<'a> {
         let in_arc = self.source(before).is_some_and(|source| source.in_arc);
         let one_line = self.source(before).map(|source| source.line) == self.source(after).map(|source| source.line);
         Some(match () {
-            () if is_corner && in_arc && one_line => Why::Arc,
-            () if is_corner => Why::Corner,
-            () if self.outcome.speed_law != SpeedLaw::Trapezoid => Why::SpeedLaw,
             () if [(before, from), (after, to)].iter().any(|side| self.is_brief(*side, open.taken_mm_s)) => {
                 Why::ShortMoves
             }
+            () if is_corner && in_arc && one_line => Why::Arc,
+            () if is_corner => Why::Corner,
+            () if self.outcome.speed_law != SpeedLaw::Trapezoid => Why::SpeedLaw,
             () => Why::LookAhead,
         })
     }
