@@ -54,6 +54,9 @@ use crate::start_line::StartLine;
 /// of 0.1, 2 and 5 us: 46,000, 41,000 and 36,000 steps/s). The rest is for the tasks that feed the port, which need
 /// most on ramps. Short moves are slowed by the time for planning them, too.
 const CORE_NS: u32 = 26_000;
+/// As much more for each axis beyond three: the task that makes the steps looks at all of them. With four axes some
+/// 26,000 ns are needed.
+const CORE_NS_PER_AXIS: u32 = 5_000;
 /// The odometer is at most this much behind.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Each axis reports more often than the one before it, by this difference. Otherwise all of their timers would expire
@@ -85,7 +88,8 @@ impl<const N: usize> TimerBank<N> {
     pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
         // A reading of the clock may be almost a tick old, hence the margin of one tick. DIR changes when the pulse
         // ends.
-        let capabilities = Capabilities { margin_ticks: 1, core_ns: CORE_NS, ..Capabilities::new(TICK_HZ, timing) };
+        let core_ns = CORE_NS + CORE_NS_PER_AXIS * (N as u32).saturating_sub(3);
+        let capabilities = Capabilities { margin_ticks: 1, core_ns, ..Capabilities::new(TICK_HZ, timing) };
         let (wake, gate) = (&self.wake, &self.gate);
         let mut report_every = REPORT_EVERY;
         array::from_fn(|axis| {
@@ -97,10 +101,10 @@ impl<const N: usize> TimerBank<N> {
 
 impl TimerPort<'_> {
     fn request(&self, motors: Motors) -> RunRequest {
-        let Capabilities { timing, margin_ticks, .. } = self.capabilities;
+        let Capabilities { timing, margin_ticks, core_ns, .. } = self.capabilities;
         let ticks = |ns| Duration::from_ticks((ticks_covering(ns, TICK_HZ) + margin_ticks).into());
         let pulse_ns = self.capabilities.pulse_ns(motors.wiring);
-        let period_ns = (1_000_000_000 / motors.top_speed_steps_s.max(1)).max(CORE_NS + pulse_ns);
+        let period_ns = (1_000_000_000 / motors.top_speed_steps_s.max(1)).max(core_ns + pulse_ns);
         RunRequest {
             motors,
             setup: ticks(timing.setup_ns),
