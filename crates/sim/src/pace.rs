@@ -10,6 +10,7 @@ mod asked;
 mod carried;
 mod corner;
 pub(crate) mod course;
+mod finder;
 mod samples;
 mod seconds;
 mod slow;
@@ -19,8 +20,8 @@ use serde::Serialize;
 
 use self::asked::top_mm_s;
 use self::course::{Change, Phase, phases};
+use self::finder::Finder;
 use self::seconds::Clock;
-use self::slow::Finder;
 use crate::lines_of_moves::{self, Source};
 use crate::outcome::Outcome;
 
