@@ -349,3 +349,19 @@ fn what_limits_a_corner_is_told() {
     assert_eq!(limit("G91 G64 P9 G1 F6000 X4\nY4\n"), (Rule::Room, 1, 9_000_000));
     assert_eq!(limit("G91 G61 G1 F6000 X40\nX-40\n"), (Rule::Reversal, 0, 0));
 }
+
+/// A line that is so long on the wire that the move before it already brakes when it comes: there is no room for a blend.
+#[test]
+fn a_corner_known_too_late_for_its_blend_is_told() {
+    let limit = |comment: usize| {
+        let program = format!("G91 G64 P0.02 G1 F6000 X40\n({:comment$}) Y40\n", "");
+        let config = Config { baud: Some(1_200), ..machine() };
+        let pace = Pace::of(&run(program.as_bytes(), &config).unwrap());
+        assert_sums(&pace);
+        let corner = pace.slow.corners.first().unwrap_or_else(|| panic!("{:?}", pace.slow));
+        (corner.limit.unwrap().rule, corner.taken_mm_s < 1e-6)
+    };
+    // A character takes 8.3 ms, and the move 450 ms, of which it brakes for 50.
+    assert_eq!(limit(20), (Rule::Deviation, false));
+    assert_eq!(limit(39), (Rule::NoBlend, true));
+}
