@@ -68,15 +68,26 @@ pub fn start() {
     Irq::Timer0A.enable(0);
 }
 
+/// What SysTick has left to count. At 0, which lasts a tick, it may or may not have told of its overflow, so that is waited
+/// out.
+fn left() -> u32 {
+    loop {
+        match SYSTICK_CURRENT.read() {
+            0 => {}
+            left => return left,
+        }
+    }
+}
+
 impl Driver for TimeDriver {
     /// The time since power-up, ticks of 50 ns.
     fn now(&self) -> u64 {
         cortex_m::interrupt::free(|_| {
-            let mut left = SYSTICK_CURRENT.read();
+            let mut left = left();
             let mut overflows = self.overflows.load(Ordering::Relaxed);
             if INTERRUPT_CONTROL.read() & SYSTICK_PENDING != 0 {
                 // It has overflowed, before or after the first reading.
-                left = SYSTICK_CURRENT.read();
+                left = self::left();
                 overflows += 1;
             }
             u64::from(overflows) << 24 | u64::from(SYSTICK_MAX - left)
