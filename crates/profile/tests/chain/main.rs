@@ -9,6 +9,7 @@ mod drive;
 mod edges;
 mod follow;
 mod holds;
+mod late;
 mod lengthened;
 mod model;
 mod optimum;
