@@ -11,7 +11,7 @@
 //! the ramp at its end. What is compiled beyond the chunks handed out can still be discarded.
 //!
 //! Where an axis turns just beyond an edge, and passes it again in another plan, the second step would follow the first
-//! at once. It is made a shortest period later instead, in which the axis is moved by no more than it turns in that time.
+//! at once. It is made a shortest period after it instead: so near to where it turns, the axis hardly moves in that time.
 
 use embassy_time::{Duration, Instant};
 use heapless::Deque;

@@ -58,8 +58,7 @@ pub fn run(bytes: &[u8]) {
 pub fn run_bent(bytes: &[u8]) {
     let mut bytes = Unstructured::new(bytes);
     let Ok((case, events, is_short)) = read(&mut bytes, true) else { return };
-    let law = (SpeedLaw::Trapezoid, IntervalLaw::Fastest);
-    let case = Case { law: law.0, interval_law: law.1, ..case };
+    let case = Case { law: SpeedLaw::Trapezoid, interval_law: IntervalLaw::Fastest, ..case };
     let driven = if is_short { bent::drive::<4>(&case, &events) } else { bent::drive::<64>(&case, &events) };
     if let Err(error) = driven {
         panic!("{error}\n{case:?}\n{events:?}");

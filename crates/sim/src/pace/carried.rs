@@ -3,21 +3,21 @@
 
 use std::collections::VecDeque;
 
+use isostep_motion::MOVES_AHEAD;
+
 use crate::outcome::Outcome;
 
 /// Short moves of three axes that the board carries out in a second, sent over USB: measured on the emulated board by
 /// `cargo xtask bench --quick`; docs/figures.md.
-pub const BOARD_MOVES_PER_S: f64 = 1_647.0;
+pub const BOARD_MOVES_PER_S: f64 = 1_610.0;
 /// Lines that go straight on with another power, each 0.1 mm, that it carries out in a second: measured in the same way.
-pub const BOARD_PIXELS_PER_S: f64 = 3_498.0;
-/// Moves that are known ahead of the one under way: 64 in the chain, 15 in the queue.
-const AHEAD: usize = 64 + 15;
+pub const BOARD_PIXELS_PER_S: f64 = 3_350.0;
 
 /// How much longer than planned the program takes at least, because the board plans a move no faster than that, s. It
 /// plans ahead while the machine moves, as far as it has room, so that a short burst of moves costs nothing. Where it
 /// falls behind it also brakes, as fewer moves are known ahead: that is not counted.
 pub fn longer_s(outcome: &Outcome) -> f64 {
-    let mut begun_s = VecDeque::with_capacity(AHEAD);
+    let mut begun_s = VecDeque::with_capacity(MOVES_AHEAD);
     let (mut planned_s, mut late_s) = (None, 0.0_f64);
     let program = outcome.moves.iter().filter(|record| !record.homing);
     let lines = program.flat_map(|record| {
@@ -29,7 +29,7 @@ pub fn longer_s(outcome: &Outcome) -> f64 {
     });
     for (due_s, cost_s) in lines {
         // A move can be planned when one before it has begun and so made room.
-        let room_s = if begun_s.len() == AHEAD { begun_s.pop_front() } else { None };
+        let room_s = if begun_s.len() == MOVES_AHEAD { begun_s.pop_front() } else { None };
         let at_s = planned_s.map_or(due_s, |last_s: f64| last_s.max(room_s.unwrap_or(last_s)) + cost_s);
         planned_s = Some(at_s);
         late_s = late_s.max(at_s - due_s);
