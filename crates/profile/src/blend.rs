@@ -8,9 +8,10 @@
 
 use libm::floor;
 
-use crate::compile::{AxisBlend, Course, Lane, NEAREST_STEPS};
-use crate::fixed::is_zero;
+use crate::compile::{AxisBlend, Course, Lane};
+use crate::fixed::{is_negative, is_zero};
 use crate::ramp::constant_accel_time_s;
+use crate::shaper::{turn, turns};
 use crate::sync::{Span, SyncMove, offset};
 
 /// The plan of a corner for `N` axes: from the end of a line of one block to the beginning of a line of the next, each
@@ -98,25 +99,18 @@ impl<const N: usize> Blend<N> {
             blend.speeds_steps_s[axis] = [from * before.speed_steps_s, to * after.speed_steps_s];
             let places = [corner - from * before.corner_steps, corner + to * after.corner_steps];
             blend.places_steps[axis] = places;
-            let turns = is_negative(from) != is_negative(to) && !is_zero(from) && !is_zero(to);
-            let turn = if turns { blend.turn(axis, begin, end, tops_steps_s(axis)) } else { end };
+            let turn = if turns(from, to) {
+                let ([from_steps_s, _], accel) = (blend.speeds_steps_s[axis], blend.accel_steps_s2(axis));
+                turn(places[0], from_steps_s, accel, [begin, end], tops_steps_s(axis))
+            } else {
+                end
+            };
             let is_back = is_negative(from) || is_zero(from) && is_negative(to);
             let approached = if is_zero(approach_s) { begin } else { nearest(places[0], is_back) };
             let approached = if is_back { approached.min(begin).max(turn) } else { approached.max(begin).min(turn) };
             blend.counts[axis] = [begin, approached, turn, end];
         }
         blend
-    }
-
-    /// The step nearest to the place where an axis turns whose edges there are far enough from each other.
-    fn turn(&self, axis: usize, begin: i32, end: i32, top_steps_s: f64) -> i32 {
-        let from_steps_s = self.speeds_steps_s[axis][0];
-        let accel = self.accel_steps_s2(axis).abs();
-        let sign = from_steps_s.signum();
-        let along = |count: i32| if from_steps_s < 0.0 { -count } else { count };
-        let apart_steps = accel / (8.0 * top_steps_s * top_steps_s);
-        let peak = sign * self.places_steps[axis][0] + from_steps_s * from_steps_s / (2.0 * accel);
-        along((floor(peak - apart_steps + 0.5) as i32).max(along(begin)).max(along(end)))
     }
 
     /// When it begins, s from the start of the run.
@@ -135,6 +129,16 @@ impl<const N: usize> Blend<N> {
     #[must_use]
     pub fn corner_begins_s(&self) -> f64 {
         if is_zero(self.approach_s) { self.begin_s } else { self.begin_s + self.approach_s }
+    }
+
+    /// Where an axis is, and how fast, where the corner begins.
+    pub(crate) fn corner_begins(&self, axis: usize) -> (f64, f64) {
+        (self.places_steps[axis][0], self.speeds_steps_s[axis][0])
+    }
+
+    /// Whether it has an approach.
+    pub(crate) fn has_approach(&self) -> bool {
+        !is_zero(self.approach_s)
     }
 
     /// How long the corner lasts, without the approach, s.
@@ -224,7 +228,8 @@ impl<const N: usize> Blend<N> {
 
     /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
     pub fn lay(&self, course: &mut Course, tick_hz: u32) {
-        course.set_clock(self.corner_begins_s(), self.corner_s, tick_hz);
+        let begin_s = self.corner_begins_s();
+        course.set_clock([begin_s, begin_s + self.corner_s], tick_hz);
     }
 
     /// Makes `lane` the axis with index `axis`, on the course that [`lay`](Self::lay) has made from this blend.
@@ -242,54 +247,18 @@ impl<const N: usize> Blend<N> {
         if approached < begin { -beyond } else { beyond }
     }
 
-    /// An axis that slows down, and then speeds up: one of both if it does not turn.
     fn axis(&self, axis: usize) -> AxisBlend {
-        let [[from_steps_s, to_steps_s], [from, to]] = [self.speeds_steps_s[axis], self.places_steps[axis]];
-        let [begin, approached, turn, end] = self.counts[axis];
-        let accel_steps_s2 = self.accel_steps_s2(axis).abs();
-        let (approach, out, back) = (approached.abs_diff(begin), turn.abs_diff(approached), end.abs_diff(turn));
-        let (is_back, goes_back) = (is_negative(from_steps_s), is_negative(to_steps_s));
-        let [fast_from, fast_to] = [from_steps_s.abs(), to_steps_s.abs()];
-        let begin_s = self.corner_begins_s();
-        // As on a line, no step is nearer to the slow end than this.
-        let near = 0.5 - NEAREST_STEPS;
-        let along = |is_back: bool, steps: f64| if is_back { -steps } else { steps };
-        let plain = AxisBlend {
-            slow_steps_s: 0.0,
-            accel_steps_s2,
-            begin_s,
-            end_s: begin_s + self.corner_s,
-            is_turned: false,
-            ahead: 0.0,
-            beyond: 0.0,
-            from_steps_s: fast_from,
-            approach,
-            out,
-            back,
-        };
-        if is_back != goes_back && !is_zero(from_steps_s) && !is_zero(to_steps_s) {
-            let turn_s = begin_s + fast_from / accel_steps_s2;
-            let peak = along(is_back, from) + from_steps_s * from_steps_s / (2.0 * accel_steps_s2);
-            let beyond = (peak - along(is_back, f64::from(turn))).max(-near);
-            return AxisBlend { begin_s: turn_s, end_s: turn_s, is_turned: true, ahead: -beyond, beyond, ..plain };
-        }
-        // Sizes compare as their bits do.
-        if fast_from.to_bits() > fast_to.to_bits() {
-            let beyond = along(is_back, to - f64::from(end)).max(-near);
-            AxisBlend { slow_steps_s: fast_to, beyond, ..plain }
-        } else {
-            let ahead = along(goes_back, from - f64::from(approached)).min(near);
-            AxisBlend { slow_steps_s: fast_from, ahead, out: 0, back: out + back, ..plain }
-        }
+        AxisBlend::new(
+            self.speeds_steps_s[axis],
+            self.places_steps[axis],
+            self.accel_steps_s2(axis).abs(),
+            self.counts[axis],
+            [self.corner_begins_s(), self.corner_begins_s() + self.corner_s],
+        )
     }
 }
 
 /// The step whose edge is the next before a place, halves counting as passed in the direction of the axis.
 fn nearest(place_steps: f64, is_back: bool) -> i32 {
     if is_back { -(floor(0.5 - place_steps) as i32) } else { floor(place_steps + 0.5) as i32 }
-}
-
-/// Whether a float has the sign of negative numbers.
-fn is_negative(x: f64) -> bool {
-    (x.to_bits() as i64) < 0
 }

@@ -49,7 +49,7 @@ mod config;
 mod corner;
 mod passes;
 mod plan;
-mod ring;
+pub(crate) mod ring;
 
 use self::block::Block;
 pub use self::config::{ChainConfig, Effort};
@@ -193,6 +193,8 @@ pub struct Chain<const N: usize, const LEN: usize> {
     blocks: Ring<Block<N>, LEN>,
     /// The direction of the last block.
     last_direction: Direction<N>,
+    /// Where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
+    last_offsets: [i8; N],
     /// How many blocks a pass has looked at. Those that came later have no entry speeds yet.
     passed: usize,
     /// How many blocks have final entry speeds, unless the first block's entry is changed.
@@ -236,6 +238,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             config: ChainConfig::none(),
             blocks: Ring::new(Block::NONE),
             last_direction: [0; N],
+            last_offsets: [0; N],
             passed: 0,
             settled: 0,
             place_steps: 0.0,
@@ -279,7 +282,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let is_begun = self.blocks.len() == 1;
         let is_late = is_begun && !self.is_at_rest();
         let before = self.blocks.last().map(|last| last.end(if is_begun { self.place_steps } else { 0.0 }));
-        let begin = self.blocks.last().map_or([0; N], |last| last.span.offsets[1]);
+        let begin = self.blocks.last().map_or(self.last_offsets, |last| last.span.offsets[1]);
         // It is made in its place: a block is large.
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
         let (direction, limits) = block.begin(request, begin, &self.config)?;
@@ -323,6 +326,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// back.
     pub fn clear(&mut self) {
         self.blocks.clear();
+        self.last_offsets = [0; N];
         (self.passed, self.settled) = (0, 0);
         (self.plan.is_made, self.blend, self.begun, self.place_steps) = (false, None, None, 0.0);
         (self.is_held, self.at_s) = (false, 0.0);
@@ -349,7 +353,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         (self.is_held, self.at_s) = (false, 0.0);
         if self.blocks.get(0).is_some_and(|first| first.has_no_step_after(self.place_steps)) {
-            self.blocks.pop();
+            self.pop_block();
             (self.place_steps, self.begun) = (0.0, None);
             self.rest();
         }

@@ -44,7 +44,9 @@
 //! Most of that is for spans. A span is computed once for all axes and for all its segments, but near standstill it has
 //! only a few segments.
 
+mod axis_blend;
 mod course;
+mod cubic;
 mod curve;
 mod fit;
 mod fixed_ramp;
@@ -58,15 +60,18 @@ mod small_accel;
 mod spans;
 mod u96;
 
+pub(crate) use self::axis_blend::AxisBlend;
 pub use self::course::Course;
+use self::cubic::Cubic;
 use self::fixed_ramp::Knot;
 use self::frame::{Clock, ConstantAccelRamp, Cruise, View};
 use self::phase::Phase;
 use self::spans::Spans;
 use self::u96::short_fixed;
-use crate::fixed::is_zero;
+use crate::fixed::{is_negative, is_zero};
 use crate::profile::Profile;
 use crate::segment::Segment;
+use crate::shaper::Bend;
 
 /// How far a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
@@ -176,29 +181,6 @@ impl PhaseBounds {
     }
 }
 
-/// An axis of a blend: it approaches at constant speed, slows down to its slow end, then speeds up from there. An axis
-/// that does not turn does one of both.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct AxisBlend {
-    pub(crate) slow_steps_s: f64,
-    /// The size of its acceleration.
-    pub(crate) accel_steps_s2: f64,
-    /// When it begins to speed up, and when it has slowed down, s from the start of the run. If it does not turn, these
-    /// are the ends of the corner.
-    pub(crate) begin_s: f64,
-    pub(crate) end_s: f64,
-    pub(crate) is_turned: bool,
-    /// As in a [`Stretch`].
-    pub(crate) ahead: f64,
-    pub(crate) beyond: f64,
-    /// The size of its speed in the approach.
-    pub(crate) from_steps_s: f64,
-    /// How many steps it makes in the approach, while slowing down, and while speeding up.
-    pub(crate) approach: u32,
-    pub(crate) out: u32,
-    pub(crate) back: u32,
-}
-
 /// What an axis of a blend needs where its phases begin.
 #[derive(Clone, Copy, Debug)]
 struct BlendPhases {
@@ -207,6 +189,8 @@ struct BlendPhases {
     clock: Clock,
     approach: Option<Cruise>,
     is_turned: bool,
+    /// If the acceleration changes, this is all of it.
+    cubic: Option<Cubic>,
 }
 
 /// Compiles one axis of a [`Course`] into segments.
@@ -263,8 +247,56 @@ impl Lane {
 
     /// Begins an axis of a blend. `approached` is how far it is beyond its last step where the approach ends, steps.
     pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, course: &Course) {
+        self.begin_bent(axis, approached, course.frame.clock);
+    }
+
+    /// Begins a bend of shaped motion, in ticks of 1/`tick_hz` s; `tick_hz` is above 0. Its segments come from
+    /// [`next_of_bend`](Self::next_of_bend).
+    pub fn begin_bend(&mut self, bend: &Bend, tick_hz: u32) {
+        let ends_s = [bend.leg.begin_s, bend.end_s];
+        let clock = Clock::new(ends_s, tick_hz);
+        let [begin, turn, end] = bend.counts;
+        let from_steps_s = bend.leg.speed_steps_s;
+        let places_steps = [bend.leg.place_steps, bend.end_place_steps];
+        if !is_zero(bend.jerk_steps_s3) {
+            return self.begin_cubic(bend, clock);
+        }
+        if is_zero(bend.leg.accel_steps_s2) {
+            // All of it is an approach, which ends where the bend does.
+            let axis = AxisBlend::even(from_steps_s, end.abs_diff(begin), ends_s[1]);
+            let beyond = places_steps[1] - f64::from(end);
+            let approached = if is_negative(from_steps_s) { -beyond } else { beyond };
+            return self.begin_bent(&axis, approached, Clock { begin_ticks: clock.end_ticks, ..clock });
+        }
+        let speeds_steps_s = [from_steps_s, bend.end_speed_steps_s];
+        let accel = bend.leg.accel_steps_s2.abs();
+        let axis = AxisBlend::new(speeds_steps_s, places_steps, accel, [begin, begin, turn, end], ends_s);
+        self.begin_bent(&axis, 0.0, clock);
+    }
+
+    /// Begins a bend whose acceleration changes.
+    #[inline(never)]
+    fn begin_cubic(&mut self, bend: &Bend, clock: Clock) {
+        let [begin, .., end] = bend.counts;
+        let along = |x: f64| if end < begin { -x } else { x };
+        let (steps, ahead) = (end.abs_diff(begin), along(bend.leg.place_steps - f64::from(begin)));
+        let cubic = Cubic {
+            speed_steps_s: along(bend.leg.speed_steps_s),
+            accel_steps_s2: along(bend.leg.accel_steps_s2),
+            jerk_steps_s3: along(bend.jerk_steps_s3),
+            lasts_s: bend.end_s - bend.leg.begin_s,
+            ahead,
+            tick_hz: clock.tick_hz,
+            point: 0,
+        };
+        self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond: 0.0 };
+        (self.ends, self.index, self.done, self.base) = ([0, 0, steps], 0, 0, 0);
+        let ramp = ConstantAccelRamp::NONE;
+        self.blend = Some(BlendPhases { ramp, clock, approach: None, is_turned: false, cubic: Some(cubic) });
+    }
+
+    fn begin_bent(&mut self, axis: &AxisBlend, approached: f64, mut clock: Clock) {
         let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, out, back, .. } = *axis;
-        let mut clock = course.frame.clock;
         let (turn, steps) = (approach + out, approach + out + back);
         self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond };
         (self.ends, self.index, self.done, self.base) = ([approach, turn, steps], 0, 0, 0);
@@ -278,8 +310,12 @@ impl Lane {
         if axis.is_turned {
             (clock.begin_ticks, clock.end_ticks) = (begin_s * clock.tick_hz, end_s * clock.tick_hz);
         }
-        let ramp = ConstantAccelRamp::new(slow_steps_s, accel_steps_s2, clock.tick_hz);
-        self.blend = Some(BlendPhases { ramp, clock, approach, is_turned: axis.is_turned });
+        let ramp = if out + back > 0 {
+            ConstantAccelRamp::new(slow_steps_s, accel_steps_s2, clock.tick_hz)
+        } else {
+            ConstantAccelRamp::NONE
+        };
+        self.blend = Some(BlendPhases { ramp, clock, approach, is_turned: axis.is_turned, cubic: None });
     }
 
     /// After how many of its steps the axis turns; if it does not turn, after all of them. No segment holds steps of both
@@ -306,6 +342,16 @@ impl Lane {
 
     /// The next segment; `None` after the last. `course` must be the one that this lane belongs to.
     pub fn next(&mut self, course: &mut Course) -> Option<Segment> {
+        self.next_on(Some(course))
+    }
+
+    /// The next segment of a bend; `None` after the last.
+    pub fn next_of_bend(&mut self) -> Option<Segment> {
+        self.next_on(None)
+    }
+
+    /// Only a line needs a course.
+    fn next_on(&mut self, mut course: Option<&mut Course>) -> Option<Segment> {
         if self.done == self.ends[2] {
             return None;
         }
@@ -313,7 +359,11 @@ impl Lane {
             while self.ends[self.index] <= self.done {
                 self.index += 1;
             }
-            self.begin_phase(course);
+            self.next = None;
+            match course.as_deref_mut() {
+                Some(course) if self.blend.is_none() => self.begin_phase(course),
+                _ => self.begin_blend_phase(),
+            }
         }
         let segment = match &mut self.phase {
             PhaseSteps::ConstantAccel(phase) => {
@@ -321,25 +371,30 @@ impl Lane {
                 self.next = next;
                 segment
             }
-            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.stretch, course),
+            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.stretch, course?),
         };
         self.done += segment.steps();
         Some(segment)
     }
 
+    fn begin_blend_phase(&mut self) {
+        let end = self.ends[self.index] - self.done;
+        let Some(BlendPhases { ramp, clock, approach, cubic, .. }) = &self.blend else { return };
+        let view = View { clock, stretch: &self.stretch };
+        self.base = self.done;
+        let phase = self.phase.constant_accel();
+        if let Some(cubic) = cubic {
+            return phase.change_accel(cubic, view, end);
+        }
+        match (self.index, approach) {
+            (0, Some(cruise)) => phase.cruise_on(cruise.start_ticks, cruise.ticks_per_step, view, end),
+            (2, _) => phase.accelerate(ramp, view, end),
+            _ => phase.decelerate(ramp, view, end),
+        }
+    }
+
     fn begin_phase(&mut self, course: &mut Course) {
         let end = self.ends[self.index];
-        self.next = None;
-        if let Some(BlendPhases { ramp, clock, approach, .. }) = &self.blend {
-            let view = View { clock, stretch: &self.stretch };
-            self.base = self.done;
-            let (phase, end) = (self.phase.constant_accel(), end - self.done);
-            return match (self.index, approach) {
-                (0, Some(cruise)) => phase.cruise_on(cruise.start_ticks, cruise.ticks_per_step, view, end),
-                (2, _) => phase.accelerate(ramp, view, end),
-                _ => phase.decelerate(ramp, view, end),
-            };
-        }
         let view = View { clock: &course.frame.clock, stretch: &self.stretch };
         match (self.index, &course.frame.accel, &course.frame.decel) {
             (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, view, end),

@@ -9,6 +9,12 @@ pub(crate) fn is_zero(x: f64) -> bool {
     x.to_bits() << 1 == 0
 }
 
+/// Whether a float has the sign of negative numbers.
+#[inline(always)]
+pub(crate) fn is_negative(x: f64) -> bool {
+    (x.to_bits() as i64) < 0
+}
+
 /// The product of two 32-bit numbers, from their 16-bit halves. A Cortex-M0+ multiplies 32 by 32 bits to 32 bits, and
 /// the compiler would call a routine that multiplies 64 by 64 bits.
 #[inline(always)]

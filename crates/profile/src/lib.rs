@@ -50,6 +50,7 @@ mod profile;
 mod ramp;
 mod root;
 mod segment;
+pub mod shaper;
 mod sync;
 
 pub use blend::Blend;

@@ -15,6 +15,9 @@ mod follow;
 #[path = "../../../crates/profile/tests/chain/model.rs"]
 #[allow(dead_code, missing_docs, reason = "as above")]
 mod model;
+#[path = "../../../crates/profile/tests/chain/sees.rs"]
+#[allow(dead_code, missing_docs, reason = "as above")]
+mod sees;
 
 use std::array;
 

@@ -251,9 +251,17 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         })
     }
 
+    /// Removes the first block, and keeps where it ends.
+    pub(super) fn pop_block(&mut self) {
+        if let Some(first) = self.blocks.get(0) {
+            self.last_offsets = first.span.offsets[1];
+        }
+        self.blocks.pop();
+    }
+
     /// Goes on to the next block.
     fn pop(&mut self) {
-        self.blocks.pop();
+        self.pop_block();
         (self.place_steps, self.plan.is_made, self.begun) = (0.0, false, None);
         self.passed = self.passed.saturating_sub(1);
         self.settled = self.settled.saturating_sub(1);

@@ -2,7 +2,7 @@
 
 /// At most `LEN` values; `LEN` is above 0.
 #[derive(Clone, Debug)]
-pub(super) struct Ring<T, const LEN: usize> {
+pub(crate) struct Ring<T, const LEN: usize> {
     places: [T; LEN],
     first: usize,
     len: usize,
@@ -10,52 +10,52 @@ pub(super) struct Ring<T, const LEN: usize> {
 
 impl<T: Copy, const LEN: usize> Ring<T, LEN> {
     /// An empty ring; `nothing` fills the empty places.
-    pub(super) const fn new(nothing: T) -> Self {
+    pub(crate) const fn new(nothing: T) -> Self {
         Self { places: [nothing; LEN], first: 0, len: 0 }
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
-    pub(super) fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.len == LEN
     }
 
     /// The value with this index, counted from the first; `None` beyond the last.
     #[inline(always)]
-    pub(super) fn get(&self, index: usize) -> Option<&T> {
+    pub(crate) fn get(&self, index: usize) -> Option<&T> {
         if index < self.len { self.places.get(Self::wrap(self.first + index)) } else { None }
     }
 
     #[inline(always)]
-    pub(super) fn get_mut(&mut self, index: usize) -> Option<&mut T> {
+    pub(crate) fn get_mut(&mut self, index: usize) -> Option<&mut T> {
         if index < self.len { self.places.get_mut(Self::wrap(self.first + index)) } else { None }
     }
 
-    pub(super) fn last(&self) -> Option<&T> {
+    pub(crate) fn last(&self) -> Option<&T> {
         self.get(self.len.checked_sub(1)?)
     }
 
     /// The place behind the last value, which [`extend`](Self::extend) makes the last; `None` if there is no room.
-    pub(super) fn next_place(&mut self) -> Option<&mut T> {
+    pub(crate) fn next_place(&mut self) -> Option<&mut T> {
         if self.is_full() { None } else { self.places.get_mut(Self::wrap(self.first + self.len)) }
     }
 
     /// Appends what stands in [`next_place`](Self::next_place).
-    pub(super) fn extend(&mut self) {
+    pub(crate) fn extend(&mut self) {
         self.len = LEN.min(self.len + 1);
     }
 
     /// Removes the first value.
-    pub(super) fn pop(&mut self) {
+    pub(crate) fn pop(&mut self) {
         if self.len > 0 {
             self.first = Self::wrap(self.first + 1);
             self.len -= 1;
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 

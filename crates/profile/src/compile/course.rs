@@ -27,8 +27,8 @@ impl Course {
     }
 
     /// Changes to a blend that begins at `begin_s` from the start of the run.
-    pub(crate) fn set_clock(&mut self, begin_s: f64, duration_s: f64, tick_hz: u32) {
-        self.frame.clock = Clock::new(begin_s, duration_s, tick_hz);
+    pub(crate) fn set_clock(&mut self, ends_s: [f64; 2], tick_hz: u32) {
+        self.frame.clock = Clock::new(ends_s, tick_hz);
     }
 
     /// Makes its spans include the steps of all these stretches.

@@ -80,7 +80,7 @@ impl Frame {
     /// Makes it a profile that begins at `begin_s`, in its place: it is large.
     pub(super) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
         (self.plan, self.is_whole, self.bounds) = (*plan, is_whole, PhaseBounds::of(plan));
-        self.clock = Clock::new(begin_s, plan.duration_s(), tick_hz);
+        self.clock = Clock::new([begin_s, begin_s + plan.duration_s()], tick_hz);
         self.accel = ConstantAccelRamp::of(&plan.accel, self.clock.tick_hz, None);
         self.decel = ConstantAccelRamp::of(&plan.decel, self.clock.tick_hz, self.accel.as_ref());
         self.cruise = (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, &self.clock));
@@ -89,13 +89,17 @@ impl Frame {
 }
 
 impl Clock {
-    pub(super) fn new(begin_s: f64, duration_s: f64, tick_hz: u32) -> Self {
+    pub(super) fn new([begin_s, end_s]: [f64; 2], tick_hz: u32) -> Self {
         let hz = f64::from(tick_hz);
-        Self { tick_hz: hz, hz_log2: log2_of(hz), begin_ticks: begin_s * hz, end_ticks: (begin_s + duration_s) * hz }
+        Self { tick_hz: hz, hz_log2: log2_of(hz), begin_ticks: begin_s * hz, end_ticks: end_s * hz }
     }
 }
 
 impl ConstantAccelRamp {
+    /// No ramp.
+    pub(super) const NONE: Self =
+        Self { slow_steps_s: 0.0, accel_steps_s2: 0.0, ticks_per_speed: 0.0, lead_ticks: 0.0, slope_ticks2: 0.0 };
+
     /// A ramp of its own, in a blend. Without an acceleration it is one that hardly accelerates.
     pub(super) fn new(slow_steps_s: f64, accel_steps_s2: f64, tick_hz: f64) -> Self {
         let ticks_per_speed = tick_hz / accel_steps_s2;

@@ -1,5 +1,6 @@
 //! A phase of a move for one axis: when its steps are due, and how many of them make a segment.
 
+use super::cubic::Cubic;
 use super::fit::Quadratic;
 use super::fixed_ramp::{FixedRamp, Knot};
 use super::small_accel::SmallAccel;
@@ -33,6 +34,8 @@ pub(super) enum Law {
     Ramp(FixedRamp),
     /// At an acceleration so small that the formula with the root would lose it.
     SmallAccel(SmallAccel),
+    /// At an acceleration that changes evenly.
+    Cubic(Cubic),
 }
 
 impl Phase {
@@ -44,6 +47,7 @@ impl Phase {
             Law::ConstantSpeed(line) => Knot { instant: line.at(half_steps).upper(), level: 0 },
             Law::Ramp(ramp) => ramp.knot(half_steps),
             Law::SmallAccel(small_accel) => Knot { instant: small_accel.time(half_steps), level: 0 },
+            Law::Cubic(cubic) => Knot { instant: cubic.time(half_steps), level: 0 },
         };
         let instant =
             if self.backwards { self.origin.wrapping_sub(instant) } else { self.origin.wrapping_add(instant) };
@@ -71,7 +75,9 @@ impl Phase {
             far = self.knot_after(step, fit.length);
             fit.rise = far.instant.wrapping_sub(first.instant);
         }
-        if fit.length > 0 && !matches!(self.law, Law::ConstantSpeed(_)) {
+        if let Law::Cubic(cubic) = &self.law {
+            far = self.shorten(step, cubic, &mut fit, far);
+        } else if fit.length > 0 && !matches!(self.law, Law::ConstantSpeed(_)) {
             let middle = self.knot_after(step, fit.length - 1);
             let half_rise = middle.instant.wrapping_sub(first.instant);
             fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
@@ -79,6 +85,31 @@ impl Phase {
         // The step at the far end is on the quadratic too.
         let steps = if left - 1 <= 1 << fit.length { left } else { 1 << fit.length };
         (fit.segment(steps), Some(far))
+    }
+
+    /// Shortens a segment of a cubic until its quadratic is as near as it has to be, and bends it. `far` is the step at its end;
+    /// returns that of the shorter one.
+    #[inline(never)]
+    fn shorten(&self, step: u32, cubic: &Cubic, fit: &mut Quadratic, mut far: Knot) -> Knot {
+        while fit.length > 0 {
+            let middle = self.knot_after(step, fit.length - 1);
+            let half_rise = middle.instant.wrapping_sub(fit.first);
+            fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
+            // A quadratic through three steps is exact there, and farthest from a cubic near the middle between them.
+            let quarter = (1_u32 << fit.length) / 4;
+            let is_near = |quarters: u64| {
+                let instant = fit.first + fit.rise * quarters / 4;
+                let instant = instant.wrapping_add_signed(-fit.bend * 3 / 8).wrapping_sub(self.origin);
+                let half_steps = (step + quarter * quarters as u32) * 2 + 1;
+                cubic.is_near(half_steps, instant, fit.rise)
+            };
+            if quarter == 0 || is_near(1) && is_near(3) {
+                return far;
+            }
+            (far, fit.rise, fit.bend) = (middle, half_rise, 0);
+            fit.length -= 1;
+        }
+        far
     }
 
     fn knot_after(&self, step: u32, length: u32) -> Knot {

@@ -1,5 +1,6 @@
 //! Takes from the plan's floats what a phase of an axis needs, once a phase.
 
+use super::cubic::Cubic;
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
 use super::frame::{ConstantAccelRamp, Cruise, Frame, View, point_for};
 use super::phase::{Law, Phase};
@@ -13,6 +14,8 @@ const STEPS_END: u32 = 1 << 31;
 /// log2 of the steps of the longest segment of a cruise. Its interval is rounded to 2^-32 tick, which makes 2^-10 tick
 /// over this many steps.
 const CRUISE_LENGTH_MAX: u32 = 22;
+/// log2 of the steps of the longest segment where the acceleration changes.
+const CUBIC_LENGTH_MAX: u32 = 8;
 /// log2 of the lead, ticks, from which on a ramp is a [`SmallAccel`]: 13 days at 125 MHz.
 const SMALL_ACCEL_LEAD_LOG2: i32 = 47;
 
@@ -78,6 +81,15 @@ impl Phase {
         let length = length_held(period_ticks, CRUISE_LENGTH_MAX);
         let law = Law::ConstantSpeed(Line { start, slope });
         *self = Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 };
+    }
+
+    /// Makes it follow a cubic up to the step before `end`.
+    #[inline(never)]
+    pub(super) fn change_accel(&mut self, cubic: &Cubic, view: View, end: u32) {
+        let point = view.point();
+        let origin = fixed(view.clock.begin_ticks, point.into()) as u64;
+        let law = Law::Cubic(Cubic { point, ..*cubic });
+        *self = Self { law, origin, end, reach: end - 1, backwards: false, point, length: CUBIC_LENGTH_MAX as u8 };
     }
 
     /// Makes it decelerate to the last of the axis's steps, the one before `end`.

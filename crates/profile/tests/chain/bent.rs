@@ -1,13 +1,14 @@
 //! What holds of a chain whose corners are blends: every axis keeps its limits, the path keeps its deviation, and every step
 //! is made once, where it belongs.
 
-use isostep_profile::chain::{Chain, Chunk, ChunkKind, Plan, Request};
+use isostep_profile::chain::{Chunk, ChunkKind, Plan, Request};
 use isostep_profile::{Blend, Course, Lane, SyncMove, fit_error_max_ticks};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
 use super::case::{AXES, Case};
 use super::drive::Event;
+use super::sees::{Sees, make};
 
 /// What rounding may change, as a fraction.
 const SAME: f64 = 1e-6;
@@ -52,12 +53,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    fn restart(&mut self) {
-        (self.at_s, self.speeds_steps_s) = (0.0, [0.0; AXES]);
-        self.made_s = [(f64::NEG_INFINITY, 0, 0); AXES];
-    }
-
-    fn see(&mut self, chunk: &Chunk<AXES>) -> TestCaseResult {
+    fn see_chunk(&mut self, chunk: &Chunk<AXES>) -> TestCaseResult {
         prop_assert!(chunk.until_s.is_finite() && chunk.until_s >= self.at_s, "{chunk:?} after {}", self.at_s);
         if chunk.tag != self.tag {
             prop_assert_eq!(chunk.tag, self.tag + 1);
@@ -316,68 +312,26 @@ fn compiles(blend: &Blend<AXES>, axis: usize, tick_hz: u32) -> TestCaseResult {
     Ok(())
 }
 
+impl Sees for Watch<'_> {
+    fn see(&mut self, chunk: &Chunk<AXES>) -> TestCaseResult {
+        self.see_chunk(chunk)
+    }
+
+    fn restart(&mut self) -> TestCaseResult {
+        (self.at_s, self.speeds_steps_s) = (0.0, [0.0; AXES]);
+        self.made_s = [(f64::NEG_INFINITY, 0, 0); AXES];
+        Ok(())
+    }
+
+    fn is_overridden(&mut self) {
+        self.has_changed = true;
+    }
+}
+
 /// Makes the moves of the case with these events, and then all moves that are left. Returns how many blends there were.
 pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> Result<usize, TestCaseError> {
-    let mut chain = Chain::<AXES, LEN>::new(case.config());
     let mut watch = Watch::new(case);
-    let mut asked = case.moves.iter();
-    let mut push = |chain: &mut Chain<AXES, LEN>, count: usize| {
-        for _ in 0..count {
-            if chain.is_full() {
-                break;
-            }
-            let Some(request) = asked.next() else { break };
-            chain.push(*request).unwrap();
-        }
-        asked.len()
-    };
-    let advance = |chain: &mut Chain<AXES, LEN>, watch: &mut Watch, most_s: f64| -> Result<bool, TestCaseError> {
-        let before_s = chain.at_s();
-        let Some(chunk) = chain.advance(most_s) else {
-            prop_assert!(chain.is_at_rest());
-            return Ok(false);
-        };
-        prop_assert!(chunk.plan.blend().is_some() || chunk.until_s <= before_s + most_s * (1.0 + 1e-9));
-        watch.see(&chunk)?;
-        Ok(true)
-    };
-    let start = |chain: &mut Chain<AXES, LEN>, watch: &mut Watch| {
-        if chain.is_at_rest() {
-            watch.restart();
-        }
-        chain.start();
-    };
-    for event in events {
-        match *event {
-            Event::Push(count) => _ = push(&mut chain, count),
-            Event::Advance(chunks, most_s) => {
-                for _ in 0..chunks {
-                    if !advance(&mut chain, &mut watch, most_s)? {
-                        break;
-                    }
-                }
-            }
-            Event::Hold => chain.hold(),
-            Event::Settle => {
-                chain.hold();
-                while advance(&mut chain, &mut watch, f64::INFINITY)? {}
-                prop_assert!(chain.is_at_rest());
-                start(&mut chain, &mut watch);
-            }
-            Event::Start => start(&mut chain, &mut watch),
-            Event::Override(ratios) => {
-                watch.has_changed = true;
-                chain.override_speed(ratios.feed, ratios.rapid);
-            }
-        }
-    }
-    start(&mut chain, &mut watch);
-    while push(&mut chain, LEN) > 0 {
-        advance(&mut chain, &mut watch, f64::INFINITY)?;
-    }
-    while advance(&mut chain, &mut watch, f64::INFINITY)? {}
-    prop_assert!(chain.is_empty() && chain.is_at_rest());
-    let all = case.moves.iter().fold([0; AXES], |sum, one| std::array::from_fn(|axis| sum[axis] + one.steps[axis]));
-    prop_assert_eq!(watch.made_steps, all);
+    make::<LEN>(case, events, &mut watch)?;
+    prop_assert_eq!(watch.made_steps, case.all_steps());
     Ok(watch.blends)
 }

@@ -8,7 +8,7 @@ use crate::case::{Case, case, trapezoid};
 use crate::drive::{holds, overrides, pushes};
 
 /// Moves at whose corners the path may leave by some hundredths of a millimetre, or not at all.
-fn bent(most: usize) -> impl Strategy<Value = Case> {
+pub fn bent(most: usize) -> impl Strategy<Value = Case> {
     let deviation = prop_oneof![1 => Just(0.0f32), 4 => (1e-3f32.ln()..0.3f32.ln()).prop_map(f32::exp)];
     let jumps = prop::bool::weighted(0.1);
     let offset = || prop_oneof![1 => Just(0), 2 => -64..=64i8];

@@ -19,6 +19,12 @@ pub struct Case {
 }
 
 impl Case {
+    /// The steps of all moves together.
+    pub fn all_steps(&self) -> [i32; AXES] {
+        let add = |sum: [i32; AXES], one: &Request<AXES>| std::array::from_fn(|axis| sum[axis] + one.steps[axis]);
+        self.moves.iter().fold([0; AXES], add)
+    }
+
     pub fn config(&self) -> ChainConfig<AXES> {
         let plain = ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law);
         plain.with_effort(self.effort)

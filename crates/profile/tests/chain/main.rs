@@ -15,3 +15,5 @@ mod model;
 mod optimum;
 mod overrides;
 mod pushes;
+mod sees;
+mod shaped;

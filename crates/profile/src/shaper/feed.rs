@@ -1,0 +1,98 @@
+//! The chunks of a chain as the legs of one axis.
+
+use super::{Impulses, Shaped};
+use crate::chain::{Chunk, ChunkKind, Plan};
+
+/// Reads the chunks of a run, in order, for one axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Feed {
+    axis: usize,
+    /// The whole step next to where the move under way begins, counted from the beginning of the run.
+    from_steps: i32,
+    /// The leg of the chunk that comes next, and whether some of it has been read.
+    index: usize,
+    is_begun: bool,
+}
+
+impl Feed {
+    /// What reads no run yet.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self { axis: 0, from_steps: 0, index: 0, is_begun: false }
+    }
+
+    /// Begins a run of the axis with index `axis`, whose first chunk is this. Its top speed is `top_steps_s`.
+    pub fn begin<const N: usize, const LEN: usize>(
+        axis: usize,
+        first: &Chunk<N>,
+        shaped: &mut Shaped<LEN>,
+        impulses: Impulses,
+        top_steps_s: f64,
+    ) -> Self {
+        let (before, place_steps) = match &first.plan {
+            Plan::Line(line) => {
+                let begin_steps = line.begin_steps();
+                (signed(line.steps[axis], line.steps_before(axis, begin_steps)), line.axis_place(axis, begin_steps))
+            }
+            Plan::Blend(blend) => (blend.ends_steps(axis)[0], blend.place_at(axis, blend.begin_s())),
+        };
+        shaped.begin(impulses, top_steps_s, place_steps - f64::from(before));
+        Self { axis, from_steps: before.wrapping_neg(), index: 0, is_begun: false }
+    }
+
+    /// Reads one leg of the chunk, or what has become known of one. False if all that is known of it has been read, or there
+    /// is no room.
+    pub fn read<const N: usize, const LEN: usize>(&mut self, chunk: &Chunk<N>, shaped: &mut Shaped<LEN>) -> bool {
+        let known_s = shaped.known_s();
+        while known_s < chunk.until_s && (self.is_begun || shaped.has_room()) {
+            let Some((leg, leg_end_s)) = chunk.plan.leg(self.axis, self.index) else { return false };
+            let is_whole = leg_end_s <= chunk.until_s;
+            let end_s = if is_whole { leg_end_s } else { chunk.until_s };
+            let is_approach = self.index == 0 && chunk.plan.blend().is_some();
+            if self.is_begun {
+                shaped.extend(end_s.max(known_s), is_whole);
+            } else if is_approach && shaped.can_do_without(&leg, end_s) {
+                // The leg before it goes on.
+            } else if !shaped.push(leg, self.from_steps, end_s, is_whole) && !is_whole {
+                // Too little of it is known to begin it.
+                return false;
+            }
+            (self.index, self.is_begun) = if is_whole { (self.index + 1, false) } else { (self.index, true) };
+            if shaped.known_s() > known_s {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Goes on from one chunk, of which all has been read, to the next.
+    pub fn go_on<const N: usize>(&mut self, from: &Chunk<N>, next: &Chunk<N>) {
+        (self.index, self.is_begun) = (0, false);
+        let is_move = matches!(next.plan, Plan::Blend(_)) || next.kind == ChunkKind::Move;
+        if is_move {
+            let steps = match &from.plan {
+                Plan::Line(line) => line.steps[self.axis],
+                Plan::Blend(blend) => blend.steps[self.axis],
+            };
+            self.from_steps = self.from_steps.wrapping_add(steps);
+        }
+    }
+
+    /// The run ends with this chunk, of which all has been read; there is room for another leg.
+    pub fn finish<const N: usize, const LEN: usize>(&mut self, last: &Chunk<N>, shaped: &mut Shaped<LEN>) {
+        let axis = self.axis;
+        let (made, place_steps) = match &last.plan {
+            Plan::Line(line) => {
+                let made = signed(line.steps[axis], line.steps_before(axis, last.until_steps));
+                (made, line.axis_place(axis, last.until_steps))
+            }
+            Plan::Blend(blend) => (blend.ends_steps(axis)[1], blend.place_at(axis, blend.end_s())),
+        };
+        shaped.finish(place_steps, self.from_steps, self.from_steps.wrapping_add(made));
+    }
+}
+
+/// So many steps in the direction of a move of this many.
+fn signed(of: i32, steps: u32) -> i32 {
+    if of < 0 { -(steps as i32) } else { steps as i32 }
+}

@@ -1,0 +1,611 @@
+//! The motion of one axis, shaped: what it does next, at constant acceleration.
+//!
+//! # Design
+//! The motion comes as legs. Each impulse of the shaper stands on one of them, as late as its delay says. Until the next
+//! impulse goes on to another leg, the weighted sum of all is again a motion at constant acceleration: a bend. Its state is
+//! computed where it begins, from the legs' own states, so no error accumulates from bend to bend.
+//!
+//! A step is due where the axis is half a step from a whole one, as everywhere. The count of the steps goes on from bend to
+//! bend, and where the axis comes to rest it is that of the motion, not what rounding makes of the sum. So the end of a leg
+//! is passed only when it is known whether a rest follows.
+
+use libm::floor;
+
+use crate::chain::ring::Ring;
+use crate::fixed::{is_negative, is_zero};
+use crate::root::sqrt;
+use crate::shaper::{IMPULSES_MAX, Impulses};
+
+/// Instants with a smaller difference are the same, s.
+const SAME_S: f64 = 1e-10;
+/// An edge counts as passed so far behind it, steps: beyond what rounding does to a place. It is made at its instant.
+const PASSED_STEPS: f64 = 1e-9;
+/// A leg that lasts less than this, s, can be done without if each step comes by half of this later or earlier then, or if the
+/// axis is by half of this farther beside.
+const BRIEF_S: f64 = 20e-6;
+const AS_GOOD_S: f64 = 1e-9;
+const AS_GOOD_STEPS: f64 = 2e-8;
+/// How much of a leg waits until it is known whether a rest follows, s.
+const LAST_S: f64 = 0.5e-3;
+/// A turn that comes as soon as this, s, is that from which a bend begins.
+const AT_ONCE_S: f64 = 1e-6;
+/// For so many bends the mean of a box is added up. Then it is computed anew, so that rounding errors stay where they are.
+const ADDED_MAX: u8 = 32;
+/// Places are kept below this, steps, so that they keep their digits.
+const FAR_STEPS: u32 = 1 << 15;
+
+/// What an axis does for a while: it keeps one acceleration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// When it begins, s from the start of the run.
+    pub begin_s: f64,
+    /// Where it begins, steps.
+    pub place_steps: f64,
+    /// The speed there, steps/s, signed by direction.
+    pub speed_steps_s: f64,
+    /// The acceleration, steps/s², signed by direction.
+    pub accel_steps_s2: f64,
+}
+
+impl Leg {
+    /// Standing at a place since `begin_s`.
+    #[must_use]
+    pub const fn rest(begin_s: f64, place_steps: f64) -> Self {
+        Self { begin_s, place_steps, speed_steps_s: 0.0, accel_steps_s2: 0.0 }
+    }
+
+    fn is_rest(&self) -> bool {
+        is_zero(self.speed_steps_s) && is_zero(self.accel_steps_s2)
+    }
+
+    /// What it adds to an integral of the place from one instant to another, both of them in it.
+    fn integral(&self, from_s: f64, to_s: f64) -> f64 {
+        let lasts_s = to_s - from_s;
+        let (place_steps, speed_steps_s) = self.at(from_s);
+        (place_steps + (0.5 * speed_steps_s + self.accel_steps_s2 * lasts_s * (1.0 / 6.0)) * lasts_s) * lasts_s
+    }
+
+    /// Where the axis is, and how fast, at `t_s` from the start of the run.
+    #[inline(always)]
+    fn at(&self, t_s: f64) -> (f64, f64) {
+        if self.is_rest() {
+            return (self.place_steps, 0.0);
+        }
+        let past_s = t_s - self.begin_s;
+        if past_s.to_bits() << 1 <= SAME_S.to_bits() << 1 {
+            return (self.place_steps, self.speed_steps_s);
+        }
+        if is_zero(self.accel_steps_s2) {
+            return (self.place_steps + self.speed_steps_s * past_s, self.speed_steps_s);
+        }
+        let gained_steps_s = self.accel_steps_s2 * past_s;
+        (self.place_steps + (self.speed_steps_s + 0.5 * gained_steps_s) * past_s, self.speed_steps_s + gained_steps_s)
+    }
+}
+
+/// A stretch of shaped motion of one axis, at constant acceleration, in which the axis may turn; or at constant jerk, in which it
+/// does not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bend {
+    /// What it does from its beginning on; its place is counted from the same whole step as `counts`.
+    pub leg: Leg,
+    /// When it ends, s from the start of the run.
+    pub end_s: f64,
+    /// Where the axis is then, steps.
+    pub end_place_steps: f64,
+    /// How fast it is then, steps/s, signed by direction.
+    pub end_speed_steps_s: f64,
+    /// How the acceleration changes, steps/s³.
+    pub jerk_steps_s3: f64,
+    /// The whole step where the axis begins, where it turns, and where it ends. If it does not turn, the second is the third.
+    pub counts: [i32; 3],
+}
+
+impl Bend {
+    /// How many steps the axis makes, and how many of them before it turns; if it does not turn, that is all of them.
+    #[must_use]
+    pub fn step_counts(&self) -> (u32, u32) {
+        let [begin, turn, end] = self.counts;
+        let out = turn.abs_diff(begin);
+        (out + end.abs_diff(turn), out)
+    }
+
+    /// The direction of the first step, 1 or -1; 0 if there is none.
+    #[must_use]
+    pub fn direction(&self) -> i32 {
+        let [begin, turn, end] = self.counts;
+        if turn == begin { (end - turn).signum() } else { (turn - begin).signum() }
+    }
+}
+
+/// What the impulses add up to: a leg, whose acceleration a box makes change.
+#[derive(Clone, Copy)]
+struct Sum {
+    leg: Leg,
+    /// Steps/s³.
+    jerk_steps_s3: f64,
+}
+
+impl Sum {
+    fn is_curved(&self) -> bool {
+        !is_zero(self.jerk_steps_s3)
+    }
+
+    /// Where the axis is, and how fast, at `t_s` from the start of the run.
+    #[inline(always)]
+    fn at(&self, t_s: f64) -> (f64, f64) {
+        if self.is_curved() { self.at_by_jerk(t_s) } else { self.leg.at(t_s) }
+    }
+
+    #[inline(never)]
+    fn at_by_jerk(&self, t_s: f64) -> (f64, f64) {
+        let Leg { begin_s, place_steps, speed_steps_s, accel_steps_s2 } = self.leg;
+        let past_s = t_s - begin_s;
+        let gained_steps_s2 = 0.5 * self.jerk_steps_s3 * past_s;
+        let mean_steps_s = speed_steps_s + (0.5 * accel_steps_s2 + gained_steps_s2 * (1.0 / 3.0)) * past_s;
+        (place_steps + mean_steps_s * past_s, speed_steps_s + (accel_steps_s2 + gained_steps_s2) * past_s)
+    }
+
+    /// When an axis whose acceleration changes turns first, s after its beginning; infinite if it does not. At once does not
+    /// count.
+    #[inline(never)]
+    fn turns_after_s(&self) -> f64 {
+        let Self { leg: Leg { speed_steps_s: v, accel_steps_s2: a, .. }, jerk_steps_s3: j } = *self;
+        let square = a * a - 2.0 * j * v;
+        if square < 0.0 {
+            return f64::INFINITY;
+        }
+        let far = -(a + sqrt(square).copysign(a));
+        if is_zero(far) {
+            return f64::INFINITY;
+        }
+        let counts = |t_s: f64| if t_s > AT_ONCE_S { t_s } else { f64::INFINITY };
+        let (one_s, other_s) = (counts(far / j), counts(2.0 * v / far));
+        if one_s < other_s { one_s } else { other_s }
+    }
+}
+
+/// One impulse on its way over the legs.
+#[derive(Clone, Copy, Debug)]
+struct Cursor {
+    weight: f64,
+    delay_s: f64,
+    /// The number of the leg on which it stands.
+    on: u32,
+    /// What it adds there, the leg later by the delay and times the weight; and whether that has been computed.
+    part: Leg,
+    is_part: bool,
+    /// When it comes to the end of the leg, s from the start of the run; the delay included.
+    end_s: f64,
+}
+
+impl Cursor {
+    const NONE: Self = Self { weight: 0.0, delay_s: 0.0, on: 0, part: Leg::rest(0.0, 0.0), is_part: false, end_s: 0.0 };
+}
+
+/// The shaped motion of one axis of a run. `LEN` legs are kept, which are those between the first impulse and the last. It is
+/// large.
+#[derive(Clone, Debug)]
+pub struct Shaped<const LEN: usize> {
+    cursors: [Cursor; IMPULSES_MAX],
+    /// How many of them there are.
+    count: usize,
+    top_steps_s: f64,
+    /// If it is a box: the inverse of how long that lasts, and 0 otherwise.
+    per_box_s: f64,
+    /// Where the axis is in the mean, and for how many bends that has been added up.
+    mean_steps: f64,
+    added: u8,
+    legs: Ring<Leg, LEN>,
+    /// The number of the first leg that is kept.
+    first: u32,
+    /// Up to when legs are known, s from the start of the run; and whether the last one ends there.
+    known_s: f64,
+    is_whole: bool,
+    /// The whole step from which the places of legs count, steps from the beginning of the run.
+    base_steps: i32,
+    /// Up to when bends have been taken, also with what counts as that instant, and the steps up to there.
+    t_s: f64,
+    now_s: f64,
+    made_steps: i32,
+    /// The steps up to the last leg, if that is a rest; and whether it is the end.
+    rest_steps: i32,
+    is_finished: bool,
+}
+
+impl<const LEN: usize> Shaped<LEN> {
+    /// Nothing is known of any motion. It is all zeros in memory, so that a chip needs no copy of it in flash.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self {
+            cursors: [Cursor::NONE; IMPULSES_MAX],
+            count: 0,
+            top_steps_s: 0.0,
+            per_box_s: 0.0,
+            mean_steps: 0.0,
+            added: 0,
+            legs: Ring::new(Leg::rest(0.0, 0.0)),
+            first: 0,
+            known_s: 0.0,
+            is_whole: false,
+            base_steps: 0,
+            t_s: 0.0,
+            now_s: 0.0,
+            made_steps: 0,
+            rest_steps: 0,
+            is_finished: false,
+        }
+    }
+
+    /// Begins a run, at rest at `place_steps` from the whole step where the axis is. `top_steps_s` is its top speed.
+    pub fn begin(&mut self, impulses: Impulses, top_steps_s: f64, place_steps: f64) {
+        self.legs.clear();
+        (self.count, self.top_steps_s, self.first) = (0, top_steps_s, 0);
+        (self.known_s, self.base_steps, self.made_steps, self.rest_steps) = (0.0, 0, 0, 0);
+        (self.is_whole, self.is_finished) = (false, false);
+        (self.t_s, self.now_s) = (0.0, SAME_S);
+        self.append(Leg::rest(0.0, place_steps));
+        for (cursor, (weight, delay_s)) in self.cursors.iter_mut().zip(impulses.iter()) {
+            *cursor = Cursor { weight, delay_s, ..Cursor::NONE };
+            self.count += 1;
+        }
+        (self.per_box_s, self.mean_steps, self.added) = (0.0, place_steps, 0);
+        if impulses.is_box() {
+            // The mean changes by what comes in at its beginning and goes out at its end.
+            self.per_box_s = 1.0 / (self.cursors[1].delay_s - self.cursors[0].delay_s);
+            (self.cursors[0].weight, self.cursors[1].weight) = (self.per_box_s, -self.per_box_s);
+        }
+        self.set_parts();
+    }
+
+    /// Whether there is room for another leg.
+    #[must_use]
+    pub fn has_room(&self) -> bool {
+        !self.legs.is_full()
+    }
+
+    /// Up to when legs are known, s from the start of the run.
+    #[must_use]
+    pub fn known_s(&self) -> f64 {
+        self.known_s
+    }
+
+    /// Up to when bends have been taken, s from the start of the run.
+    #[must_use]
+    pub fn taken_s(&self) -> f64 {
+        self.t_s
+    }
+
+    /// Whether the end has been taken: the axis stands still, and so do all that it is the sum of.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        let last = self.last();
+        self.is_finished && self.on_legs().iter().all(|cursor| cursor.on == last)
+    }
+
+    /// Adds what the axis does up to `end_s`, for which there is room; `is_whole` tells that it ends there. The place of the leg
+    /// counts from the whole step `from_steps`, which is counted from the beginning of the run. False if it would last no time:
+    /// then it is left out.
+    pub fn push(&mut self, leg: Leg, from_steps: i32, end_s: f64, is_whole: bool) -> bool {
+        if is_earlier(end_s, self.known_s + SAME_S) {
+            return false;
+        }
+        if leg.is_rest() {
+            self.rest_steps = from_steps;
+            if self.legs.last().is_some_and(Leg::is_rest) {
+                self.extend(end_s, is_whole);
+                return true;
+            }
+        }
+        let is_far = from_steps.abs_diff(self.base_steps) > FAR_STEPS;
+        if is_far {
+            let moved_steps = f64::from(self.base_steps.wrapping_sub(from_steps));
+            for index in 0..self.legs.len() {
+                self.legs.get_mut(index).into_iter().for_each(|leg| leg.place_steps += moved_steps);
+            }
+            self.mean_steps += moved_steps;
+            self.base_steps = from_steps;
+        }
+        let place_steps = leg.place_steps + f64::from(from_steps.wrapping_sub(self.base_steps));
+        self.append(Leg { place_steps, ..leg });
+        self.extend(end_s, is_whole);
+        if is_far {
+            self.set_parts();
+        }
+        true
+    }
+
+    /// Whether a leg at constant speed, as fast as the last one ends, lasts so little that the axis is as good as where it would
+    /// be if the last leg went on instead. Moves that are not quite alike have many of these between their blends.
+    pub(crate) fn can_do_without(&self, leg: &Leg, end_s: f64) -> bool {
+        let lasts_s = end_s - leg.begin_s;
+        is_earlier(lasts_s, BRIEF_S)
+            && self.legs.last().is_some_and(|last| {
+                let twice_steps = last.accel_steps_s2.abs() * (lasts_s * lasts_s);
+                twice_steps <= AS_GOOD_STEPS + AS_GOOD_S * leg.speed_steps_s.abs()
+            })
+    }
+
+    /// The last leg goes on up to `end_s`; `is_whole` tells that it ends there.
+    pub fn extend(&mut self, end_s: f64, is_whole: bool) {
+        (self.known_s, self.is_whole) = (end_s, is_whole);
+        let last = self.last();
+        for index in 0..self.count {
+            if self.cursors[index].on + 1 >= last {
+                self.set_end(index);
+            }
+        }
+    }
+
+    /// The motion ends where the last leg ends, for which there is room: at `place_steps` from the whole step `from_steps`.
+    /// It has made `steps` steps in all then, signed by direction.
+    pub fn finish(&mut self, place_steps: f64, from_steps: i32, steps: i32) {
+        let leg = Leg::rest(self.known_s, place_steps);
+        self.push(leg, from_steps, f64::INFINITY, false);
+        (self.rest_steps, self.is_finished) = (steps, true);
+    }
+
+    /// What the axis does next; `None` if not enough is known, or if it is over.
+    pub fn next_bend(&mut self) -> Option<Bend> {
+        let mut end_s = self.until_s();
+        while is_earlier(end_s, self.now_s) {
+            if !self.pass_on() {
+                return None;
+            }
+            end_s = self.until_s();
+        }
+        if end_s.to_bits() == f64::INFINITY.to_bits() {
+            return None;
+        }
+        if self.may_come_to_rest(end_s) {
+            end_s -= LAST_S;
+            if is_negative(end_s - self.now_s) {
+                return None;
+            }
+        }
+        let mut sum = Sum { leg: self.sum(), jerk_steps_s3: 0.0 };
+        if !is_zero(self.per_box_s) {
+            sum = self.mean(sum.leg);
+            if sum.is_curved() {
+                let turns_s = sum.turns_after_s();
+                end_s = if turns_s < end_s - self.t_s - AT_ONCE_S { self.t_s + turns_s } else { end_s };
+            }
+            self.mean_steps = sum.at(end_s).0;
+        }
+        let bend = self.bend(sum, end_s);
+        (self.t_s, self.now_s) = (end_s, end_s + SAME_S);
+        self.made_steps = bend.counts[2] + self.base_steps;
+        Some(bend)
+    }
+
+    fn append(&mut self, leg: Leg) {
+        if let Some(place) = self.legs.next_place() {
+            *place = leg;
+            self.legs.extend();
+        }
+    }
+
+    fn on_legs(&self) -> &[Cursor] {
+        &self.cursors[..self.count]
+    }
+
+    /// The number of the last leg.
+    fn last(&self) -> u32 {
+        self.first + self.legs.len() as u32 - 1
+    }
+
+    /// When the first of the impulses comes to the end of its leg, s from the start of the run.
+    fn until_s(&self) -> f64 {
+        let mut until_s = f64::INFINITY;
+        for cursor in self.on_legs() {
+            if is_earlier(cursor.end_s, until_s) {
+                until_s = cursor.end_s;
+            }
+        }
+        until_s
+    }
+
+    /// Has the impulses that have come to the end of their legs go on to the next ones. False if one of these is not known.
+    fn pass_on(&mut self) -> bool {
+        let last = self.last();
+        let mut oldest = last;
+        for index in 0..self.count {
+            let cursor = &mut self.cursors[index];
+            if is_earlier(cursor.end_s, self.now_s) {
+                if cursor.on == last {
+                    return false;
+                }
+                (cursor.on, cursor.is_part) = (cursor.on + 1, false);
+                self.set_end(index);
+            }
+            oldest = oldest.min(self.cursors[index].on);
+        }
+        while self.first < oldest {
+            self.legs.pop();
+            self.first += 1;
+        }
+        true
+    }
+
+    /// Has what all impulses add computed again, and sets up to when they add it.
+    fn set_parts(&mut self) {
+        for index in 0..self.count {
+            self.cursors[index].is_part = false;
+            self.set_end(index);
+        }
+    }
+
+    /// Sets what an impulse adds on its leg.
+    fn set_part(&mut self, index: usize) {
+        let Cursor { weight, delay_s, on, .. } = self.cursors[index];
+        let Some(leg) = self.legs.get((on - self.first) as usize) else { return };
+        let by_weight = |value: f64| if is_zero(value) { 0.0 } else { weight * value };
+        self.cursors[index].is_part = true;
+        self.cursors[index].part = Leg {
+            begin_s: leg.begin_s + delay_s,
+            place_steps: by_weight(leg.place_steps),
+            speed_steps_s: by_weight(leg.speed_steps_s),
+            accel_steps_s2: by_weight(leg.accel_steps_s2),
+        };
+    }
+
+    /// Sets when an impulse comes to the end of its leg.
+    fn set_end(&mut self, index: usize) {
+        let Cursor { delay_s, on, .. } = self.cursors[index];
+        let next = self.legs.get((on - self.first) as usize + 1);
+        self.cursors[index].end_s = next.map_or(self.known_s, |next| next.begin_s) + delay_s;
+    }
+
+    /// What all impulses add up to, from now on.
+    fn sum(&mut self) -> Leg {
+        let mut sum = Leg::rest(self.t_s, 0.0);
+        for index in 0..self.count {
+            if !self.cursors[index].is_part {
+                self.set_part(index);
+            }
+            let part = &self.cursors[index].part;
+            let (place_steps, speed_steps_s) = part.at(self.t_s);
+            if sum.is_rest() && is_zero(sum.place_steps) {
+                // To add to nothing takes as long as to add to something.
+                sum = Leg { place_steps, speed_steps_s, ..*part };
+            } else {
+                sum.place_steps += place_steps;
+                sum.speed_steps_s += speed_steps_s;
+                sum.accel_steps_s2 += part.accel_steps_s2;
+            }
+        }
+        sum.begin_s = self.t_s;
+        sum
+    }
+
+    /// The motion of a box, of which the sum of its ends is the speed.
+    #[inline(never)]
+    fn mean(&mut self, ends: Leg) -> Sum {
+        let [first, last] = [0, 1].map(|index| self.cursors[index].on);
+        if first == last
+            && let Some(leg) = self.legs.get((first - self.first) as usize)
+        {
+            // All of the box is on one leg.
+            let [begin_s, end_s] = [0, 1].map(|index| self.cursors[index].delay_s);
+            let (place_steps, speed_steps_s) = leg.at(self.t_s - 0.5 * (begin_s + end_s));
+            let lasts_s = end_s - begin_s;
+            self.mean_steps = place_steps + leg.accel_steps_s2 * (1.0 / 24.0) * lasts_s * lasts_s;
+            self.added = 0;
+            let leg = Leg { begin_s: self.t_s, place_steps: self.mean_steps, speed_steps_s, ..*leg };
+            return Sum { leg, jerk_steps_s3: 0.0 };
+        }
+        if self.added == ADDED_MAX {
+            (self.mean_steps, self.added) = (self.whole_mean(), 0);
+        }
+        self.added += 1;
+        let leg = Leg {
+            begin_s: self.t_s,
+            place_steps: self.mean_steps,
+            speed_steps_s: ends.place_steps,
+            accel_steps_s2: ends.speed_steps_s,
+        };
+        Sum { leg, jerk_steps_s3: ends.accel_steps_s2 }
+    }
+
+    /// The mean of the place over the box, from all the legs in it.
+    fn whole_mean(&self) -> f64 {
+        let [to_s, from_s] = [0, 1].map(|index| self.t_s - self.cursors[index].delay_s);
+        let mut integral = 0.0;
+        for number in self.cursors[1].on..=self.cursors[0].on {
+            let index = (number - self.first) as usize;
+            let Some(leg) = self.legs.get(index) else { continue };
+            let ends_s = self.legs.get(index + 1).map_or(self.known_s, |next| next.begin_s);
+            let begins_s = if number == self.cursors[1].on { from_s } else { leg.begin_s };
+            integral += leg.integral(begins_s, if number == self.cursors[0].on { to_s } else { ends_s });
+        }
+        integral * self.per_box_s
+    }
+
+    /// Whether the last leg is a rest.
+    fn ends_at_rest(&self) -> bool {
+        self.legs.last().is_some_and(Leg::is_rest)
+    }
+
+    /// Whether it is not known yet if the axis comes to rest at `end_s`, where the count of that rest decides on its last step.
+    fn may_come_to_rest(&self, end_s: f64) -> bool {
+        let (last, until_s) = (self.last(), end_s + SAME_S);
+        let comes = |cursor: &Cursor| cursor.on == last && is_earlier(cursor.end_s, until_s);
+        self.is_whole && !self.ends_at_rest() && self.on_legs().iter().all(comes)
+    }
+
+    /// The count where the axis comes to rest, if it does so at `end_s`.
+    fn rest_count(&self, end_s: f64) -> Option<i32> {
+        let (last, until_s) = (self.last(), end_s + SAME_S);
+        let comes = |cursor: &Cursor| cursor.on == last || cursor.on + 1 == last && is_earlier(cursor.end_s, until_s);
+        let is_at_rest = self.ends_at_rest() && self.on_legs().iter().all(comes);
+        is_at_rest.then(|| self.rest_steps.wrapping_sub(self.base_steps))
+    }
+
+    /// What the axis makes of this leg up to `end_s`.
+    fn bend(&self, sum: Sum, end_s: f64) -> Bend {
+        let begin = self.made_steps.wrapping_sub(self.base_steps);
+        let last = self.rest_count(end_s);
+        let (end_place_steps, end_speed_steps_s) = sum.at(end_s);
+        let Sum { leg, jerk_steps_s3 } = sum;
+        let (from_steps_s, to_steps_s) = (leg.speed_steps_s, end_speed_steps_s);
+        let is_back = match sum.is_curved() {
+            true => end_place_steps < leg.place_steps,
+            false => is_negative(if is_zero(to_steps_s) { from_steps_s } else { to_steps_s }),
+        };
+        let end = last.unwrap_or_else(|| {
+            if leg.is_rest() && !sum.is_curved() { begin } else { passed(end_place_steps, is_back) }
+        });
+        let mut bend =
+            Bend { leg, end_s, end_place_steps, end_speed_steps_s, jerk_steps_s3, counts: [begin, end, end] };
+        if !sum.is_curved() && turns(from_steps_s, to_steps_s) {
+            bend.counts[1] = turn(leg.place_steps, from_steps_s, leg.accel_steps_s2, [begin, end], self.top_steps_s);
+        } else if end == begin || (end < begin) == is_back && (sum.is_curved() || !leg.is_rest()) {
+            // It goes on in its direction.
+        } else if last.is_none() {
+            bend.counts = [begin; 3];
+        } else {
+            // Rounding has made a step too many, or one too few: the last bend makes up for it.
+            let speed_steps_s = f64::from(end - begin) / (end_s - leg.begin_s);
+            bend.leg = Leg { speed_steps_s, ..Leg::rest(leg.begin_s, f64::from(begin)) };
+            bend.jerk_steps_s3 = 0.0;
+            (bend.end_place_steps, bend.end_speed_steps_s) = (f64::from(end), speed_steps_s);
+        }
+        bend
+    }
+}
+
+/// Whether an instant is another, or comes before it. No instant is before the start of the run, so they compare as their bits
+/// do; comparing floats is a call.
+fn is_earlier(t_s: f64, than_s: f64) -> bool {
+    t_s.to_bits() <= than_s.to_bits()
+}
+
+/// Whether an axis that begins and ends with these speeds turns on the way.
+pub(crate) fn turns(from_steps_s: f64, to_steps_s: f64) -> bool {
+    is_negative(from_steps_s) != is_negative(to_steps_s) && !is_zero(from_steps_s) && !is_zero(to_steps_s)
+}
+
+/// The step nearest to the place where an axis turns whose two edges there, out and back, are no nearer to each other than
+/// two steps at its top speed. `counts` are the whole steps where it begins and ends.
+pub(crate) fn turn(place_steps: f64, from_steps_s: f64, accel: f64, counts: [i32; 2], top_steps_s: f64) -> i32 {
+    let (accel, is_back) = (accel.abs(), from_steps_s < 0.0);
+    let along = |count: i32| if is_back { -count } else { count };
+    let apart_steps = accel / (8.0 * top_steps_s * top_steps_s);
+    let peak = if is_back { -place_steps } else { place_steps } + from_steps_s * from_steps_s / (2.0 * accel);
+    along((floor(peak - apart_steps + 0.5) as i32).max(along(counts[0])).max(along(counts[1])))
+}
+
+/// The last step whose edge an axis has passed at a place.
+fn passed(place_steps: f64, is_back: bool) -> i32 {
+    if is_back { -whole(0.5 - PASSED_STEPS - place_steps) } else { whole(place_steps + (0.5 - PASSED_STEPS)) }
+}
+
+/// The whole number at or below a place. Above 0 a conversion does that, and it is far quicker.
+fn whole(place_steps: f64) -> i32 {
+    const ABOVE: i32 = 1 << 20;
+    if (place_steps.to_bits() >> 52) & 0x7FF < 0x3FF + 20 {
+        (place_steps + f64::from(ABOVE)) as i32 - ABOVE
+    } else {
+        floor(place_steps) as i32
+    }
+}

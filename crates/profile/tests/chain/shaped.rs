@@ -1,0 +1,263 @@
+//! Random chains, shaped: each edge is where the weighted sum of the motion has it, and none is too many or missing.
+
+use isostep_profile::chain::{Chunk, ChunkKind, Plan};
+use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped, Shaper, ShaperKind};
+use isostep_profile::{Lane, fit_error_max_ticks};
+use isostep_trials::cases;
+use proptest::prelude::*;
+use proptest::test_runner::TestCaseResult;
+
+use crate::blends::bent;
+use crate::case::{AXES, Case};
+use crate::drive::{Event, holds, overrides, pushes};
+use crate::sees::{Sees, make};
+
+const TICK_HZ: u32 = 125_000_000;
+/// The error of fixed point, ticks.
+const FIXED_POINT_ERROR_TICKS: f64 = 0.02;
+/// What rounding may change: steps, near standstill, and s.
+const SAME_STEPS: f64 = 3e-6;
+const SAME_S: f64 = 1e-9;
+
+/// A run of one axis.
+struct Course {
+    impulses: Impulses,
+    top_steps_s: f64,
+    feed: Option<Feed>,
+    shaped: Box<Shaped<64>>,
+    /// The chunk that is read.
+    chunk: usize,
+    /// Steps from the beginning of the run, and up to when bends have been made.
+    made: i32,
+    at_s: f64,
+}
+
+struct Watch<'a> {
+    case: &'a Case,
+    courses: [Course; AXES],
+    /// The chunks of the run, each with the whole steps from which its places count, from the beginning of the run.
+    chunks: Vec<(Chunk<AXES>, [i32; AXES])>,
+    /// The steps of all runs.
+    made_steps: [i32; AXES],
+}
+
+impl<'a> Watch<'a> {
+    fn new(case: &'a Case, shapers: &[Shaper; AXES]) -> Self {
+        let courses = std::array::from_fn(|axis| Course {
+            impulses: shapers[axis].impulses().later(0.001 * axis as f64),
+            top_steps_s: case.limits[axis].top_speed_steps_s,
+            feed: None,
+            shaped: Box::new(Shaped::empty()),
+            chunk: 0,
+            made: 0,
+            at_s: 0.0,
+        });
+        Self { case, courses, chunks: Vec::new(), made_steps: [0; AXES] }
+    }
+
+    /// Where the chain has an axis at `t_s`.
+    fn place(&self, axis: usize, t_s: f64) -> f64 {
+        let (first, from) = &self.chunks[0];
+        let begin = match &first.plan {
+            Plan::Line(line) => line.axis_place(axis, line.begin_steps()),
+            Plan::Blend(blend) => blend.place_at(axis, blend.begin_s()),
+        };
+        if t_s <= 0.0 {
+            return f64::from(from[axis]) + begin;
+        }
+        let known = self.chunks.iter().find(|(chunk, _)| t_s <= chunk.until_s);
+        let (chunk, from) = known.or(self.chunks.last()).expect("a chunk");
+        let t_s = t_s.min(chunk.until_s);
+        f64::from(from[axis])
+            + match &chunk.plan {
+                Plan::Line(line) if t_s >= line.end_s() => line.axis_place(axis, line.end_steps()),
+                Plan::Line(line) => line.axis_place(axis, line.place_at(t_s)),
+                Plan::Blend(blend) => blend.place_at(axis, t_s),
+            }
+    }
+
+    fn sum(&self, axis: usize, t_s: f64) -> f64 {
+        let impulses = &self.courses[axis].impulses;
+        if impulses.is_box() {
+            let [to_s, from_s] = [0, 1].map(|index| t_s - impulses.iter().nth(index).expect("an end").1);
+            return self.integral(axis, from_s, to_s) / (to_s - from_s);
+        }
+        impulses.iter().map(|(weight, delay_s)| weight * self.place(axis, t_s - delay_s)).sum()
+    }
+
+    /// The integral of the place of an axis, exact by Simpson's rule between the instants at which its acceleration changes.
+    fn integral(&self, axis: usize, from_s: f64, to_s: f64) -> f64 {
+        let mut knots_s = vec![from_s, 0.0, to_s];
+        for (chunk, _) in &self.chunks {
+            let legs = (0..3).filter_map(|index| chunk.plan.leg(axis, index));
+            knots_s.extend(legs.map(|(_, end_s)| end_s).chain([chunk.plan.begin_s(), chunk.until_s]));
+        }
+        knots_s.retain(|t_s| (from_s..=to_s).contains(t_s));
+        knots_s.sort_by(f64::total_cmp);
+        let of = |pair: &[f64]| {
+            // Where the plan jumps to another speed, either side has its own.
+            let [from_s, to_s] = [pair[0], pair[1]];
+            let middle_s = 0.5 * (from_s + to_s);
+            let places = [from_s, middle_s, to_s].map(|t_s| self.place(axis, t_s));
+            (to_s - from_s) / 6.0 * (places[0] + 4.0 * places[1] + places[2])
+        };
+        knots_s.windows(2).map(of).sum()
+    }
+
+    /// Takes all bends that are known.
+    fn go_on(&mut self, axis: usize, is_closed: bool) -> TestCaseResult {
+        loop {
+            let course = &mut self.courses[axis];
+            if let Some(bend) = course.feed.and_then(|_| course.shaped.next_bend()) {
+                self.makes(axis, &bend)?;
+                continue;
+            }
+            let Some((now, _)) = self.chunks.get(course.chunk) else { return Ok(()) };
+            let (impulses, top) = (course.impulses, course.top_steps_s);
+            let feed = course.feed.get_or_insert_with(|| Feed::begin(axis, now, &mut course.shaped, impulses, top));
+            if feed.read(now, &mut course.shaped) {
+                continue;
+            }
+            prop_assert!(course.shaped.has_room(), "more legs than are kept");
+            if let Some((next, _)) = self.chunks.get(course.chunk + 1) {
+                feed.go_on(now, next);
+                course.chunk += 1;
+            } else if is_closed && !course.shaped.is_over() {
+                feed.finish(now, &mut course.shaped);
+            } else {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Checks a bend and its steps.
+    fn makes(&mut self, axis: usize, bend: &Bend) -> TestCaseResult {
+        let t_s = bend.leg.begin_s;
+        prop_assert!((t_s - self.courses[axis].at_s).abs() <= SAME_S, "axis {axis} goes on at {t_s}");
+        let [begin, turn, end] = bend.counts;
+        let base = self.courses[axis].made - begin;
+        let place = |t_s: f64| self.sum(axis, t_s) - f64::from(base);
+        let is_off = (bend.leg.place_steps - place(t_s)).abs();
+        let slack = SAME_STEPS + SAME_S * self.case.limits[axis].top_speed_steps_s;
+        prop_assert!(is_off <= slack, "axis {axis} at {t_s}: {is_off} steps off, {bend:?}");
+        let mut lane = Lane::empty();
+        lane.begin_bend(bend, TICK_HZ);
+        let (steps, out) = bend.step_counts();
+        prop_assert_eq!(lane.steps(), steps);
+        let turns = if out > 0 && out < steps { out } else { steps };
+        prop_assert_eq!(lane.turns_after(), turns);
+        let (hz, mut done, mut count) = (f64::from(TICK_HZ), 0, begin);
+        let bound_s = (fit_error_max_ticks(TICK_HZ) + 0.5 + FIXED_POINT_ERROR_TICKS) / hz + SAME_S;
+        while let Some(segment) = lane.next_of_bend() {
+            prop_assert!(done >= turns || done + segment.steps() <= turns, "a segment across a turn");
+            for tick in segment.ticks() {
+                done += 1;
+                let direction = bend.direction() * if done > turns { -1 } else { 1 };
+                let edge = f64::from(count) + 0.5 * f64::from(direction);
+                count += direction;
+                let t_s = tick as f64 / hz;
+                let beyond_s = (bend.leg.begin_s - t_s).max(t_s - bend.end_s) - bound_s;
+                let beyond = beyond_s * bend.leg.speed_steps_s.abs().max(bend.end_speed_steps_s.abs());
+                prop_assert!(beyond <= SAME_STEPS, "{t_s}, {beyond} steps beyond {bend:?}");
+                // The edge is between the places a little before and a little after, or near to one of them.
+                let around = [-bound_s, bound_s].map(|by_s| (place(t_s + by_s) - edge) * f64::from(direction));
+                prop_assert!(
+                    around[0] <= SAME_STEPS && around[1] >= -SAME_STEPS,
+                    "axis {axis} step {done} of {steps}, {edge}: {around:?} around {t_s}, {bend:?}"
+                );
+            }
+        }
+        prop_assert_eq!((done, count), (steps, end));
+        // What is left out where it turns is less than two steps at top speed, and nothing else is.
+        let apart = bend.leg.accel_steps_s2.abs() / (8.0 * self.case.limits[axis].top_speed_steps_s.powi(2));
+        let peak = if turn == end || turn == begin { 0.0 } else { apart };
+        let left = (place(bend.end_s) - f64::from(end)).abs();
+        prop_assert!(left <= 0.5 + peak + SAME_STEPS, "axis {axis}: {left} from its steps, {bend:?}");
+        let course = &mut self.courses[axis];
+        (course.made, course.at_s) = (base + end, bend.end_s);
+        Ok(())
+    }
+
+    fn end(&mut self) -> TestCaseResult {
+        let Some((last, from)) = self.chunks.last().copied() else { return Ok(()) };
+        for (axis, from) in from.into_iter().enumerate() {
+            self.go_on(axis, true)?;
+            prop_assert!(self.courses[axis].shaped.is_over());
+            let made = match &last.plan {
+                Plan::Line(line) => line.steps_before(axis, last.until_steps) as i32 * line.steps[axis].signum(),
+                Plan::Blend(blend) => blend.ends_steps(axis)[1],
+            };
+            prop_assert_eq!(self.courses[axis].made, from + made, "axis {}", axis);
+            self.made_steps[axis] += self.courses[axis].made;
+        }
+        Ok(())
+    }
+}
+
+impl Sees for Watch<'_> {
+    fn see(&mut self, chunk: &Chunk<AXES>) -> TestCaseResult {
+        if chunk.kind == ChunkKind::Continuation {
+            let (last, _) = self.chunks.last_mut().expect("a chunk");
+            (last.until_s, last.until_steps) = (chunk.until_s, chunk.until_steps);
+        } else {
+            let from = match (self.chunks.last(), &chunk.plan) {
+                (None, Plan::Line(line)) => std::array::from_fn(|axis| {
+                    -(line.steps_before(axis, line.begin_steps()) as i32) * line.steps[axis].signum()
+                }),
+                (None, Plan::Blend(blend)) => std::array::from_fn(|axis| -blend.ends_steps(axis)[0]),
+                (Some((last, from)), _) if last.tag != chunk.tag => {
+                    let steps = self.case.moves[last.tag as usize].steps;
+                    std::array::from_fn(|axis| from[axis] + steps[axis])
+                }
+                (Some((_, from)), _) => *from,
+            };
+            self.chunks.push((*chunk, from));
+        }
+        (0..AXES).try_for_each(|axis| self.go_on(axis, false))
+    }
+
+    fn restart(&mut self) -> TestCaseResult {
+        self.end()?;
+        self.chunks.clear();
+        for course in &mut self.courses {
+            (course.feed, course.chunk, course.made, course.at_s) = (None, 0, 0, 0.0);
+        }
+        Ok(())
+    }
+}
+
+/// Shapers that are not longer than the legs that are kept.
+fn shapers() -> impl Strategy<Value = [Shaper; AXES]> {
+    let one = || {
+        (prop::sample::select(&ShaperKind::ALL[..]), 30.0..500.0, 0.0..0.5)
+            .prop_map(|(kind, natural_hz, damping_ratio)| Shaper { kind, natural_hz, damping_ratio })
+    };
+    [one(), one(), one()]
+}
+
+fn drive(case: &Case, shapers: &[Shaper; AXES], events: &[Event]) -> TestCaseResult {
+    let mut watch = Watch::new(case, shapers);
+    make::<8>(case, events, &mut watch)?;
+    watch.end()?;
+    prop_assert_eq!(watch.made_steps, case.all_steps());
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(500, 5_000), failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn pushes_are_shaped(case in bent(40), shapers in shapers(), events in pushes()) {
+        drive(&case, &shapers, &events)?;
+    }
+
+    #[test]
+    fn holds_are_shaped(case in bent(40), shapers in shapers(), events in holds()) {
+        drive(&case, &shapers, &events)?;
+    }
+
+    #[test]
+    fn overrides_are_shaped(case in bent(40), shapers in shapers(), events in overrides()) {
+        drive(&case, &shapers, &events)?;
+    }
+}
