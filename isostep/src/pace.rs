@@ -24,6 +24,7 @@ pub fn limited_by(pace: &Pace) -> String {
         ("a curved law", shares.speed_law_s),
         ("short moves with blends", shares.short_moves_s),
         ("the look-ahead", shares.look_ahead_s),
+        ("shapers at stops", shares.shaping_s),
         ("standing", shares.standing_s),
     ];
     let others = others.map(|(name, s)| (name.to_owned(), s));

@@ -258,11 +258,21 @@ pub fn check(outcome: &Outcome, case: u64) {
     for check in verify::moves(outcome) {
         let record = &outcome.moves[check.index];
         let ends = matches!(record.finish, Finish::Done | Finish::Held);
-        assert!(check.exact || !ends, "case {case}: {:?} steps were made in {}", check.emitted_steps, brief(record));
+        assert!(
+            check.exact != Some(false) || !ends,
+            "case {case}: {:?} steps were made in {}",
+            check.emitted_steps,
+            brief(record)
+        );
         let off_ns = check.error_max_ns.into_iter().flatten().fold(0.0, f64::max);
         assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {}", brief(record));
         let apart = check.path_deviation;
         assert!(check.is_straight(), "case {case}: {apart:?} of half a step apart in {}", brief(record));
+    }
+    for check in verify::shaped::runs(outcome) {
+        let off_ns = check.error_max_ns();
+        assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {check:?}");
+        assert!(check.is_exact(), "case {case}: {check:?}");
     }
     for pair in outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held)) {
         // The end of a plan is computed in floating point.

@@ -22,6 +22,8 @@ mod flowing;
 mod four_axes;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/shaped.rs"]
+mod shaped;
 // A has the pins of the second motor.
 #[cfg(not(feature = "four-axes"))]
 #[path = "emulated/squared.rs"]

@@ -45,6 +45,8 @@ pub enum SettingError {
     StartAboveTop { axis: usize, start_mm_min: f32, top_mm_min: f32, unit: &'static str },
     /// Speed law number `law`, `$940`, needs a start speed, but an axis has none.
     LawNeedsStart { axis: usize, law: u16 },
+    /// An axis has shaper number `kind`, and speed law number `law`, `$940`, is not the trapezoid.
+    ShapedCurve { axis: usize, kind: u16, law: u16 },
     /// `$905` is 0 on a board without outputs for a second motor.
     NoSecondMotor,
     /// The law is one that the machine was built without, see the feature `paper-laws`.
@@ -65,6 +67,7 @@ impl SettingError {
             | Self::LeastDutyAboveFull { .. }
             | Self::PullOffNotBelowTravel { .. }
             | Self::LawNeedsStart { .. }
+            | Self::ShapedCurve { .. }
             | Self::NoSecondMotor
             | Self::LawLeftOut { .. } => Error::BadNumber,
         }
@@ -150,6 +153,13 @@ impl fmt::Display for SettingError {
                 write!(
                     f,
                     "$940={law} is a law over displacement and never leaves standstill: raise ${start} above 0 first"
+                )
+            }
+            Self::ShapedCurve { axis, kind, law } => {
+                let shaper = 950 + axis;
+                write!(
+                    f,
+                    "${shaper}={kind} and $940={law} do not work together: only the trapezoid is shaped. Set ${shaper}=0 or $940=0 first"
                 )
             }
             Self::NoSecondMotor => f.write_str(

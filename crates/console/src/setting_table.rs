@@ -28,9 +28,10 @@ enum Field {
     Int(fn(&mut Settings) -> &mut u16),
     Float(fn(&mut Settings) -> &mut f32),
     PerAxis(fn(&mut Settings) -> &mut [f32; AXES]),
+    IntPerAxis(fn(&mut Settings) -> &mut [u16; AXES]),
 }
 
-use Field::{Flag, Float, Int, PerAxis};
+use Field::{Flag, Float, Int, IntPerAxis, PerAxis};
 
 /// A setting and its meaning.
 const fn row(
@@ -108,6 +109,9 @@ const ROWS: &[(Setting, &str)] = &[
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
     row(940, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, Int(|s| &mut s.speed_law)),
+    row(950, "", "shaper: 0 none, 1 ZV, 2 MZV, 3 ZVD, 4 EI, 5 box", 0.0, 5.0, IntPerAxis(|s| &mut s.shaper_kind)),
+    row(960, "Hz", "shaper's frequency", 10.0, 500.0, PerAxis(|s| &mut s.shaper_hz)),
+    row(970, "", "shaper's damping ratio", 0.0, 0.5, PerAxis(|s| &mut s.shaper_damping_ratio)),
 ];
 
 /// Every setting, by ascending number. If a listing is sent back in this order, each setting works with those before
@@ -147,7 +151,7 @@ pub(crate) fn find(number: u16) -> Option<(&'static Setting, usize)> {
 impl Setting {
     /// The numbers that the row holds: one, or one for each axis.
     pub fn numbers(&self) -> core::ops::Range<u16> {
-        let count = if matches!(self.field, PerAxis(_)) { AXES as u16 } else { 1 };
+        let count = if matches!(self.field, PerAxis(_) | IntPerAxis(_)) { AXES as u16 } else { 1 };
         self.number..self.number + count
     }
 
@@ -172,7 +176,7 @@ impl Setting {
 
     /// Whether the value must be a whole number.
     pub fn is_integer(&self) -> bool {
-        matches!(self.field, Flag(_) | Int(_))
+        matches!(self.field, Flag(_) | Int(_) | IntPerAxis(_))
     }
 
     /// Checks `value` for setting `number` against the range of this row.
@@ -200,6 +204,7 @@ impl Setting {
             Int(field) => (*field(&mut settings)).into(),
             Float(field) => *field(&mut settings),
             PerAxis(field) => field(&mut settings)[axis],
+            IntPerAxis(field) => field(&mut settings)[axis].into(),
         }
     }
 
@@ -209,6 +214,7 @@ impl Setting {
             Int(field) => *field(settings) = value as u16,
             Float(field) => *field(settings) = value,
             PerAxis(field) => field(settings)[axis] = value,
+            IntPerAxis(field) => field(settings)[axis] = value as u16,
         }
     }
 

@@ -120,6 +120,12 @@ pub struct Settings {
     pub decel_or_0_mm_s2: [f32; AXES],
     /// `$930`-`$932`: jerk limit of the S-curve; 0 for none.
     pub jerk_or_0_mm_s3: [f32; AXES],
+    /// `$950`-`$952`: each axis's shaper, as a number: none, ZV, MZV, ZVD, EI, box.
+    pub shaper_kind: [u16; AXES],
+    /// `$960`-`$962`: the frequency at which an axis's load rings.
+    pub shaper_hz: [f32; AXES],
+    /// `$970`-`$972`: its damping ratio.
+    pub shaper_damping_ratio: [f32; AXES],
 }
 
 impl Settings {
@@ -171,6 +177,9 @@ impl Settings {
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],
         jerk_or_0_mm_s3: [500.0; AXES],
+        shaper_kind: [0; AXES],
+        shaper_hz: [40.0; AXES],
+        shaper_damping_ratio: [0.05; AXES],
     };
 
     /// Deceleration per axis. Where the setting is 0, it is the acceleration.
@@ -288,7 +297,7 @@ impl Settings {
     /// the S at least duty is below the S at full duty; the least duty is not above the full duty; the pull-off,
     /// with the offset of a second motor, is below the travel; the
     /// step outputs support the step rate; the start speed is not above the top speed; a speed law that needs a start
-    /// speed has one; the laws are not left out.
+    /// speed has one; the laws are not left out; an axis has a shaper with the trapezoid only.
     pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
         if self.soft_limits && !self.homing {
             return Err(SettingError::SoftLimitsNeedHoming);
@@ -359,6 +368,10 @@ impl Settings {
         }
         if self.speed_law >= FIRST_LAW_OVER_DISPLACEMENT && start_mm_min == 0.0 {
             return Err(SettingError::LawNeedsStart { axis, law: self.speed_law });
+        }
+        if self.speed_law != 0 && self.shaper_kind[axis] != 0 {
+            let (kind, law) = (self.shaper_kind[axis], self.speed_law);
+            return Err(SettingError::ShapedCurve { axis, kind, law });
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ use isostep_console::{Settings, length};
 use isostep_motion::{
     AXES, Axis, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring, beside_steps, whole_steps,
 };
+use isostep_profile::shaper::{Shaper, ShaperKind};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
 /// `$1=255`: the motors stay energised.
@@ -31,6 +32,7 @@ pub fn config(settings: &Settings) -> Config {
         junction_deviation_mm: settings.junction_deviation_mm.into(),
         interval_law: IntervalLaw::ALL[usize::from(settings.interval_thirds).min(IntervalLaw::ALL.len() - 1)],
         speed_law: SpeedLaw::ALL[usize::from(settings.speed_law).min(SpeedLaw::ALL.len() - 1)],
+        shapers: core::array::from_fn(|axis| shaper(settings, axis)),
         hard_limits: settings.hard_limits,
         wiring: masked(settings.direction_invert_mask)
             .map(|direction_inverted| Wiring { direction_inverted, pulse_ns: pulse_ns(settings.pulse_us) }),
@@ -57,6 +59,15 @@ pub fn config(settings: &Settings) -> Config {
             offset_mm: settings.square_offset_mm[axis].into(),
             skew_max_mm: settings.skew_max_mm.into(),
         }),
+    }
+}
+
+/// The shaper of an axis.
+fn shaper(settings: &Settings, axis: usize) -> Shaper {
+    Shaper {
+        kind: ShaperKind::ALL[usize::from(settings.shaper_kind[axis]).min(ShaperKind::ALL.len() - 1)],
+        natural_hz: settings.shaper_hz[axis].into(),
+        damping_ratio: settings.shaper_damping_ratio[axis].into(),
     }
 }
 

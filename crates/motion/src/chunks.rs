@@ -2,9 +2,11 @@
 
 use heapless::Deque;
 use isostep_profile::chain::{Chunk, ChunkKind, Plan};
+use isostep_profile::shaper::Bend;
 
 use crate::axes::{AXES, Axis};
 use crate::courses::Courses;
+use crate::shaping::{ShapedAxis, Shaping, begin};
 
 /// How many chunks are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
@@ -21,15 +23,28 @@ pub(crate) struct Chunks {
     /// No chunk follows those that are known.
     is_closed: bool,
     courses: Courses,
+    /// How the run is shaped, if it is, and what each axis makes of the chunks then.
+    shaping: Option<Shaping>,
+    shaped: [ShapedAxis; AXES],
 }
 
 impl Chunks {
     pub const fn new() -> Self {
-        Self { known: Deque::new(), first: 0, under_way: None, is_closed: false, courses: Courses::new() }
+        Self {
+            known: Deque::new(),
+            first: 0,
+            under_way: None,
+            is_closed: false,
+            courses: Courses::new(),
+            shaping: None,
+            shaped: [const { ShapedAxis::new() }; AXES],
+        }
     }
 
-    /// Forgets all chunks, for another run.
-    pub fn clear(&mut self) {
+    /// Forgets all chunks, for another run, which is shaped like this.
+    pub fn clear(&mut self, shaping: Option<Shaping>) {
+        self.shaping = shaping;
+        self.shaped.iter_mut().for_each(ShapedAxis::clear);
         self.known.clear();
         self.courses.clear();
         (self.first, self.under_way, self.is_closed) = (0, None, false);
@@ -44,6 +59,36 @@ impl Chunks {
     pub fn get_with_courses(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut Courses)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
         Some((chunk, &mut self.courses))
+    }
+
+    /// How the run is shaped, if it is.
+    pub fn shaping(&self) -> Option<&Shaping> {
+        self.shaping.as_ref()
+    }
+
+    /// By how much the axes are late on the path, s.
+    pub fn delay_s(&self) -> f64 {
+        self.shaping.as_ref().map_or(0.0, |shaping| shaping.delay_s)
+    }
+
+    /// When the run is over, s from its start, if no chunk follows.
+    pub fn over_s(&self) -> f64 {
+        self.shaping.as_ref().map_or_else(|| self.end_s(), |shaping| self.end_s() + shaping.lasts_s)
+    }
+
+    /// The motion of an axis in a shaped run.
+    pub fn shaped(&self, axis: Axis) -> &ShapedAxis {
+        &self.shaped[axis as usize]
+    }
+
+    /// What an axis of a shaped run does next; `None` if that is not known yet, or if it is over. Its top speed is
+    /// `top_steps_s`.
+    pub fn bend(&mut self, axis: Axis, top_steps_s: f64) -> Option<Bend> {
+        let Self { known, first, shaping, shaped, is_closed, .. } = self;
+        let shaping = shaping.as_ref()?;
+        let chunk = |number: u32| known.get(number.wrapping_sub(*first) as usize);
+        let begin = |first: &_, shaped: &mut _| begin(shaping, axis, top_steps_s, first, shaped);
+        shaped[axis as usize].next(begin, chunk, *is_closed)
     }
 
     /// The first chunk that is still kept.

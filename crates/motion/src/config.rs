@@ -3,8 +3,8 @@
 use core::fmt;
 
 use embassy_time::Duration;
-use isostep_profile::OFFSET_PARTS;
-use isostep_profile::{IntervalLaw, LimitError, Limits, SpeedLaw};
+use isostep_profile::shaper::{Shaper, ShaperError, ShaperKind};
+use isostep_profile::{IntervalLaw, LimitError, Limits, OFFSET_PARTS, SpeedLaw};
 
 use crate::axes::{AXES, Axis};
 use crate::port::{Capabilities, Direction, Wiring};
@@ -28,6 +28,8 @@ pub struct Config {
     pub interval_law: IntervalLaw,
     /// How the speed changes on the ramps of a move.
     pub speed_law: SpeedLaw,
+    /// Each axis's shaper, for programs and jogs. Only a trapezoid is shaped.
+    pub shapers: [Shaper; AXES],
     /// A limit switch that closes outside homing stops the machine.
     pub hard_limits: bool,
     /// Each axis's driver.
@@ -133,6 +135,18 @@ pub enum ConfigError {
     },
     /// The homing order names an axis twice.
     HomingOrder,
+    /// An axis's shaper does not work.
+    Shaper {
+        /// Which axis.
+        axis: Axis,
+        /// What is wrong.
+        error: ShaperError,
+    },
+    /// An axis has a shaper, and the speed law is curved.
+    ShapedCurve {
+        /// Which axis.
+        axis: Axis,
+    },
 }
 
 impl Config {
@@ -150,6 +164,7 @@ impl Config {
             }
             positive("steps/mm", self.steps_per_mm[axis as usize])?;
             positive("travel, mm", self.travel_mm[axis as usize])?;
+            self.check_shaper(axis)?;
         }
         not_negative("junction deviation, mm", self.junction_deviation_mm)?;
         positive("PWM frequency, Hz", self.tool.pwm_hz.into())?;
@@ -174,6 +189,15 @@ impl Config {
             return Err(ConfigError::Rate { axis, asked, max, pulse_ns: port.pulse_ns(wiring) });
         }
         Ok(())
+    }
+
+    fn check_shaper(&self, axis: Axis) -> Result<(), ConfigError> {
+        let shaper = self.shapers[axis as usize];
+        if shaper.kind == ShaperKind::None {
+            return Ok(());
+        }
+        shaper.check().map_err(|error| ConfigError::Shaper { axis, error })?;
+        if self.speed_law == SpeedLaw::Trapezoid { Ok(()) } else { Err(ConfigError::ShapedCurve { axis }) }
     }
 
     fn check_pull_off(&self, axis: Axis) -> Result<(), ConfigError> {
@@ -298,6 +322,10 @@ impl fmt::Display for ConfigError {
                 "{axis}: a homing pull-off of {asked_mm} mm is not below the travel of {travel_mm} mm: lower it, or raise the travel"
             ),
             Self::HomingOrder => write!(f, "the homing order must not name an axis twice"),
+            Self::Shaper { axis, error } => write!(f, "{axis}: {error}"),
+            Self::ShapedCurve { axis } => {
+                write!(f, "{axis} has a shaper, which shapes the trapezoid only: choose no shaper, or the trapezoid")
+            }
         }
     }
 }

@@ -23,11 +23,13 @@ use isostep_profile::chain::Chain;
 
 use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
+use crate::config::Config;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::marks::Marks;
 use crate::motor::Side;
 use crate::port::PortFault;
+use crate::shaping::Shaping;
 
 /// Longer than any pulse lasts (`$0` is 20 us at most), and longer than any driver requires ENABLE to be held after a
 /// step.
@@ -108,6 +110,13 @@ pub(crate) enum Purpose {
         /// The side of the axis that stands still, if it has two.
         held: Option<Side>,
     },
+}
+
+impl Purpose {
+    /// How runs for this are shaped, if they are.
+    pub fn shaping(self, config: &Config) -> Option<Shaping> {
+        if matches!(self, Self::Program | Self::Jog) { config.shaping() } else { None }
+    }
 }
 
 pub(crate) struct Coordinator<'a, E, F> {

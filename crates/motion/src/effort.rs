@@ -11,9 +11,11 @@
 
 use isostep_profile::SpeedLaw;
 use isostep_profile::chain::Effort;
+use isostep_profile::shaper::Impulses;
 
 use crate::axes::AXES;
 use crate::port::{Capabilities, Wiring};
+use crate::shaping::{LEGS, Shaping};
 
 /// Reading, planning and queueing a move without ramps. Where hardware makes the steps, this needs no bound: moves
 /// arrive no faster than they are read, and what was read during a longer move is planned ahead.
@@ -23,8 +25,35 @@ const MOVE_S: f64 = 0.6e-3;
 /// place than that of the move. It needs a bound, because moves that are known ahead could all be made at once.
 pub const BLEND_S: f64 = 0.98e-3;
 
+/// How long a move lasts at least in a shaped run, s: each impulse makes pieces of its own of each move.
+pub const SHAPED_S: f64 = 1.6e-3;
+
+/// The same with a box, whose steps take a root of a cubic each.
+pub const BOX_S: f64 = 3e-3;
+
+/// How many legs a short move has, which are kept for as long as the shaper is long, and how many may be kept, with some to
+/// spare.
+const LEGS_OF_A_MOVE: f64 = 3.0;
+const LEGS_KEPT: f64 = (LEGS - LEGS / 8) as f64;
+
+/// How long a move lasts at least if its run is shaped like this, s; 0 if it is not.
+#[must_use]
+pub fn shaped_s(shaping: Option<&Shaping>) -> f64 {
+    shaping.map_or(0.0, |shaping| {
+        let has_box = shaping.impulses.iter().any(Impulses::is_box);
+        let least_s = if has_box { BOX_S } else { SHAPED_S };
+        least_s.max(shaping.lasts_s * LEGS_OF_A_MOVE / LEGS_KEPT)
+    })
+}
+
 /// The time for a move by `law` with these ports.
-pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES], wiring: &[Wiring; AXES]) -> Effort {
+pub(crate) fn effort(
+    law: SpeedLaw,
+    ports: &[Option<Capabilities>; AXES],
+    wiring: &[Wiring; AXES],
+    shaping: Option<&Shaping>,
+) -> Effort {
+    let shaped_s = shaped_s(shaping);
     let by_core = ports.iter().flatten().zip(wiring).filter(|(port, _)| port.core_ns > 0);
     let step_ns = by_core.map(|(port, wiring)| port.core_ns + port.pulse_ns(*wiring)).max().unwrap_or(0);
     let (ramps_ms, root_step_ms) = match law {
@@ -42,8 +71,9 @@ pub(crate) fn effort(law: SpeedLaw, ports: &[Option<Capabilities>; AXES], wiring
     };
     Effort {
         step_s: f64::from(step_ns) * 1e-9,
-        move_s: if step_ns == 0 { 0.0 } else { MOVE_S },
-        blend_s: BLEND_S,
+        move_s: if step_ns == 0 { shaped_s } else { MOVE_S + shaped_s },
+        // In a shaped run the time of a move is that of its corner, too.
+        blend_s: if shaping.is_some() { 0.0 } else { BLEND_S },
         ramps_s: ramps_ms * 1e-3,
         root_step_s: root_step_ms * 1e-3,
     }

@@ -8,6 +8,7 @@ use isostep_profile::{Blend, PlanError, ProfileError, SyncMove};
 use crate::axes::{AXES, Axis};
 use crate::motor::Motor;
 use crate::port::PortFault;
+use crate::shaping::Shaping;
 
 /// What the machine is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,6 +197,8 @@ pub enum Event {
         start: Instant,
         /// Where each axis stood.
         origin_steps: [i32; AXES],
+        /// How the axes are shaped. What is reported of its moves is the motion that goes into the shapers.
+        shaping: Option<Shaping>,
     },
     /// Another move will be made in the run. It begins when its plan does, and the move before it ends then.
     Move {
@@ -226,7 +229,8 @@ pub enum Event {
         /// Where the move that was reported last was to stop, steps of the longest axis from its beginning: its end,
         /// unless it was held.
         held_at_steps: f64,
-        /// When that is, s from the start of the run: half a step after the last edge. No other run starts before.
+        /// When that is, s from the start of the run: half a step after the last edge; if the run is shaped, when the last
+        /// impulse has passed. No other run starts before.
         plan_s: f64,
         /// Where each axis stands.
         position_steps: [i32; AXES],

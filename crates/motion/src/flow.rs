@@ -99,7 +99,12 @@ where
         self.chain.clear();
         self.marks.clear();
         let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law);
-        self.chain.set_config(plain.with_effort(effort(speed_law, &self.machine.capabilities(), &config.wiring)));
+        self.chain.set_config(plain.with_effort(effort(
+            speed_law,
+            &self.machine.capabilities(),
+            &config.wiring,
+            purpose.shaping(&config).as_ref(),
+        )));
         self.is_curved = speed_law != SpeedLaw::Trapezoid;
         self.overrides = Overrides::NONE;
         self.planned_steps = self.machine.position_steps();

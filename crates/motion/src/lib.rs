@@ -35,6 +35,7 @@ mod motor;
 mod port;
 pub mod probing;
 mod run;
+mod shaping;
 mod start_line;
 mod stream;
 mod switch;
@@ -43,7 +44,7 @@ pub mod tool;
 
 pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
-pub use effort::BLEND_S;
+pub use effort::{BLEND_S, BOX_S, SHAPED_S, shaped_s};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use motor::{LimitInput, Motor, SecondMotor, Side};
@@ -51,6 +52,7 @@ pub use port::{
     Brake, Capabilities, Direction, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
     Wiring, ticks_covering,
 };
+pub use shaping::Shaping;
 pub use start_line::StartLine;
 pub use switch::Contact;
 pub use timer_port::{MotorPins, TimerBank, TimerPort};

@@ -23,10 +23,10 @@ use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 
 use crate::axes::{AXES, Axis};
-use crate::clock::{instant_after, seconds};
+use crate::clock::{instant_after, instant_near, seconds};
 use crate::coordinator::{Coordinator, Purpose, all_armed, all_done, begun};
 use crate::event::{Event, Finish};
-use crate::machine::{CurrentChunk, Machine};
+use crate::machine::{CHAIN_MOVES, CurrentChunk, Machine};
 use crate::marks::Mark;
 use crate::motor::SecondMotor;
 use crate::port::{Motors, PortFault};
@@ -58,6 +58,10 @@ const GATHER_S: f64 = 4e-3;
 /// How many moves are taken at once. To plan more would take too long while a port's queue has to be filled.
 const TAKEN_AT_ONCE: usize = 8;
 
+/// How many are taken while a port has little left, if so many are in the chain that there is no hurry to know more.
+const TAKEN_IN_HASTE: usize = 2;
+const ENOUGH_MOVES: usize = CHAIN_MOVES / 2;
+
 /// How many chunks are committed at once, for the same reason: between blends they are short, and many make up what is to be
 /// known.
 const COMMITTED_AT_ONCE: usize = 8;
@@ -79,11 +83,11 @@ where
         self.energise(true);
         let machine = self.machine;
         let origin_steps = machine.position_steps();
-        self.chunks.clear();
+        self.chunks.clear(purpose.shaping(&machine.config()));
         for axis in Axis::ALL {
             machine.ready(axis);
         }
-        let mut streams = streams(machine);
+        let mut streams = streams(machine, self.chunks.shaping().is_some());
         self.prepare(&mut streams).await;
         if machine.cause().is_some() {
             // The run was stopped before it started. If a stop comes after this check, the axis tasks find the halt
@@ -102,7 +106,7 @@ where
             }
             Either::Second(finish) => return self.end_run(finish),
         };
-        self.report(Event::Run { start, origin_steps });
+        self.report(Event::Run { start, origin_steps, shaping: self.chunks.shaping().copied() });
         for number in 0.. {
             let Some(chunk) = self.chunks.get(number).copied() else { break };
             self.report_chunk(&chunk);
@@ -116,7 +120,7 @@ where
             self.note_contact(start);
         }
         if finish == Finish::Done {
-            self.standstill = instant_after(start, self.chunks.end_s());
+            self.standstill = instant_after(start, self.chunks.over_s());
         }
         // The machine stands still only when the plan is over, some time after the last step.
         let is_held = self.chain.is_held();
@@ -176,16 +180,17 @@ where
     /// # Cancellation
     /// Safe: the axes go on to the end of what has been queued for them.
     async fn keep_going(&mut self, start: Instant, purpose: Purpose, streams: &mut Streams<'_>) -> Infallible {
-        let mut beam = BeamStream::new(self.machine, start);
+        let mut beam = BeamStream::new(self.machine, instant_near(start, self.chunks.delay_s()));
         loop {
             self.obey(purpose, start);
             let passed = Instant::now().saturating_duration_since(start);
             let enough = passed + ahead(purpose);
             let enough_s = seconds(enough);
             let is_due = self.is_short_of(enough_s);
+            let is_low = streams.iter().any(|stream| stream.is_low(passed + LOW));
             if is_due || self.machine.is_crowded() {
                 // Moves are taken first: without another move the run would end where the known path ends.
-                self.take_some(purpose);
+                self.take_some(purpose, is_low);
             }
             if is_due {
                 self.commit_until(enough_s, purpose);
@@ -218,9 +223,10 @@ where
     }
 
     /// Takes some of the waiting moves. It does not take all at once, because planning takes long and what is known
-    /// must be queued meanwhile.
-    fn take_some(&mut self, purpose: Purpose) {
-        for _ in 0..TAKEN_AT_ONCE {
+    /// must be queued meanwhile: if a port has little left, and enough moves are known, very soon.
+    fn take_some(&mut self, purpose: Purpose, is_low: bool) {
+        let is_urgent = is_low && self.chain.len() >= ENOUGH_MOVES;
+        for _ in 0..if is_urgent { TAKEN_IN_HASTE } else { TAKEN_AT_ONCE } {
             if !self.take_next(purpose) {
                 break;
             }
@@ -289,13 +295,15 @@ where
 
     /// Publishes the chunk under way for the status, and forgets the chunks that are over.
     fn follow(&mut self, start: Instant, passed: Duration, oldest_chunk: u32) {
-        let now_s = seconds(passed);
+        let delay_s = self.chunks.delay_s();
+        let now_s = seconds(passed) - delay_s;
         self.chunks.forget(oldest_chunk, now_s);
         if let Some(oldest) = self.chunks.oldest() {
             self.marks.forget_before(&Tag::unpack(oldest.tag));
         }
         if let Some(chunk) = self.chunks.newly_under_way(now_s) {
             let line = Tag::unpack(chunk.tag).line;
+            let start = instant_near(start, delay_s);
             self.machine.set_current(Some(CurrentChunk { start, chunk: *chunk, line }));
         }
         self.follow_line(now_s);
@@ -331,7 +339,8 @@ where
     fn end_run(&mut self, finish: Finish) -> Finish {
         self.machine.set_current(None);
         let position_steps = self.machine.position_steps();
-        let (held_at_steps, plan_s) = self.chunks.last().map_or((0.0, 0.0), |chunk| (chunk.until_steps, chunk.until_s));
+        let held_at_steps = self.chunks.last().map_or(0.0, |chunk| chunk.until_steps);
+        let plan_s = self.chunks.over_s();
         self.report(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });
         finish
     }
@@ -340,8 +349,8 @@ where
 /// The streams at the beginning of a run. Not inlined: where they are made they take some KiB of stack, which all that a
 /// run calls would have to do without.
 #[inline(never)]
-fn streams(machine: &Machine) -> Streams<'_> {
-    Axis::ALL.map(|axis| SegmentStream::new(machine, axis))
+fn streams(machine: &Machine, is_shaped: bool) -> Streams<'_> {
+    Axis::ALL.map(|axis| SegmentStream::new(machine, axis, is_shaped))
 }
 
 /// How far ahead the path is to be known.

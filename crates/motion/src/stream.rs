@@ -16,6 +16,7 @@
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
 use isostep_profile::chain::{Chunk, Plan};
+use isostep_profile::shaper::Bend;
 use isostep_profile::{Lane, Segment};
 
 use crate::axes::{AXES, Axis};
@@ -23,6 +24,7 @@ use crate::chunks::{Chunks, last_step};
 use crate::clock::PortTicks;
 use crate::machine::Machine;
 use crate::port::{Direction, StreamItem, StreamQueue};
+use crate::shaping::ShapedAxis;
 
 /// How much motion is queued for a port ahead of time, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
@@ -63,6 +65,8 @@ pub(crate) struct SegmentStream<'a> {
     queued_ticks: u64,
     /// Everything has been queued, the end included.
     is_done: bool,
+    /// The axis's top speed if the run is shaped: then plans are those of bends. 0 otherwise.
+    shaped_top_steps_s: f64,
 }
 
 /// One axis's steps of a plan. Steps have their numbers in the move.
@@ -155,7 +159,8 @@ fn compile(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool
 }
 
 impl<'a> SegmentStream<'a> {
-    pub fn new(machine: &'a Machine, axis: Axis) -> Self {
+    pub fn new(machine: &'a Machine, axis: Axis, is_shaped: bool) -> Self {
+        let shaped_top_steps_s = if is_shaped { machine.config().limits[axis as usize].top_speed_steps_s } else { 0.0 };
         let ticks = PortTicks::new(machine.tick_hz(axis));
         Self {
             machine,
@@ -172,6 +177,7 @@ impl<'a> SegmentStream<'a> {
             compiled: Deque::new(),
             queued_ticks: 0,
             is_done: false,
+            shaped_top_steps_s,
         }
     }
 
@@ -232,6 +238,9 @@ impl<'a> SegmentStream<'a> {
 
     /// Moves on to the chunk of the next step, if there is one, and says what can be queued.
     fn next(&mut self, chunks: &mut Chunks) -> Next {
+        if self.is_shaped() {
+            return self.next_of_bends(chunks);
+        }
         loop {
             let Some((chunk, courses)) = chunks.get_with_courses(self.chunk) else { return self.rest(chunks) };
             let plan = self.plan.get_or_insert_with(|| {
@@ -263,12 +272,35 @@ impl<'a> SegmentStream<'a> {
         }
     }
 
+    fn is_shaped(&self) -> bool {
+        self.shaped_top_steps_s > 0.0
+    }
+
+    /// The same in a shaped run.
+    fn next_of_bends(&mut self, chunks: &mut Chunks) -> Next {
+        loop {
+            if self.plan.as_ref().is_some_and(|plan| plan.queued < plan.end) {
+                return Next::Steps;
+            }
+            let bend = chunks.bend(self.axis, self.shaped_top_steps_s);
+            self.chunk = chunks.shaped(self.axis).chunk();
+            let Some(bend) = bend else { return self.rest(chunks) };
+            self.plan = None;
+            if bend.step_counts().0 > 0 {
+                self.lane.begin_bend(&bend, self.ticks.hz);
+                self.plan = Some(PlanSteps::of_bend(&bend, &self.lane));
+            }
+        }
+    }
+
     /// What follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
     fn rest(&self, chunks: &Chunks) -> Next {
-        if chunks.is_closed() {
+        let shaped = self.is_shaped().then(|| chunks.shaped(self.axis));
+        if shaped.map_or_else(|| chunks.is_closed(), ShapedAxis::is_over) {
             return Next::End;
         }
-        let known_ticks = ((chunks.end_s() * f64::from(self.ticks.hz)) as u64).saturating_sub(self.queued_ticks);
+        let known_s = shaped.map_or_else(|| chunks.end_s(), ShapedAxis::taken_s);
+        let known_ticks = ((known_s * f64::from(self.ticks.hz)) as u64).saturating_sub(self.queued_ticks);
         let rest_ticks = (known_ticks - self.rest_min_ticks.min(known_ticks / 2)).min(self.piece_ticks);
         // A port needs an item before it can start, so the first rest may be short.
         let is_worth_it = rest_ticks >= self.rest_min_ticks || self.queued_ticks == 0 && rest_ticks > 0;
@@ -334,9 +366,13 @@ impl<'a> SegmentStream<'a> {
     /// Compiles the next segment of the plan under way.
     fn next_compiled(&mut self, chunks: &mut Chunks) -> Option<Segment> {
         let plan = self.plan.as_mut()?;
-        let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
-        let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
-        let segment = self.lane.next(course)?;
+        let segment = if self.shaped_top_steps_s > 0.0 {
+            self.lane.next_of_bend()?
+        } else {
+            let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
+            let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
+            self.lane.next(course)?
+        };
         plan.compiled += segment.steps();
         Some(segment)
     }
@@ -353,5 +389,11 @@ impl PlanSteps {
         let turns = lane.map_or(0, |lane| before + lane.turns_after());
         let direction = Direction::of(steps);
         Self { direction, turns, compiled: before, queued: before, last, until_steps, end: last }
+    }
+
+    /// The steps of a bend, for which there is a lane.
+    fn of_bend(bend: &Bend, lane: &Lane) -> Self {
+        let (direction, turns, last) = (Direction::of(bend.direction()), lane.turns_after(), lane.steps());
+        Self { direction, turns, compiled: 0, queued: 0, last, until_steps: 0.0, end: last }
     }
 }

@@ -1,52 +1,17 @@
 //! A configuration that cannot work is refused by name, and every text for a person says something.
 
-use embassy_time::Duration;
-use isostep_motion::{
-    AXES, Alarm, Axis, Capabilities, Config, Direction, DriverTiming, Duties, HomingConfig, Level, Motor, Side,
-    Squared, ToolConfig, Unplannable, Wiring,
-};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+mod common;
 
-fn works() -> Config {
-    let limits = Limits {
-        start_speed_steps_s: 0.0,
-        top_speed_steps_s: 2_000.0,
-        accel_steps_s2: 10_000.0,
-        decel_steps_s2: 10_000.0,
-        jerk_steps_s3: f64::INFINITY,
-    };
-    Config {
-        limits: [limits; AXES],
-        steps_per_mm: [50.0; AXES],
-        travel_mm: [400.0, 350.0, 100.0],
-        is_endless: [false; AXES],
-        junction_deviation_mm: 0.01,
-        interval_law: IntervalLaw::Fastest,
-        speed_law: SpeedLaw::Trapezoid,
-        hard_limits: true,
-        wiring: [Wiring::default(); AXES],
-        enable_inverted: false,
-        switches_inverted: false,
-        idle_delay: None,
-        tool: ToolConfig {
-            laser: false,
-            duties: Duties::new(Level::ZERO, 0, 1),
-            pwm_hz: 1_000,
-            spin_up: Duration::from_ticks(0),
-        },
-        probe_inverted: false,
-        probe_pulled_up: true,
-        hold_is_door: false,
-        homing: HomingConfig {
-            order: Axis::ALL.map(Some),
-            towards: [Direction::Negative; AXES],
-            seek_mm_s: 10.0,
-            latch_mm_s: 1.0,
-            pull_off_mm: 2.0,
-            debounce: Duration::from_millis(5),
-        },
-        squared: None,
-    }
+use isostep_motion::{AXES, Alarm, Axis, Capabilities, Config, DriverTiming, Motor, Side, Squared, Unplannable};
+use isostep_profile::SpeedLaw;
+use isostep_profile::shaper::{Shaper, ShaperKind};
+
+use common::works;
+
+/// The same with a shaper on every axis.
+fn shaped() -> Config {
+    let shaper = Shaper { kind: ShaperKind::Zv, natural_hz: 40.0, damping_ratio: 0.05 };
+    Config { shapers: [shaper; AXES], ..works() }
 }
 
 const SQUARED: Squared = Squared { axis: Axis::Y, direction_inverted: false, offset_mm: -350.0, skew_max_mm: 10.0 };
@@ -82,14 +47,25 @@ fn what_cannot_work_is_refused_with_its_value() {
             "skew limit, mm: 0 must be above 0",
         ),
         (|config| config.homing.order[2] = Some(Axis::X), "the homing order must not name an axis twice"),
+        (|config| config.shapers[1].natural_hz = 9.9, "Y: shaper of 9.9 Hz is outside 10 to 500 Hz"),
+        (|config| config.shapers[0].natural_hz = f64::NAN, "X: shaper of NaN Hz is outside 10 to 500 Hz"),
+        (|config| config.shapers[2].damping_ratio = 0.51, "Z: shaper's damping ratio 0.51 is outside 0 to 0.5"),
+        (|config| config.shapers[0].damping_ratio = -0.1, "X: shaper's damping ratio -0.1 is outside 0 to 0.5"),
+        (
+            |config| config.speed_law = SpeedLaw::Sine,
+            "X has a shaper, which shapes the trapezoid only: choose no shaper, or the trapezoid",
+        ),
     ];
     for (change, words) in rows {
-        let mut config = works();
+        let mut config = shaped();
         change(&mut config);
         let refused = config.check([Some(port()); AXES]).expect_err(words).to_string();
         assert!(refused.starts_with(words), "{refused} is not {words}");
     }
     assert_eq!(works().check([Some(port()); AXES]), Ok(()));
+    assert_eq!(shaped().check([Some(port()); AXES]), Ok(()));
+    let curved = Config { speed_law: SpeedLaw::Sine, ..works() };
+    assert_eq!(curved.check([Some(port()); AXES]), Ok(()), "without a shaper its numbers do not count");
     let corners = Config { junction_deviation_mm: 0.0, ..works() };
     assert_eq!(corners.check([None; AXES]), Ok(()), "every corner is a stop");
 }

@@ -15,6 +15,7 @@ use crate::measure;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::record::Edge;
+use crate::verify::shaped;
 
 /// Why a trace does not match the run.
 #[derive(Debug, thiserror::Error)]
@@ -117,13 +118,14 @@ pub fn read(input: impl io::Read) -> Result<Vec<Edge>, Mismatch> {
 pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch> {
     let after_homing = outcome.moves.iter().rposition(|record| record.homing).map_or(0, |last| last + 1);
     let moves = &outcome.moves[after_homing..];
-    let mut left = split(trace, moves, after_homing > 0)?;
+    let dues = dues(outcome, moves);
+    let mut left = split(trace, &dues, after_homing > 0)?;
     let mut all_ns = Vec::new();
     let mut compared = Vec::new();
     let mut plan_end_ns = None;
     let mut under_way = None;
     for (index, record) in moves.iter().enumerate() {
-        let instants = instants_of(index + 1, record, &mut left)?;
+        let instants = instants_of(index + 1, &dues[index], &mut left)?;
         // All moves of a run count from the same instant.
         let start_ns = match under_way {
             Some((run, start_ns)) if run == record.run => start_ns,
@@ -149,15 +151,60 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
     Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
 }
 
-/// The edges of each axis that belong to `moves`, which are the last ones. Returned in reverse order.
-fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Vec<&'a Edge>; AXES], Mismatch> {
+/// An edge of a move in closed form.
+struct Due {
+    /// s from the start of the run.
+    t_s: f64,
+    direction: i32,
+    position_steps: i32,
+}
+
+/// For each move, the edges of each axis.
+fn dues(outcome: &Outcome, moves: &[MoveRecord]) -> Vec<[Vec<Due>; AXES]> {
+    let runs = moves.chunk_by(|one, next| one.run == next.run);
+    let of_run = |run: &[MoveRecord]| match run[0].shaping {
+        Some(_) => shaped_dues(outcome, run),
+        None => run.iter().map(|record| std::array::from_fn(|axis| planned_dues(record, axis))).collect(),
+    };
+    runs.flat_map(of_run).collect()
+}
+
+fn planned_dues(record: &MoveRecord, axis: usize) -> Vec<Due> {
+    let mut position_steps = record.origin_steps[axis];
+    let dues = record.due_s(axis).map(|(t_s, direction)| {
+        position_steps += direction;
+        Due { t_s, direction, position_steps }
+    });
+    dues.collect()
+}
+
+/// The same for the moves of a shaped run: the edges that the simulated machine has made, each where the closed form has it.
+fn shaped_dues(outcome: &Outcome, run: &[MoveRecord]) -> Vec<[Vec<Due>; AXES]> {
+    let errors_ns = Axis::ALL.map(|axis| shaped::errors_ns(outcome, run, axis));
+    let mut errors_ns = errors_ns.map(Vec::into_iter);
+    let mut at = run[0].origin_steps;
+    let of_move = |record: &MoveRecord| {
+        let mut dues: [Vec<Due>; AXES] = Default::default();
+        for edge in &outcome.edges[record.edges.clone()] {
+            at[edge.axis] += edge.direction;
+            let late_ns = errors_ns[edge.axis].next().map_or(0.0, |(_, late_ns)| late_ns);
+            let t_s = ((edge.t_ns as f64 - record.start_ns as f64) - late_ns) * 1e-9;
+            dues[edge.axis].push(Due { t_s, direction: edge.direction, position_steps: at[edge.axis] });
+        }
+        dues
+    };
+    run.iter().map(of_move).collect()
+}
+
+/// The edges of each axis that belong to moves with these, which are the last ones. Returned in reverse order.
+fn split<'a>(trace: &'a [Edge], dues: &[[Vec<Due>; AXES]], homed: bool) -> Result<[Vec<&'a Edge>; AXES], Mismatch> {
     let mut edges: [Vec<&Edge>; AXES] = Default::default();
     for edge in trace {
         edges[edge.axis].push(edge);
     }
     for axis in Axis::ALL {
         let edges = &mut edges[axis as usize];
-        let planned = moves.iter().map(|record| record.due_s(axis as usize).count()).sum();
+        let planned = dues.iter().map(|dues| dues[axis as usize].len()).sum();
         let traced = edges.len();
         if traced < planned || (traced > planned && !homed) {
             return Err(Mismatch::Count { axis, traced, planned });
@@ -172,18 +219,16 @@ fn split<'a>(trace: &'a [Edge], moves: &[MoveRecord], homed: bool) -> Result<[Ve
 /// For each axis, the instants of its edges in the trace and in closed form, ns.
 type Instants = [Vec<(f64, f64)>; AXES];
 
-fn instants_of(number: usize, record: &MoveRecord, left: &mut [Vec<&Edge>; AXES]) -> Result<Instants, Mismatch> {
+fn instants_of(number: usize, dues: &[Vec<Due>; AXES], left: &mut [Vec<&Edge>; AXES]) -> Result<Instants, Mismatch> {
     let mut instants = Instants::default();
     for axis in Axis::ALL {
-        let mut position_steps = record.origin_steps[axis as usize];
-        for (k, (due_s, direction)) in (1..).zip(record.due_s(axis as usize)) {
+        for (k, due) in (1..).zip(&dues[axis as usize]) {
             let traced = *left[axis as usize].pop().expect("as many were kept as are planned");
-            position_steps += direction;
-            let planned = (direction, position_steps);
+            let planned = (due.direction, due.position_steps);
             if (traced.direction, traced.position_steps) != planned {
                 return Err(Mismatch::Step { number, axis, k, traced, planned });
             }
-            instants[axis as usize].push((traced.t_ns as f64, due_s * 1e9));
+            instants[axis as usize].push((traced.t_ns as f64, due.t_s * 1e9));
         }
     }
     Ok(instants)

@@ -16,6 +16,9 @@ use isostep_motion::AXES;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 
+/// A jump of the speed that is rounding, mm/s.
+pub(crate) const NO_JUMP_MM_S: f64 = 1e-6;
+
 /// A jump of an axis's speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jump {

@@ -12,6 +12,7 @@ use crate::measure::{Intervals, Measured};
 use crate::outcome::Outcome;
 use crate::pace::Pace;
 use crate::ringing::{self, RingingFigures};
+use crate::shaping::ShapingFigures;
 use crate::stream::{Pause, Refusal};
 use crate::tool::figures::ToolFigures;
 use crate::verify::{self, Findings, MoveCheck, Verdict};
@@ -41,8 +42,8 @@ pub struct MoveFigures {
     pub error_max_ns: [Option<f64>; AXES],
     /// Deviation from the straight path; 1 is the bound of half a step of both axes.
     pub path_deviation: Option<f64>,
-    /// Whether exactly the planned steps were made.
-    pub exact: bool,
+    /// Whether exactly the planned steps were made; null in a shaped run, whose moves are not judged by themselves.
+    pub exact: Option<bool>,
 }
 
 impl MoveFigures {
@@ -120,9 +121,16 @@ pub struct Figures {
     pub moves: Vec<MoveFigures>,
     /// Speed and acceleration of each axis, within moves and at corners.
     pub axes: [AxisFigures; AXES],
+    /// What shaping costs; left out if no run is shaped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shaping: Option<ShapingFigures>,
     /// How the loads on springs swing; left out if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ringing: Vec<RingingFigures>,
+    /// The same without shapers, if whoever asks for the figures has run the program so ([`ringing::unshaped`]); left out
+    /// otherwise.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ringing_unshaped: Vec<RingingFigures>,
     /// How the time is spent, and what limits the speed.
     pub pace: Pace,
     /// What the tool did; left out if it was not used.
@@ -171,7 +179,9 @@ impl Figures {
             carriage_mm: outcome.mm(outcome.places_steps),
             verdicts: verify::verdicts(outcome, &findings),
             axes: kinematics::axes(outcome, &lines),
+            shaping: ShapingFigures::of(outcome, &sources),
             ringing: ringing::figures(outcome, &sources),
+            ringing_unshaped: Vec::new(),
             moves_total: findings.moves(),
             lengths: Lengths::of(outcome),
             pace: Pace::new(outcome, &sources),

@@ -1,11 +1,12 @@
-//! Speed, acceleration and speed jumps of each axis, compared with their limits. Measured from the edges within moves;
-//! jumps at corners are as planned.
+//! Speed, acceleration and speed jumps of each axis, compared with their limits. Measured from the edges within moves,
+//! in shaped runs from turn to turn; jumps at corners are as planned, before they are shaped.
 
 use isostep_motion::{AXES, Axis};
 use serde::Serialize;
 
 use crate::corners;
 use crate::measure::limits::{self, Ends, LimitRatios};
+use crate::measure::shaped;
 use crate::outcome::Outcome;
 
 /// A value and its limit, both in the same unit.
@@ -75,8 +76,8 @@ pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
 /// The highest values over all moves of the program, each as a fraction of its limit.
 fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
-    let mut highest = [LimitRatios::default(); AXES];
-    for record in outcome.moves.iter().filter(|record| !record.homing) {
+    let mut highest = shaped::ratios(outcome);
+    for record in outcome.moves.iter().filter(|record| !record.homing && record.shaping.is_none()) {
         let times_s = crate::verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
         for (axis, times_s) in times_s.iter().enumerate() {
             // In a blend an axis may turn.

@@ -15,10 +15,11 @@
 //! - [`executor`] and [`time`] make a run a function of its tasks: no wall clock, no threads, no hash order.
 //! - [`world`] checks every edge as it happens: the timing of the [`driver`], the torque of the [`motor`], the end
 //!   stops of the [`plant`].
-//! - [`verify`] checks every move afterwards, against the closed form of its plan. [`measure`] finds the intervals of
+//! - [`verify`] checks every move afterwards, against the closed form of its plan; of a shaped run the whole ([`places`]). [`measure`] finds the intervals of
 //!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
 //!   from move to move, and [`pace`] what limits the speed of a program.
 //! - [`losses`] explains lost steps: the line, what the motor has, and what to set.
+//! - [`shaping`] tells what shapers cost: time, and how far the path leaves that of the program.
 //! - [`ringing`] puts a load on a spring behind an axis, and computes how it swings.
 //! - [`trace`], [`vcd`], [`Figures`] and [`report`] write the results; equal runs give equal bytes.
 //! - [`homing`] homes an axis many times, to measure how accurately its zero is found.
@@ -58,6 +59,7 @@ mod moves;
 mod outcome;
 pub mod pace;
 pub mod pin;
+pub mod places;
 pub mod plant;
 pub mod port;
 pub mod program;
@@ -66,6 +68,7 @@ mod record;
 pub mod report;
 pub mod ringing;
 pub mod settings;
+pub mod shaping;
 mod sim;
 pub mod stream;
 pub mod survey;

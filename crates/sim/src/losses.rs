@@ -66,9 +66,9 @@ fn explain(outcome: &Outcome, sources: &[Option<Source>], loss: Loss) -> LossFig
     }
 }
 
-/// The last move that had begun by this instant.
+/// The last move to which the axes had come by this instant.
 fn move_at(outcome: &Outcome, t_ns: u64) -> Option<usize> {
-    outcome.moves.partition_point(|record| record.begin_ns() <= t_ns).checked_sub(1)
+    outcome.moves.partition_point(|record| record.reached_ns() <= t_ns).checked_sub(1)
 }
 
 /// Whether steps were lost because the machine was stopped before the end of a move, and not as it was planned.
@@ -134,9 +134,9 @@ fn strain(outcome: &Outcome, axis: usize, index: usize, asked: Asked) -> Strain 
     Strain { index, asked, share }
 }
 
-/// The acceleration of an axis by the plan of a move, and its speed; `None` after the plan.
+/// The acceleration of an axis by the plan of a move, and its speed; `None` after the plan. A shaper only spreads it out.
 fn accel(outcome: &Outcome, record: &MoveRecord, axis: usize, t_ns: u64) -> Option<Asked> {
-    let t_s = t_ns.saturating_sub(record.start_ns) as f64 * 1e-9;
+    let t_s = t_ns.saturating_sub(record.start_ns) as f64 * 1e-9 - record.delay_s();
     let part = record.parts.iter().rev().find(|part| part.begin_s() <= t_s).unwrap_or(&record.plan);
     let steps_per_mm = outcome.config_of(record).steps_per_mm[axis];
     let share = record.plan.axis_steps(axis).abs() / record.plan.distance_steps() / steps_per_mm;
@@ -146,13 +146,17 @@ fn accel(outcome: &Outcome, record: &MoveRecord, axis: usize, t_ns: u64) -> Opti
     })
 }
 
-/// The jump of an axis's speed at the beginning of a move.
+/// The jump of an axis's speed at the beginning of a move. A shaper makes several of it, the largest as its largest weight.
 fn jump(outcome: &Outcome, axis: usize, index: usize) -> Asked {
     let record = &outcome.moves[index];
+    let weights = record.shaping.iter().flat_map(|shaping| shaping.impulses[axis].iter().map(|(weight, _)| weight));
+    let share = weights.reduce(f64::max).unwrap_or(1.0);
     match index.checked_sub(1).map(|before| &outcome.moves[before]).filter(|before| before.run == record.run) {
-        Some(before) => Asked::Jump { mm_s: corners::jumps_mm_s(outcome, [before, record])[axis], from_rest: false },
+        Some(before) => {
+            Asked::Jump { mm_s: share * corners::jumps_mm_s(outcome, [before, record])[axis], from_rest: false }
+        }
         None => {
-            let share = record.plan.axis_steps(axis).abs() / record.plan.distance_steps();
+            let share = share * record.plan.axis_steps(axis).abs() / record.plan.distance_steps();
             let entry = record.plan.profile.entry_speed_steps_s() * share;
             Asked::Jump { mm_s: entry / outcome.config_of(record).steps_per_mm[axis], from_rest: true }
         }

@@ -27,6 +27,7 @@ mod by_shape;
 pub mod kept;
 mod least_squares;
 pub mod limits;
+pub mod shaped;
 
 use isostep_profile::Profile;
 

@@ -1,8 +1,9 @@
 //! The moves of a program, each with its plan and its end, assembled from the coordinator's events.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use isostep_motion::{AXES, Config, Event, Finish, State};
+use isostep_motion::{AXES, Config, Event, Finish, Shaping, State};
 use isostep_profile::{Blend, IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 /// Instants with a smaller difference count as the same.
@@ -19,6 +20,8 @@ pub struct MoveRecord {
     pub end_ns: u64,
     /// The number of its run, from 0: moves that follow each other without a pause.
     pub run: usize,
+    /// How its run is shaped, if it is. Its plans are what goes into the shapers.
+    pub shaping: Option<Arc<Shaping>>,
     /// The blend round the corner at which it begins, if there is one.
     pub blend: Option<Blend<AXES>>,
     /// Whether a blend follows, into which it ends.
@@ -120,6 +123,26 @@ impl MoveRecord {
         self.blend.map_or_else(|| self.plan.begin_s(), |blend| blend.begin_s())
     }
 
+    /// By how much the axes are late on its path, s; 0 if its run is not shaped.
+    pub fn delay_s(&self) -> f64 {
+        self.shaping.as_ref().map_or(0.0, |shaping| shaping.delay_s)
+    }
+
+    /// How much longer its run takes because it is shaped, at the end, s.
+    pub fn lasts_s(&self) -> f64 {
+        self.shaping.as_ref().map_or(0.0, |shaping| shaping.lasts_s)
+    }
+
+    /// The time from its beginning to an instant after the start of its run, s; less by what the axes are late.
+    pub fn passed_s(&self, t_ns: u64) -> f64 {
+        (t_ns - self.start_ns) as f64 * 1e-9 - self.delay_s() - self.begin_s()
+    }
+
+    /// When the axes come to its beginning, rounded to ns since power-up: late, if its run is shaped.
+    pub fn reached_ns(&self) -> u64 {
+        self.start_ns + ((self.begin_s() + self.delay_s()) * 1e9).round() as u64
+    }
+
     /// When step `k` of the axis with index `axis` was due in closed form, s from the start of the run.
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         // The latest plan that contains the step applies.
@@ -207,10 +230,11 @@ pub struct Moves {
 }
 
 /// A run in progress.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct OpenRun {
     start_ns: u64,
     number: usize,
+    shaping: Option<Arc<Shaping>>,
     /// Start position of the next move, steps.
     place_steps: [i32; AXES],
     /// Index of its first move.
@@ -227,9 +251,10 @@ impl Moves {
     pub fn take(&mut self, t_ns: u64, edge_ns: u64, event: Event) {
         match (event, &mut self.open) {
             (Event::State(state), _) => self.homing = state == State::Home,
-            (Event::Run { start, origin_steps }, _) => {
-                let (start_ns, first) = (crate::time::ns(start), self.records.len());
-                self.open = Some(OpenRun { start_ns, number: self.runs, place_steps: origin_steps, first });
+            (Event::Run { start, origin_steps, shaping }, _) => {
+                let (start_ns, number, first) = (crate::time::ns(start), self.runs, self.records.len());
+                let shaping = shaping.map(Arc::new);
+                self.open = Some(OpenRun { start_ns, number, shaping, place_steps: origin_steps, first });
                 self.runs += 1;
             }
             (Event::Move { plan }, Some(run)) => self.records.push(run.begin(plan, self.homing)),
@@ -258,13 +283,13 @@ impl Moves {
                     record.plan_s = plan.end_s();
                 }
             }
-            (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, &mut Some(run)) => {
-                self.open = None;
+            (Event::RunEnd { finish, held_at_steps, plan_s, position_steps }, open) => {
+                let Some(run) = open.take() else { return };
                 if finish != Finish::Done && finish != Finish::Held {
                     // A run starts on a whole tick of the clock, and may be stopped before that. The coordinator may learn of
                     // a stop late: no move began after the last edge, except the first one of the run.
                     let after_start_s = |t_ns: u64| (t_ns as f64 - run.start_ns as f64) * 1e-9;
-                    self.forget_begun_after(run, after_start_s(t_ns).min(after_start_s(edge_ns).max(0.0)));
+                    self.forget_begun_after(run.first, after_start_s(t_ns).min(after_start_s(edge_ns).max(0.0)));
                 }
                 end(&mut self.records[run.first..], finish, (held_at_steps, plan_s), position_steps, t_ns);
             }
@@ -273,9 +298,9 @@ impl Moves {
     }
 
     /// Discards moves that were planned but did not begin.
-    fn forget_begun_after(&mut self, run: OpenRun, stopped_s: f64) {
-        let begun = self.records[run.first..].iter().filter(|record| record.begin_s() <= stopped_s).count();
-        self.records.truncate(run.first + begun);
+    fn forget_begun_after(&mut self, first: usize, stopped_s: f64) {
+        let begun = self.records[first..].iter().filter(|record| record.begin_s() <= stopped_s).count();
+        self.records.truncate(first + begun);
     }
 
     /// Notes that the next run is planned with `config`.
@@ -314,6 +339,7 @@ impl OpenRun {
             start_ns: self.start_ns,
             end_ns: 0,
             run: self.number,
+            shaping: self.shaping.clone(),
             blend: None,
             ends_in_blend: false,
             plan,

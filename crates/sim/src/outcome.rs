@@ -1,6 +1,6 @@
 //! The result of a run.
 
-use isostep_motion::{AXES, Axis, Event, Machine, State, ToolConfig};
+use isostep_motion::{AXES, Axis, Capabilities, Event, Machine, State, ToolConfig};
 use isostep_profile::{Blend, Limits, SpeedLaw};
 
 use crate::config::Config;
@@ -28,6 +28,8 @@ pub struct Outcome {
     pub limits_high_at_start: [bool; AXES],
     /// Every move that ended, in order.
     pub moves: Vec<MoveRecord>,
+    /// What the port of each axis can do.
+    pub capabilities: [Option<Capabilities>; AXES],
     /// Configurations that the moves were planned with; each applies from the run with that number on.
     pub configs: Vec<(usize, isostep_motion::Config)>,
     /// Every event except those about moves, with its instant in ns since power-up.
@@ -124,6 +126,7 @@ impl Outcome {
         Self {
             config: config.clone(),
             moves: with_edges(moves, &mut record.edges, config.port.tolerance_ns()),
+            capabilities: machine.capabilities(),
             configs,
             edges: record.edges,
             waves: record.waves,
@@ -221,7 +224,8 @@ impl Outcome {
     }
 }
 
-/// Assigns to each move all edges from its beginning to that of the next, including any that should not have risen.
+/// Assigns to each move all edges from its beginning to that of the next, including any that should not have risen. In a
+/// shaped run that is when the axes, which are late, come there.
 ///
 /// Around a corner that is a blend, edges of both moves may rise within the tolerance of instants. There they are put in the
 /// order of the moves, each axis's edges in theirs.
@@ -229,10 +233,15 @@ fn with_edges(mut moves: Vec<MoveRecord>, edges: &mut [Edge], tolerance_ns: f64)
     let mut last = edges.len();
     for index in (0..moves.len()).rev() {
         let first = match index.checked_sub(1) {
-            Some(before) if moves[index].blend.is_some() => {
+            Some(before) if moves[index].blend.is_some() && moves[index].shaping.is_none() => {
                 split_at_blend([&moves[before], &moves[index]], edges, tolerance_ns)
             }
-            _ => edges.partition_point(|edge| edge.t_ns < moves[index].begin_ns()),
+            _ => {
+                // The first move of a run has all edges from its start on.
+                let is_first = index == 0 || moves[index - 1].run != moves[index].run;
+                let from_ns = if is_first { moves[index].begin_ns() } else { moves[index].reached_ns() };
+                edges.partition_point(|edge| edge.t_ns < from_ns)
+            }
         };
         moves[index].edges = first..last;
         last = first;

@@ -48,6 +48,8 @@ pub struct Shares {
     pub short_moves_s: f64,
     /// On ramps to and from places where the look-ahead was too short: [`Why::LookAhead`].
     pub look_ahead_s: f64,
+    /// At the ends of shaped runs, until the last impulse has passed.
+    pub shaping_s: f64,
     /// At standstill between moves.
     pub standing_s: f64,
     /// In motion, if what limits it is not known: [`Pace::limits_changed`].
@@ -59,7 +61,7 @@ impl Shares {
     pub fn sum_s(&self) -> f64 {
         let top_speed_s: f64 = self.top_speed_s.iter().sum();
         let ramps_s = self.corners_s + self.standstill_s + self.speed_law_s + self.short_moves_s + self.look_ahead_s;
-        self.feed_s + top_speed_s + ramps_s + self.standing_s + self.unknown_s
+        self.feed_s + top_speed_s + ramps_s + self.shaping_s + self.standing_s + self.unknown_s
     }
 }
 
@@ -100,6 +102,8 @@ pub struct Pace {
     pub distance_mm: f64,
     /// Time in motion, s.
     pub moving_s: f64,
+    /// Time that shapers add at the ends of runs, s.
+    pub shaping_s: f64,
     /// Time at standstill between the first move and the last one, without homing, s.
     pub standing_s: f64,
     /// The total time, divided by what limits it.
@@ -132,14 +136,15 @@ impl Pace {
 
     /// Keeps only what does not depend on the limits.
     fn without_limits(self) -> Self {
-        let Self { moves, moving_s, standing_s, longer_on_board_s, .. } = self;
+        let Self { moves, moving_s, shaping_s, standing_s, longer_on_board_s, .. } = self;
         Self {
             limits_changed: true,
             moves,
             distance_mm: 0.0,
             moving_s,
+            shaping_s,
             standing_s,
-            shares: Shares { standing_s, unknown_s: moving_s, ..Shares::default() },
+            shares: Shares { shaping_s, standing_s, unknown_s: moving_s, ..Shares::default() },
             slow: SlowPlaces::new(),
             slowest_second: None,
             busiest_second: None,
@@ -179,6 +184,7 @@ impl Pace {
             speed_law_s: ramps_s(|why| why == Why::SpeedLaw),
             short_moves_s: ramps_s(|why| why == Why::ShortMoves),
             look_ahead_s: ramps_s(|why| why == Why::LookAhead),
+            shaping_s: found.shaping_s,
             standing_s: found.standing_s,
             unknown_s: 0.0,
         };
@@ -189,6 +195,7 @@ impl Pace {
             moves: outcome.moves.iter().filter(|record| !record.homing).count(),
             distance_mm,
             moving_s,
+            shaping_s: found.shaping_s,
             standing_s: found.standing_s,
             shares,
             slow: found.places,
@@ -202,7 +209,7 @@ impl Pace {
 
     /// Time from the start of the first move to the end of the last one, without homing, s.
     pub fn total_s(&self) -> f64 {
-        self.moving_s + self.standing_s
+        self.moving_s + self.shaping_s + self.standing_s
     }
 }
 

@@ -19,6 +19,7 @@
 //! change of a it swings about that place: so a deviation is not 0 where nothing rings.
 
 mod swing;
+mod unshaped;
 
 use std::fmt;
 use std::str::FromStr;
@@ -27,6 +28,7 @@ use isostep_motion::{AXES, Axis, Finish};
 use serde::Serialize;
 
 pub use self::swing::{Swing, swings};
+pub use self::unshaped::unshaped;
 use crate::NAMES_OF_AXES;
 use crate::analysis::Oscillator;
 use crate::corners;
@@ -36,8 +38,6 @@ use crate::outcome::Outcome;
 
 /// Natural frequencies that make sense for a machine: below, a load hangs loose; above, steps are too coarse to tell.
 const NATURAL_HZ: std::ops::RangeInclusive<f64> = 0.5..=1_000.0;
-/// A jump of the speed that is rounding, mm/s.
-const NO_JUMP_MM_S: f64 = 1e-6;
 
 /// The springs of the axes; no spring is a rigid axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -218,8 +218,9 @@ fn places(outcome: &Outcome, period_s: f64) -> Vec<Place> {
         let before =
             index.checked_sub(1).map(|before| &outcome.moves[before]).filter(|before| before.run == record.run);
         if before.is_some_and(|before| is_corner(outcome, before, record)) {
-            let from_s = begin_s + record.begin_s();
-            let to_s = begin_s + record.blend.map_or(record.begin_s(), |blend| blend.end_s()) + period_s;
+            let late_s = begin_s + record.delay_s();
+            let from_s = late_s + record.begin_s();
+            let to_s = late_s + record.blend.map_or(record.begin_s(), |blend| blend.end_s()) + period_s;
             places.push(Place { from_s, to_s, is_stop: false, index });
         }
         if is_stop(record, outcome.moves.get(index + 1)) {
@@ -238,7 +239,7 @@ fn places(outcome: &Outcome, period_s: f64) -> Vec<Place> {
 
 fn is_corner(outcome: &Outcome, before: &MoveRecord, after: &MoveRecord) -> bool {
     let jumps_mm_s = corners::jumps_mm_s(outcome, [before, after]);
-    after.blend.is_some() || jumps_mm_s.iter().any(|mm_s| *mm_s > NO_JUMP_MM_S)
+    after.blend.is_some() || jumps_mm_s.iter().any(|mm_s| *mm_s > corners::NO_JUMP_MM_S)
 }
 
 /// Whether a move ends at rest.

@@ -148,6 +148,7 @@ fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, Sett
             | SettingError::RateTooHigh { .. }
             | SettingError::StartAboveTop { .. }
             | SettingError::LawNeedsStart { .. }
+            | SettingError::ShapedCurve { .. }
             | SettingError::LeastSpeedNotBelowFull { .. }
             | SettingError::LeastDutyAboveFull { .. }
             | SettingError::PullOffNotBelowTravel { .. },
@@ -168,6 +169,7 @@ fn involved(error: &SettingError) -> Vec<u16> {
         SettingError::RateTooHigh { axis, .. } => vec![0, 100 + axis as u16, 110 + axis as u16],
         SettingError::StartAboveTop { axis, .. } => vec![110 + axis as u16, 910 + axis as u16],
         SettingError::LawNeedsStart { axis, .. } => vec![910 + axis as u16, 940],
+        SettingError::ShapedCurve { axis, .. } => vec![940, 950 + axis as u16],
         SettingError::LeastSpeedNotBelowFull { .. } => vec![30, 31],
         SettingError::LeastDutyAboveFull { .. } => vec![35, 36],
         SettingError::PullOffNotBelowTravel { axis, .. } => vec![27, 130 + axis as u16],

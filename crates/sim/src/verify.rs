@@ -1,6 +1,11 @@
 //! Checks the promises edge by edge: exact counts, instants by the closed form, straight paths, equal intervals.
+//!
+//! A move of a shaped run is not judged by itself: see [`shaped`].
+
+pub mod shaped;
 
 use isostep_motion::{AXES, Axis, Finish, State};
+use isostep_profile::Profile;
 
 use crate::config::Port;
 use crate::losses;
@@ -14,10 +19,10 @@ use crate::record::Edge;
 pub struct MoveCheck {
     /// Index in [`Outcome::moves`].
     pub index: usize,
-    /// Steps that were made, signed.
+    /// Steps that were made, signed; in a shaped run as they were planned.
     pub emitted_steps: [i32; AXES],
-    /// Whether exactly the planned steps were made.
-    pub exact: bool,
+    /// Whether exactly the planned steps were made; `None` in a shaped run, and so is all that is measured.
+    pub exact: Option<bool>,
     /// For each axis, the largest distance of an edge from its closed-form instant, ns; `None` for an axis at rest.
     pub error_max_ns: [Option<f64>; AXES],
     /// The largest distance of two axes from the straight line, in units of half a step of each: 1 is the bound |x/nx -
@@ -71,40 +76,55 @@ pub fn moves(outcome: &Outcome) -> impl Iterator<Item = MoveCheck> {
 
 /// Checks the move with this index in [`Outcome::moves`].
 pub fn check(outcome: &Outcome, index: usize) -> MoveCheck {
-    let (record, port) = (&outcome.moves[index], outcome.config.port);
-    let edges = &outcome.edges[record.edges.clone()];
-    let times_s = axis_times_s(record, edges);
+    let record = &outcome.moves[index];
     let whole = record.profile();
     let profile = whole.unwrap_or(record.plan.profile);
-    let planned =
-        Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };
+    let unjudged = MoveCheck {
+        index,
+        emitted_steps: record.planned_steps(),
+        exact: None,
+        error_max_ns: [None; AXES],
+        path_deviation: None,
+        planned: Intervals {
+            accel_s: profile.t_accel_s(),
+            cruise_s: profile.t_cruise_s(),
+            decel_s: profile.t_decel_s(),
+        },
+        measured: [None; AXES],
+        path_slack: 0.0,
+    };
+    if record.shaping.is_some() { unjudged } else { judged(outcome, record, whole, unjudged) }
+}
+
+/// The results for a move that is judged by itself. `whole` is its single profile, if it has one.
+fn judged(outcome: &Outcome, record: &MoveRecord, whole: Option<Profile>, unjudged: MoveCheck) -> MoveCheck {
+    let (edges, port) = (&outcome.edges[record.edges.clone()], outcome.config.port);
+    let times_s = axis_times_s(record, edges);
     let emitted_steps = std::array::from_fn(|axis| {
         edges.iter().filter(|edge| edge.axis == axis).map(|edge| edge.direction).sum::<i32>()
     });
-    let planned_steps = record.planned_steps();
+    let is_exact = emitted_steps == unjudged.emitted_steps && edges.len() as u64 == record.planned_edges();
     let (path_deviation, path_slack) = path(record, edges, port);
     MoveCheck {
-        index,
         emitted_steps,
-        exact: emitted_steps == planned_steps && edges.len() as u64 == record.planned_edges(),
+        exact: Some(is_exact),
         error_max_ns: std::array::from_fn(|axis| {
             errors_ns(record, axis, &times_s[axis]).map(|(_, error_ns)| error_ns.abs()).reduce(f64::max)
         }),
         path_deviation,
         path_slack,
-        planned,
         measured: std::array::from_fn(|axis| {
             whole.and_then(|profile| measure::intervals_of(&profile, &times_s[axis], port))
         }),
+        ..unjudged
     }
 }
 
 /// Instants of each axis's edges from the beginning of the move, s.
 pub fn axis_times_s(record: &MoveRecord, edges: &[Edge]) -> [Vec<f64>; AXES] {
-    let begin_s = record.begin_s();
     let mut times_s = [const { Vec::new() }; AXES];
     for edge in edges {
-        times_s[edge.axis].push((edge.t_ns - record.start_ns) as f64 * 1e-9 - begin_s);
+        times_s[edge.axis].push(record.passed_s(edge.t_ns));
     }
     times_s
 }
@@ -169,6 +189,8 @@ pub struct Verdict {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Findings {
     moves: usize,
+    /// Number of moves of shaped runs, which are not judged by themselves.
+    shaped: usize,
     exact: usize,
     error_max_ns: f64,
     /// Number of moves of several axes, their largest deviation from the straight line, and how many exceed the bound.
@@ -188,10 +210,17 @@ impl Findings {
         self.moves
     }
 
+    /// Why there is nothing to tell of moves: `words`, unless all of them are shaped.
+    fn nothing(&self, words: &str) -> String {
+        let all_shaped = self.shaped > 0 && self.shaped == self.moves;
+        if all_shaped { "shaped runs are not judged by this" } else { words }.to_owned()
+    }
+
     /// Adds the results for one move.
     pub fn add(&mut self, check: &MoveCheck) {
         self.moves += 1;
-        self.exact += usize::from(check.exact);
+        self.shaped += usize::from(check.exact.is_none());
+        self.exact += usize::from(check.exact == Some(true));
         self.error_max_ns = self.error_max_ns.max(check.error_max_ns());
         if let Some(deviation) = check.path_deviation {
             self.paths += 1;
@@ -217,10 +246,11 @@ impl FromIterator<MoveCheck> for Findings {
 
 /// All promises of a run, with their results.
 pub fn verdicts(outcome: &Outcome, findings: &Findings) -> Vec<Verdict> {
+    let runs = shaped::Findings::of(outcome);
     vec![
         program(outcome),
-        counts(findings),
-        instants(findings, outcome.config.port),
+        counts(findings, &runs),
+        instants(findings.error_max_ns.max(runs.error_max_ns), outcome.config.port),
         straight(findings),
         equal(findings),
         lasting(outcome),
@@ -240,13 +270,16 @@ fn program(outcome: &Outcome) -> Verdict {
     Verdict { promise: "every line accepted, machine idle", kept, detail }
 }
 
-fn counts(findings: &Findings) -> Verdict {
-    let Findings { exact, moves, .. } = *findings;
-    Verdict { promise: "step counts exact", kept: exact == moves, detail: format!("{exact} of {moves} moves") }
+fn counts(findings: &Findings, runs: &shaped::Findings) -> Verdict {
+    let (exact, judged) = (findings.exact, findings.moves - findings.shaped);
+    let moves = (judged > 0 || runs.runs == 0).then(|| format!("{exact} of {judged} moves"));
+    let detail: Vec<_> = moves.into_iter().chain(runs.words()).collect();
+    let kept = exact == judged && runs.exact == runs.runs;
+    Verdict { promise: "step counts exact", kept, detail: detail.join(", ") }
 }
 
-fn instants(findings: &Findings, port: Port) -> Verdict {
-    let (worst_ns, tick_ns) = (findings.error_max_ns, port.tick_ns());
+fn instants(worst_ns: f64, port: Port) -> Verdict {
+    let tick_ns = port.tick_ns();
     let detail = format!("at most {worst_ns:.0} ns from the closed form, one tick is {tick_ns:.0} ns");
     Verdict { promise: "every step at its instant", kept: worst_ns <= port.tolerance_ns(), detail }
 }
@@ -254,7 +287,7 @@ fn instants(findings: &Findings, port: Port) -> Verdict {
 fn straight(findings: &Findings) -> Verdict {
     let Findings { paths, path_deviation, bent, .. } = *findings;
     let detail = match paths {
-        0 => "no move of several axes".to_owned(),
+        0 => findings.nothing("no move of several axes"),
         _ => format!("|x/nx - y/ny| at most {path_deviation:.4} of half a step of both axes, in {paths} moves"),
     };
     Verdict { promise: "paths straight within half a step", kept: bent == 0, detail }
@@ -263,7 +296,7 @@ fn straight(findings: &Findings) -> Verdict {
 fn equal(findings: &Findings) -> Verdict {
     let Findings { measured, apart_s, resolution_s, unequal, .. } = *findings;
     let detail = match measured {
-        0 => "no move of several axes with enough edges to measure".to_owned(),
+        0 => findings.nothing("no move of several axes with enough edges to measure"),
         _ => {
             let (apart_ns, resolution_ns) = (apart_s * 1e9, resolution_s * 1e9);
             format!(

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use isostep_console::Settings;
 use isostep_sim::analysis::Oscillator;
-use isostep_sim::ringing::{Springs, residual, swings};
+use isostep_sim::ringing::{self, Springs, residual, swings};
 use isostep_sim::{AXES, Axis, Config, Figures, Outcome, run};
 
 const STEPS_PER_MM: f32 = 80.0;
@@ -200,4 +200,62 @@ fn what_a_pen_draws_behind_a_corner_is_the_frequency_of_the_load() {
         let found_hz = (crossings_s.len() - 1) as f64 * mm_s / waves_mm;
         assert!((found_hz - 35.0).abs() < 0.2, "{found_hz} Hz at {mm_s} mm/s");
     }
+}
+
+/// What is left after a move along X whose shaper is for a load of 30 Hz with this damping, of this kind; of a load at another
+/// frequency too. Steps are so fine that they do not hide it.
+fn shaped_mm(kind: u16, damping_ratio: f64, program: &str, natural_hz: f64) -> f64 {
+    let mut config = machine(10.0 * STEPS_PER_MM);
+    config.settings.shaper_kind[0] = kind;
+    config.settings.shaper_hz[0] = 30.0;
+    config.settings.shaper_damping_ratio[0] = damping_ratio as f32;
+    after_stop_mm(&run(program.as_bytes(), &config).unwrap(), spring(natural_hz, damping_ratio))
+}
+
+/// At their own frequency ZV, MZV and ZVD leave nothing but what the steps add. EI leaves a twentieth there, and no more some
+/// way beside it, where ZV leaves far more.
+#[test]
+fn shapers_leave_little_of_the_ringing() {
+    let tenth_of_a_step_mm = 0.1 / f64::from(10.0 * STEPS_PER_MM);
+    for program in ["G91 G1 F6000 X17\n", "G91 G1 F9000 X31\n", "G61 G91 G1 F3000 X10\nY5\nX-7 Y4\n"] {
+        for damping_ratio in [0.0, 0.05, 0.1] {
+            let mm = |kind: u16, natural_hz: f64| shaped_mm(kind, damping_ratio, program, natural_hz);
+            let unshaped_mm = mm(0, 30.0);
+            assert!(unshaped_mm > 0.05, "{program:?}, {damping_ratio}: {unshaped_mm} mm");
+            for kind in 1..=3 {
+                let left_mm = mm(kind, 30.0);
+                assert!(left_mm < tenth_of_a_step_mm, "kind {kind}, {program:?}, {damping_ratio}: {left_mm} mm");
+            }
+            for beside in [-0.15, 0.0, 0.15] {
+                let natural_hz = 30.0 * (1.0 + beside);
+                let [unshaped_mm, zv_mm, left_mm] = [0, 1, 4].map(|kind| mm(kind, natural_hz));
+                let most_mm = 0.05 * unshaped_mm + tenth_of_a_step_mm;
+                assert!(
+                    left_mm < most_mm,
+                    "{natural_hz} Hz, {program:?}, {damping_ratio}: {left_mm} of {unshaped_mm} mm"
+                );
+                assert!(beside == 0.0 || zv_mm > 0.15 * unshaped_mm, "{natural_hz} Hz: ZV {zv_mm} of {unshaped_mm} mm");
+            }
+        }
+    }
+}
+
+/// A program with shapers is run without them for comparison, whether its settings or its lines ask for them; any other is not.
+#[test]
+fn what_rings_without_shapers_is_found_by_another_run() {
+    let springs: Springs = "X:40:0.05".parse().unwrap();
+    let made = |kind: u16, program: &str| {
+        let mut config = Config { springs, ..machine(STEPS_PER_MM) };
+        config.settings.shaper_kind[0] = kind;
+        run(program.as_bytes(), &config).unwrap()
+    };
+    let plain = made(0, "G1 X10 F6000\n");
+    assert!(ringing::unshaped(&plain).is_none());
+    for (kind, program) in [(1, "G1 X10 F6000\n"), (0, "$950=4 ; EI\nG1 X10 F6000\n")] {
+        let (lines, config) = ringing::unshaped(&made(kind, program)).unwrap();
+        let other = run(&lines.join(&b'\n'), &config).unwrap();
+        assert_eq!(other.edges, plain.edges, "{program:?}");
+    }
+    let rigid = run(b"$950=1\nG1 X10 F6000\n", &machine(STEPS_PER_MM)).unwrap();
+    assert!(ringing::unshaped(&rigid).is_none(), "nothing rings");
 }

@@ -5,10 +5,11 @@ use std::path::Path;
 use indicatif::ProgressBar;
 use isostep_console::Settings;
 use isostep_sim::pace::Pace;
+use isostep_sim::shaping::ShapingFigures;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::{Fit, Survey};
 use isostep_sim::tool::Plate;
-use isostep_sim::{AXES, Config};
+use isostep_sim::{AXES, Config, lines_of_moves};
 use serde::Serialize;
 
 use crate::{project, remarks, sim, timing};
@@ -46,6 +47,8 @@ pub struct On {
     /// The results of the first probing moves.
     pub probes: Vec<String>,
     pub pace: Option<Pace>,
+    /// What shaping costs, if anything is shaped.
+    pub shaping: Option<ShapingFigures>,
     /// Why the program does not reach its end.
     pub trouble: Option<String>,
 }
@@ -76,6 +79,7 @@ struct Made {
     waits_s: [f64; 2],
     probes: Vec<String>,
     pace: Pace,
+    shaping: Option<ShapingFigures>,
 }
 
 /// Checks a program. A file that cannot be read counts as a program that would not run.
@@ -104,6 +108,7 @@ fn on(program: &Program, machine: &Machine, stand: Stand, bar: &ProgressBar) -> 
         homing_s: made.as_ref().map(|made| made.homing_s),
         waits_s: made.as_ref().map(|made| made.waits_s),
         probes: made.as_ref().map_or_else(Vec::new, |made| made.probes.clone()),
+        shaping: made.as_ref().and_then(|made| made.shaping.clone()),
         pace: made.map(|made| made.pace),
         trouble,
     }
@@ -144,11 +149,13 @@ fn made(
         _ => trouble,
     })?;
     let [before_s, after_s] = outcome.waits_s();
+    let sources = lines_of_moves::of_moves(&outcome);
     Ok(Made {
         homing_s: outcome.homing_ns() as f64 * 1e-9,
         waits_s: [before_s, (after_s - freed_s(&survey.settings)).max(0.0)],
         probes: remarks::probes(&outcome),
-        pace: Pace::of(&outcome),
+        pace: Pace::new(&outcome, &sources),
+        shaping: ShapingFigures::of(&outcome, &sources),
     })
 }
 

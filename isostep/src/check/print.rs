@@ -118,6 +118,9 @@ fn times(on: &On) -> String {
             pace.moving_s, pace.standing_s
         ),
     );
+    if let Some(shaping) = &on.shaping {
+        text += &row("shaping", &shaping.to_string());
+    }
     if let Some(words) = pace::beyond_board(pace) {
         text += &row("the board", &words);
     }

@@ -178,6 +178,18 @@ fn more_moves_than_the_board_carries_are_told() {
     assert!(table.contains("the board takes 2.14"), "{table}");
 }
 
+/// Two stops, each half a period of 40 Hz with a damping ratio of 0.05 longer.
+#[test]
+fn what_shapers_cost_is_told() {
+    let program = "G0 X5\nG4 P1\nG0 Y5\nM2\n";
+    let [plain, shaped] = ["", "$950=1\n"].map(|set| check("stops.nc", &format!("{set}{program}"), None));
+    let more_s = shaped.on[0].time_s.unwrap() - plain.on[0].time_s.unwrap();
+    assert!((more_s - 2.0 * 0.012_515_6).abs() < 1e-5, "{more_s} s");
+    let reported = detail(&shaped);
+    assert!(reported.contains("\n  shaping    0.025 s more for 2 stops, 12.5 ms at most; "), "{reported}");
+    assert!(!detail(&plain).contains("shap"), "{}", detail(&plain));
+}
+
 #[test]
 fn a_pierce_that_will_be_dark_is_told() {
     let program = "$32=1\nM3 S800\nG4 P0.5\nG1 X5 F600\nM5\nG4 P0.5\nM2\n";

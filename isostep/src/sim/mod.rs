@@ -10,12 +10,13 @@ use isostep_console::Settings;
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::report::{self, BothRules};
-use isostep_sim::ringing::Springs;
+use isostep_sim::ringing::{self, RingingFigures, Springs};
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
 use isostep_sim::tool::Plate;
 use isostep_sim::{
-    AXES, Config, Contact, Fault, Figures, Flash, Listed, NAMES_OF_AXES, Outcome, Port, SwitchFault, settings,
+    AXES, Config, Contact, Fault, Figures, Flash, Listed, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves,
+    settings,
 };
 
 use crate::files::Files;
@@ -162,6 +163,7 @@ pub fn run(args: Args) -> Result<()> {
     let outcome = run_shown(program, &config, flash.clone()).with_context(|| name.clone())?;
     let mut figures = Figures::listing(&name, &outcome, if args.moves { Listed::All } else { Listed::Some });
     figures.replay = again;
+    figures.ringing_unshaped = unshaped(&args, &outcome)?;
     print::print(&figures, args.moves);
     judge::print(&outcome);
     write_files(&args, &outcome, &figures)?;
@@ -381,6 +383,16 @@ fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     let (axis, fault) = text.split_once('=').ok_or("an axis and its fault, such as X=stuck-open")?;
     let index = axis_index(axis)?;
     fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
+}
+
+/// How the loads on springs swing in the same program without shapers, if it is shaped. A flash may hold settings that are in
+/// force rather than those known here.
+fn unshaped(args: &Args, outcome: &Outcome) -> Result<Vec<RingingFigures>> {
+    let Some((program, config)) = ringing::unshaped(outcome).filter(|_| args.flash.is_none()) else {
+        return Ok(Vec::new());
+    };
+    let other = run_shown(program, &config, Flash::blank()).context("the same program without shapers")?;
+    Ok(ringing::figures(&other, &lines_of_moves::of_moves(&other)))
 }
 
 /// The same program by the other rule at corners, if the report has something to compare. A flash may hold settings that

@@ -24,7 +24,10 @@ pub fn print(figures: &Figures, all_moves: bool) {
             print_summary(figures);
         }
         print_axes(&figures.axes);
-        print!("{}", ringing_words(&figures.ringing));
+        if let Some(shaping) = &figures.shaping {
+            println!("\nshaping\n  {shaping}");
+        }
+        print!("{}", ringing_words(&figures.ringing, &figures.ringing_unshaped));
         print_pace(&figures.pace);
     }
     if let Some(tool) = &figures.tool {
@@ -70,7 +73,8 @@ fn print_summary(figures: &Figures) {
     if let Some(one) = longest {
         println!("  the longest lasts {:.3} s: move {}{}", one.duration_s(), one.number, line_words(one.line));
     }
-    let worst = figures.moves.iter().max_by(|one, other| one.error_max_ns().total_cmp(&other.error_max_ns()));
+    let judged = figures.moves.iter().filter(|one| one.exact.is_some());
+    let worst = judged.max_by(|one, other| one.error_max_ns().total_cmp(&other.error_max_ns()));
     if let Some(one) = worst {
         let ns = one.error_max_ns();
         println!("  the largest error of a step is {ns:.0} ns: move {}{}", one.number, line_words(one.line));
@@ -88,21 +92,22 @@ fn print_moves(moves: &[MoveFigures]) {
     for one in moves {
         let steps = one.steps.map(|n| n.to_string()).join(" ");
         let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.0} ns", apart_s * 1e9));
-        let error_ns = one.error_max_ns();
+        let error = one.exact.map_or("-".to_owned(), |_| format!("{:.0} ns", one.error_max_ns()));
         println!(
-            "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {:>9}",
+            "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {error:>9}",
             one.number,
             one.to_mm.map(|mm| format!("{mm:.2}")).join(" "),
             one.planned.accel_s,
             one.planned.cruise_s,
             one.planned.decel_s,
-            format!("{error_ns:.0} ns"),
         );
     }
     println!(
         "  apart: the most that two axes' intervals differ, measured from each axis's own edges (-: fewer than two to measure)"
     );
-    println!("  error: the most that a step is off its closed-form instant");
+    println!(
+        "  error: the most that a step is off its closed-form instant (-: in a shaped run, which is checked as a whole)"
+    );
 }
 
 /// Prints the limits that each axis kept within moves, and the jumps of its speed at corners.
@@ -126,8 +131,8 @@ fn print_axes(axes: &[AxisFigures]) {
     );
 }
 
-/// How the loads on springs swung, in words.
-fn ringing_words(axes: &[RingingFigures]) -> String {
+/// How the loads on springs swung, in words, and below how without shapers.
+fn ringing_words(axes: &[RingingFigures], unshaped: &[RingingFigures]) -> String {
     if axes.is_empty() {
         return String::new();
     }
@@ -140,10 +145,13 @@ fn ringing_words(axes: &[RingingFigures]) -> String {
         "\nringing, mm\n   {:<16} {:<32} {:<32} {}\n",
         "load", "after stops, amplitude", "after corners, deviation", "anywhere"
     );
-    for one in axes {
-        let load = format!("{} {} Hz, {}", one.axis, one.natural_hz, one.damping_ratio);
+    let mut add = |load: &str, one: &RingingFigures| {
         let (stops, corners) = (deviation(one.after_stops), deviation(one.after_corners));
         text += &format!("   {load:<16} {stops:<32} {corners:<32} {:.4}\n", one.anywhere_mm);
+    };
+    for (index, one) in axes.iter().enumerate() {
+        add(&format!("{} {} Hz, {}", one.axis, one.natural_hz, one.damping_ratio), one);
+        unshaped.get(index).into_iter().for_each(|one| add("  unshaped", one));
     }
     text + "  after a corner: within one period of the load; a deviation is from where the axis is, and good to half a step\n"
 }
@@ -223,10 +231,13 @@ mod tests {
             let springs = springs.parse().unwrap_or_default();
             let config = isostep_sim::Config { springs, ..isostep_sim::Config::default() };
             let outcome = isostep_sim::run(b"G91 G1 F1200 X5\nY5\n", &config).unwrap();
-            ringing_words(&Figures::new("test", &outcome).ringing)
+            let ringing = Figures::new("test", &outcome).ringing;
+            [ringing_words(&ringing, &[]), ringing_words(&ringing, &ringing)]
         };
-        assert_eq!(told(""), "");
-        let words = told("X:8:0.05");
+        assert_eq!(told(""), ["", ""]);
+        let [words, beside] = told("X:8:0.05");
+        assert_eq!(beside.matches("\n     unshaped ").count(), 1, "{beside}");
+        assert!(!words.contains("unshaped"), "{words}");
         assert!(
             words.contains("\n   X 8 Hz, 0.05 ") && words.contains(", move 2, line 2") && !words.contains("Y 8"),
             "{words}"

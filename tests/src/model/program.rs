@@ -405,7 +405,7 @@ impl Author {
 const OVERRIDES: [u8; 13] = [0x90, 0x91, 0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x99, 0x9A, 0x9B, 0x9C];
 
 /// Settings, and values of them; some are refused.
-const SETTINGS: [(u16, &[f64]); 15] = [
+const SETTINGS: [(u16, &[f64]); 18] = [
     (1, &[0.0, 25.0, 255.0]),
     (10, &[0.0, 1.0, 2.0, 3.0, 4.0]),
     (11, &[0.0, 0.01, 0.02, -1.0]),
@@ -421,6 +421,9 @@ const SETTINGS: [(u16, &[f64]); 15] = [
     (922, &[0.0, 400.0]),
     (394, &[0.0, 0.5]),
     (940, &[0.0, 1.0, 2.0]),
+    (950, &[0.0, 1.0, 6.0]),
+    (952, &[0.0, 2.0, 4.0, 5.0]),
+    (961, &[20.0, 60.0]),
 ];
 
 /// Whether a line does nothing but move, or nothing at all.

@@ -36,6 +36,8 @@ impl SettingValues {
             _ if value < 0.0 => return Err(4),
             20 if value != 0.0 && self.get(22) == 0.0 => return Err(10),
             10 if value > 3.0 => return Err(2),
+            950..=952 if value > 5.0 || value != 0.0 && self.get(940) != 0.0 => return Err(2),
+            940 if value != 0.0 && (950..=952).any(|number| self.get(number) != 0.0) => return Err(2),
             // As in Grbl there are no soft limits without homing.
             22 if value == 0.0 => drop(self.0.insert(20, 0.0)),
             _ => {}

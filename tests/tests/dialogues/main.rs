@@ -23,6 +23,7 @@ mod reports;
 mod resets;
 mod senders;
 mod settings;
+mod shapers;
 mod states;
 mod stops;
 mod stored;

@@ -3,6 +3,7 @@
 use isostep_console::Settings;
 use isostep_motion::{AXES, Capabilities, DriverTiming, Wiring};
 use isostep_profile::SpeedLaw;
+use isostep_profile::shaper::ShaperKind;
 use isostep_sim::Config;
 use oorandom::Rand32;
 
@@ -32,8 +33,18 @@ fn each_setting_reaches_the_configuration() {
     for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
         assert_eq!(settings(&[(940, number as f32)]).speed_law, law);
     }
+    for (number, kind) in ShaperKind::ALL.into_iter().enumerate() {
+        assert_eq!(
+            settings(&[(951, number as f32)]).shapers.map(|shaper| shaper.kind)[..3],
+            [ShaperKind::None, kind, ShaperKind::None]
+        );
+    }
+    let shapers = settings(&[(950, 1.0), (960, 35.0), (972, 0.25)]).shapers;
+    assert_eq!(shapers.map(|shaper| shaper.natural_hz as f32)[..3], [35.0, 40.0, 40.0]);
+    assert_eq!(shapers.map(|shaper| shaper.damping_ratio as f32)[..3], [0.05, 0.05, 0.25]);
     // What another version has stored is out of range until it has been checked.
     assert_eq!(settings(&[(940, 200.0)]).speed_law, SpeedLaw::ALL[SpeedLaw::ALL.len() - 1]);
+    assert_eq!(settings(&[(951, 200.0)]).shapers[1].kind, ShaperKind::ALL[ShaperKind::ALL.len() - 1]);
 }
 
 /// Settings that the console accepts, with one top speed at the limit of the ports.

@@ -8,6 +8,7 @@ use isostep_console::{
     Alarm, Command, Door, Error, Realtime, ReportedState, SETTING_TABLE, SettingError, Settings, realtime,
 };
 use isostep_profile::SpeedLaw;
+use isostep_profile::shaper::{DAMPING_RATIO, NATURAL_HZ, ShaperKind};
 use isostep_tests::root;
 
 /// The rows of the table under a heading, as cells.
@@ -205,4 +206,19 @@ fn the_speed_laws_of_the_settings_are_the_profiles() {
         let expected = if law.is_over_displacement() { needs_start } else { Ok(()) };
         assert_eq!(settings.check(&|_| f32::INFINITY), expected, "{law}");
     }
+}
+
+#[test]
+fn the_shapers_of_the_settings_are_the_profiles() {
+    let row = |number| SETTING_TABLE.iter().find(|row| row.number == number).unwrap();
+    let kinds = row(950);
+    let name = |kind| match kind {
+        ShaperKind::None | ShaperKind::Box => format!("{kind:?}").to_lowercase(),
+        kind => format!("{kind:?}").to_uppercase(),
+    };
+    let names = (0..).zip(ShaperKind::ALL).map(|(number, kind)| format!("{number} {}", name(kind))).collect::<Vec<_>>();
+    assert_eq!(kinds.meaning(), format!("shaper: {}", names.join(", ")));
+    assert_eq!((kinds.min, kinds.max), (0.0, (ShaperKind::ALL.len() - 1) as f32));
+    let range = |number| f64::from(row(number).min)..=f64::from(row(number).max);
+    assert_eq!((range(960), range(970)), (NATURAL_HZ, DAMPING_RATIO));
 }

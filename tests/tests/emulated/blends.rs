@@ -13,12 +13,12 @@ const MACHINE: [(u32, u32); 4] = [(100, 80), (110, 24_000), (120, 1_000), (910, 
 /// Brief moves in all axes, in a row.
 const MOVES: usize = 120;
 
-fn settings() -> impl Iterator<Item = String> {
+pub fn settings() -> impl Iterator<Item = String> {
     MACHINE.into_iter().flat_map(|(first, value)| (0..3).map(move |axis| format!("${}={value}", first + axis)))
 }
 
 /// A wave of moves of 0.2 mm along X, that comes back to Y0 Z0.
-fn wave() -> impl Iterator<Item = String> {
+pub fn wave() -> impl Iterator<Item = String> {
     (1..=MOVES).map(|index| {
         let turn = index as f64 / MOVES as f64 * TAU * 4.0;
         let [y, z] = [turn.sin(), 1.0 - turn.cos()];

@@ -23,7 +23,7 @@ const CRATES_IN_RAM: [&str; 10] = [
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
 /// about the device; plans by the curved laws, ahead of time; homes; probes, at the contact and after it; takes an override;
 /// gets a run ready; runs once before anything moves; or is named by a table of functions and called by nobody.
-const MAY_WAIT: [&str; 50] = [
+const MAY_WAIT: [&str; 59] = [
     "isostep_console",
     "isostep_controller",
     "rp2040_gantry..flash..Flash",
@@ -33,6 +33,8 @@ const MAY_WAIT: [&str; 50] = [
     "isostep_motion11coordinator10poll_aside",
     "isostep_motion6homing",
     "isostep_motion3run7streams",
+    "isostep_motion7shaping53_$LT$impl$u20$isostep_motion..config..Config$GT$7shaping",
+    "isostep_profile6shaper6Shaper",
     "12note_contact",
     "10stop_alarm",
     "14override_chain",
@@ -45,6 +47,13 @@ const MAY_WAIT: [&str; 50] = [
     "isostep_profile4ramp11logarithmic",
     "isostep_profile4ramp6thirds",
     "isostep_profile4ramp4trig",
+    "isostep_profile7compile5cubic",
+    "isostep_profile7compile4Lane11begin_cubic",
+    "12change_accel",
+    "isostep_profile7compile5phase5Phase7shorten",
+    "isostep_profile6shaper6shaped3Sum10at_by_jerk",
+    "isostep_profile6shaper6shaped3Sum13turns_after_s",
+    "isostep_profile6shaper6shaped15Shaped$LT$_$GT$4mean",
     "libm4math5atan2",
     "libm4math4atan",
     "libm4math3exp",

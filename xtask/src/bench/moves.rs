@@ -36,6 +36,8 @@ pub struct MoveFigures {
     pub carried: Measured<Carried>,
     /// With blends.
     pub blended: Measured<Carried>,
+    /// With blends, and a ZV shaper of the default frequency on every axis.
+    pub shaped: Measured<Carried>,
 }
 
 /// The result of a stream.
@@ -58,13 +60,14 @@ impl Carried {
 enum Corners {
     Exact,
     Blended,
+    Shaped,
 }
 
 impl Corners {
     fn word(self) -> String {
         match self {
             Self::Exact => "G61".to_owned(),
-            Self::Blended => format!("G64P{BLEND_DEVIATION_MM}"),
+            Self::Blended | Self::Shaped => format!("G64P{BLEND_DEVIATION_MM}"),
         }
     }
 
@@ -72,6 +75,7 @@ impl Corners {
         match self {
             Self::Exact => "",
             Self::Blended => ", with blends",
+            Self::Shaped => ", with blends and ZV",
         }
     }
 }
@@ -81,12 +85,15 @@ struct Program {
     text: String,
     /// For each move, the number of steps of all axes up to its end.
     steps: Vec<usize>,
+    /// Some of them may be left out.
+    leaves_out: bool,
 }
 
 impl Program {
     fn new(moves: usize, feed_mm_min: f64, corners: Corners) -> Self {
         let settings = [(100, STEPS_PER_MM), (110, feed_mm_min), (120, ACCEL_MM_S2), (11, CORNER_DEVIATION_MM)];
-        let settings = settings.into_iter().flat_map(|(number, value)| {
+        let zv = [(950, 1.0)].into_iter().filter(|_| matches!(corners, Corners::Shaped));
+        let settings = settings.into_iter().chain(zv).flat_map(|(number, value)| {
             let axes = if number < 100 { 0..1 } else { 0..3 };
             axes.map(move |axis| format!("${}={value}\n", number + axis))
         });
@@ -100,15 +107,18 @@ impl Program {
             made += from.iter().zip(path.place_steps()).map(|(&from, to)| to.abs_diff(from) as usize).sum::<usize>();
             steps.push(made);
         }
-        Self { text, steps }
+        Self { text, steps, leaves_out: matches!(corners, Corners::Shaped) }
     }
 
     /// The rate in the middle half, moves/s; `None` if `edges` does not have as many edges as the program has steps.
     fn rate_moves_s(&self, edges: &[Edge]) -> Option<f64> {
         let middle = [self.steps.len() / 4, self.steps.len() * 3 / 4];
-        let is_all = self.steps.last() == Some(&edges.len());
+        let all = *self.steps.last()?;
+        // Where an axis turns within a few steps, shaped motion leaves some of them out.
+        let is_all = if self.leaves_out { edges.len() * 100 > all * 99 } else { edges.len() == all };
         // The first edge after this move.
-        let cycles = middle.map(|index| edges.get(*self.steps.get(index)?).map(|edge| edge.cycle));
+        let first = |index: usize| edges.get(*self.steps.get(index)? * edges.len() / all);
+        let cycles = middle.map(|index| first(index).map(|edge| edge.cycle));
         let [from, to] = if is_all { [cycles[0]?, cycles[1]?] } else { return None };
         Some((middle[1] - middle[0]) as f64 / ((to - from) as f64 * NS_PER_CYCLE * 1e-9))
     }
@@ -126,8 +136,8 @@ impl Program {
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<MoveFigures> {
     let (moves, feed_mm_min) = (effort.moves, port.moves_feed_mm_min());
     let carried = |corners| carried(board, port, Program::new(moves, feed_mm_min, corners), feed_mm_min, corners);
-    let [carried, blended] = [carried(Corners::Exact)?, carried(Corners::Blended)?];
-    Ok(MoveFigures { move_mm: MOVE_MM, feed_mm_min, moves, carried, blended })
+    let [carried, blended, shaped] = [carried(Corners::Exact)?, carried(Corners::Blended)?, carried(Corners::Shaped)?];
+    Ok(MoveFigures { move_mm: MOVE_MM, feed_mm_min, moves, carried, blended, shaped })
 }
 
 fn carried(
@@ -148,11 +158,11 @@ fn carried(
 
 impl MoveFigures {
     /// For each kind of corners, a name such as `0.2 mm, 3 axes, F12000, with blends`, and how many moves were carried.
-    pub fn rows(&self) -> [[String; 2]; 2] {
+    pub fn rows(&self) -> [[String; 2]; 3] {
         let row = |corners: Corners, carried: &Measured<Carried>| {
             [name(self) + corners.words(), carried.words(Carried::words)]
         };
-        [row(Corners::Exact, &self.carried), row(Corners::Blended, &self.blended)]
+        [row(Corners::Exact, &self.carried), row(Corners::Blended, &self.blended), row(Corners::Shaped, &self.shaped)]
     }
 }
 

@@ -169,6 +169,15 @@ fn settings_print_as_grbl_prints_them() {
         $931=500.000
         $932=500.000
         $940=0
+        $950=0
+        $951=0
+        $952=0
+        $960=40.000
+        $961=40.000
+        $962=40.000
+        $970=0.050
+        $971=0.050
+        $972=0.050
         ok"#]]
     .assert_eq(&heard);
 }
@@ -320,6 +329,52 @@ fn a_refused_law_or_jerk_names_value_limit_and_remedy() {
         $932=0 -> ok
         $933=1 -> [MSG:there is no $933: $$ lists the settings] error:3
     "#]],
+    );
+}
+
+#[test]
+fn a_refused_shaper_names_value_limit_and_remedy() {
+    check(
+        ReportedState::Idle,
+        "$950=6\n$951=1.5\n$952=-1\n$950=5\n$960=9.9\n$960=10\n$961=500.5\n$961=500\n$962=-40\n$970=0.51\n$970=0.5\n$971=-0.1\n$972=0\n$953=1",
+        expect![[r#"
+            $950=6 -> [MSG:$950=6 is above the most, 5: lower it] error:2
+            $951=1.5 -> [MSG:$951=1.500 is not a whole number: remove the fraction] error:23
+            $952=-1 -> [MSG:$952=-1 is negative: give 0 or more] error:4
+            $950=5 -> ok
+            $960=9.9 -> [MSG:$960=9.900 is below the least, 10 Hz: raise it] error:2
+            $960=10 -> ok
+            $961=500.5 -> [MSG:$961=500.500 is above the most, 500 Hz: lower it] error:2
+            $961=500 -> ok
+            $962=-40 -> [MSG:$962=-40 is negative: give 0 or more] error:4
+            $970=0.51 -> [MSG:$970=0.510 is above the most, 0.500: lower it] error:2
+            $970=0.5 -> ok
+            $971=-0.1 -> [MSG:$971=-0.100 is negative: give 0 or more] error:4
+            $972=0 -> ok
+            $953=1 -> [MSG:there is no $953: $$ lists the settings] error:3
+        "#]],
+    );
+}
+
+/// Whichever of the two comes first.
+#[test]
+fn a_shaper_and_a_curved_law_refuse_each_other() {
+    check(
+        ReportedState::Idle,
+        "$940=2\n$950=1\n$960=35\n$940=0\n$951=1\n$940=2\n$950=3\n$940=1\n$950=0\n$951=0\n$940=1",
+        expect![[r#"
+            $940=2 -> ok
+            $950=1 -> [MSG:$950=1 and $940=2 do not work together: only the trapezoid is shaped. Set $950=0 or $940=0 first] error:2
+            $960=35 -> ok
+            $940=0 -> ok
+            $951=1 -> ok
+            $940=2 -> [MSG:$951=1 and $940=2 do not work together: only the trapezoid is shaped. Set $951=0 or $940=0 first] error:2
+            $950=3 -> ok
+            $940=1 -> [MSG:$950=3 and $940=1 do not work together: only the trapezoid is shaped. Set $950=0 or $940=0 first] error:2
+            $950=0 -> ok
+            $951=0 -> ok
+            $940=1 -> ok
+        "#]],
     );
 }
 

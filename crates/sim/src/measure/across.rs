@@ -2,14 +2,16 @@
 //!
 //! It is measured as within moves ([`limits`]): over two spans between edges that are at least so far apart
 //! that the instants resolve 1 % of the limit. An axis that makes no step for longer than two such spans is meanwhile
-//! where the plan has it, so that an axis that begins to move at a corner is seen to do so. Where the speed jumps, the
+//! where the closed form has it, so that an axis that begins to move at a corner is seen to do so. Where the speed jumps, the
 //! result depends on the span: by the jump over the span. Where it does not, it exceeds no limit that is kept.
 
 use isostep_motion::{AXES, Finish};
 
 use super::limits::{self, accel_span_s};
+use super::shaped;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
+use crate::places::Places;
 
 /// The mean acceleration of an axis over two spans.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +35,7 @@ pub(super) fn windows_of<'a>(outcome: &'a Outcome, run: &'a [MoveRecord]) -> imp
 }
 
 /// The moves of each run of the program, with the index of the first.
-pub(super) fn runs(outcome: &Outcome) -> impl Iterator<Item = (usize, &[MoveRecord])> {
+pub(crate) fn runs(outcome: &Outcome) -> impl Iterator<Item = (usize, &[MoveRecord])> {
     let mut end = 0;
     let runs = outcome.moves.chunk_by(|one, next| one.run == next.run).map(move |run| {
         end += run.len();
@@ -80,9 +82,9 @@ impl Samples {
         let start_ns = run[0].start_ns;
         let (first, last) = (&run[0], &run[run.len() - 1]);
         let edges = outcome.edges[first.edges.start..last.edges.end].iter().filter(|edge| edge.axis == axis);
-        let mut filled = Filled { run, axis, span_s, next: 0, turns: 0, all: Vec::new() };
+        let mut filled = Filled { places: Places::of(run), axis, span_s, turns: 0, all: Vec::new() };
         let begin_s = first.begin_s();
-        let begin = place_steps(first, axis, begin_s);
+        let begin = filled.places.steps(axis, begin_s);
         for spans in [2.0, 1.0, 0.0] {
             filled.all.push(Sample { t_s: begin_s - spans * span_s, steps: begin, turns: [0; 2] });
         }
@@ -95,9 +97,10 @@ impl Samples {
             filled.push(t_s, at - 0.5 * f64::from(direction));
         }
         if matches!(last.finish, Finish::Done | Finish::Held) {
-            let end = place_steps(last, axis, last.plan_s);
+            let end = filled.places.steps(axis, last.plan_s);
             [0.0, 1.0, 2.0].into_iter().for_each(|spans| filled.push(last.plan_s + spans * span_s, end));
         }
+        let own = if first.shaping.is_some() { shaped::either_way(own) } else { *own };
         let limits_steps_s2 = [own.accel_steps_s2, own.decel_steps_s2];
         Self { axis, start_ns, span_s, limits_steps_s2, all: filled.all }
     }
@@ -130,11 +133,9 @@ impl Samples {
 
 /// Samples in order, where gaps are filled.
 struct Filled<'a> {
-    run: &'a [MoveRecord],
+    places: Places<'a>,
     axis: usize,
     span_s: f64,
-    /// The move under way.
-    next: usize,
     /// How often the axis has turned.
     turns: u32,
     all: Vec<Sample>,
@@ -149,10 +150,7 @@ impl Filled<'_> {
         if t_s - before_s > 2.0 * self.span_s {
             while t_s - before_s > 1.5 * self.span_s {
                 before_s += self.span_s;
-                while self.run.get(self.next + 1).is_some_and(|next| next.begin_s() <= before_s) {
-                    self.next += 1;
-                }
-                let steps = place_steps(&self.run[self.next], self.axis, before_s);
+                let steps = self.places.steps(self.axis, before_s);
                 self.all.push(Sample { t_s: before_s, steps, turns });
             }
         }
@@ -163,34 +161,9 @@ impl Filled<'_> {
     }
 }
 
-/// Where the plan of a move is at `t_s` from the start of the run, mm.
+/// Where the plan of a move is at `t_s` from the start of the run, unshaped, mm.
 pub(super) fn place_mm(outcome: &Outcome, record: &MoveRecord, t_s: f64) -> [f64; AXES] {
-    std::array::from_fn(|axis| place_steps(record, axis, t_s) / outcome.steps_per_mm[axis])
-}
-
-/// Where the plan of a move has an axis at `t_s` from the start of the run, steps.
-fn place_steps(record: &MoveRecord, axis: usize, t_s: f64) -> f64 {
-    let origin = f64::from(record.origin_steps[axis]);
-    if let Some(blend) = record.blend {
-        let corner = f64::from(record.corner_steps()[axis]);
-        if t_s < blend.end_s() {
-            return corner + blend.place_at(axis, t_s);
-        }
-        return corner + line_place_steps(record, axis, t_s);
-    }
-    let before = (record.plan.step_numbers(axis).start - 1) as i32 * record.plan.steps[axis].signum();
-    origin - f64::from(before) + line_place_steps(record, axis, t_s)
-}
-
-/// The same, from the whole step next to the beginning of the move.
-fn line_place_steps(record: &MoveRecord, axis: usize, t_s: f64) -> f64 {
-    let plan = record.parts.iter().rfind(|part| part.begin_s() <= t_s).unwrap_or(&record.plan);
-    let place = match t_s {
-        _ if t_s >= plan.end_s() => plan.end_steps(),
-        _ if t_s <= plan.begin_s() => plan.begin_steps(),
-        _ => plan.place_at(t_s),
-    };
-    plan.axis_place(axis, place)
+    std::array::from_fn(|axis| record.place_steps(axis, t_s) / outcome.steps_per_mm[axis])
 }
 
 #[cfg(test)]

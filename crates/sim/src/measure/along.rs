@@ -1,6 +1,6 @@
 //! The path in short stretches, each with the largest acceleration of any axis as a fraction of its limit.
 //!
-//! Places are those of the plans, accelerations those of the edges ([`across`]). A stretch has the highest ratio of all
+//! Places are those of the plans, accelerations those of the edges ([`across`]), which in a shaped run are late. A stretch has the highest ratio of all
 //! windows whose middle is in it, and of those that were the last of their axis before it. So no window is lost, however
 //! short it is.
 
@@ -43,7 +43,7 @@ pub fn stretches(outcome: &Outcome) -> impl Iterator<Item = Stretch> + '_ {
             let mut from_mm = across::place_mm(outcome, record, begin_s);
             let parts: Vec<_> = (1..=count as usize)
                 .map(|part| {
-                    let (axis, ratio) = windows.until(at_s(part));
+                    let (axis, ratio) = windows.until(at_s(part) + record.delay_s());
                     let to_mm = across::place_mm(outcome, record, at_s(part));
                     let from_mm = std::mem::replace(&mut from_mm, to_mm);
                     let span_s = at_s(part) - at_s(part - 1);

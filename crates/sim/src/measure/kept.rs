@@ -1,9 +1,10 @@
 //! How close the moves of a run came to the limits in force. Each axis is measured by its edges alone; corners are
-//! checked by their planned speeds.
+//! checked by their planned speeds. Of shaped runs see [`shaped`].
 
 use isostep_motion::{AXES, Config, Finish};
 
 use super::limits::{self, Ends, LimitRatios};
+use super::shaped;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::verify;
@@ -12,11 +13,11 @@ use crate::verify;
 const ROUNDING: f64 = 1e-6;
 
 /// How close all moves came to their limits. `speed_limit` is the speed limit of an axis in a move at a time in s from
-/// the start of its run, steps/s; it never decreases.
+/// the start of its run, steps/s; it never decreases. Of a shaped run it is the top speed.
 pub fn ratios(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -> f64) -> LimitRatios {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
-    let mut highest = LimitRatios::default();
-    for record in &outcome.moves {
+    let mut highest = shaped::ratios(outcome).into_iter().fold(LimitRatios::default(), LimitRatios::max);
+    for record in outcome.moves.iter().filter(|record| record.shaping.is_none()) {
         let config = outcome.config_of(record);
         let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
         let [begins, ends] = are_rests(record, config);

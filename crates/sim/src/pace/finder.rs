@@ -6,7 +6,7 @@
 //! explain is assigned to the look-ahead. With a curved law it is assigned to the law instead, because the law has
 //! separate ramps in each move.
 
-use isostep_motion::{AXES, BLEND_S};
+use isostep_motion::{AXES, BLEND_S, Finish, shaped_s};
 use isostep_profile::SpeedLaw;
 
 use super::asked::{Asked, Limit, SAME};
@@ -57,6 +57,8 @@ pub struct Found {
     pub feed_s: f64,
     /// Time at the top speed of each axis, with such ramps, s.
     pub top_speed_s: [f64; AXES],
+    /// Time that shapers add at the ends of runs, s.
+    pub shaping_s: f64,
     /// Time at standstill, s.
     pub standing_s: f64,
 }
@@ -87,7 +89,13 @@ impl<'a> Finder<'a> {
             level: Limit::Feed,
             last: None,
             arc: None,
-            found: Found { places: SlowPlaces::new(), feed_s: 0.0, top_speed_s: [0.0; AXES], standing_s: 0.0 },
+            found: Found {
+                places: SlowPlaces::new(),
+                feed_s: 0.0,
+                top_speed_s: [0.0; AXES],
+                shaping_s: 0.0,
+                standing_s: 0.0,
+            },
         }
     }
 
@@ -97,7 +105,8 @@ impl<'a> Finder<'a> {
             None => self.begin_run(phase, None),
             Some(last) if self.outcome.moves[last.index].run != self.outcome.moves[phase.index].run => {
                 let homed = self.outcome.moves[last.index..phase.index].iter().any(|record| record.homing);
-                let stood_s = (!homed).then(|| (phase.begin_s - last.end_s()).max(0.0));
+                let shaping_s = self.shaping_s(&last);
+                let stood_s = (!homed).then(|| (phase.begin_s - last.end_s() - shaping_s).max(0.0));
                 self.found.standing_s += stood_s.unwrap_or(0.0);
                 self.end_run(&last);
                 self.begin_run(phase, stood_s);
@@ -143,11 +152,18 @@ impl<'a> Finder<'a> {
 
     /// Processes the end of a run with this phase.
     fn end_run(&mut self, last: &Phase<'a>) {
+        self.found.shaping_s += self.shaping_s(last);
         if !self.falls {
             self.close();
         }
         let open = self.open.get_or_insert_with(|| Open::at_end(self.outcome, last));
         open.stand = Stand::Ends;
+    }
+
+    /// How much longer the run of this phase takes at its end because it is shaped, s.
+    fn shaping_s(&self, last: &Phase<'a>) -> f64 {
+        let record = &self.outcome.moves[last.index];
+        if matches!(record.finish, Finish::Done | Finish::Held) { record.lasts_s() } else { 0.0 }
     }
 
     fn rise(&mut self, phase: &Phase<'a>) {
@@ -315,10 +331,13 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// Whether a move that a blend may lead to lasts as briefly at that speed as the board plans any.
+    /// Whether a move that a blend may lead to, or that is shaped, lasts as briefly at that speed as the board plans any.
     fn is_brief(&self, (index, asked): (usize, &Asked), mm_s: f64) -> bool {
-        let length_mm = self.outcome.moves[index].plan.distance_steps() * asked.mm_per_step;
-        self.source(index).is_some_and(|source| source.deviation_mm > 0.0) && length_mm <= mm_s * BLEND_S * BRIEF
+        let record = &self.outcome.moves[index];
+        let length_mm = record.plan.distance_steps() * asked.mm_per_step;
+        let has_blends = self.source(index).is_some_and(|source| source.deviation_mm > 0.0);
+        let blend_s = if has_blends { BLEND_S } else { 0.0 };
+        length_mm <= mm_s * blend_s.max(shaped_s(record.shaping.as_deref())) * BRIEF
     }
 
     /// The speed at which such a move may start and stop without a ramp, mm/s.

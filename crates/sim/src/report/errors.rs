@@ -1,11 +1,12 @@
 //! The distance of every step from its closed-form instant.
 
-use isostep_motion::AXES;
+use isostep_motion::{AXES, Axis};
 use plotters::prelude::*;
 
 use super::theme::{self, AXIS, Area, BOUND, Drawn, GRID, INK};
+use crate::measure::across;
 use crate::outcome::Outcome;
-use crate::verify;
+use crate::verify::{self, shaped};
 
 /// Columns of the picture. Each shows an axis's range of errors, from the earliest step to the latest.
 const COLUMNS: usize = 240;
@@ -68,14 +69,25 @@ fn span_s(outcome: &Outcome) -> (f64, f64) {
 fn columns(outcome: &Outcome, from_s: f64, to_s: f64) -> [[Option<(f64, f64)>; COLUMNS]; AXES] {
     let mut columns = [[None; COLUMNS]; AXES];
     let per_s = COLUMNS as f64 / (to_s - from_s).max(1e-9);
-    for record in outcome.moves.iter().filter(|record| !record.homing) {
-        let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
-        let start_s = record.begin_ns() as f64 * 1e-9 - from_s;
-        for (axis, columns) in columns.iter_mut().enumerate() {
-            for (t_s, error_ns) in verify::errors_ns(record, axis, &times_s[axis]) {
-                let span = &mut columns[(((start_s + t_s) * per_s).max(0.0) as usize).min(COLUMNS - 1)];
-                let (low, high) = span.unwrap_or((error_ns, error_ns));
-                *span = Some((low.min(error_ns), high.max(error_ns)));
+    let mut take = |axis: usize, t_s: f64, error_ns: f64| {
+        let span = &mut columns[axis][(((t_s - from_s) * per_s).max(0.0) as usize).min(COLUMNS - 1)];
+        let (low, high) = span.unwrap_or((error_ns, error_ns));
+        *span = Some((low.min(error_ns), high.max(error_ns)));
+    };
+    for (_, run) in across::runs(outcome) {
+        if run[0].shaping.is_some() {
+            for axis in Axis::ALL {
+                let errors_ns = shaped::errors_ns(outcome, run, axis);
+                errors_ns.into_iter().for_each(|(t_s, error_ns)| take(axis as usize, t_s, error_ns));
+            }
+            continue;
+        }
+        for record in run {
+            let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
+            let begin_s = record.begin_ns() as f64 * 1e-9;
+            for (axis, times_s) in times_s.iter().enumerate() {
+                verify::errors_ns(record, axis, times_s)
+                    .for_each(|(t_s, error_ns)| take(axis, begin_s + t_s, error_ns));
             }
         }
     }

@@ -5,7 +5,6 @@ use plotters::prelude::*;
 use super::theme::{self, AXIS, Area, Drawn, GRID, INK, INTERVAL};
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
-use crate::verify;
 use isostep_motion::AXES;
 
 /// Dots per axis and move.
@@ -60,13 +59,11 @@ struct MovingAxis {
 }
 
 fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
-    let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
     let plan = record.profile().unwrap_or(record.plan.profile);
     let axes = (0..AXES).filter(|&axis| record.plan.steps[axis] != 0);
     axes.map(|index| {
         let steps_per_mm = outcome.steps_per_mm[index];
-        let sign = f64::from(record.plan.steps[index].signum());
-        let speeds = slopes(&spread(&times_s[index], sign / steps_per_mm));
+        let speeds = slopes(&spread(&places(outcome, record, index)));
         MovingAxis {
             index,
             plan,
@@ -78,13 +75,23 @@ fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
     .collect()
 }
 
-/// Positions of an axis, mm, at about `DOTS` instants, evenly distributed in time.
-fn spread(times_s: &[f64], mm_per_step: f64) -> Vec<(f64, f64)> {
-    let (from_s, to_s) = theme::range(times_s.iter().copied());
+/// The instants of an axis's edges, s from the beginning of the move, and its positions there, mm from the first.
+fn places(outcome: &Outcome, record: &MoveRecord, axis: usize) -> Vec<(f64, f64)> {
+    let edges = outcome.edges[record.edges.clone()].iter().filter(|edge| edge.axis == axis);
+    let mut made = 0;
+    let places = edges.map(|edge| {
+        made += edge.direction;
+        (record.passed_s(edge.t_ns), f64::from(made) / outcome.steps_per_mm[axis])
+    });
+    places.collect()
+}
+
+/// About `DOTS` of these places, evenly distributed in time.
+fn spread(places: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let (from_s, to_s) = theme::range(places.iter().map(|place| place.0));
     let slot = |t_s: f64| ((t_s - from_s) / (to_s - from_s).max(1e-9) * DOTS as f64) as usize;
     let mut last = None;
-    let places = times_s.iter().enumerate().map(|(index, &t_s)| (t_s, index as f64 * mm_per_step));
-    places.filter(|&(t_s, _)| last.replace(slot(t_s)) != Some(slot(t_s))).collect()
+    places.iter().copied().filter(|&(t_s, _)| last.replace(slot(t_s)) != Some(slot(t_s))).collect()
 }
 
 /// Mean slopes between neighbours, each at the middle of the two.

@@ -103,7 +103,8 @@ fn body_of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures) -> Mark
         (time::shares(&figures.pace))
         (time::slow_places(&figures.pace))
         (axes(figures))
-        @if let Some(section) = ringing::section(outcome, &both.ringing) { (section) }
+        @if let Some(shaping) = &figures.shaping { h2 { "Shaping" } p { (shaping) "." } }
+        @if let Some(section) = ringing::section(outcome, &both.ringing, &figures.ringing_unshaped) { (section) }
         (moves::table(figures))
         (pictures(outcome, figures))
     }

@@ -146,9 +146,10 @@ fn pieces_by_edges<'a>(
     take: &mut dyn FnMut(&Piece<Made>),
 ) {
     let phases: Vec<_> = phases.collect();
+    let stands_steps = stands_steps(outcome);
     for phases in phases.chunk_by(|one, next| one.index == next.index) {
         let record = &outcome.moves[phases[0].index];
-        let points = points(outcome, record);
+        let points = points(outcome, record, stands_steps[phases[0].index]);
         let is_rapid = rapids[phases[0].index];
         if points.iter().all(|(_, mm)| plane.axes.iter().all(|&axis| mm[axis] == points[0].1[axis])) {
             continue;
@@ -164,17 +165,31 @@ fn pieces_by_edges<'a>(
     }
 }
 
+/// Where every axis stands before the edges of each move, steps. In a shaped run that is not where the move begins.
+fn stands_steps(outcome: &Outcome) -> Vec<[i32; AXES]> {
+    let runs = outcome.moves.chunk_by(|one, next| one.run == next.run);
+    let stands_of = |run: &[MoveRecord]| {
+        let mut at = run[0].origin_steps;
+        let stands = run.iter().map(move |record| {
+            let stands = at;
+            outcome.edges[record.edges.clone()].iter().for_each(|edge| at[edge.axis] += edge.direction);
+            stands
+        });
+        stands.collect::<Vec<_>>()
+    };
+    runs.flat_map(stands_of).collect()
+}
+
 /// Instants from the beginning of a move, s, and the positions at its edges, mm.
-fn points(outcome: &Outcome, record: &MoveRecord) -> Vec<(f64, [f64; AXES])> {
+fn points(outcome: &Outcome, record: &MoveRecord, stands_steps: [i32; AXES]) -> Vec<(f64, [f64; AXES])> {
     let edges = &outcome.edges[record.edges.clone()];
     let stride = edges.len().div_ceil(POINTS_PER_MOVE).max(1);
-    let begin_s = record.begin_s();
-    let mut at = record.origin_steps;
+    let mut at = stands_steps;
     let mut points = vec![(0.0, outcome.mm(at))];
     for (number, edge) in edges.iter().enumerate() {
         at[edge.axis] += edge.direction;
         if number % stride == 0 || number + 1 == edges.len() {
-            points.push(((edge.t_ns - record.start_ns) as f64 * 1e-9 - begin_s, outcome.mm(at)));
+            points.push((record.passed_s(edge.t_ns), outcome.mm(at)));
         }
     }
     points

@@ -34,8 +34,8 @@ pub fn rows(rule: &Rule, outcome: &Outcome) -> Vec<Row> {
     loads.into_iter().map(|load| Row { rule: rule.clone(), load }).collect()
 }
 
-/// The table and the picture; `None` if no axis has a spring, or nothing moves.
-pub fn section(outcome: &Outcome, rows: &[Row]) -> Option<Markup> {
+/// The table, with rows of the same program without shapers, and the picture; `None` if no axis has a spring, or nothing moves.
+pub fn section(outcome: &Outcome, rows: &[Row], unshaped: &[RingingFigures]) -> Option<Markup> {
     let picture = picture(outcome)?;
     Some(html! {
         h2 { "Ringing" }
@@ -43,7 +43,10 @@ pub fn section(outcome: &Outcome, rows: &[Row]) -> Option<Markup> {
             thead { tr {
                 th { "load" } th { "corners" } th { "after stops: amplitude, mm" } th { "after corners: deviation, mm" } th { "anywhere, mm" }
             } }
-            tbody { @for one in rows { (row(one)) } }
+            tbody {
+                @for Row { rule, load } in rows { (row(rule, load)) }
+                @for load in unshaped { (row("without shapers, for comparison", load)) }
+            }
         } }
         figure { (maud::PreEscaped(picture)) figcaption {
             "How far each load on a spring is from where the edges have put its axis, in this run: the band is the least to the greatest \
@@ -53,7 +56,7 @@ pub fn section(outcome: &Outcome, rows: &[Row]) -> Option<Markup> {
     })
 }
 
-fn row(Row { rule, load: one }: &Row) -> Markup {
+fn row(rule: &str, one: &RingingFigures) -> Markup {
     let cell = |found: Option<Deviation>| {
         let line = |line: usize| format!(", line {line}");
         found.map_or("-".to_owned(), |Deviation { mm, move_number, line: at }| {
@@ -199,7 +202,7 @@ mod tests {
     fn every_load_has_its_row_and_its_chart_and_a_rigid_machine_has_none() {
         let page = |outcome: &Outcome, other: Option<Outcome>| {
             let both = BothRules::of(outcome, other);
-            section(outcome, &both.ringing).map(Markup::into_string)
+            section(outcome, &both.ringing, &[]).map(Markup::into_string)
         };
         assert!(page(&outcome(""), None).is_none());
         let ringing = outcome("X:8:0.05,Y:6:0.05");

@@ -56,6 +56,7 @@ fn of(pace: &Pace) -> Vec<Share> {
         share("acceleration, by a curved law over short moves", "--rack", shares.speed_law_s),
         share("the board's time for short moves with blends", "--speed-5", shares.short_moves_s),
         share("acceleration, from and to the end of the look-ahead", "--curve-7", shares.look_ahead_s),
+        share("shapers, at stops", "--rack", shares.shaping_s),
         share("standing", "--bound", shares.standing_s),
         share("not known: limits change on the way", "--z", shares.unknown_s),
     ];

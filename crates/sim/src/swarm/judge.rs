@@ -7,7 +7,7 @@ use crate::measure::kept;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::record::{Loss, LossCause};
-use crate::verify;
+use crate::verify::{self, shaped};
 
 /// What one side may go farther than the other while its switch is debounced, and a step under way: the worlds latch at
 /// 2 mm/s, and have 160 steps/mm at most.
@@ -25,6 +25,7 @@ pub(super) fn judge(outcome: &Outcome, homed: [bool; AXES], is_deceived: bool) -
         return Err(("counts are those of the edges", found));
     }
     moves(outcome)?;
+    shaped_runs(outcome)?;
     limits(outcome)?;
     if is_deceived { Ok(()) } else { no_loss(outcome).and_then(|()| positions(outcome, homed)) }
 }
@@ -44,7 +45,7 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
     for check in verify::moves(outcome) {
         let record = &outcome.moves[check.index];
         let at = || format!("move {} from {:.6} s", check.index + 1, record.begin_ns() as f64 * 1e-9);
-        if !check.exact && matches!(record.finish, Finish::Done | Finish::Held) {
+        if check.exact == Some(false) && matches!(record.finish, Finish::Done | Finish::Held) {
             let found = format!("{:?} of {:?} steps of {}", check.emitted_steps, record.planned_steps(), at());
             return Err(("steps are made as planned", found));
         }
@@ -65,6 +66,19 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
         if pause_ns <= -1.0 || flows && pause_ns >= 1.0 {
             let found = format!("{pause_ns} ns from one to the next at {:.6} s", pair[1].begin_ns() as f64 * 1e-9);
             return Err(("every move as long as its plan", found));
+        }
+    }
+    Ok(())
+}
+
+/// The same for shaped runs, each as a whole.
+fn shaped_runs(outcome: &Outcome) -> Result<(), Broken> {
+    for check in shaped::runs(outcome) {
+        if check.error_max_ns() > outcome.config.port.tolerance_ns() {
+            return Err(("every step of a shaped run at its instant", format!("{:?}", check.worst)));
+        }
+        if !check.is_exact() {
+            return Err(("the steps of a shaped run are made as planned", format!("{check:?}")));
         }
     }
     Ok(())

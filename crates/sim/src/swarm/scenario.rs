@@ -236,6 +236,13 @@ impl Random {
             (settings.interval_thirds, settings.start_rate_mm_min) = (false, [0.0; AXES]);
             settings.speed_law = if settings.speed_law < 3 { 0 } else { settings.speed_law };
         }
+        if settings.speed_law == 0 && self.one_in(2) {
+            for axis in 0..AXES {
+                settings.shaper_kind[axis] = self.below(6) as u16;
+                settings.shaper_hz[axis] = self.between(10.0, 500.0).round() as f32;
+                settings.shaper_damping_ratio[axis] = self.of(&[0.0, 0.05, 0.2, 0.5]);
+            }
+        }
         if settings.speed_law >= 3 {
             settings.start_rate_mm_min = [60.0; AXES];
         }

@@ -59,7 +59,7 @@ fn changing<'a>(outcome: &'a Outcome, stretches: &'a [Stretch]) -> impl Iterator
 
 /// Distance of the nearest change from a place of a move, us.
 fn nearest_us(record: &MoveRecord, place_steps: f64, changes_ns: &[u64]) -> f64 {
-    let begin_us = record.place_time_s(place_steps) * 1e6;
+    let begin_us = (record.place_time_s(place_steps) + record.delay_s()) * 1e6;
     let next = changes_ns.partition_point(|&t_ns| t_ns < record.start_ns + (begin_us * 1e3).round() as u64);
     let around = changes_ns[next.saturating_sub(1)..].iter().take(2);
     let distances_us = around.map(|&t_ns| ((t_ns as f64 - record.start_ns as f64) * 1e-3 - begin_us).abs());

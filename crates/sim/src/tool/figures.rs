@@ -100,7 +100,7 @@ impl BeamFigures {
 }
 
 /// For each spell its start and end, s from the start of the first move, with each phase of the program that overlaps
-/// it.
+/// it. In a shaped run the spells are late as the axes are: that is left out here.
 fn together<'a>(
     outcome: &'a Outcome,
     sources: &'a [Option<Source>],
@@ -111,9 +111,10 @@ fn together<'a>(
     let since_start_s = move |t_ns: u64| (t_ns as f64 - start_ns as f64) * 1e-9 - begin_s;
     let mut passed = 0;
     phases(outcome, sources).flat_map(move |phase| {
-        passed += spells[passed..].partition_point(|spell| since_start_s(spell.end_ns) <= phase.begin_s);
-        let spans_s =
-            spells[passed..].iter().map(move |spell| (since_start_s(spell.begin_ns), since_start_s(spell.end_ns)));
+        let late_s = outcome.moves[phase.index].delay_s();
+        let on_path_s = move |t_ns: u64| since_start_s(t_ns) - late_s;
+        passed += spells[passed..].partition_point(|spell| on_path_s(spell.end_ns) <= phase.begin_s);
+        let spans_s = spells[passed..].iter().map(move |spell| (on_path_s(spell.begin_ns), on_path_s(spell.end_ns)));
         spans_s.take_while(move |span_s| span_s.0 < phase.end_s()).map(move |span_s| (span_s, phase))
     })
 }

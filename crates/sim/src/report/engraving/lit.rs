@@ -1,5 +1,6 @@
 //! Where the beam was on, and for how long: combines the positions between the edges with the spells of the tool.
 
+use crate::measure::across;
 use crate::outcome::Outcome;
 use crate::tool::spells::Spell;
 
@@ -31,14 +32,14 @@ pub fn places(outcome: &Outcome, spells: &[Spell], take: &mut impl FnMut([i32; 2
 
 /// All positions of the program, in order. Homing is left out because it resets the origin.
 fn stands(outcome: &Outcome) -> impl Iterator<Item = Stand> {
-    outcome.moves.iter().filter(|record| !record.homing).flat_map(|record| {
-        let [x, y, ..] = record.origin_steps;
+    across::runs(outcome).flat_map(|(_, run)| {
+        let [x, y, ..] = run[0].origin_steps;
         let mut steps = [x, y];
-        let edges = outcome.edges[record.edges.clone()].iter().filter(|edge| edge.axis < 2);
+        let edges = outcome.edges[run[0].edges.start..run[run.len() - 1].edges.end].iter().filter(|edge| edge.axis < 2);
         let after = edges.map(move |edge| {
             steps[edge.axis] += edge.direction;
             Stand { since_ns: edge.t_ns, steps }
         });
-        std::iter::once(Stand { since_ns: record.begin_ns(), steps: [x, y] }).chain(after)
+        std::iter::once(Stand { since_ns: run[0].begin_ns(), steps: [x, y] }).chain(after)
     })
 }

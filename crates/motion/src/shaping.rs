@@ -1,0 +1,132 @@
+//! Shaped runs: each axis makes the weighted sum of its motion at several instants.
+//!
+//! # Design
+//! The shapers of the axes have different lengths, and each is late by its mean. So that the axes stay on the path at
+//! constant speed, all are made as late as the latest of them; an axis without a shaper is only late. A run lasts longer by
+//! the time until the last impulse of all axes has passed, and is over then. What belongs to a place on the path, a
+//! laser's level and the reports, is late by the same mean.
+//!
+//! Homing and probing are not shaped: a switch, or a contact, ends them at once.
+
+use isostep_profile::chain::Chunk;
+use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped};
+
+use crate::axes::{AXES, Axis};
+use crate::config::Config;
+
+/// How many legs are kept of each axis.
+pub(crate) const LEGS: usize = if cfg!(feature = "short-look-ahead") { 24 } else { 64 };
+
+/// How the axes of a run are shaped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Shaping {
+    /// The impulses of each axis, by which it is late by [`delay_s`](Self::delay_s) in the mean.
+    pub impulses: [Impulses; AXES],
+    /// By how much the axes are late on the path, s.
+    pub delay_s: f64,
+    /// How much longer a run lasts, s.
+    pub lasts_s: f64,
+}
+
+impl Config {
+    /// How runs of programs and jogs are shaped; `None` if no axis has a shaper. Not inlined, so that a chip may have it in
+    /// slow memory: it is needed once a run.
+    #[must_use]
+    #[inline(never)]
+    pub fn shaping(&self) -> Option<Shaping> {
+        let impulses = self.shapers.map(|shaper| shaper.impulses());
+        if impulses.iter().all(|impulses| *impulses == Impulses::ONE) {
+            return None;
+        }
+        let delay_s = impulses.iter().map(Impulses::mean_s).fold(0.0, f64::max);
+        let impulses = impulses.map(|impulses| impulses.later(delay_s - impulses.mean_s()));
+        let lasts_s = impulses.iter().map(Impulses::last_s).fold(0.0, f64::max);
+        Some(Shaping { impulses, delay_s, lasts_s })
+    }
+}
+
+/// The shaped motion of an axis in a run, as far as it has been read from the chunks.
+pub(crate) struct ShapedAxis {
+    shaped: Shaped<LEGS>,
+    /// What reads the chunks, and whether it has begun, with the first of them.
+    feed: Feed,
+    is_begun: bool,
+    /// The number of the chunk that it reads.
+    chunk: u32,
+    is_finished: bool,
+}
+
+impl ShapedAxis {
+    pub const fn new() -> Self {
+        Self { shaped: Shaped::empty(), feed: Feed::empty(), is_begun: false, chunk: 0, is_finished: false }
+    }
+
+    /// Forgets everything, for another run.
+    pub fn clear(&mut self) {
+        (self.is_begun, self.chunk, self.is_finished) = (false, 0, false);
+    }
+
+    /// The number of the chunk that it reads.
+    pub fn chunk(&self) -> u32 {
+        self.chunk
+    }
+
+    /// Up to when bends have been taken, s from the start of the run.
+    pub fn taken_s(&self) -> f64 {
+        if self.is_begun { self.shaped.taken_s() } else { 0.0 }
+    }
+
+    /// Whether the axis has come to the end of the run.
+    pub fn is_over(&self) -> bool {
+        self.is_finished && self.shaped.is_over()
+    }
+
+    /// What `axis` does next; `None` if that is not known yet, or if it is over. `chunk` gives the chunk with a number, if it
+    /// is known; `is_closed` tells that no other chunk follows.
+    pub fn next<'a>(
+        &mut self,
+        begin: impl Fn(&Chunk<AXES>, &mut Shaped<LEGS>) -> Feed,
+        chunk: impl Fn(u32) -> Option<&'a Chunk<AXES>>,
+        is_closed: bool,
+    ) -> Option<Bend> {
+        loop {
+            if self.is_begun
+                && let Some(bend) = self.shaped.next_bend()
+            {
+                return Some(bend);
+            }
+            let now = chunk(self.chunk)?;
+            if !self.is_begun {
+                (self.feed, self.is_begun) = (begin(now, &mut self.shaped), true);
+            }
+            let feed = &mut self.feed;
+            if feed.read(now, &mut self.shaped) {
+                continue;
+            }
+            if let Some(next) = chunk(self.chunk + 1) {
+                if !self.shaped.has_room() {
+                    return None;
+                }
+                feed.go_on(now, next);
+                self.chunk += 1;
+            } else if is_closed && !self.is_finished && self.shaped.has_room() {
+                feed.finish(now, &mut self.shaped);
+                self.is_finished = true;
+            } else {
+                return None;
+            }
+        }
+    }
+}
+
+/// Begins the motion of `axis` with the first chunk of a run.
+pub(crate) fn begin(
+    shaping: &Shaping,
+    axis: Axis,
+    top_steps_s: f64,
+    first: &Chunk<AXES>,
+    shaped: &mut Shaped<LEGS>,
+) -> Feed {
+    Feed::begin(axis as usize, first, shaped, shaping.impulses[axis as usize], top_steps_s)
+}

@@ -1,0 +1,124 @@
+//! Where the axes of a run are in closed form: by the plans of its moves, and by its shapers.
+//!
+//! The plans say where an axis would be unshaped. If the run is shaped, the axis is where the weighted sum of that at
+//! several instants is. Before the first plan an axis stands where that begins, and after the last where that ends.
+
+use isostep_motion::{AXES, Shaping};
+use isostep_profile::SyncMove;
+
+use crate::moves::MoveRecord;
+
+/// The places of the axes of one run.
+pub struct Places<'a> {
+    run: &'a [MoveRecord],
+    begins_s: Vec<f64>,
+    /// When the acceleration of any axis changes, unshaped, in order; and some instants at which it does not.
+    knots_s: Vec<f64>,
+}
+
+impl<'a> Places<'a> {
+    /// The places in a run of these moves, one at least.
+    pub fn of(run: &'a [MoveRecord]) -> Self {
+        Self { run, begins_s: run.iter().map(MoveRecord::begin_s).collect(), knots_s: knots_s(run) }
+    }
+
+    fn shaping(&self) -> Option<&'a Shaping> {
+        self.run[0].shaping.as_deref()
+    }
+
+    /// Where an axis is at `t_s` from the start of the run, steps.
+    pub fn steps(&self, axis: usize, t_s: f64) -> f64 {
+        match self.shaping() {
+            Some(shaping) => {
+                let impulses = shaping.impulses[axis];
+                let mut ends_s = impulses.iter().map(|(_, delay_s)| t_s - delay_s);
+                if let (true, Some(to_s), Some(from_s)) = (impulses.is_box(), ends_s.next(), ends_s.next()) {
+                    return self.mean_steps(axis, from_s, to_s);
+                }
+                impulses.iter().map(|(weight, delay_s)| weight * self.unshaped_steps(axis, t_s - delay_s)).sum()
+            }
+            None => self.unshaped_steps(axis, t_s),
+        }
+    }
+
+    /// Where it would be unshaped in the mean, steps: exact by Simpson's rule between the instants at which its acceleration
+    /// changes.
+    fn mean_steps(&self, axis: usize, from_s: f64, to_s: f64) -> f64 {
+        let first = self.knots_s.partition_point(|t_s| *t_s <= from_s);
+        let knots_s = self.knots_s[first..].iter().copied().take_while(|t_s| *t_s < to_s);
+        let mut begin_s = from_s;
+        let mut integral = 0.0;
+        for end_s in knots_s.chain([to_s]) {
+            let places = [begin_s, 0.5 * (begin_s + end_s), end_s].map(|t_s| self.unshaped_steps(axis, t_s));
+            integral += (end_s - begin_s) / 6.0 * (places[0] + 4.0 * places[1] + places[2]);
+            begin_s = end_s;
+        }
+        integral / (to_s - from_s)
+    }
+
+    /// Where it would be unshaped, steps.
+    pub fn unshaped_steps(&self, axis: usize, t_s: f64) -> f64 {
+        let begun = self.begins_s.partition_point(|begin_s| *begin_s <= t_s);
+        self.run[begun.saturating_sub(1)].place_steps(axis, t_s)
+    }
+
+    /// Every instant at which the acceleration of an axis changes, in order, s from the start of the run; and some at which
+    /// it does not.
+    pub fn bends_s(&self, axis: usize) -> impl Iterator<Item = f64> + use<> {
+        let unshaped_s = self.knots_s.clone();
+        let delays_s: Vec<f64> = match self.shaping() {
+            Some(shaping) => shaping.impulses[axis].iter().map(|(_, delay_s)| delay_s).collect(),
+            None => vec![0.0],
+        };
+        let mut next = vec![0; delays_s.len()];
+        std::iter::from_fn(move || {
+            let of = |index: usize| unshaped_s.get(next[index]).map(|t_s| (t_s + delays_s[index], index));
+            let (t_s, index) = (0..delays_s.len()).filter_map(of).min_by(|one, other| one.0.total_cmp(&other.0))?;
+            next[index] += 1;
+            Some(t_s)
+        })
+    }
+}
+
+/// When the acceleration of any axis of these moves changes, and some instants at which it does not, in order.
+fn knots_s(run: &[MoveRecord]) -> Vec<f64> {
+    let mut knots_s = Vec::with_capacity(4 * run.len());
+    for record in run {
+        knots_s.extend(record.blend.iter().flat_map(|blend| [blend.begin_s(), blend.corner_begins_s(), blend.end_s()]));
+        knots_s.extend(std::iter::once(&record.plan).chain(&record.parts).flat_map(ramp_ends_s));
+    }
+    knots_s.sort_by(f64::total_cmp);
+    knots_s
+}
+
+/// When a plan begins and ends, and when it begins to cruise and to slow down, s from the start of the run.
+fn ramp_ends_s(plan: &SyncMove<AXES>) -> [f64; 4] {
+    let slows_s = plan.end_s() - plan.profile.t_decel_s();
+    [plan.begin_s(), slows_s - plan.profile.t_cruise_s(), slows_s, plan.end_s()]
+}
+
+impl MoveRecord {
+    /// Where its plan has an axis at `t_s` from the start of the run, unshaped, steps.
+    pub fn place_steps(&self, axis: usize, t_s: f64) -> f64 {
+        if let Some(blend) = self.blend {
+            let corner = f64::from(self.origin_steps[axis] - blend.ends_steps(axis)[0]);
+            if t_s < blend.end_s() {
+                return corner + blend.place_at(axis, t_s);
+            }
+            return corner + self.line_place_steps(axis, t_s);
+        }
+        let before = (self.plan.step_numbers(axis).start - 1) as i32 * self.plan.steps[axis].signum();
+        f64::from(self.origin_steps[axis] - before) + self.line_place_steps(axis, t_s)
+    }
+
+    /// The same, from the whole step next to the beginning of the move.
+    fn line_place_steps(&self, axis: usize, t_s: f64) -> f64 {
+        let plan = self.parts.iter().rfind(|part| part.begin_s() <= t_s).unwrap_or(&self.plan);
+        let place = match t_s {
+            _ if t_s >= plan.end_s() => plan.end_steps(),
+            _ if t_s <= plan.begin_s() => plan.begin_steps(),
+            _ => plan.place_at(t_s),
+        };
+        plan.axis_place(axis, place)
+    }
+}
