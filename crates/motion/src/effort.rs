@@ -26,10 +26,10 @@ const MOVE_S: f64 = 0.6e-3;
 pub const BLEND_S: f64 = 0.98e-3;
 
 /// How long a move lasts at least in a shaped run, s: each impulse makes pieces of its own of each move.
-pub const SHAPED_S: f64 = 1.6e-3;
+pub const SHAPED_S: f64 = 1.64e-3;
 
 /// The same with a box, whose steps take a root of a cubic each.
-pub const BOX_S: f64 = 3e-3;
+pub const BOX_S: f64 = 3.6e-3;
 
 /// How many legs a short move has, which are kept for as long as the shaper is long, and how many may be kept, with some to
 /// spare.

@@ -8,7 +8,9 @@
 //! A motion whose acceleration is constant piece by piece stays one, with more pieces: [`Shaped`] makes them. A box, which is
 //! the mean over a time, makes the acceleration change evenly.
 
+mod bend;
 mod feed;
+mod leg;
 mod legs;
 mod shaped;
 
@@ -18,9 +20,11 @@ use core::ops::RangeInclusive;
 
 use libm::{exp, sqrt};
 
+pub use self::bend::Bend;
+pub(crate) use self::bend::{turn, turns};
 pub use self::feed::Feed;
-pub use self::shaped::{Bend, Leg, Shaped};
-pub(crate) use self::shaped::{turn, turns};
+pub use self::leg::Leg;
+pub use self::shaped::Shaped;
 
 /// The most impulses that a shaper has.
 pub const IMPULSES_MAX: usize = 3;

@@ -2,6 +2,7 @@
 
 use super::{Impulses, Shaped};
 use crate::chain::{Chunk, ChunkKind, Plan};
+use crate::fixed::is_zero;
 
 /// Reads the chunks of a run, in order, for one axis.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +69,12 @@ impl Feed {
     /// Goes on from one chunk, of which all has been read, to the next.
     pub fn go_on<const N: usize>(&mut self, from: &Chunk<N>, next: &Chunk<N>) {
         (self.index, self.is_begun) = (0, false);
-        let is_move = matches!(next.plan, Plan::Blend(_)) || next.kind == ChunkKind::Move;
+        let is_move = match (&from.plan, &next.plan) {
+            (_, Plan::Blend(_)) => true,
+            // What a hold left of a move begins as a move does, behind a blend or at a place within it.
+            (Plan::Blend(_), Plan::Line(_)) => false,
+            (Plan::Line(_), Plan::Line(line)) => next.kind == ChunkKind::Move && is_zero(line.begin_steps()),
+        };
         if is_move {
             let steps = match &from.plan {
                 Plan::Line(line) => line.steps[self.axis],

@@ -9,17 +9,12 @@
 //! bend, and where the axis comes to rest it is that of the motion, not what rounding makes of the sum. So the end of a leg
 //! is passed only when it is known whether a rest follows.
 
-use libm::floor;
-
 use crate::chain::ring::Ring;
 use crate::fixed::{is_negative, is_zero};
-use crate::root::sqrt;
+use crate::shaper::bend::{AT_ONCE_S, Bend, Sum, passed, turn, turns};
+use crate::shaper::leg::{Leg, SAME_S};
 use crate::shaper::{IMPULSES_MAX, Impulses};
 
-/// Instants with a smaller difference are the same, s.
-const SAME_S: f64 = 1e-10;
-/// An edge counts as passed so far behind it, steps: beyond what rounding does to a place. It is made at its instant.
-const PASSED_STEPS: f64 = 1e-9;
 /// A leg that lasts less than this, s, can be done without if each step comes by half of this later or earlier then, or if the
 /// axis is by half of this farther beside.
 const BRIEF_S: f64 = 20e-6;
@@ -27,143 +22,10 @@ const AS_GOOD_S: f64 = 1e-9;
 const AS_GOOD_STEPS: f64 = 2e-8;
 /// How much of a leg waits until it is known whether a rest follows, s.
 const LAST_S: f64 = 0.5e-3;
-/// A turn that comes as soon as this, s, is that from which a bend begins.
-const AT_ONCE_S: f64 = 1e-6;
 /// For so many bends the mean of a box is added up. Then it is computed anew, so that rounding errors stay where they are.
 const ADDED_MAX: u8 = 32;
 /// Places are kept below this, steps, so that they keep their digits.
 const FAR_STEPS: u32 = 1 << 15;
-
-/// What an axis does for a while: it keeps one acceleration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leg {
-    /// When it begins, s from the start of the run.
-    pub begin_s: f64,
-    /// Where it begins, steps.
-    pub place_steps: f64,
-    /// The speed there, steps/s, signed by direction.
-    pub speed_steps_s: f64,
-    /// The acceleration, steps/s², signed by direction.
-    pub accel_steps_s2: f64,
-}
-
-impl Leg {
-    /// Standing at a place since `begin_s`.
-    #[must_use]
-    pub const fn rest(begin_s: f64, place_steps: f64) -> Self {
-        Self { begin_s, place_steps, speed_steps_s: 0.0, accel_steps_s2: 0.0 }
-    }
-
-    fn is_rest(&self) -> bool {
-        is_zero(self.speed_steps_s) && is_zero(self.accel_steps_s2)
-    }
-
-    /// What it adds to an integral of the place from one instant to another, both of them in it.
-    fn integral(&self, from_s: f64, to_s: f64) -> f64 {
-        let lasts_s = to_s - from_s;
-        let (place_steps, speed_steps_s) = self.at(from_s);
-        (place_steps + (0.5 * speed_steps_s + self.accel_steps_s2 * lasts_s * (1.0 / 6.0)) * lasts_s) * lasts_s
-    }
-
-    /// Where the axis is, and how fast, at `t_s` from the start of the run.
-    #[inline(always)]
-    fn at(&self, t_s: f64) -> (f64, f64) {
-        if self.is_rest() {
-            return (self.place_steps, 0.0);
-        }
-        let past_s = t_s - self.begin_s;
-        if past_s.to_bits() << 1 <= SAME_S.to_bits() << 1 {
-            return (self.place_steps, self.speed_steps_s);
-        }
-        if is_zero(self.accel_steps_s2) {
-            return (self.place_steps + self.speed_steps_s * past_s, self.speed_steps_s);
-        }
-        let gained_steps_s = self.accel_steps_s2 * past_s;
-        (self.place_steps + (self.speed_steps_s + 0.5 * gained_steps_s) * past_s, self.speed_steps_s + gained_steps_s)
-    }
-}
-
-/// A stretch of shaped motion of one axis, at constant acceleration, in which the axis may turn; or at constant jerk, in which it
-/// does not.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bend {
-    /// What it does from its beginning on; its place is counted from the same whole step as `counts`.
-    pub leg: Leg,
-    /// When it ends, s from the start of the run.
-    pub end_s: f64,
-    /// Where the axis is then, steps.
-    pub end_place_steps: f64,
-    /// How fast it is then, steps/s, signed by direction.
-    pub end_speed_steps_s: f64,
-    /// How the acceleration changes, steps/s³.
-    pub jerk_steps_s3: f64,
-    /// The whole step where the axis begins, where it turns, and where it ends. If it does not turn, the second is the third.
-    pub counts: [i32; 3],
-}
-
-impl Bend {
-    /// How many steps the axis makes, and how many of them before it turns; if it does not turn, that is all of them.
-    #[must_use]
-    pub fn step_counts(&self) -> (u32, u32) {
-        let [begin, turn, end] = self.counts;
-        let out = turn.abs_diff(begin);
-        (out + end.abs_diff(turn), out)
-    }
-
-    /// The direction of the first step, 1 or -1; 0 if there is none.
-    #[must_use]
-    pub fn direction(&self) -> i32 {
-        let [begin, turn, end] = self.counts;
-        if turn == begin { (end - turn).signum() } else { (turn - begin).signum() }
-    }
-}
-
-/// What the impulses add up to: a leg, whose acceleration a box makes change.
-#[derive(Clone, Copy)]
-struct Sum {
-    leg: Leg,
-    /// Steps/s³.
-    jerk_steps_s3: f64,
-}
-
-impl Sum {
-    fn is_curved(&self) -> bool {
-        !is_zero(self.jerk_steps_s3)
-    }
-
-    /// Where the axis is, and how fast, at `t_s` from the start of the run.
-    #[inline(always)]
-    fn at(&self, t_s: f64) -> (f64, f64) {
-        if self.is_curved() { self.at_by_jerk(t_s) } else { self.leg.at(t_s) }
-    }
-
-    #[inline(never)]
-    fn at_by_jerk(&self, t_s: f64) -> (f64, f64) {
-        let Leg { begin_s, place_steps, speed_steps_s, accel_steps_s2 } = self.leg;
-        let past_s = t_s - begin_s;
-        let gained_steps_s2 = 0.5 * self.jerk_steps_s3 * past_s;
-        let mean_steps_s = speed_steps_s + (0.5 * accel_steps_s2 + gained_steps_s2 * (1.0 / 3.0)) * past_s;
-        (place_steps + mean_steps_s * past_s, speed_steps_s + (accel_steps_s2 + gained_steps_s2) * past_s)
-    }
-
-    /// When an axis whose acceleration changes turns first, s after its beginning; infinite if it does not. At once does not
-    /// count.
-    #[inline(never)]
-    fn turns_after_s(&self) -> f64 {
-        let Self { leg: Leg { speed_steps_s: v, accel_steps_s2: a, .. }, jerk_steps_s3: j } = *self;
-        let square = a * a - 2.0 * j * v;
-        if square < 0.0 {
-            return f64::INFINITY;
-        }
-        let far = -(a + sqrt(square).copysign(a));
-        if is_zero(far) {
-            return f64::INFINITY;
-        }
-        let counts = |t_s: f64| if t_s > AT_ONCE_S { t_s } else { f64::INFINITY };
-        let (one_s, other_s) = (counts(far / j), counts(2.0 * v / far));
-        if one_s < other_s { one_s } else { other_s }
-    }
-}
 
 /// One impulse on its way over the legs.
 #[derive(Clone, Copy, Debug)]
@@ -528,17 +390,20 @@ impl<const LEN: usize> Shaped<LEN> {
 
     /// Whether it is not known yet if the axis comes to rest at `end_s`, where the count of that rest decides on its last step.
     fn may_come_to_rest(&self, end_s: f64) -> bool {
-        let (last, until_s) = (self.last(), end_s + SAME_S);
-        let comes = |cursor: &Cursor| cursor.on == last && is_earlier(cursor.end_s, until_s);
+        let last = self.last();
+        let comes = |cursor: &Cursor| cursor.on == last && is_earlier(cursor.end_s, end_s + SAME_S);
         self.is_whole && !self.ends_at_rest() && self.on_legs().iter().all(comes)
     }
 
     /// The count where the axis comes to rest, if it does so at `end_s`.
     fn rest_count(&self, end_s: f64) -> Option<i32> {
-        let (last, until_s) = (self.last(), end_s + SAME_S);
-        let comes = |cursor: &Cursor| cursor.on == last || cursor.on + 1 == last && is_earlier(cursor.end_s, until_s);
-        let is_at_rest = self.ends_at_rest() && self.on_legs().iter().all(comes);
-        is_at_rest.then(|| self.rest_steps.wrapping_sub(self.base_steps))
+        if !self.ends_at_rest() {
+            return None;
+        }
+        let last = self.last();
+        let comes =
+            |cursor: &Cursor| cursor.on == last || cursor.on + 1 == last && is_earlier(cursor.end_s, end_s + SAME_S);
+        self.on_legs().iter().all(comes).then(|| self.rest_steps.wrapping_sub(self.base_steps))
     }
 
     /// What the axis makes of this leg up to `end_s`.
@@ -578,34 +443,4 @@ impl<const LEN: usize> Shaped<LEN> {
 /// do; comparing floats is a call.
 fn is_earlier(t_s: f64, than_s: f64) -> bool {
     t_s.to_bits() <= than_s.to_bits()
-}
-
-/// Whether an axis that begins and ends with these speeds turns on the way.
-pub(crate) fn turns(from_steps_s: f64, to_steps_s: f64) -> bool {
-    is_negative(from_steps_s) != is_negative(to_steps_s) && !is_zero(from_steps_s) && !is_zero(to_steps_s)
-}
-
-/// The step nearest to the place where an axis turns whose two edges there, out and back, are no nearer to each other than
-/// two steps at its top speed. `counts` are the whole steps where it begins and ends.
-pub(crate) fn turn(place_steps: f64, from_steps_s: f64, accel: f64, counts: [i32; 2], top_steps_s: f64) -> i32 {
-    let (accel, is_back) = (accel.abs(), from_steps_s < 0.0);
-    let along = |count: i32| if is_back { -count } else { count };
-    let apart_steps = accel / (8.0 * top_steps_s * top_steps_s);
-    let peak = if is_back { -place_steps } else { place_steps } + from_steps_s * from_steps_s / (2.0 * accel);
-    along((floor(peak - apart_steps + 0.5) as i32).max(along(counts[0])).max(along(counts[1])))
-}
-
-/// The last step whose edge an axis has passed at a place.
-fn passed(place_steps: f64, is_back: bool) -> i32 {
-    if is_back { -whole(0.5 - PASSED_STEPS - place_steps) } else { whole(place_steps + (0.5 - PASSED_STEPS)) }
-}
-
-/// The whole number at or below a place. Above 0 a conversion does that, and it is far quicker.
-fn whole(place_steps: f64) -> i32 {
-    const ABOVE: i32 = 1 << 20;
-    if (place_steps.to_bits() >> 52) & 0x7FF < 0x3FF + 20 {
-        (place_steps + f64::from(ABOVE)) as i32 - ABOVE
-    } else {
-        floor(place_steps) as i32
-    }
 }
