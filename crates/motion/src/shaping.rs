@@ -82,7 +82,7 @@ impl ShapedAxis {
         self.is_finished && self.shaped.is_over()
     }
 
-    /// What `axis` does next; `None` if that is not known yet, or if it is over. `chunk` gives the chunk with a number, if it
+    /// What the axis does next; `None` if that is not known yet, or if it is over. `chunk` gives the chunk with a number, if it
     /// is known; `is_closed` tells that no other chunk follows.
     pub fn next<'a>(
         &mut self,

@@ -59,7 +59,7 @@ fn all_axes_are_late_by_the_mean_of_the_latest() {
 fn a_move_lasts_longer_with_low_frequencies() {
     let at_hz = |natural_hz| shaped_s(shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref());
     assert_eq!((at_hz(500.0), at_hz(34.0)), (SHAPED_S, SHAPED_S));
-    assert!(at_hz(33.0) > SHAPED_S);
+    assert!(at_hz(32.0) > SHAPED_S);
     let boxed = shaping(shaper(ShaperKind::Box, 100.0), shaper(ShaperKind::Zv, 100.0));
     assert_eq!(shaped_s(boxed.as_ref()), BOX_S);
     assert!(at_hz(10.0) > 2.0 * SHAPED_S && (at_hz(10.0) - 2.0 * at_hz(20.0)).abs() < SAME_S);

@@ -9,7 +9,8 @@
 //! 2. [`Profile`]: planned from limits, distance, end speeds, an [`IntervalLaw`] and a [`SpeedLaw`].
 //! 3. [`SyncMove`]: the limits of several axes are scaled onto the longest axis; each axis keeps its signed step count.
 //!    A [`chain`] plans moves that follow each other without a stop; its plans are `SyncMove`s, too.
-//! 4. [`Segments`]: an axis's step instants as short [`Segment`]s, which are replayed by additions alone. [`Course`]
+//! 4. [`shaper`]: an axis as a weighted sum of its motion at several instants, if it has a shaper.
+//! 5. [`Segments`]: an axis's step instants as short [`Segment`]s, which are replayed by additions alone. [`Course`]
 //!    and [`Lane`] do the same for several axes, and compute only once what the axes have in common.
 //!
 //! This crate knows no clock, no pin and no executor. It allocates nothing and cannot await. Distances are in steps,

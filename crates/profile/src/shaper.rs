@@ -29,7 +29,8 @@ pub use self::shaped::Shaped;
 /// The most impulses that a shaper has.
 pub const IMPULSES_MAX: usize = 3;
 
-/// What is left of a vibration at the shaper's own frequency by [`ShaperKind::Ei`], as a fraction of the unshaped one.
+/// What is left of an undamped vibration at the shaper's own frequency by [`ShaperKind::Ei`], as a fraction of the unshaped one;
+/// with damping it is less.
 pub const EI_TOLERANCE: f64 = 0.05;
 
 /// The kinds of shapers.
