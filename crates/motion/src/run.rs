@@ -187,10 +187,11 @@ where
             let enough = passed + ahead(purpose);
             let enough_s = seconds(enough);
             let is_due = self.is_short_of(enough_s);
-            let is_low = streams.iter().any(|stream| stream.is_low(passed + LOW));
+            let needs_more = |stream: &SegmentStream| stream.is_low(passed + LOW) && !stream.queue().is_full();
+            let is_urgent = streams.iter().any(needs_more);
             if is_due || self.machine.is_crowded() {
                 // Moves are taken first: without another move the run would end where the known path ends.
-                self.take_some(purpose, is_low);
+                self.take_some(purpose, is_urgent);
             }
             if is_due {
                 self.commit_until(enough_s, purpose);
@@ -223,10 +224,10 @@ where
     }
 
     /// Takes some of the waiting moves. It does not take all at once, because planning takes long and what is known
-    /// must be queued meanwhile: if a port has little left, and enough moves are known, very soon.
-    fn take_some(&mut self, purpose: Purpose, is_low: bool) {
-        let is_urgent = is_low && self.chain.len() >= ENOUGH_MOVES;
-        for _ in 0..if is_urgent { TAKEN_IN_HASTE } else { TAKEN_AT_ONCE } {
+    /// must be queued meanwhile: very soon if a port has little left in a queue that is not full, and enough moves are known.
+    fn take_some(&mut self, purpose: Purpose, is_urgent: bool) {
+        let is_enough = is_urgent && self.chain.len() >= ENOUGH_MOVES;
+        for _ in 0..if is_enough { TAKEN_IN_HASTE } else { TAKEN_AT_ONCE } {
             if !self.take_next(purpose) {
                 break;
             }
