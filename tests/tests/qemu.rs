@@ -195,9 +195,10 @@ fn corners_arcs_curved_ramps_and_blends_are_where_the_simulators_are() {
     let mut board = Board::new("program");
     let program = ["$11=0.02", "G1 X8 Y3 F1200", "X8.5 Y6", "G2 X4 Y6 I-2.25", "G1 Z2 F300", "X0 Y0 Z0 F1500"];
     // The third of these takes its corners by blends, and the last shapes them.
-    for law in ["$940=1", "$940=0", "G64 P0.05", "$950=1"] {
+    for law in [&["$940=1"][..], &["$940=0"], &["G64 P0.05"], &["G64 P0.05", "$950=1"]] {
         let before = board.edges().len();
-        let lines: Vec<_> = [law].into_iter().chain(program).collect();
+        let lines: Vec<_> = law.iter().copied().chain(program).collect();
+        let law = law.join(", ");
         for line in &lines {
             let said = board.say(line);
             assert!(said == ["ok"] || line.starts_with('$'), "{line}: {said:?}");
