@@ -6,7 +6,7 @@ use isostep_profile::shaper::Bend;
 
 use crate::axes::{AXES, Axis};
 use crate::courses::Courses;
-use crate::shaping::{ShapedAxis, Shaping, begin};
+use crate::shaping::{ShapedAxis, Shaping};
 
 /// How many chunks are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
@@ -87,8 +87,8 @@ impl Chunks {
         let Self { known, first, shaping, shaped, is_closed, .. } = self;
         let shaping = shaping.as_ref()?;
         let chunk = |number: u32| known.get(number.wrapping_sub(*first) as usize);
-        let begin = |first: &_, shaped: &mut _| begin(shaping, axis, top_steps_s, first, shaped);
-        shaped[axis as usize].next(begin, chunk, *is_closed)
+        let impulses = &shaping.impulses[axis as usize];
+        shaped[axis as usize].next(axis, impulses, top_steps_s, chunk, *is_closed)
     }
 
     /// The first chunk that is still kept.

@@ -11,7 +11,6 @@
 
 use isostep_profile::SpeedLaw;
 use isostep_profile::chain::Effort;
-use isostep_profile::shaper::Impulses;
 
 use crate::axes::AXES;
 use crate::port::{Capabilities, Wiring};
@@ -40,7 +39,7 @@ const LEGS_KEPT: f64 = (LEGS - LEGS / 8) as f64;
 #[must_use]
 pub fn shaped_s(shaping: Option<&Shaping>) -> f64 {
     shaping.map_or(0.0, |shaping| {
-        let has_box = shaping.impulses.iter().any(Impulses::is_box);
+        let has_box = shaping.impulses.iter().any(|impulses| impulses.box_ends_s().is_some());
         let least_s = if has_box { BOX_S } else { SHAPED_S };
         least_s.max(shaping.lasts_s * LEGS_OF_A_MOVE / LEGS_KEPT)
     })

@@ -82,11 +82,13 @@ impl ShapedAxis {
         self.is_finished && self.shaped.is_over()
     }
 
-    /// What the axis does next; `None` if that is not known yet, or if it is over. `chunk` gives the chunk with a number, if it
-    /// is known; `is_closed` tells that no other chunk follows.
+    /// What `axis` does next, shaped by these impulses; `None` if that is not known yet, or if it is over. Its top speed is
+    /// `top_steps_s`. `chunk` gives the chunk with a number, if it is known; `is_closed` tells that no other chunk follows.
     pub fn next<'a>(
         &mut self,
-        begin: impl Fn(&Chunk<AXES>, &mut Shaped<LEGS>) -> Feed,
+        axis: Axis,
+        impulses: &Impulses,
+        top_steps_s: f64,
         chunk: impl Fn(u32) -> Option<&'a Chunk<AXES>>,
         is_closed: bool,
     ) -> Option<Bend> {
@@ -98,7 +100,8 @@ impl ShapedAxis {
             }
             let now = chunk(self.chunk)?;
             if !self.is_begun {
-                (self.feed, self.is_begun) = (begin(now, &mut self.shaped), true);
+                self.feed = Feed::begin(axis as usize, now, &mut self.shaped, *impulses, top_steps_s);
+                self.is_begun = true;
             }
             let feed = &mut self.feed;
             if feed.read(now, &mut self.shaped) {
@@ -118,15 +121,4 @@ impl ShapedAxis {
             }
         }
     }
-}
-
-/// Begins the motion of `axis` with the first chunk of a run.
-pub(crate) fn begin(
-    shaping: &Shaping,
-    axis: Axis,
-    top_steps_s: f64,
-    first: &Chunk<AXES>,
-    shaped: &mut Shaped<LEGS>,
-) -> Feed {
-    Feed::begin(axis as usize, first, shaped, shaping.impulses[axis as usize], top_steps_s)
 }

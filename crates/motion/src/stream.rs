@@ -365,8 +365,9 @@ impl<'a> SegmentStream<'a> {
 
     /// Compiles the next segment of the plan under way.
     fn next_compiled(&mut self, chunks: &mut Chunks) -> Option<Segment> {
+        let is_shaped = self.is_shaped();
         let plan = self.plan.as_mut()?;
-        let segment = if self.shaped_top_steps_s > 0.0 {
+        let segment = if is_shaped {
             self.lane.next_of_bend()?
         } else {
             let (chunk, courses) = chunks.get_with_courses(self.chunk)?;

@@ -47,6 +47,8 @@ mod block;
 mod bound;
 mod config;
 mod corner;
+mod hand_out;
+mod meeting;
 mod passes;
 mod plan;
 pub(crate) mod ring;
@@ -290,8 +292,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             block.follow(before, [&self.last_direction, &direction], &self.config);
         }
         block.is_late = is_late;
-        let reach_mm = block.bend.reach_mm;
-        let bent = !block.bend.is_none();
+        let reach_mm = block.blend.reach_mm;
+        let bent = !block.blend.is_none();
         let mut line_steps = block.distance_steps();
         if bent {
             line_steps -= reach_mm * block.steps_per_mm();

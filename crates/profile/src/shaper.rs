@@ -176,10 +176,11 @@ impl Impulses {
     /// The motion as it is.
     pub const ONE: Self = Self { count: 1, weights: [1.0, 0.0, 0.0], delays_s: [0.0; IMPULSES_MAX], box_s: 0.0 };
 
-    /// Whether it is a box: the motion is the mean over all delays from the first to the last.
+    /// If it is a box, the delays of its beginning and its end, s: the motion is the mean over all delays between them.
     #[must_use]
-    pub fn is_box(&self) -> bool {
-        self.box_s > 0.0
+    pub fn box_ends_s(&self) -> Option<[f64; 2]> {
+        let [begin_s, end_s, _] = self.delays_s;
+        (self.box_s > 0.0).then_some([begin_s, end_s])
     }
 
     /// Each weight with its delay, s. Of a box, its ends.

@@ -31,8 +31,8 @@ impl<'a> Places<'a> {
         match self.shaping() {
             Some(shaping) => {
                 let impulses = shaping.impulses[axis];
-                let mut ends_s = impulses.iter().map(|(_, delay_s)| t_s - delay_s);
-                if let (true, Some(to_s), Some(from_s)) = (impulses.is_box(), ends_s.next(), ends_s.next()) {
+                if let Some(ends_s) = impulses.box_ends_s() {
+                    let [to_s, from_s] = ends_s.map(|delay_s| t_s - delay_s);
                     return self.mean_steps(axis, from_s, to_s);
                 }
                 impulses.iter().map(|(weight, delay_s)| weight * self.unshaped_steps(axis, t_s - delay_s)).sum()

@@ -172,7 +172,7 @@ fn more_moves_than_the_board_carries_are_told() {
     let checked = check_on("short.nc", &format!("G91 G1 F6000\n{}", "X0.04\n".repeat(10_000)), &c, Stand::default());
     let reported = detail(&checked);
     assert!(reported.contains("\n  the board  2"), "{reported}");
-    assert!(reported.contains(" moves a second, where it plans 1610 (emulated"), "{reported}");
+    assert!(reported.contains(" moves a second, where it plans 1560 (emulated"), "{reported}");
     assert!(reported.contains(": it takes at least 2.14"), "{reported}");
     let table = print::table(&[checked], &c);
     assert!(table.contains("the board takes 2.14"), "{table}");

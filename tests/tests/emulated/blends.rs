@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use isostep_sim::{Config, Port, compare, run};
-use isostep_tests::emulated::Board;
+use isostep_tests::emulated::{Board, Run};
 use isostep_tests::root;
 
 /// The settings of each axis: F6000 is reached within 5 mm.
@@ -33,14 +33,20 @@ fn program() -> String {
     begin.chain(wave()).chain(turns.map(String::from)).fold(String::new(), |text, line| text + &line + "\n")
 }
 
-fn are_exact(port: Port, jitter_max_ns: f64) {
-    let test = format!("blends-{port}");
+/// Streams a program to the board, from far enough from the switches.
+pub fn streamed(name: &str, port: Port, program: &str) -> Run {
+    let test = format!("{name}-{port}");
     let path = root().join("target/emulated").join(format!("{test}.nc"));
     fs::create_dir_all(path.parent().expect("a folder")).unwrap();
-    fs::write(&path, program()).unwrap();
+    fs::write(&path, program).unwrap();
     let board = Board::stepped_by(port, &test).with(&["--start", "300,300,300", "--stream", "counting"]);
     let emulated = board.program(&path);
     assert!(emulated.ok, "{port}: {}", emulated.printed);
+    emulated
+}
+
+fn are_exact(port: Port, jitter_max_ns: f64) {
+    let emulated = streamed("blends", port, &program());
     let simulated = run(program().as_bytes(), &Config { port, ..Config::default() }).unwrap();
     let blends = simulated.moves.iter().filter(|record| record.blend.is_some()).count();
     let comparison = compare::compare(&simulated, &emulated.edges).unwrap();

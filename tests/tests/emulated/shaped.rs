@@ -1,14 +1,12 @@
 //! Shaped runs: every edge is where the simulation has it, on both ports, and nobody who interferes loses a step.
 
 use std::fmt::Write as _;
-use std::fs;
 
 use isostep_sim::world::Edge;
 use isostep_sim::{AXES, Config, Port, run};
 use isostep_tests::emulated::Board;
-use isostep_tests::root;
 
-use super::blends::{settings, wave};
+use super::blends::{settings, streamed, wave};
 
 /// ZV, EI and MZV; their frequencies and damping ratios.
 const SHAPERS: [&str; 9] =
@@ -43,13 +41,7 @@ fn instants(edges: &[Edge], axis: usize) -> Vec<(u64, i32)> {
 }
 
 fn are_exact(port: Port, off_max_ns: u64) {
-    let test = format!("shaped-{port}");
-    let path = root().join("target/emulated").join(format!("{test}.nc"));
-    fs::create_dir_all(path.parent().expect("a folder")).unwrap();
-    fs::write(&path, program()).unwrap();
-    let board = Board::stepped_by(port, &test).with(&["--start", "300,300,300", "--stream", "counting"]);
-    let emulated = board.program(&path);
-    assert!(emulated.ok, "{port}: {}", emulated.printed);
+    let emulated = streamed("shaped", port, &program());
     let simulated = run(program().as_bytes(), &Config { port, ..Config::default() }).unwrap();
     let mut worst_ns = 0;
     for axis in 0..AXES {

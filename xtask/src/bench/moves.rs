@@ -38,6 +38,8 @@ pub struct MoveFigures {
     pub blended: Measured<Carried>,
     /// With blends, and a ZV shaper of the default frequency on every axis.
     pub shaped: Measured<Carried>,
+    /// With blends, and a box of 10 ms on every axis.
+    pub boxed: Measured<Carried>,
 }
 
 /// The result of a stream.
@@ -61,13 +63,14 @@ enum Corners {
     Exact,
     Blended,
     Shaped,
+    Boxed,
 }
 
 impl Corners {
     fn word(self) -> String {
         match self {
             Self::Exact => "G61".to_owned(),
-            Self::Blended | Self::Shaped => format!("G64P{BLEND_DEVIATION_MM}"),
+            Self::Blended | Self::Shaped | Self::Boxed => format!("G64P{BLEND_DEVIATION_MM}"),
         }
     }
 
@@ -76,6 +79,7 @@ impl Corners {
             Self::Exact => "",
             Self::Blended => ", with blends",
             Self::Shaped => ", with blends and ZV",
+            Self::Boxed => ", with blends and a box",
         }
     }
 }
@@ -92,8 +96,12 @@ struct Program {
 impl Program {
     fn new(moves: usize, feed_mm_min: f64, corners: Corners) -> Self {
         let settings = [(100, STEPS_PER_MM), (110, feed_mm_min), (120, ACCEL_MM_S2), (11, CORNER_DEVIATION_MM)];
-        let zv = [(950, 1.0)].into_iter().filter(|_| matches!(corners, Corners::Shaped));
-        let settings = settings.into_iter().chain(zv).flat_map(|(number, value)| {
+        let shaper: &[(u16, f64)] = match corners {
+            Corners::Exact | Corners::Blended => &[],
+            Corners::Shaped => &[(950, 1.0)],
+            Corners::Boxed => &[(950, 5.0), (960, 100.0)],
+        };
+        let settings = settings.into_iter().chain(shaper.iter().copied()).flat_map(|(number, value)| {
             let axes = if number < 100 { 0..1 } else { 0..3 };
             axes.map(move |axis| format!("${}={value}\n", number + axis))
         });
@@ -107,7 +115,7 @@ impl Program {
             made += from.iter().zip(path.place_steps()).map(|(&from, to)| to.abs_diff(from) as usize).sum::<usize>();
             steps.push(made);
         }
-        Self { text, steps, leaves_out: matches!(corners, Corners::Shaped) }
+        Self { text, steps, leaves_out: matches!(corners, Corners::Shaped | Corners::Boxed) }
     }
 
     /// The rate in the middle half, moves/s; `None` if `edges` does not have as many edges as the program has steps.
@@ -136,8 +144,15 @@ impl Program {
 pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<MoveFigures> {
     let (moves, feed_mm_min) = (effort.moves, port.moves_feed_mm_min());
     let carried = |corners| carried(board, port, Program::new(moves, feed_mm_min, corners), feed_mm_min, corners);
-    let [carried, blended, shaped] = [carried(Corners::Exact)?, carried(Corners::Blended)?, carried(Corners::Shaped)?];
-    Ok(MoveFigures { move_mm: MOVE_MM, feed_mm_min, moves, carried, blended, shaped })
+    Ok(MoveFigures {
+        move_mm: MOVE_MM,
+        feed_mm_min,
+        moves,
+        carried: carried(Corners::Exact)?,
+        blended: carried(Corners::Blended)?,
+        shaped: carried(Corners::Shaped)?,
+        boxed: carried(Corners::Boxed)?,
+    })
 }
 
 fn carried(
@@ -158,11 +173,16 @@ fn carried(
 
 impl MoveFigures {
     /// For each kind of corners, a name such as `0.2 mm, 3 axes, F12000, with blends`, and how many moves were carried.
-    pub fn rows(&self) -> [[String; 2]; 3] {
+    pub fn rows(&self) -> [[String; 2]; 4] {
         let row = |corners: Corners, carried: &Measured<Carried>| {
             [name(self) + corners.words(), carried.words(Carried::words)]
         };
-        [row(Corners::Exact, &self.carried), row(Corners::Blended, &self.blended), row(Corners::Shaped, &self.shaped)]
+        [
+            row(Corners::Exact, &self.carried),
+            row(Corners::Blended, &self.blended),
+            row(Corners::Shaped, &self.shaped),
+            row(Corners::Boxed, &self.boxed),
+        ]
     }
 }
 

@@ -22,7 +22,7 @@ const SPARE: f32 = 1.000_02;
 
 /// How far a blend reaches, and the bounds of its speeds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bend {
+pub(super) struct BlendBounds {
     /// How far it reaches at most to either side of the corner, mm; 0 if there is no blend.
     pub(super) reach_mm: f64,
     /// The entry by the exit, and the exit by the entry.
@@ -40,7 +40,7 @@ pub(super) struct Room {
     pub(super) fastest: Square,
 }
 
-impl Bend {
+impl BlendBounds {
     /// No blend.
     pub(super) const NONE: Self = Self { reach_mm: 0.0, entry: Bound::NONE, exit: Bound::NONE };
 
@@ -77,11 +77,11 @@ impl Bend {
 
 /// The blend between two directions, and the highest square at which it may begin and leave at once. `None` if the machine
 /// has to stop there.
-pub(super) fn bend<const N: usize>(
+pub(super) fn bounds<const N: usize>(
     [before, after]: [&Direction<N>; 2],
     room: &Room,
     config: &ChainConfig<N>,
-) -> Option<(Bend, Square)> {
+) -> Option<(BlendBounds, Square)> {
     let difference = Short::<N>::of(&core::array::from_fn(|axis| after[axis].abs_diff(before[axis])))?;
     let half_length = difference.half_length();
     if corner::is_reversal([before, after], half_length) {
@@ -124,7 +124,7 @@ pub(super) fn bend<const N: usize>(
     let exit = Bound::of::<N>(&axes(after, before, speeds_up), top)?;
     let reach_mm = f64::from(reach_mm);
     let reach_mm = if reach_mm < room.reach_mm { reach_mm } else { room.reach_mm };
-    Some((Bend { reach_mm, entry, exit }, top))
+    Some((BlendBounds { reach_mm, entry, exit }, top))
 }
 
 /// The sizes of two components, to the 31 leading bits of the larger, and the point of their units.

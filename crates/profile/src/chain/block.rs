@@ -2,8 +2,8 @@
 
 use core::num::NonZero;
 
-use super::blend::{self, Bend, Room};
-use super::config::{ChainConfig, Square, is_as_low};
+use super::blend::BlendBounds;
+use super::config::{ChainConfig, Square};
 use super::corner::{self, Direction};
 use super::{FEED_RATIO_MAX, Request};
 use crate::fixed::is_zero;
@@ -31,7 +31,7 @@ pub(super) struct Block<const N: usize> {
     /// Its length, steps of the longest axis.
     way_steps: f64,
     /// Whether it ends at rest even if another move follows.
-    stops: bool,
+    pub(super) stops: bool,
     /// Whether it is several moves.
     pub(super) is_joined: bool,
     /// Whether it came when the machine was on its way to rest at the end of the block before it.
@@ -45,11 +45,11 @@ pub(super) struct Block<const N: usize> {
     pub(super) mm_per_step: f64,
     steps_per_mm: f64,
     /// The deviation that its request allows at the corner before it, mm; 0 if the path goes to the corner exactly.
-    deviation_mm: f32,
+    pub(super) deviation_mm: f32,
     /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
     pub(super) corner: Option<NonZero<Square>>,
     /// The blend at that corner.
-    pub(super) bend: Bend,
+    pub(super) blend: BlendBounds,
     /// Over which length it has its delta v², mm.
     line_mm: f64,
     /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
@@ -86,7 +86,7 @@ impl<const N: usize> Block<N> {
         steps_per_mm: 0.0,
         deviation_mm: 0.0,
         corner: None,
-        bend: Bend::NONE,
+        blend: BlendBounds::NONE,
         line_mm: 0.0,
         nominal_steps_s: 0.0,
         nominal: 0,
@@ -194,7 +194,7 @@ impl<const N: usize> Block<N> {
         }
         let Some(tag) = join(self.tag, longest(&self.span.steps)) else { return false };
         (self.span, self.way_steps, self.tag, self.is_joined) = (span, distance_steps, tag, true);
-        let line_steps = distance_steps - self.bend.reach_mm * self.steps_per_mm;
+        let line_steps = distance_steps - self.blend.reach_mm * self.steps_per_mm;
         self.set_line(line_steps, &config.shared_limits(&span), config);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
         true
@@ -300,7 +300,7 @@ impl<const N: usize> Block<N> {
         self.fastest = (square >> 32) as u32 + 1;
     }
 
-    fn fastest(&self) -> Square {
+    pub(super) fn fastest(&self) -> Square {
         u64::from(self.fastest) << 32
     }
 
@@ -375,7 +375,7 @@ impl<const N: usize> Block<N> {
 
     /// The highest square that it can have at one end, with `square` at the other end, between which it changes by
     /// `delta_v2` at most.
-    fn at_other_end(&self, square: Square, delta_v2: Square) -> Square {
+    pub(super) fn at_other_end(&self, square: Square, delta_v2: Square) -> Square {
         square.max((square + delta_v2).min(self.ramps_to()))
     }
 
@@ -391,83 +391,10 @@ impl<const N: usize> Block<N> {
         Limits { top_speed_steps_s: self.nominal_steps_s, start_speed_steps_s, ..*limits }
     }
 
-    /// Makes it follow `before`: computes how fast the corner between them may be taken. The directions are those of
-    /// both, in order.
-    pub(super) fn follow(&mut self, before: End, directions: [&Direction<N>; 2], config: &ChainConfig<N>) {
-        let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
-        self.bend = Bend::NONE;
-        let square = if stops {
-            None
-        } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
-            let reach_mm = self.distance_steps() * self.mm_per_step;
-            let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
-            let fastest = self.fastest().max(before.fastest).max(before.pace.nominal);
-            let room = Room { deviation_mm: self.deviation_mm, reach_mm, fastest };
-            blend::bend(directions, &room, config).map(|(bend, square)| {
-                self.bend = bend;
-                square
-            })
-        } else if self.span.offsets[0] == [0; N] || corner::is_straight(directions) {
-            corner::square(directions, config)
-        } else {
-            // Steps next to a corner beside whole steps are too near to each other, except around a standstill.
-            None
-        };
-        self.corner = square.and_then(NonZero::new);
-        self.set_cap(before.pace);
-    }
-
-    /// Whether the corner before it may be a blend: not where a block can jump from rest, as it does not begin slowly there.
-    fn bends_after(&self, before: &End, config: &ChainConfig<N>) -> bool {
-        self.deviation_mm > 0.0 && config.can_blend() && (self.start, before.pace.start) == (0, 0)
-    }
-
     /// Its direction.
     pub(super) fn direction(&self, config: &ChainConfig<N>) -> Direction<N> {
         let mm = core::array::from_fn(|axis| self.span.len(axis) * config.mm_per_step[axis]);
         corner::direction(&mm, 1.0 / (self.distance_steps() * self.mm_per_step))
-    }
-
-    /// Makes it begin, or go on, from rest.
-    pub(super) fn stop(&mut self) {
-        (self.corner, self.bend, self.flows) = (None, Bend::NONE, false);
-    }
-
-    /// Begins after a blend, at the squared speed at which that leaves.
-    pub(super) fn begin_bent(&mut self, exit: Square) {
-        (self.flows, self.entry) = (exit > 0, exit);
-        if !self.flows {
-            self.stop();
-        }
-    }
-
-    /// The square of the speed from which it can stop, whatever the overrides are.
-    pub(super) fn stops_from(&self, limits: &Limits, config: &ChainConfig<N>) -> Square {
-        // Most machines have a start speed of 0, which saves the work.
-        let start_speed_steps_s = limits.start_speed_steps_s;
-        if is_zero(start_speed_steps_s) { 0 } else { config.scale.of_speed(start_speed_steps_s * self.mm_per_step) }
-    }
-
-    /// Begins after a block that ends at the squared speed `exit`, and that can stop from `stops_from`. This block
-    /// begins at that speed or from rest.
-    pub(super) fn begin_after(&mut self, exit: Square, stops_from: Square) {
-        if self.flows && is_as_low(exit, self.entry) {
-            self.entry = exit;
-            return;
-        }
-        // Otherwise the overrides have changed, and the block before could not brake to what is wanted now. If it can
-        // stop from its end speed, it does, because what follows may not have room to brake from there. If it cannot,
-        // this block was to begin at that speed or faster before the change, so that it may.
-        if exit > stops_from && self.corner.is_some() {
-            (self.flows, self.entry) = (true, exit);
-        } else {
-            (self.flows, self.entry) = (false, self.entry.min(self.start));
-        }
-    }
-
-    /// Whether its entry speed is as high as it can ever be.
-    pub(super) fn has_final_entry(&self) -> bool {
-        if self.flows { self.entry == self.cap } else { self.corner.is_none() && self.entry == self.start }
     }
 
     /// The highest and the lowest squared speed that it can reach at its end.
@@ -531,55 +458,6 @@ impl<const N: usize> Block<N> {
         Profile::constant_accel(left_steps, speeds_steps_s, [accel_steps, decel_steps], limits)
     }
 
-    /// The highest squared speed at which it may begin if it ends at `exit`, and whether it begins without a stop after
-    /// `before`.
-    pub(super) fn fastest_entry(&self, exit: Square, before: Option<Pace>) -> (Square, bool) {
-        let most = self.at_other_end(exit, self.decel_delta_v2);
-        let flowing = self.cap.min(most);
-        match (self.corner, before) {
-            (Some(_), Some(before)) if self.arrival(flowing, before.nominal) >= before.start => (flowing, true),
-            _ => (self.start.min(most), false),
-        }
-    }
-
-    /// What the next block has to know of it, if it has begun up to `place_steps`.
-    pub(super) fn end(&self, place_steps: f64) -> End {
-        let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
-        End { stops: self.stops, left_mm, pace: self.pace(), fastest: self.fastest() }
-    }
-
-    /// The squared speed at which the block before it, of that nominal square, ends, if this one begins at `entry`.
-    pub(super) fn arrival(&self, entry: Square, nominal: Square) -> Square {
-        if self.bend.is_none() { entry } else { self.bend.entry_at(entry).min(self.corner_square()).min(nominal) }
-    }
-
-    /// The highest squared speed at which it begins, if the block before it ends at `arrival`.
-    pub(super) fn departure(&self, arrival: Square) -> Square {
-        if self.bend.is_none() { arrival } else { self.bend.exit_at(arrival) }
-    }
-
-    pub(super) fn corner_square(&self) -> Square {
-        self.corner.map_or(0, NonZero::get)
-    }
-
-    /// The speeds on which the cap of the next block depends.
-    pub(super) fn pace(&self) -> Pace {
-        Pace { nominal: self.nominal, start: self.start }
-    }
-
-    /// Computes how fast it may begin without a stop after a block with this pace.
-    pub(super) fn set_cap(&mut self, before: Pace) {
-        if !self.bend.is_none() {
-            // If it is slower than a stop would allow, it stops.
-            let arrival = self.corner_square().min(before.nominal);
-            self.cap = self.corner_square().min(self.nominal).min(self.bend.exit_at(arrival));
-            return;
-        }
-        let fastest = self.corner_square().min(self.nominal).min(before.nominal);
-        // The cap is not below the lower start speed, because even a stop would allow that.
-        self.cap = fastest.max(self.start.min(before.start));
-    }
-
     /// The speed of a square on this block, steps/s of the longest axis.
     pub(super) fn speed_steps_s(&self, square: Square, config: &ChainConfig<N>) -> f64 {
         // The nominal speed and the start speed are returned exactly, to the last digit.
@@ -600,23 +478,6 @@ impl<const N: usize> Block<N> {
             self.span.steps_before(axis, place_steps, self.way_steps) >= self.span.steps[axis].unsigned_abs()
         })
     }
-}
-
-/// The end of a block.
-#[derive(Clone, Copy)]
-pub(super) struct End {
-    stops: bool,
-    /// The length that is left of it, mm.
-    left_mm: f64,
-    pace: Pace,
-    fastest: Square,
-}
-
-/// The speeds of a block, squared.
-#[derive(Clone, Copy)]
-pub(super) struct Pace {
-    nominal: Square,
-    start: Square,
 }
 
 fn length(mm: &[f64]) -> f64 {

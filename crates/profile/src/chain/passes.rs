@@ -42,15 +42,15 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// The block after the first one, if a blend leads into it.
     pub(super) fn bent(&self) -> Option<&Block<N>> {
-        self.blocks.get(1).filter(|next| next.flows && !next.bend.is_none())
+        self.blocks.get(1).filter(|next| next.flows && !next.blend.is_none())
     }
 
     /// The squared speed at which the second block begins, if the first one ends at `exit`. In a hold it is the lowest
     /// that is possible.
     pub(super) fn onward(&self, exit: Square) -> Square {
         self.bent().map_or(exit, |next| {
-            let onward = next.bend.exit_near(next.entry, exit);
-            if self.is_held { onward.min(next.bend.lowest_exit_at(exit)) } else { onward }
+            let onward = next.blend.exit_near(next.entry, exit);
+            if self.is_held { onward.min(next.blend.lowest_exit_at(exit)) } else { onward }
         })
     }
 

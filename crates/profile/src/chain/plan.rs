@@ -1,9 +1,8 @@
-//! The plan of the chain's first block, and the chunks that are handed out from it.
+//! The plan of the chain's first block.
 
 use super::block::{Block, NO_LINE_RATIO};
 use super::config::{Square, is_as_low};
-use super::{Chain, Chunk, ChunkKind, Plan};
-use crate::blend::{Blend, Side, Times};
+use super::{Chain, ChunkKind};
 use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
@@ -15,23 +14,23 @@ use crate::sync::{Span, SyncMove};
 pub(super) struct UnderWay<const N: usize> {
     /// Whether there is a plan.
     pub(super) is_made: bool,
-    sync_move: SyncMove<N>,
+    pub(super) sync_move: SyncMove<N>,
     /// When it ends, s from the start of the run.
-    end_s: f64,
+    pub(super) end_s: f64,
     /// When it begins to slow down, s from the start of the run.
-    slows_s: f64,
+    pub(super) slows_s: f64,
     /// The squared speed at which the block ends by this plan, or can end after it.
-    exit: Square,
+    pub(super) exit: Square,
     /// The squared speed at which the next block begins then.
-    onward: Square,
+    pub(super) onward: Square,
     /// Whether it ends where the block ends, or where the blend begins that follows.
-    ends_block: bool,
+    pub(super) ends_block: bool,
     /// Whether a blend follows, at once or at the end of the block.
-    is_bent: bool,
+    pub(super) is_bent: bool,
     /// Whether the conditions it was made for have changed.
     pub(super) is_stale: bool,
     /// The kind of the next chunk of this plan.
-    kind: ChunkKind,
+    pub(super) kind: ChunkKind,
 }
 
 impl<const N: usize> UnderWay<N> {
@@ -54,11 +53,11 @@ impl<const N: usize> UnderWay<N> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Begun<const N: usize> {
     /// The steps of each axis for a step of the longest one, signed by direction.
-    shares: [f64; N],
+    pub(super) shares: [f64; N],
     /// Where the blend ended, steps of the longest axis.
-    place_steps: f64,
+    pub(super) place_steps: f64,
     /// How many steps of each axis were due before.
-    counts: [u32; N],
+    pub(super) counts: [u32; N],
 }
 
 /// A distance this short counts as none, steps. The second constant is the same as a fraction of the move's distance;
@@ -80,29 +79,29 @@ fn is_nothing(steps: f64, distance_steps: f64) -> bool {
 
 /// Where and how a block ends.
 #[derive(Clone, Copy, Default)]
-struct Goal {
+pub(super) struct Goal {
     /// The squared speed at which it ends, and that at which the next block begins.
-    exit: Square,
-    onward: Square,
+    pub(super) exit: Square,
+    pub(super) onward: Square,
     /// The same speeds, steps/s of each block's longest axis, and mm/s; only if a blend follows.
-    speeds_steps_s: [f64; 2],
-    speeds_mm_s: [f64; 2],
+    pub(super) speeds_steps_s: [f64; 2],
+    pub(super) speeds_mm_s: [f64; 2],
     /// Where its line ends, steps of its longest axis.
-    end_steps: f64,
+    pub(super) end_steps: f64,
     /// Whether a blend follows.
-    is_bent: bool,
+    pub(super) is_bent: bool,
 }
 
 /// Whether a speed is no higher than another, apart from rounding.
 // Not inlined, or the compiler computes it ahead, and it is seldom needed.
 #[inline(never)]
-fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
+pub(super) fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
     speed_steps_s <= than_steps_s * (1.0 + 1e-9)
 }
 
 /// A quotient that is computed only where it is asked for: ahead, it might be that of 0 and 0.
 #[inline(never)]
-fn quotient(a: f64, b: f64) -> f64 {
+pub(super) fn quotient(a: f64, b: f64) -> f64 {
     a / b
 }
 
@@ -143,7 +142,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Where the longest blend at the end of the first block begins, steps; if there is none, where the block ends.
     fn line_end_steps(&self) -> f64 {
         let Some(first) = self.blocks.get(0) else { return 0.0 };
-        let reach_steps = self.bent().map(|next| next.bend.reach_mm * first.steps_per_mm());
+        let reach_steps = self.bent().map(|next| next.blend.reach_mm * first.steps_per_mm());
         reach_steps.map_or(first.distance_steps(), |reach_steps| first.distance_steps() - reach_steps)
     }
 
@@ -156,154 +155,6 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         let beyond = self.line_end_steps() + NOTHING_STEPS;
         self.place_steps > beyond || self.at_s > plan.slows_s && plan.sync_move.end_steps() > beyond
-    }
-
-    /// Hands out the plan up to `until_s`, which commits it.
-    pub(super) fn hand_out(&mut self, until_s: f64) -> Option<Chunk<N>> {
-        let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
-        let is_end = until_s >= plan.end_s;
-        let end_steps = plan.sync_move.end_steps();
-        // Just before its end, rounding may take the place beyond it.
-        let until_steps = if is_end { end_steps } else { plan.sync_move.place_at(until_s).min(end_steps) };
-        let Block { mm_per_step, tag, .. } = *block;
-        let asked_steps_s = block.asked_steps_s(&self.config);
-        let exit_steps_s = plan.sync_move.profile.exit_speed_steps_s();
-        let line = Plan::Line(plan.sync_move);
-        let chunk = Chunk { plan: line, until_steps, until_s, mm_per_step, asked_steps_s, tag, kind: plan.kind };
-        plan.kind = ChunkKind::Continuation;
-        (self.at_s, self.place_steps) = (until_s, until_steps);
-        if is_end && plan.ends_block && !plan.is_bent {
-            self.end_block(self.plan.exit);
-        } else if is_end && self.is_held && self.is_slow(exit_steps_s) {
-            self.rest();
-        } else if is_end && self.plan.ends_block {
-            self.bend(&self.goal_onward(self.plan.exit, self.plan.onward), 0.0);
-        }
-        Some(chunk)
-    }
-
-    /// Whether the first block may stop from this speed.
-    fn is_slow(&self, speed_steps_s: f64) -> bool {
-        self.blocks.get(0).is_some_and(|first| {
-            let limits = first.limits_now(&self.config.shared_limits(&first.span));
-            is_no_faster(speed_steps_s, limits.start_speed_steps_s)
-        })
-    }
-
-    /// Goes on to the next block by a blend, which is handed out next. It begins with an approach if the blend that is to
-    /// follow begins later than at the current place.
-    fn bend(&mut self, goal: &Goal, approach_steps: f64) {
-        let &Goal { exit, onward, speeds_steps_s, speeds_mm_s, .. } = goal;
-        let ([from_steps_s, to_steps_s], [from_mm_s, to_mm_s]) = (speeds_steps_s, speeds_mm_s);
-        let (Some(first), Some(next), config) = (self.blocks.get(0), self.blocks.get(1), &self.config) else { return };
-        let (fast_mm_s, share) = if onward < exit { (from_mm_s, quotient(to_mm_s, from_mm_s)) } else { (to_mm_s, 1.0) };
-        let reach_mm = next.bend.reach_mm;
-        let place_steps = reach_mm * share * next.steps_per_mm();
-        let times = Times {
-            begin_s: self.at_s,
-            approach_s: if is_zero(approach_steps) { 0.0 } else { approach_steps / from_steps_s },
-            corner_s: 2.0 * reach_mm / fast_mm_s,
-        };
-        let before = Side {
-            span: &first.span,
-            shares: self.begun.map_or_else(|| first.shares(), |begun| begun.shares),
-            counts: self.counts(first),
-            corner_steps: first.distance_steps() - self.place_steps - approach_steps,
-            speed_steps_s: from_steps_s,
-        };
-        let shares = next.shares();
-        let counts =
-            core::array::from_fn(|axis| next.span.steps_by(axis, place_steps, next.distance_steps(), || shares[axis]));
-        let after = Side { span: &next.span, shares, counts, corner_steps: place_steps, speed_steps_s: to_steps_s };
-        self.blend = Some(Blend::new(&before, &after, times, |axis| config.top_steps_s(axis)));
-        let is_expected = next.entry == onward;
-        self.pop();
-        (self.place_steps, self.begun) = (place_steps, Some(Begun { shares, place_steps, counts }));
-        if let Some(next) = self.blocks.get_mut(0) {
-            next.begin_bent(onward);
-            self.settled = self.settled.max(usize::from(next.flows));
-        }
-        if !is_expected {
-            self.forward(0);
-        }
-    }
-
-    /// How many steps of each axis of the first block are due before the current place.
-    fn counts(&self, first: &Block<N>) -> [u32; N] {
-        match self.begun {
-            Some(begun) if begun.place_steps == self.place_steps => begun.counts,
-            _ => core::array::from_fn(|axis| first.span.steps_before(axis, self.place_steps, first.distance_steps())),
-        }
-    }
-
-    /// Hands out a blend, which commits it.
-    pub(super) fn hand_out_blend(&mut self, blend: Blend<N>) -> Option<Chunk<N>> {
-        let block = self.blocks.get(0)?;
-        (self.at_s, self.place_steps) = (blend.end_s(), blend.end_steps());
-        Some(Chunk {
-            plan: Plan::Blend(blend),
-            until_steps: self.place_steps,
-            until_s: self.at_s,
-            mm_per_step: block.mm_per_step,
-            asked_steps_s: block.asked_steps_s(&self.config),
-            tag: block.tag,
-            kind: ChunkKind::Move,
-        })
-    }
-
-    /// Removes the first block, and keeps where it ends.
-    pub(super) fn pop_block(&mut self) {
-        if let Some(first) = self.blocks.get(0) {
-            self.last_offsets = first.span.offsets[1];
-        }
-        self.blocks.pop();
-    }
-
-    /// Goes on to the next block.
-    fn pop(&mut self) {
-        self.pop_block();
-        (self.place_steps, self.plan.is_made, self.begun) = (0.0, false, None);
-        self.passed = self.passed.saturating_sub(1);
-        self.settled = self.settled.saturating_sub(1);
-    }
-
-    /// Comes to rest at the current place.
-    pub(super) fn rest(&mut self) {
-        self.plan.is_made = false;
-        self.settled = 0;
-        match self.blocks.get_mut(0) {
-            Some(first) => first.stop(),
-            None => self.place_steps = 0.0,
-        }
-    }
-
-    /// Goes on to the next block, at the squared speed `exit`.
-    fn end_block(&mut self, exit: Square) {
-        if self.bent().is_some() {
-            // It came too late to be bent into.
-            self.halt();
-        }
-        let is_expected = self.blocks.get(1).is_some_and(|next| next.flows && next.entry == exit);
-        let stops_from = if is_expected {
-            // Nothing depends on it.
-            0
-        } else {
-            self.pass();
-            self.blocks
-                .get(0)
-                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.span), &self.config))
-        };
-        self.pop();
-        let Some(next) = self.blocks.get_mut(0) else { return };
-        let expected = next.entry;
-        next.begin_after(exit, stops_from);
-        let is_expected = next.entry == expected;
-        if next.flows {
-            self.settled = self.settled.max(1);
-        }
-        if !is_expected {
-            self.forward(0);
-        }
     }
 
     /// Plans what is left of the first block, or a first stretch of it. If nothing is left, it ends the block instead;
@@ -325,7 +176,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             return self.end_block(exit);
         }
         if let Some((goal, approach_steps)) = self.approach(speed_steps_s) {
-            return self.bend(&goal, approach_steps);
+            return self.blend_on(&goal, approach_steps);
         }
         let Some(block) = self.blocks.get(0) else { return };
         let limits = block.limits_now(&self.config.shared_limits(&block.span));
@@ -344,7 +195,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
         if goal.is_bent && self.is_no_approach(goal.end_steps - self.place_steps, &goal) {
             let entry = self.blocks.get(0).map_or(0, |first| first.entry);
-            return self.bend(&self.goal(entry), 0.0);
+            return self.blend_on(&self.goal(entry), 0.0);
         }
         if !self.slow_down(speed_steps_s, &limits) {
             self.end(speed_steps_s, goal, &limits);
@@ -393,7 +244,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// The same if the next block begins at the squared speed `onward`.
-    fn goal_onward(&self, exit: Square, onward: Square) -> Goal {
+    pub(super) fn goal_onward(&self, exit: Square, onward: Square) -> Goal {
         let Some(first) = self.blocks.get(0) else { return Goal::default() };
         let distance_steps = first.distance_steps();
         let Some(next) = self.bent() else {
@@ -402,12 +253,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let speeds_steps_s = [first.speed_steps_s(exit, &self.config), next.speed_steps_s(onward, &self.config)];
         let [from_mm_s, to_mm_s] = [speeds_steps_s[0] * first.mm_per_step, speeds_steps_s[1] * next.mm_per_step];
         let share = if exit < onward && exit > 0 { quotient(from_mm_s, to_mm_s) } else { 1.0 };
-        let end_steps = distance_steps - next.bend.reach_mm * share * first.steps_per_mm();
+        let end_steps = distance_steps - next.blend.reach_mm * share * first.steps_per_mm();
         Goal { exit, onward, speeds_steps_s, speeds_mm_s: [from_mm_s, to_mm_s], end_steps, is_bent: true }
     }
 
     /// Makes the first block end where it ends, at rest, instead of going on to the next one by a blend.
-    fn halt(&mut self) {
+    pub(super) fn halt(&mut self) {
         if let Some(next) = self.blocks.get_mut(1) {
             next.stop();
             next.entry = next.entry.min(next.start);
@@ -419,10 +270,10 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Computes the largest delta v² of a block over the line that blends leave of it.
     fn set_line(&mut self, index: usize) {
-        let after_mm = self.blocks.get(index + 1).map_or(0.0, |next| next.bend.reach_mm);
+        let after_mm = self.blocks.get(index + 1).map_or(0.0, |next| next.blend.reach_mm);
         let place_steps = if index == 0 { self.place_steps } else { 0.0 };
         let Some(block) = self.blocks.get_mut(index) else { return };
-        let before_mm = if index == 0 { 0.0 } else { block.bend.reach_mm };
+        let before_mm = if index == 0 { 0.0 } else { block.blend.reach_mm };
         let blends_mm = before_mm + after_mm;
         let steps = block.distance_steps() - place_steps - blends_mm * block.steps_per_mm();
         let is_line = is_zero(blends_mm) || steps > NO_LINE_RATIO * block.distance_steps();
@@ -433,7 +284,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// Fits the first block, at rest, and the blend at its end to what is left of it.
     pub(super) fn set_left(&mut self) {
         if let (Some(before), Some(block)) = (self.blocks.get(0), self.blocks.get(1))
-            && !block.bend.is_none()
+            && !block.blend.is_none()
         {
             let end = before.end(self.place_steps);
             let directions = [before.direction(&self.config), block.direction(&self.config)];
@@ -487,7 +338,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let is_fastest = self.config.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
         let law = self.config.speed_law;
         // Its delta v² is that of the shortest line that blends may leave.
-        let is_whole = !goal.is_bent && first.bend.is_none();
+        let is_whole = !goal.is_bent && first.blend.is_none();
         let profile = if is_fastest && law == SpeedLaw::Trapezoid && is_whole && first.has_fine_delta_v2() {
             let top = if self.is_held { 0 } else { first.nominal };
             first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, limits, &self.config)
@@ -561,7 +412,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             return;
         }
         match self.blocks.get_mut(1) {
-            Some(next) if next.flows && !next.bend.is_none() => {}
+            Some(next) if next.flows && !next.blend.is_none() => {}
             Some(next) if next.flows => next.entry = next.entry.min(exit),
             _ => self.blocks.get_mut(0).into_iter().for_each(|first| first.start = first.start.min(exit)),
         }

@@ -1,9 +1,13 @@
-//! The motion of one axis, shaped: what it does next, at constant acceleration.
+//! The motion of one axis, shaped: what it does next.
 //!
 //! # Design
 //! The motion comes as legs. Each impulse of the shaper stands on one of them, as late as its delay says. Until the next
 //! impulse goes on to another leg, the weighted sum of all is again a motion at constant acceleration: a bend. Its state is
 //! computed where it begins, from the legs' own states, so no error accumulates from bend to bend.
+//!
+//! A box is the mean over a time. Its speed is by how much the motion differs at its two ends, which stand on legs as impulses do,
+//! so its acceleration changes evenly while they stand on different legs. Where it is follows from bend to bend, and anew from all
+//! the legs in it after [`ADDED_MAX`] of them.
 //!
 //! A step is due where the axis is half a step from a whole one, as everywhere. The count of the steps goes on from bend to
 //! bend, and where the axis comes to rest it is that of the motion, not what rounding makes of the sum. So the end of a leg
@@ -112,9 +116,9 @@ impl<const LEN: usize> Shaped<LEN> {
             self.count += 1;
         }
         (self.per_box_s, self.mean_steps, self.added) = (0.0, place_steps, 0);
-        if impulses.is_box() {
+        if let Some([begin_s, end_s]) = impulses.box_ends_s() {
             // The mean changes by what comes in at its beginning and goes out at its end.
-            self.per_box_s = 1.0 / (self.cursors[1].delay_s - self.cursors[0].delay_s);
+            self.per_box_s = 1.0 / (end_s - begin_s);
             (self.cursors[0].weight, self.cursors[1].weight) = (self.per_box_s, -self.per_box_s);
         }
         self.set_parts();
@@ -154,7 +158,7 @@ impl<const LEN: usize> Shaped<LEN> {
         }
         if leg.is_rest() {
             self.rest_steps = from_steps;
-            if self.legs.last().is_some_and(Leg::is_rest) {
+            if self.ends_at_rest() {
                 self.extend(end_s, is_whole);
                 return true;
             }

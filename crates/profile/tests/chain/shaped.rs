@@ -78,8 +78,8 @@ impl<'a> Watch<'a> {
 
     fn sum(&self, axis: usize, t_s: f64) -> f64 {
         let impulses = &self.courses[axis].impulses;
-        if impulses.is_box() {
-            let [to_s, from_s] = [0, 1].map(|index| t_s - impulses.iter().nth(index).expect("an end").1);
+        if let Some(ends_s) = impulses.box_ends_s() {
+            let [to_s, from_s] = ends_s.map(|delay_s| t_s - delay_s);
             return self.integral(axis, from_s, to_s) / (to_s - from_s);
         }
         impulses.iter().map(|(weight, delay_s)| weight * self.place(axis, t_s - delay_s)).sum()

@@ -9,7 +9,6 @@ use std::ops::RangeInclusive;
 
 use isostep_motion::AXES;
 use isostep_profile::Limits;
-use isostep_profile::shaper::Impulses;
 
 use super::across;
 use super::limits::{self, Ends, LimitRatios};
@@ -63,14 +62,11 @@ fn corners_s(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> impl Iterato
 /// What a box makes of the jumps of an axis's speed, s from the start of the run.
 fn ramps_s(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> Vec<RangeInclusive<f64>> {
     let (first, last) = (&run[0], &run[run.len() - 1]);
-    let Some(impulses) = first.shaping.as_ref().map(|shaping| shaping.impulses[axis]).filter(Impulses::is_box) else {
-        return Vec::new();
-    };
+    let ends_s = first.shaping.as_ref().and_then(|shaping| shaping.impulses[axis].box_ends_s());
+    let Some([from_s, to_s]) = ends_s else { return Vec::new() };
     let exit_steps_s = last.parts.last().unwrap_or(&last.plan).profile.exit_speed_steps_s();
     let begin_s = (first.plan.profile.entry_speed_steps_s() > 0.0).then(|| first.begin_s());
     let end_s = (exit_steps_s > 0.0).then(|| last.plan_s - last.lasts_s());
-    let mut delays_s = impulses.iter().map(|(_, delay_s)| delay_s);
-    let (Some(from_s), Some(to_s)) = (delays_s.next(), delays_s.next()) else { return Vec::new() };
     let jumping_s = corners_s(outcome, run, axis).chain(begin_s).chain(end_s);
     jumping_s.map(|jump_s| jump_s + from_s..=jump_s + to_s).collect()
 }
