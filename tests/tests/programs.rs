@@ -23,12 +23,18 @@ fn check(name: &str, expected: &Expect) {
     let outcomes = Port::ALL.map(|port| run(&program, &Config { port, ..Config::default() }).unwrap());
     outcomes.iter().for_each(|outcome| kept(name, outcome));
     let [outcome, _] = outcomes;
-    let mut table = String::from("       X      Y      Z   accelerate     cruise decelerate\n");
+    let mut table = String::from("       X      Y      Z        blend   accelerate     cruise decelerate\n");
     for record in outcome.moves.iter().filter(|record| !record.homing) {
-        // The profile with which the move was made, although the move after it may have become known only during it.
-        let ([x, y, z], profile) = (record.plan.steps, record.profile().expect("one profile"));
-        let (accel, cruise, decel) = (profile.t_accel_s(), profile.t_cruise_s(), profile.t_decel_s());
-        writeln!(table, "{x:>8} {y:>6} {z:>6} {accel:>10.6} s {cruise:>8.6} s {decel:>8.6} s").unwrap();
+        let ([x, y, z], blend) = (record.plan.steps, record.line_begins_s());
+        write!(table, "{x:>8} {y:>6} {z:>6} {blend:>10.6} s").unwrap();
+        // The profile with which the line was made, although the move after it may have become known only during it.
+        match record.profile() {
+            Some(line) => {
+                let (accel, cruise, decel) = (line.t_accel_s(), line.t_cruise_s(), line.t_decel_s());
+                writeln!(table, " {accel:>10.6} s {cruise:>8.6} s {decel:>8.6} s").unwrap();
+            }
+            None => writeln!(table, " of blends alone").unwrap(),
+        }
     }
     writeln!(table, "ends at {:?}", outcome.position_steps).unwrap();
     expected.assert_eq(&table);
@@ -39,16 +45,16 @@ fn parking() {
     check(
         "parking.nc",
         &expect![[r#"
-                   X      Y      Z   accelerate     cruise decelerate
-                8750   2000      0   0.960000 s 2.686171 s 0.934526 s
-                   0      0   4500   0.573869 s 2.401138 s 0.573869 s
-                   0    500      0   0.373869 s 0.101707 s 0.373869 s
-                   0      0  -4500   0.573869 s 2.401138 s 0.573869 s
-                7500  14000      0   0.682150 s 7.236759 s 0.682150 s
-                   0      0   4500   0.573869 s 2.401138 s 0.573869 s
-                   0   -500      0   0.373869 s 0.101707 s 0.373869 s
-                   0      0  -4500   0.573869 s 2.401138 s 0.573869 s
-               -7500 -14000      0   0.936966 s 4.873610 s 0.960000 s
+                   X      Y      Z        blend   accelerate     cruise decelerate
+                8750   2000      0   0.000000 s   0.960000 s 2.685819 s 0.927210 s
+                   0      0   4500   0.033636 s   0.566364 s 2.400000 s 0.566364 s
+                   0    500      0   0.033636 s   0.366364 s 0.100000 s 0.366364 s
+                   0      0  -4500   0.033636 s   0.566364 s 2.400000 s 0.566364 s
+                7500  14000      0   0.033636 s   0.675535 s 7.235838 s 0.675535 s
+                   0      0   4500   0.033636 s   0.566364 s 2.400000 s 0.566364 s
+                   0   -500      0   0.033636 s   0.366364 s 0.100000 s 0.366364 s
+                   0      0  -4500   0.033636 s   0.566364 s 2.400000 s 0.566364 s
+               -7500 -14000      0   0.033636 s   0.930351 s 4.873272 s 0.960000 s
             ends at [8750, 2000, 0]
         "#]],
     );
@@ -63,10 +69,10 @@ fn arcs() {
         kept("arcs.nc", &outcome);
         assert_eq!(outcome.position_mm, [150.0, 200.0, 20.0]);
         let moves: Vec<_> = outcome.moves.iter().filter(|record| !record.homing).collect();
-        let home = moves.iter().filter(|record| record.end_steps == [7_500, 10_000, 1_000]).count();
+        let home = moves.iter().filter(|record| record.next_corner_steps() == [7_500, 10_000, 1_000]).count();
         assert_eq!(home, 11, "{port}: times at the place where figures begin and end");
         let reach = |axis: usize| {
-            let ends = moves[1..].iter().map(|record| record.end_steps[axis]);
+            let ends = moves[1..].iter().map(|record| record.next_corner_steps()[axis]);
             (ends.clone().min().unwrap(), ends.max().unwrap())
         };
         assert_eq!([0, 1, 2].map(reach), ARCS_REACH_STEPS, "{port}");
@@ -94,11 +100,11 @@ fn square() {
     check(
         "square.nc",
         &expect![[r#"
-                   X      Y      Z   accelerate     cruise decelerate
-                5000      0      0   0.800000 s 1.700427 s 0.773869 s
-                   0   5000      0   0.773869 s 1.700854 s 0.773869 s
-               -5000      0      0   0.773869 s 1.700854 s 0.773869 s
-                   0  -5000      0   0.773869 s 1.700427 s 0.800000 s
+                   X      Y      Z        blend   accelerate     cruise decelerate
+                5000      0      0   0.000000 s   0.800000 s 1.700000 s 0.766364 s
+                   0   5000      0   0.033636 s   0.766364 s 1.700000 s 0.766364 s
+               -5000      0      0   0.033636 s   0.766364 s 1.700000 s 0.766364 s
+                   0  -5000      0   0.033636 s   0.766364 s 1.700000 s 0.800000 s
             ends at [0, 0, 0]
         "#]],
     );
@@ -109,16 +115,16 @@ fn diagonal() {
     check(
         "diagonal.nc",
         &expect![[r#"
-                   X      Y      Z   accelerate     cruise decelerate
-                5000   1850      0   0.960000 s 1.123845 s 0.928667 s
-                   1   3000      0   0.926591 s 0.290937 s 0.933851 s
-                2000      1      0   0.869140 s 0.000000 s 0.846299 s
-                   1      1      0   0.000000 s 0.000000 s 0.014641 s
-                   1      0      0   0.000000 s 0.000000 s 0.028284 s
-               -3501     -3      0   0.600000 s 1.734253 s 0.582606 s
-                   7    -11     13   0.064374 s 0.000000 s 0.041995 s
-                1499    165   1000   0.456382 s 0.711036 s 0.487099 s
-               -5008  -5003  -1013   0.951589 s 1.126704 s 0.960000 s
+                   X      Y      Z        blend   accelerate     cruise decelerate
+                5000   1850      0   0.000000 s   0.960000 s 1.123334 s 0.923753 s
+                   1   3000      0   0.036234 s   0.921351 s 0.290049 s 0.926352 s
+                2000      1      0   0.033637 s   0.860845 s 0.000000 s 0.866199 s
+                   1      1      0   0.019993 s   0.000002 s 0.000000 s 0.003184 s
+                   1      0      0   0.016818 s   0.000780 s 0.000000 s 0.020780 s
+               -3501     -3      0   0.000000 s   0.600000 s 1.733613 s 0.573583 s
+                   7    -11     13   0.036461 s   0.052418 s 0.000000 s 0.033845 s
+                1499    165   1000   0.036307 s   0.453372 s 0.709268 s 0.477376 s
+               -5008  -5003  -1013   0.036303 s   0.943369 s 1.126496 s 0.960000 s
             ends at [0, 0, 0]
         "#]],
     );

@@ -172,7 +172,7 @@ impl Settings {
         speed_law: 0,
         homing_order_digits: 312,
         hold_input_is_door: false,
-        blend_deviation_mm: 0.0,
+        blend_deviation_mm: 0.01,
         second_motor_axis: 0,
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],

@@ -96,16 +96,19 @@ impl<const N: usize> Blend<N> {
                 (blend.places_steps[axis], blend.counts[axis]) = ([corner; 2], [begin, begin, end, end]);
                 continue;
             }
-            blend.speeds_steps_s[axis] = [from * before.speed_steps_s, to * after.speed_steps_s];
+            let speeds_steps_s = [from * before.speed_steps_s, to * after.speed_steps_s];
+            blend.speeds_steps_s[axis] = speeds_steps_s;
             let places = [corner - from * before.corner_steps, corner + to * after.corner_steps];
             blend.places_steps[axis] = places;
-            let turn = if turns(from, to) {
-                let ([from_steps_s, _], accel) = (blend.speeds_steps_s[axis], blend.accel_steps_s2(axis));
+            // It may begin or end at rest, in whatever direction it was to go.
+            let [from_steps_s, to_steps_s] = speeds_steps_s;
+            let turn = if turns(from_steps_s, to_steps_s) {
+                let accel = blend.accel_steps_s2(axis);
                 turn(places[0], from_steps_s, accel, [begin, end], tops_steps_s(axis))
             } else {
                 end
             };
-            let is_back = is_negative(from) || is_zero(from) && is_negative(to);
+            let is_back = is_negative(if is_zero(from_steps_s) { to_steps_s } else { from_steps_s });
             let approached = if is_zero(approach_s) { begin } else { nearest(places[0], is_back) };
             let approached = if is_back { approached.min(begin).max(turn) } else { approached.max(begin).min(turn) };
             blend.counts[axis] = [begin, approached, turn, end];

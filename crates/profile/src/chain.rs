@@ -289,7 +289,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
         let (direction, limits) = block.begin(request, begin, &self.config)?;
         if let Some(before) = before {
-            block.follow(before, [&self.last_direction, &direction], &self.config);
+            block.follow(before, [&self.last_direction, &direction], &limits, &self.config);
         }
         block.is_late = is_late;
         let reach_mm = block.blend.reach_mm;
@@ -320,8 +320,25 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if is_one {
             // It counts as one that has just come. What is final remains so: a longer move may only be faster.
             self.passed = self.passed.min(len - 1);
+            self.quicken_last();
         }
         is_one
+    }
+
+    /// Lets the last move, which has become longer, go as fast as is asked of it, if it was too short for that.
+    fn quicken_last(&mut self) {
+        let last = self.blocks.len() - 1;
+        // A blend that is as good as committed remains as it is, and so does what begins with it.
+        if last == 1 && self.is_bound_to_bend() {
+            return;
+        }
+        let before = last.checked_sub(1).and_then(|before| self.blocks.get(before)).map(Block::pace);
+        if let Some(block) = self.blocks.get_mut(last)
+            && block.quicken(&self.config)
+        {
+            before.into_iter().for_each(|before| block.set_cap(before));
+            self.settled = self.settled.min(last);
+        }
     }
 
     /// Forgets all moves and ends a hold. The chain is then at rest, on a new clock. What is committed is not taken

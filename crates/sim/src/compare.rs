@@ -145,7 +145,7 @@ pub fn compare(outcome: &Outcome, trace: &[Edge]) -> Result<Comparison, Mismatch
             apart_ns: record
                 .profile()
                 .filter(|_| is_measurable)
-                .and_then(|profile| apart_ns(&profile, &instants, port)),
+                .and_then(|profile| apart_ns(&profile, record, &instants, port)),
         });
     }
     Ok(Comparison { moves: compared, all: Jitter::of(all_ns) })
@@ -254,12 +254,13 @@ fn errors_of(instants: &Instants, start_ns: f64) -> Vec<f64> {
 /// If intervals are not resolved at least this well, a comparison says nothing, s.
 const RESOLUTION_MAX_S: f64 = 10e-6;
 
-fn apart_ns(profile: &Profile, instants: &Instants, port: Port) -> Option<f64> {
-    let measured = instants.iter().filter_map(|edges| {
+fn apart_ns(profile: &Profile, record: &MoveRecord, instants: &Instants, port: Port) -> Option<f64> {
+    let measured = instants.iter().enumerate().filter_map(|(axis, edges)| {
+        let edges = edges.get(record.blend_steps(axis) as usize..)?;
         // Counted from the first edge, so that no digits are lost to a large offset.
         let (first_ns, _) = *edges.first()?;
         let times_s: Vec<_> = edges.iter().map(|(traced_ns, _)| (traced_ns - first_ns) * 1e-9).collect();
-        measure::intervals_of(profile, &times_s, port)
+        measure::intervals_of(profile, &record.way(axis), &times_s, port)
     });
     let resolved = measured.filter(|measured| measured.resolution_s <= RESOLUTION_MAX_S);
     let measured: Vec<_> = resolved.map(|measured| measured.intervals).collect();
@@ -282,7 +283,7 @@ mod tests {
     use super::*;
     use crate::{Config, run};
 
-    const PROGRAM: &[u8] = b"$H\nG0 X1 Y0.5\nG0 X0.5\n";
+    const PROGRAM: &[u8] = b"$H\nG61 G0 X1 Y0.5\nG0 X0.5\n";
 
     fn traced() -> (Outcome, Vec<Edge>) {
         let outcome = run(PROGRAM, &Config::default()).unwrap();

@@ -79,7 +79,8 @@ mod tests {
         let settings = &mut config.settings;
         (settings.steps_per_mm, settings.max_rate_mm_min) = ([80.0; AXES], [12_000.0; AXES]);
         (settings.accel_mm_s2, settings.decel_or_0_mm_s2) = ([2_000.0; AXES], [0.0; AXES]);
-        (settings.soft_limits, settings.junction_deviation_mm) = (false, 0.01);
+        settings.soft_limits = false;
+        (settings.junction_deviation_mm, settings.blend_deviation_mm) = (0.01, 0.0);
         run(program.as_bytes(), &config).unwrap()
     }
 

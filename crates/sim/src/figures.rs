@@ -24,15 +24,17 @@ pub struct MoveFigures {
     pub number: usize,
     /// Its line of the program, from 1; null if unknown.
     pub line: Option<usize>,
+    /// How long the blend lasts in which it begins, s; 0 without one.
+    pub blend_s: f64,
     /// When it began, ns since power-up.
     pub start_ns: u64,
-    /// Its start position.
+    /// Where it begins; the corner, if a blend goes round it.
     pub from_mm: [f64; AXES],
-    /// Its end position.
+    /// Where it ends; the corner, if a blend goes round it.
     pub to_mm: [f64; AXES],
-    /// Steps of each axis, signed.
+    /// Steps of each axis, signed: those of the blend in which it begins, and of its line.
     pub steps: [i32; AXES],
-    /// Planned intervals, the same for every axis.
+    /// Planned intervals of its line, the same for every axis.
     pub planned: Intervals,
     /// Intervals of each axis, measured from its edges alone; null for an axis at rest or with too few edges.
     pub measured: [Option<Measured>; AXES],
@@ -49,7 +51,7 @@ pub struct MoveFigures {
 impl MoveFigures {
     /// Planned duration, s.
     pub fn duration_s(&self) -> f64 {
-        self.planned.accel_s + self.planned.cruise_s + self.planned.decel_s
+        self.blend_s + self.planned.accel_s + self.planned.cruise_s + self.planned.decel_s
     }
 
     /// The largest distance of a step of any axis from its closed-form instant, ns.
@@ -211,7 +213,7 @@ impl Lengths {
         let program = outcome.moves.iter().filter(|record| !record.homing);
         let mut lengths_mm: Vec<f64> = program
             .map(|record| {
-                let (from, to) = (outcome.mm(record.origin_steps), outcome.mm(record.end_steps));
+                let (from, to) = (outcome.mm(record.corner_steps()), outcome.mm(record.next_corner_steps()));
                 from.iter().zip(to).map(|(from, to)| (to - from).powi(2)).sum::<f64>().sqrt()
             })
             .collect();
@@ -248,9 +250,10 @@ fn move_figures(number: usize, line: Option<usize>, outcome: &Outcome, check: Mo
     MoveFigures {
         number,
         line,
+        blend_s: record.line_begins_s(),
         start_ns: record.begin_ns(),
-        from_mm: outcome.mm(record.origin_steps),
-        to_mm: outcome.mm(record.end_steps),
+        from_mm: outcome.mm(record.corner_steps()),
+        to_mm: outcome.mm(record.next_corner_steps()),
         steps: check.emitted_steps,
         planned: check.planned,
         apart_s: check.apart_s(),

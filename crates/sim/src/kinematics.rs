@@ -100,7 +100,7 @@ mod tests {
     /// Moves at 40 mm/s with 50 mm/s², corners by `$11=0.01`.
     #[test]
     fn an_axis_comes_to_its_limits_and_jumps_at_its_corner() {
-        let program = b"G91 G1 F2400 X40\nX40\n(an edge)\nY30\n";
+        let program = b"G61 G91 G1 F2400 X40\nX40\n(an edge)\nY30\n";
         let outcome = run(program, &Config::default()).unwrap();
         let [x, y, z] = Figures::new("example", &outcome).axes;
         for OfLimit { found, limit } in [x.accel_mm_s2, x.decel_mm_s2, y.accel_mm_s2, y.decel_mm_s2] {

@@ -56,15 +56,11 @@ pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
     let stretches = outcome.moves.iter().enumerate().flat_map(|(index, record)| {
         let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
         let mut next = (begin_steps, record.corner_steps());
-        let end_steps = match outcome.moves.get(index + 1) {
-            Some(after) if record.ends_in_blend => after.corner_steps(),
-            _ => record.end_steps,
-        };
         let marks = record.marks_steps.iter().map(|place_steps| {
             let place_steps = f64::from(*place_steps);
             (place_steps, record.position_steps(place_steps))
         });
-        marks.chain([(f64::INFINITY, end_steps)]).map(move |end| {
+        marks.chain([(f64::INFINITY, record.next_corner_steps())]).map(move |end| {
             let (from_steps, origin_steps) = std::mem::replace(&mut next, end);
             Stretch { index, from_steps, origin_steps, end_steps: end.1, source: None }
         })

@@ -1,8 +1,8 @@
 //! Measures the intervals of an axis from the instants of its own edges and nothing else.
 //!
 //! # Method
-//! This is for constant acceleration from rest and to rest; all other moves are fitted by the shape of their ramps
-//! (`by_shape`). The k-th step of n is made at displacement x = k - 1/2. At constant acceleration from rest, its
+//! This is for constant acceleration from rest and to rest; all other lines, those between blends too, are fitted by the
+//! shape of their ramps (`by_shape`). The k-th step of n is made at displacement x = k - 1/2. At constant acceleration from rest, its
 //! instant is a linear function of the square root of x; at constant speed, of x; at constant deceleration to rest, of
 //! the square root of n - x. So:
 //!
@@ -80,10 +80,31 @@ pub fn stray_max_ns(port: Port) -> f64 {
     STRAY_MAX * port.tolerance_ns()
 }
 
-/// Measures an axis of a move planned as `profile`; `times_s` are all its edges, made by `port`. `None` if they are not
-/// sufficient.
-pub fn intervals_of(profile: &Profile, times_s: &[f64], port: Port) -> Option<Measured> {
-    if is_even_from_rest(profile) { intervals(times_s, port) } else { by_shape::intervals(times_s, profile, port) }
+/// How far an axis goes, and where on this way its first edge is. Each edge is a step farther.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way {
+    /// Its distance, steps: beside a blend, not a whole number of them.
+    pub steps: f64,
+    /// From the beginning to the first edge, steps.
+    pub to_first_steps: f64,
+}
+
+impl Way {
+    /// The way of an axis that begins and ends at whole steps.
+    pub fn whole(steps: usize) -> Self {
+        Self { steps: steps as f64, to_first_steps: 0.5 }
+    }
+}
+
+/// Measures an axis that goes this way with a line planned as `profile`; `times_s` are all its edges, made by `port`. `None`
+/// if they are not sufficient.
+pub fn intervals_of(profile: &Profile, way: &Way, times_s: &[f64], port: Port) -> Option<Measured> {
+    let is_whole = *way == Way::whole(times_s.len());
+    if is_whole && is_even_from_rest(profile) {
+        intervals(times_s, port)
+    } else {
+        by_shape::intervals(times_s, way, profile, port)
+    }
 }
 
 /// Whether it is constant acceleration from rest to rest. Of all laws, only this one begins without jerk.

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use isostep_motion::{AXES, Config, Event, Finish, Shaping, State};
 use isostep_profile::{Blend, IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
+use crate::measure::Way;
+
 /// Instants with a smaller difference count as the same.
 const SAME_S: f64 = 1e-9;
 /// Number of steps of a move that are checked.
@@ -68,6 +70,13 @@ impl MoveRecord {
     /// Where its line begins, steps: at the corner, if it begins with a blend, which does not come there.
     pub fn corner_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| self.origin_steps[axis] - self.blend.map_or(0, |blend| blend.ends_steps(axis)[0]))
+    }
+
+    /// Where its line ends, steps: at the corner, if a blend follows, which does not come there.
+    pub fn next_corner_steps(&self) -> [i32; AXES] {
+        let corner_steps = self.corner_steps();
+        let end_steps = |axis: usize| corner_steps[axis] + self.plan.steps[axis];
+        if self.ends_in_blend { std::array::from_fn(end_steps) } else { self.end_steps }
     }
 
     /// How many steps the axis with index `axis` makes in its blend.
@@ -183,37 +192,75 @@ impl MoveRecord {
         self.start_ns + (self.begin_s() * 1e9).round() as u64
     }
 
-    /// The single profile of the whole move, if there is one. This may be the first plan, or the first plan with its
-    /// braking later or left out, because the moves after it became known only later.
+    /// The single profile of the whole line, if there is one: of all that is made between the blends at its ends. This may
+    /// be the first plan, or the first plan with its braking later or left out, because the moves after it became known
+    /// only later.
     pub fn profile(&self) -> Option<Profile> {
-        let is_whole = (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1);
-        if self.finish != Finish::Done || !is_whole || self.blend.is_some() || self.ends_in_blend {
+        let first = self.plan.profile;
+        let last = self.parts.last().unwrap_or(&self.plan);
+        let is_cut = (last.end_s() - self.plan_s).abs() > SAME_S;
+        let length_steps = last.end_steps() - self.plan.begin_steps();
+        if self.finish != Finish::Done || !self.has_all_of_its_line() || is_cut || length_steps <= 0.0 {
             return None;
         }
-        let first = self.plan.profile;
-        let Some(last) = self.parts.last() else { return Some(first) };
-        // For ramps over time, the acceleration is highest in the middle of the ramp.
-        let accel_steps_s2 = first.accel_at(first.t_accel_s() / 2.0);
-        let decel_steps_s2 = -last.profile.accel_at(last.profile.duration_s() - last.profile.t_decel_s() / 2.0);
-        let jerk_steps_s3 = first.jerk_at(0.0);
-        let limits = Limits {
-            start_speed_steps_s: 0.0,
-            top_speed_steps_s: first.cruise_speed_steps_s(),
-            accel_steps_s2,
-            decel_steps_s2: if decel_steps_s2 > 0.0 { decel_steps_s2 } else { accel_steps_s2 },
-            jerk_steps_s3: if jerk_steps_s3 > 0.0 { jerk_steps_s3 } else { f64::INFINITY },
-        };
         let (entry, exit) = (first.entry_speed_steps_s(), last.profile.exit_speed_steps_s());
-        let longest = (0..AXES).max_by_key(|&axis| self.plan.steps[axis].unsigned_abs())?;
-        let steps = self.plan.steps[longest].unsigned_abs();
+        let limits = limits_of(&first, &last.profile);
+        let longest = (0..AXES).max_by(|&a, &b| self.length_of(a).total_cmp(&self.length_of(b)))?;
+        let (numbers, begin_s) = (self.step_numbers(longest), self.plan.begin_s());
+        let ahead_steps = self.way_to_first(longest) - f64::from(numbers.start);
+        let stride = (numbers.len() as u32 / PROBES).max(1) as usize;
         let is_it = |whole: &Profile| {
-            (1..=steps).step_by((steps / PROBES).max(1) as usize).all(|k| {
-                let made_s = self.step_time_s(longest, k) - self.plan.begin_s();
-                (whole.time_at(f64::from(k) - 0.5) - made_s).abs() < SAME_S
+            numbers.clone().step_by(stride).all(|k| {
+                let made_s = self.step_time_s(longest, k) - begin_s;
+                (whole.time_at(f64::from(k) + ahead_steps) - made_s).abs() < SAME_S
             })
         };
-        let by = |law| Profile::plan(self.plan.distance_steps(), entry, exit, &limits, IntervalLaw::Fastest, law).ok();
-        SpeedLaw::ALL.into_iter().filter_map(by).find(is_it)
+        let by = |law| Profile::plan(length_steps, entry, exit, &limits, IntervalLaw::Fastest, law).ok();
+        let is_planned = self.parts.is_empty() && length_steps == first.distance_steps();
+        if is_planned { Some(first) } else { SpeedLaw::ALL.into_iter().filter_map(by).find(is_it) }
+    }
+
+    /// Whether it begins where its blend ends, or at rest, and not where an earlier part of the move was held.
+    fn has_all_of_its_line(&self) -> bool {
+        self.blend.is_some() || (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1)
+    }
+
+    /// How far the axis with index `axis` goes on its line, and from the beginning of the line to its first step there.
+    pub fn way(&self, axis: usize) -> Way {
+        let end_steps = self.parts.last().unwrap_or(&self.plan).end_steps();
+        let [begin, end] = [self.plan.begin_steps(), end_steps].map(|place| self.plan.axis_place(axis, place));
+        Way { steps: (end - begin).abs(), to_first_steps: self.way_to_first(axis) }
+    }
+
+    /// The time from its beginning to that of its line, s.
+    pub fn line_begins_s(&self) -> f64 {
+        self.plan.begin_s() - self.begin_s()
+    }
+
+    fn way_to_first(&self, axis: usize) -> f64 {
+        let begin_steps = self.plan.axis_place(axis, self.plan.begin_steps()) * self.plan.axis_steps(axis).signum();
+        f64::from(self.plan.step_numbers(axis).start) - 0.5 - begin_steps
+    }
+
+    fn length_of(&self, axis: usize) -> f64 {
+        self.plan.axis_steps(axis).abs()
+    }
+}
+
+/// The limits that a line was planned with, as they show in its first plan and its last one.
+fn limits_of(first: &Profile, last: &Profile) -> Limits {
+    // For ramps over time, the acceleration is highest in the middle of the ramp.
+    let accel_steps_s2 = first.accel_at(first.t_accel_s() / 2.0);
+    let decel_steps_s2 = -last.accel_at(last.duration_s() - last.t_decel_s() / 2.0);
+    let jerk_steps_s3 = first.jerk_at(0.0);
+    // Without a ramp any will do.
+    let or = |one: f64, other: f64| if one > 0.0 { one } else { other };
+    Limits {
+        start_speed_steps_s: 0.0,
+        top_speed_steps_s: first.cruise_speed_steps_s(),
+        accel_steps_s2: or(accel_steps_s2, decel_steps_s2),
+        decel_steps_s2: or(decel_steps_s2, accel_steps_s2),
+        jerk_steps_s3: if jerk_steps_s3 > 0.0 { jerk_steps_s3 } else { f64::INFINITY },
     }
 }
 

@@ -165,7 +165,7 @@ mod tests {
     /// T/4 left to the corner, and Y has made as much: so far is the path from either line.
     #[test]
     fn a_corner_is_cut_by_what_the_shaper_makes_of_its_jump() {
-        let found = figures(1, "$11=0.2\nG1 X10 F1200\nY10\n").unwrap();
+        let found = figures(1, "$11=0.2\nG61 G1 X10 F1200\nY10\n").unwrap();
         let deviation = found.deviation.unwrap();
         // 20 mm/s is below what $11 allows.
         let expected_mm = 20.0 * 0.012_5 / 4.0;

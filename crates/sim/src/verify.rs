@@ -30,8 +30,8 @@ pub struct MoveCheck {
     pub path_deviation: Option<f64>,
     /// Planned intervals. There is one profile, so they are the same for every axis.
     pub planned: Intervals,
-    /// For each axis, intervals measured from its own edges ([`measure`]); `None` for an axis at rest or with too few
-    /// edges.
+    /// For each axis, intervals of its line measured from its own edges ([`measure`]); `None` for an axis at rest or with too
+    /// few edges.
     pub measured: [Option<Measured>; AXES],
     /// How much the tolerance of the instants can add to `path_deviation`.
     path_slack: f64,
@@ -96,7 +96,7 @@ pub fn check(outcome: &Outcome, index: usize) -> MoveCheck {
     if record.shaping.is_some() { unjudged } else { judged(outcome, record, whole, unjudged) }
 }
 
-/// The results for a move that is judged by itself. `whole` is its single profile, if it has one.
+/// The results for a move that is judged by itself. `whole` is the single profile of its line, if it has one.
 fn judged(outcome: &Outcome, record: &MoveRecord, whole: Option<Profile>, unjudged: MoveCheck) -> MoveCheck {
     let (edges, port) = (&outcome.edges[record.edges.clone()], outcome.config.port);
     let times_s = axis_times_s(record, edges);
@@ -114,7 +114,8 @@ fn judged(outcome: &Outcome, record: &MoveRecord, whole: Option<Profile>, unjudg
         path_deviation,
         path_slack,
         measured: std::array::from_fn(|axis| {
-            whole.and_then(|profile| measure::intervals_of(&profile, &times_s[axis], port))
+            let on_line = times_s[axis].get(record.blend_steps(axis) as usize..)?;
+            measure::intervals_of(&whole?, &record.way(axis), on_line, port)
         }),
         ..unjudged
     }

@@ -33,7 +33,7 @@ fn of_a_long_program_little_is_written() {
     let page = report::page(&outcome, &report::BothRules::of(&outcome, Some(other)), &figures);
     assert!(json.len() < BYTES_MAX && page.len() < BYTES_MAX, "{} and {} bytes", json.len(), page.len());
     assert!(page.contains("moves are left out"));
-    assert!(page.contains("Blends (G64 P0.01), for comparison: at most 1.0"), "though all corners are stops");
+    assert!(page.contains("Blends (G64), this run: at most 1.0"), "though all corners are stops");
 
     let all = Figures::listing("raster", &outcome, Listed::All);
     assert_eq!(all.moves.len(), LINES - 4);

@@ -40,10 +40,10 @@ fn a_lone_short_move_loses_nothing() {
     }
 }
 
-/// 2,000 mm/min and 50 mm/s² on a screw: at `$11=0.01` a corner lets the speed of an axis jump by 2 mm/s.
+/// 2,000 mm/min and 50 mm/s² on a screw: at `$11=0.01`, without blends, a corner lets the speed of an axis jump by 2 mm/s.
 #[test]
 fn a_leadscrew_takes_jumps_of_2_mm_s() {
-    let config = machine(&format!("$11=0.01\n{}", axes(800.0, 2_000.0, 50.0)));
+    let config = machine(&format!("$11=0.01\n$904=0\n{}", axes(800.0, 2_000.0, 50.0)));
     let program = format!("G91 G1 F2000\n{}X-40 Y40\nY-80\nX-8\nG0 Z3\nX20\n", "X20 Y13.5\nX20 Y16.5\n".repeat(4));
     let outcome = run(program.as_bytes(), &config).unwrap();
     assert_eq!(broken("screw", &outcome), [""; 0]);
@@ -71,7 +71,7 @@ fn what_is_too_much_is_found_and_what_is_told_mends_it() {
         (axes(80.0, 9_000.0, 1_000.0) + "$920=40000\n", "G91 G0 X100\nX50\n", 2, "$920 to "),
         (axes(20.0, 18_000.0, 1_000.0) + "$910=15000\n", back, 1, "$910 to "),
         (axes(80.0, 60_000.0, 3_000.0), "G91\nG0 X600\n", 2, "$110 to "),
-        (axes(80.0, 9_000.0, 8_000.0) + "$11=2\n", corner, 3, "$11 to "),
+        (axes(80.0, 9_000.0, 8_000.0) + "$11=2\n$904=0\n", corner, 3, "$11 to "),
     ] {
         let found = lost(program, &machine(&settings));
         let first = found.first().unwrap_or_else(|| panic!("nothing is lost: {settings}{program}"));

@@ -86,15 +86,16 @@ fn print_summary(figures: &Figures) {
 fn print_moves(moves: &[MoveFigures]) {
     println!("\nmoves                                               every axis, s");
     println!(
-        "   # {:>22} {:>21} {:>10} {:>8} {:>10} {:>9} {:>9}",
-        "to X Y Z, mm", "steps", "accelerate", "cruise", "decelerate", "apart", "error"
+        "   # {:>22} {:>21} {:>8} {:>10} {:>8} {:>10} {:>7} {:>7}",
+        "to X Y Z, mm", "steps", "blend", "accelerate", "cruise", "decelerate", "apart", "error"
     );
     for one in moves {
         let steps = one.steps.map(|n| n.to_string()).join(" ");
         let apart = one.apart_s.map_or("-".to_owned(), |apart_s| format!("{:.0} ns", apart_s * 1e9));
         let error = one.exact.map_or("-".to_owned(), |_| format!("{:.0} ns", one.error_max_ns()));
+        let blend = if one.blend_s > 0.0 { format!("{:.6}", one.blend_s) } else { "-".to_owned() };
         println!(
-            "{:>4} {:>22} {steps:>21} {:>10.6} {:>8.6} {:>10.6} {apart:>9} {error:>9}",
+            "{:>4} {:>22} {steps:>21} {blend:>8} {:>10.6} {:>8.6} {:>10.6} {apart:>7} {error:>7}",
             one.number,
             one.to_mm.map(|mm| format!("{mm:.2}")).join(" "),
             one.planned.accel_s,
@@ -102,6 +103,7 @@ fn print_moves(moves: &[MoveFigures]) {
             one.planned.decel_s,
         );
     }
+    println!("  blend: round the corner where the move begins; steps: those of that blend and of the line behind it");
     println!(
         "  apart: the most that two axes' intervals differ, measured from each axis's own edges (-: fewer than two to measure)"
     );

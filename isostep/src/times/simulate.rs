@@ -58,9 +58,9 @@ fn one(job: &Job, of: usize) -> Timed {
     Timed { column: job.column, program: job.name.clone(), grbl_s: job.grbl_s, made }
 }
 
-/// Runs `program` on a machine with these settings, with the corners that they say and with blends.
+/// Runs `program` on a machine with these settings, with corners by Grbl's rule and with blends.
 fn make(program: &[u8], settings: Settings, blend_mm: f32) -> Result<Made, String> {
-    let outcome = run(program, settings)?;
+    let outcome = run(program, Settings { blend_deviation_mm: 0.0, ..settings })?;
     let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
     let jump_mm_s = jumps.map(|jump| jump.mm_s).fold(0.0, f64::max);
     let blended = run(program, Settings { blend_deviation_mm: blend_mm, ..settings })?;

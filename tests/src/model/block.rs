@@ -113,7 +113,7 @@ impl Block {
             }
             591..=593 => return Err(29),
             610 | 611 | 640 => {
-                (self.modes.exact_stop, self.modes.blends) = (tenths == 611, false);
+                (self.modes.exact_stop, self.modes.blends) = (tenths == 611, tenths == 640);
                 "path"
             }
             900 | 910 => {

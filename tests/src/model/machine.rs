@@ -222,10 +222,10 @@ impl Model {
             _ => (Some(self.target(&block)?), false),
         };
         if block.groups().contains(&"path") {
-            let deviation = block.take('P').unwrap_or(0);
+            let deviation = block.take('P');
             // The P of G4 and of G10 is theirs.
             let is_own = !matches!(block.once, Some(40 | 100));
-            self.modes.blends = is_own && deviation > 0 && !self.modes.exact_stop;
+            self.modes.blends &= !is_own || deviation.is_none_or(|deviation| deviation > 0);
         }
         block.all_used()?;
         self.pause_for_tool(&block, &before, target.is_some() || course.is_some());

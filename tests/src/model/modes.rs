@@ -19,7 +19,7 @@ pub struct Modes {
     pub inverse_time: bool,
     /// G61.1.
     pub exact_stop: bool,
-    /// G64 with a P above 0.
+    /// G64, alone or with a P above 0: the setting that is for G64 alone is above 0 here.
     pub blends: bool,
     /// 3, 4 or 5.
     pub spindle: i64,
@@ -45,7 +45,7 @@ impl Modes {
         incremental: false,
         inverse_time: false,
         exact_stop: false,
-        blends: false,
+        blends: true,
         spindle: 5,
         flood: false,
         mist: false,
@@ -60,7 +60,7 @@ impl Modes {
         if self.inches { value * (INCH_ANGSTROM / 100) / (ONE / 100) } else { value }
     }
 
-    /// What M2 and M30 restore: G1 G17 G54 G61 G90 G94 M5 M9.
+    /// What M2 and M30 restore: G1 G17 G54 G64 G90 G94 M5 M9.
     pub fn end_program(&mut self) {
         *self = Self {
             motion: 10,
@@ -85,11 +85,10 @@ impl Modes {
         let units = 21 - i64::from(self.inches);
         let distance = 90 + i64::from(self.incremental);
         let feed_mode = 94 - i64::from(self.inverse_time);
-        // G64 alone blends by a setting that is 0 here.
         let path = match (self.exact_stop, self.blends) {
             (true, _) => " G61.1",
             (false, true) => " G64",
-            (false, false) => "",
+            (false, false) => " G61",
         };
         let coolant = match (self.mist, self.flood) {
             (false, false) => "M9",

@@ -15,7 +15,10 @@ const STEPS_PER_MM: f64 = 50.0;
 /// Where each move after the first `skip` moves ended, mm.
 fn corners_mm(sim: &mut Sim, skip: usize) -> Vec<[f64; 3]> {
     let outcome = sim.outcome();
-    outcome.moves[skip..].iter().map(|record| record.end_steps.map(|steps| f64::from(steps) / STEPS_PER_MM)).collect()
+    outcome.moves[skip..]
+        .iter()
+        .map(|record| record.next_corner_steps().map(|steps| f64::from(steps) / STEPS_PER_MM))
+        .collect()
 }
 
 /// Number of moves so far.
@@ -67,7 +70,7 @@ fn arcs_of_other_planes_in_inches_and_increments() {
     assert_eq!(back.last(), Some(&[100.0, 100.0, 20.0]));
     let thread = follow(&mut sim, "G19 G2 Y0 J.5 X1", [1, 2], [112.7, 20.0], 12.7);
     assert_eq!(thread.last(), Some(&[125.4, 100.0, 20.0]));
-    assert_eq!(say(&mut sim, "$G"), ["[GC:G2 G54 G19 G20 G91 G94 M5 M9 T0 F2286 S0]", "ok"]);
+    assert_eq!(say(&mut sim, "$G"), ["[GC:G2 G54 G19 G20 G91 G94 G64 M5 M9 T0 F2286 S0]", "ok"]);
 }
 
 #[test]
@@ -215,7 +218,7 @@ fn chords_are_as_fine_as_their_plane_asks() {
                 let found = chords.len();
                 assert!((needed..=needed + 1).contains(&found), "{line} at {per_mm:?}: {found} chords, not {needed}");
                 for chord in chords {
-                    let mm = axes.map(|axis| f64::from(chord.end_steps[axis]) / per_mm[axis]);
+                    let mm = axes.map(|axis| f64::from(chord.next_corner_steps()[axis]) / per_mm[axis]);
                     let off_mm = ((mm[0] - RADIUS_MM).hypot(mm[1]) - RADIUS_MM).abs();
                     let half_mm = axes.map(|axis| 0.5 / per_mm[axis]);
                     assert!(off_mm <= half_mm[0].hypot(half_mm[1]) + 1e-3, "{line} at {per_mm:?}: {mm:?}");

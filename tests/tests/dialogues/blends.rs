@@ -50,7 +50,12 @@ fn the_blend_setting_is_that_of_g64_alone_and_g61_goes_to_the_corner() {
         ("$904=0.05\nG61.1\nG64", true),
         ("$904=0.05\nG64 P0", false),
         ("$904=0.05\nG61", false),
-        ("G64", false),
+        ("G64", true),
+        ("", true),
+        ("$904=0", false),
+        ("$904=0\nG64", false),
+        ("M2", true),
+        ("G61\nM30", true),
         ("$904=0.05\n$940=1", false),
         ("$904=0.05\n$910=60\n$911=60", false),
     ] {

@@ -118,7 +118,8 @@ fn the_mode_of_corners_is_listed() {
         words.join(" ")
     };
     for (line, word) in [
-        ("G64", ""),
+        ("$$", "G64"),
+        ("$904=0", ""),
         ("G64 P0.1", "G64"),
         ("G61", ""),
         ("G61.1", "G61.1"),

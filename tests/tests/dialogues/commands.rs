@@ -76,9 +76,9 @@ fn command_parameters_lists_offsets_and_places() {
 #[test]
 fn command_modal_lists_the_modal_state() {
     let mut sim = powered_up(&Config::default());
-    assert_eq!(say(&mut sim, "$G"), ["[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]", "ok"]);
+    assert_eq!(say(&mut sim, "$G"), ["[GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0]", "ok"]);
     assert_eq!(say(&mut sim, "G80 G56 G18 G20 G91 M3 M8 T7 F10 S1000"), ["ok"]);
-    assert_eq!(say(&mut sim, "$G"), ["[GC:G80 G56 G18 G20 G91 G94 M3 M8 T7 F254 S1000]", "ok"]);
+    assert_eq!(say(&mut sim, "$G"), ["[GC:G80 G56 G18 G20 G91 G94 G64 M3 M8 T7 F254 S1000]", "ok"]);
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn command_set_startup_runs_a_line_and_keeps_it() {
     sim.run_until_idle().unwrap();
     assert_eq!(sim.replies(), [WELCOME, ">G91G0X5:ok", ">G20:ok"]);
     assert_eq!(status(&mut sim), "<Idle|MPos:10.000,0.000,0.000");
-    assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G20 G91 G94 M5 M9 T0 F0 S0]");
+    assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G20 G91 G94 G64 M5 M9 T0 F0 S0]");
     assert_eq!(say(&mut sim, "G21\n$N1=G21"), ["ok"; 2]);
     assert_eq!(say(&mut sim, "$H"), [">G91G0X5:ok", ">G21:ok", "ok"], "after homing too");
     assert_eq!(status(&mut sim), "<Idle|MPos:5.000,0.000,0.000");
@@ -167,7 +167,7 @@ fn command_check_moves_nothing() {
     assert!(sim.now() - before < Duration::from_millis(1), "nothing was waited for");
     assert_eq!(sim.counted_steps(), [0; 3]);
     assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
-    assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]", "a reset");
+    assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0]", "a reset");
     // Targets are checked too.
     say(&mut sim, "$C");
     assert!(say(&mut sim, "G53 G0 X-1").contains(&"ALARM:2".to_owned()));

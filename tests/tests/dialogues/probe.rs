@@ -54,7 +54,7 @@ fn g38_2_stops_at_the_contact() {
     assert_eq!(say(&mut sim, "G91 G0 Z-1"), ["ok"]);
     assert_eq!(sim.counted_steps(), [0, 0, behind - 50]);
     assert_eq!(say(&mut sim, "$13=1\n$#")[11], "[PRB:0.0000,0.0000,0.7874:1]");
-    assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G21 G91 G94 M5 M9 T0 F11.8 S0]");
+    assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G21 G91 G94 G64 M5 M9 T0 F11.8 S0]");
     assert_eq!(say(&mut sim, "G90 G0 Z0\nG38.2 Z40"), ["ok", "[PRB:0.0000,0.0000,0.7874:1]", "ok"]);
 }
 
@@ -84,7 +84,7 @@ fn g38_3_needs_no_contact() {
     assert_eq!(say(&mut sim, "G38.3 Z19.98 F600"), ["[PRB:0.000,0.000,19.980:0]", "ok"]);
     assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,19.980");
     assert_eq!(say(&mut sim, "Z25"), ["[PRB:0.000,0.000,20.000:1]", "ok"], "the mode stays in force");
-    assert_eq!(say(&mut sim, "$G")[0], "[GC:G38.3 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0]");
+    assert_eq!(say(&mut sim, "$G")[0], "[GC:G38.3 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0]");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use isostep_sim::{Config, Sim};
 use crate::talk::{bytes, homed, report, state};
 
 const WELCOME: &str = "Grbl 1.1h ['$' for help]";
-const MODAL: &str = "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]";
+const MODAL: &str = "[GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0]";
 
 /// A header as post-processors write it, followed by 60 short moves.
 fn job() -> Vec<String> {

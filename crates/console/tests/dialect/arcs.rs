@@ -17,7 +17,7 @@ fn both_ways_round_by_centre_and_by_radius() {
             G3 X0 Y0 R10 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..10.000 0.000..0.000) ok
             X20 R10 -> (arc 600.0 [20.0, 0.0, 0.0] of 31.416 in 0.000..20.000 -10.000..0.000 0.000..0.000) ok
             G2 X0 R-10 -> (arc 600.0 [0.0, 0.0, 0.0] of 31.416 in 0.000..20.000 -10.000..0.000 0.000..0.000) ok
-            $G -> [GC:G2 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+            $G -> [GC:G2 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
         "#]],
     );
 }
@@ -50,7 +50,7 @@ fn planes_turn_z_to_x_and_y_to_z() {
             G3 Y0 Z0 R10 X5 -> (arc 600.0 [5.0, 0.0, 0.0] of 16.485 in 0.000..5.000 0.000..10.000 0.000..10.000) ok
             G18 G2 X10 Z5 I5 Y3 -> (arc 600.0 [10.0, 3.0, 5.0] of 23.752 in 5.000..15.000 0.000..3.000 -5.000..5.000) ok
             G17 G3 X0 Y0 R20 -> (arc 600.0 [0.0, 0.0, 5.0] of 10.563 in 0.000..10.000 0.000..3.000 5.000..5.000) ok
-            $G -> [GC:G3 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+            $G -> [GC:G3 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
         "#]],
     );
 }
@@ -124,7 +124,7 @@ fn what_is_no_arc_is_refused_in_grbls_order() {
             G0 X20 R5 -> error:36
             G2 X2 X3 I1 -> error:25
             G2 X20 I5 I5 -> error:25
-            $G -> [GC:G2 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+            $G -> [GC:G2 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
         "#]],
     );
 }
@@ -139,14 +139,14 @@ fn arcs_are_modal_until_another_motion_or_the_end() {
         I5 -> error:36
         X10 -> error:35
         G28 X0 -> (via [0.0, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
-        $G -> [GC:G3 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+        $G -> [GC:G3 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
         G92 X5 -> ok
         G0 X0 -> (rapid [-5.0, 0.0, 0.0]) ok
         X10 I5 -> error:36
         G2 -> error:26
-        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+        $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
         M2 -> (end) ok
-        $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+        $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
     "#]],
     );
 }
@@ -163,7 +163,7 @@ fn no_jog_is_an_arc() {
             G2 X10 I5 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.000 0.000..0.000) ok
             $J=X5 F100 -> (jog 100 [5.0, 0.0, 0.0]) ok
             $J=X5 I1 F100 -> error:36
-            $G -> [GC:G2 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+            $G -> [GC:G2 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
         "#]],
     );
 }
@@ -183,7 +183,7 @@ fn exact_stop_is_modal_and_told_while_it_is_on() {
             G61.5 -> [MSG:G61.5: unknown here: remove it] error:20
             G61.1 -> ok
             M30 -> (end) ok
-            $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F600 S0] ok
+            $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
         "#]],
     );
 }

@@ -64,19 +64,21 @@ fn g64_says_how_far_the_path_may_leave_a_corner() {
 #[test]
 fn g64_is_listed_while_it_makes_a_difference() {
     check(
-        "$G\nG64 P.01\n$G\nG61\n$G\n$904=0.02\n$G\nG64\n$G\nG64 P0\n$G",
+        "$G\nG61\n$G\nG64 P0\n$G\nG64\n$G\n$904=0\n$G\nG64 P.01\n$G\nG61\n$G",
         expect![[r#"
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
+            G61 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G61 M5 M9 T0 F0 S0] ok
+            G64 P0 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G61 M5 M9 T0 F0 S0] ok
+            G64 -> ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
+            $904=0 -> ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
             G64 P.01 -> ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
             G61 -> ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
-            $904=0.02 -> ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 G61 M5 M9 T0 F0 S0] ok
-            G64 -> ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
-            G64 P0 -> ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 G61 M5 M9 T0 F0 S0] ok
         "#]],
     );
 }
@@ -90,7 +92,7 @@ fn inches_scale_targets_and_feeds_and_increments_add_up() {
         G91 X1 Y-1 -> (feed 254 [50.8, -25.4, 0.0]) ok
         G21 X.2 -> (feed 254 [51.0, -25.4, 0.0]) ok
         G90 X.2 -> (feed 254 [0.2, -25.4, 0.0]) ok
-        $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F254 S0] ok
+        $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F254 S0] ok
     "#]],
     );
 }
@@ -141,9 +143,9 @@ fn the_end_of_a_program_puts_back_modes_but_not_units_and_feed() {
         "G20 G91 G0 F10 M3 S100 M8 T2\n$G\nM30\n$G",
         expect![[r#"
             G20 G91 G0 F10 M3 S100 M8 T2 -> (spindle) (speed) (coolant) ok
-            $G -> [GC:G0 G54 G17 G20 G91 G94 M3 M8 T2 F254 S100] ok
+            $G -> [GC:G0 G54 G17 G20 G91 G94 G64 M3 M8 T2 F254 S100] ok
             M30 -> (end) ok
-            $G -> [GC:G1 G54 G17 G20 G90 G94 M5 M9 T2 F254 S100] ok
+            $G -> [GC:G1 G54 G17 G20 G90 G94 G64 M5 M9 T2 F254 S100] ok
         "#]],
     );
 }
@@ -156,7 +158,7 @@ fn codes_that_change_nothing_are_accepted() {
             G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9 -> ok
             M1 -> ok
             T3 -> ok
-            $G -> [GC:G80 G54 G17 G21 G90 G94 M5 M9 T3 F0 S0] ok
+            $G -> [GC:G80 G54 G17 G21 G90 G94 G61 M5 M9 T3 F0 S0] ok
             N12 -> (N12) ok
         "#]],
     );
@@ -191,7 +193,7 @@ fn g64_is_as_g61_and_its_p_has_no_effect() {
             G61.1 -> ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 G61.1 M5 M9 T0 F0 S0] ok
             G64 -> ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
             G61.1 X1 -> (rapid [1.0, 0.0, 0.0]) (stop) ok
             G64 P0.05 X2 -> (rapid [2.0, 0.0, 0.0]) ok
             G64 P.05 -> ok
@@ -227,7 +229,7 @@ fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
             M6 M30 -> (tool 6) (end) ok
             M6 M6 -> error:21
             M6.1 -> error:23
-            $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T6 F0 S0] ok
+            $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T6 F0 S0] ok
             $J=M6 X1 F1 -> error:16
             T256 M6 -> error:38
             M61 Q3 -> [MSG:M61: unknown here: remove it] error:20
@@ -397,9 +399,9 @@ fn inverse_time_is_for_its_block_alone() {
             G1 X1 -> error:22
             X1 Y4 F.1 -> (feed 1 [1.0, 4.0, 0.0]) ok
             G0 X0 Y0 -> (rapid [0.0, 0.0, 0.0]) ok
-            $G -> [GC:G0 G54 G17 G21 G90 G93 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G93 G64 M5 M9 T0 F0 S0] ok
             F7 -> ok
-            $G -> [GC:G0 G54 G17 G21 G90 G93 M5 M9 T0 F7 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G93 G64 M5 M9 T0 F7 S0] ok
             G94 G1 X5 -> error:22
             G94 X5 F100 -> (rapid [5.0, 0.0, 0.0]) ok
             X6 -> (rapid [6.0, 0.0, 0.0]) ok
@@ -464,11 +466,11 @@ fn planes_and_feed_modes_are_kept_for_the_modal_state() {
         "G18 G59 G93 G20 G91 M4 M7\n$G\nM8\n$G\nM2\n$G",
         expect![[r#"
             G18 G59 G93 G20 G91 M4 M7 -> (spindle) (coolant) ok
-            $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 T0 F0 S0] ok
+            $G -> [GC:G0 G59 G18 G20 G91 G93 G64 M4 M7 T0 F0 S0] ok
             M8 -> (coolant) ok
-            $G -> [GC:G0 G59 G18 G20 G91 G93 M4 M7 M8 T0 F0 S0] ok
+            $G -> [GC:G0 G59 G18 G20 G91 G93 G64 M4 M7 M8 T0 F0 S0] ok
             M2 -> (end) ok
-            $G -> [GC:G1 G54 G17 G20 G90 G94 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G1 G54 G17 G20 G90 G94 G64 M5 M9 T0 F0 S0] ok
         "#]],
     );
 }
@@ -482,13 +484,13 @@ fn a_jog_changes_no_mode() {
             $J=G91 X1 Y-1 F200 -> (jog 200 [11.0, -1.0, 0.0]) ok
             $J=G20 X1 F10 -> (jog 254 [25.4, -1.0, 0.0]) ok
             $J=G91 G21 G53 Z5 F1 N3 -> (jog 1 [25.4, -1.0, 5.0]) ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
             G91 G20 -> ok
             $J=X1 F10 -> (jog 254 [50.8, -1.0, 5.0]) ok
             $J=G90 G21 X1 F10 -> (jog 10 [1.0, -1.0, 5.0]) ok
             G93 G80 -> ok
             $J=X1 F10 -> (jog 254 [26.4, -1.0, 5.0]) ok
-            $G -> [GC:G80 G54 G17 G20 G91 G93 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G80 G54 G17 G20 G91 G93 G64 M5 M9 T0 F0 S0] ok
         "#]],
     );
 }

@@ -11,15 +11,15 @@ fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
          G20 G38.2 X1 F1\nG21 G92 X0\nX1\nG28\nG28 X3\nG28.1 Z7\nG4 P1\nM3 S10 Z8\nG80\nX1\nG38.2 Z9\nM2\n$G\nG61.1 G38.2 Z1",
         expect![[r#"
             G38.2 Z-10 F100 -> (probe toward or alarm 100 [0.0, 0.0, -10.0]) ok
-            $G -> [GC:G38.2 G54 G17 G21 G90 G94 M5 M9 T0 F100 S0] ok
+            $G -> [GC:G38.2 G54 G17 G21 G90 G94 G64 M5 M9 T0 F100 S0] ok
             Z-20 -> (probe toward or alarm 100 [0.0, 0.0, -20.0]) ok
             G91 G38.3 X1 Y1 -> (probe toward 100 [1.0, 1.0, -20.0]) ok
-            $G -> [GC:G38.3 G54 G17 G21 G91 G94 M5 M9 T0 F100 S0] ok
+            $G -> [GC:G38.3 G54 G17 G21 G91 G94 G64 M5 M9 T0 F100 S0] ok
             X1 -> (probe toward 100 [2.0, 1.0, -20.0]) ok
             G90 G38.4 Z-10 -> (probe away or alarm 100 [2.0, 1.0, -10.0]) ok
-            $G -> [GC:G38.4 G54 G17 G21 G90 G94 M5 M9 T0 F100 S0] ok
+            $G -> [GC:G38.4 G54 G17 G21 G90 G94 G64 M5 M9 T0 F100 S0] ok
             G38.5 Z0 F50 -> (probe away 50 [2.0, 1.0, 0.0]) ok
-            $G -> [GC:G38.5 G54 G17 G21 G90 G94 M5 M9 T0 F50 S0] ok
+            $G -> [GC:G38.5 G54 G17 G21 G90 G94 G64 M5 M9 T0 F50 S0] ok
             N5 X5 M0 -> (N5) (probe away 50 [5.0, 1.0, 0.0]) (pause) ok
             G0 X9 -> (rapid [9.0, 1.0, 0.0]) ok
             Z1 -> (rapid [9.0, 1.0, 1.0]) ok
@@ -35,7 +35,7 @@ fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
             X1 -> error:31
             G38.2 Z9 -> (probe toward or alarm 25.4 [0.0, 0.0, 9.0]) ok
             M2 -> (end) ok
-            $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F25 S10] ok
+            $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F25 S10] ok
             G61.1 G38.2 Z1 -> (probe toward or alarm 25.4 [0.0, 0.0, 1.0]) ok
         "#]],
     );
@@ -71,7 +71,7 @@ fn a_probe_needs_a_feed_an_axis_and_a_way() {
             G38.2 G80 Z1 -> error:21
             $J=G38.2 X1 F1 -> error:16
             $J=G38.2 F1 -> error:26
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F100 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F100 S0] ok
             G38.2 Z1 -> (probe toward or alarm 100 [0.0, 0.0, 1.0]) ok
             G53 Z2 -> error:30
             $J=X1 F1 -> (jog 1 [1.0, 0.0, 1.0]) ok

@@ -17,7 +17,7 @@ fn commands_when_idle() {
         COMMANDS,
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
             $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:VNMZHL,79,128] ok
             $100=60 -> ok
             $H -> (home) ok
@@ -52,7 +52,7 @@ fn commands_when_running() {
         "$\n$G\n$I\n$100=60\n$H\n$BOOT\n$X\n$$\nX1",
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
             $I -> error:8
             $100=60 -> error:8
             $H -> error:8
@@ -74,7 +74,7 @@ fn commands_when_the_door_was_opened() {
     assert_eq!(heard, [(); 4].map(|()| Talk::new(ReportedState::Hold { stopping: false }).send(commands)));
     expect![[r#"
         $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
-        $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+        $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
         $$ -> error:8
         $# -> error:8
         $I -> error:8
@@ -98,7 +98,7 @@ fn commands_in_alarm() {
         "$\n$G\n$100=60\n$H\n$X\nX1",
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
             $100=60 -> ok
             $H -> (home) ok
             $X -> (unlock) ok
@@ -157,7 +157,7 @@ fn settings_print_as_grbl_prints_them() {
         $900=0
         $901=312
         $902=0
-        $904=0.000
+        $904=0.010
         $905=0
         $910=0.000
         $911=0.000

@@ -23,13 +23,13 @@ fn spindle_speed_and_coolant_are_told_when_they_change() {
             M9 -> (coolant) ok
             M9 -> ok
             M8 M3 S1 G4 P1 G0 X1 -> (spindle) (speed) (coolant) (wait 1 s) (rapid [1.0, 0.0, 0.0]) ok
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M3 M8 T0 F0 S1] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M3 M8 T0 F0 S1] ok
             M4 P1 -> error:36
             M3 M4 -> error:21
             M3.2 -> error:23
             S-1 -> error:4
             M7 M8 -> error:21
-            $G -> [GC:G0 G54 G17 G21 G90 G94 M3 M8 T0 F0 S1] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M3 M8 T0 F0 S1] ok
             M5 S9 X2 -> (spindle) (speed) (rapid [2.0, 0.0, 0.0]) ok
         "#]],
     );
@@ -42,12 +42,12 @@ fn the_end_of_a_program_leaves_spindle_and_coolant_to_the_caller() {
         expect![[r#"
         M3 S100 M8 -> (spindle) (speed) (coolant) ok
         M2 -> (end) ok
-        $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F0 S100] ok
+        $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S100] ok
         M3 -> (spindle) ok
         M30 -> (end) ok
         M5 M9 -> ok
         M3 S7 M30 -> (spindle) (speed) (end) ok
-        $G -> [GC:G1 G54 G17 G21 G90 G94 M5 M9 T0 F0 S7] ok
+        $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S7] ok
     "#]],
     );
 }
@@ -73,9 +73,9 @@ fn a_caller_turns_the_tool_off_and_switches_coolant() {
     let mut talk = Talk::new(ReportedState::Idle);
     talk.send("M4 S100 M8");
     talk.interpreter.set_coolant(Coolant::of(true, true));
-    assert_eq!(talk.bytes(b"$G\n"), "[GC:G0 G54 G17 G21 G90 G94 M4 M7 M8 T0 F0 S100] ok");
+    assert_eq!(talk.bytes(b"$G\n"), "[GC:G0 G54 G17 G21 G90 G94 G64 M4 M7 M8 T0 F0 S100] ok");
     assert_eq!(talk.bytes(b"M7\nM9\nM7\n"), "ok (coolant) ok (coolant) ok");
     talk.interpreter.stop_tool();
-    assert_eq!(talk.bytes(b"$G\n"), "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S100] ok");
+    assert_eq!(talk.bytes(b"$G\n"), "[GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S100] ok");
     assert_eq!(talk.bytes(b"M4\n"), "(spindle) ok");
 }

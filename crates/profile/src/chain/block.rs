@@ -34,6 +34,8 @@ pub(super) struct Block<const N: usize> {
     pub(super) stops: bool,
     /// Whether it is several moves.
     pub(super) is_joined: bool,
+    /// Whether a blend may lead to it.
+    may_bend: bool,
     /// Whether it came when the machine was on its way to rest at the end of the block before it.
     pub(super) is_late: bool,
     /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
@@ -78,6 +80,7 @@ impl<const N: usize> Block<N> {
         way_steps: 0.0,
         stops: false,
         is_joined: false,
+        may_bend: false,
         is_late: false,
         flows: false,
         tag: 0,
@@ -200,6 +203,19 @@ impl<const N: usize> Block<N> {
         true
     }
 
+    /// Makes it as fast as is asked of it, if it was too short for that and for a blend. Returns whether it was.
+    pub(super) fn quicken(&mut self, config: &ChainConfig<N>) -> bool {
+        if !self.may_bend || self.nominal_steps_s >= self.feed_steps_s() * config.feed_ratio {
+            return false;
+        }
+        let limits = config.shared_limits(&self.span);
+        let is_short = self.nominal_steps_s < limits.top_speed_steps_s;
+        if is_short {
+            self.respeed(self.feed_steps_s(), &limits, config);
+        }
+        is_short
+    }
+
     /// Whether these steps have exactly its direction.
     fn goes_on(&self, steps: &[i32; N]) -> bool {
         let longest = (0..N).max_by_key(|&axis| self.span.steps[axis].unsigned_abs()).unwrap_or(0);
@@ -304,10 +320,18 @@ impl<const N: usize> Block<N> {
         u64::from(self.fastest) << 32
     }
 
+    /// Notes that a blend may lead to it, and lets it last as long as that needs.
+    pub(super) fn slow_down_to_bend(&mut self, limits: &Limits, config: &ChainConfig<N>) {
+        self.may_bend = true;
+        if self.bent_top_steps_s(limits, config) < self.nominal_steps_s {
+            self.respeed(self.feed_steps_s(), limits, config);
+        }
+    }
+
     /// Its top speed, at which it does not last less than a blend needs, if one may lead to it.
     fn bent_top_steps_s(&self, limits: &Limits, config: &ChainConfig<N>) -> f64 {
         let (top_steps_s, blend_s) = (limits.top_speed_steps_s, config.effort.blend_s);
-        if is_zero(blend_s) || self.deviation_mm <= 0.0 || !config.can_blend() {
+        if is_zero(blend_s) || !self.may_bend {
             return top_steps_s;
         }
         let most_steps_s = self.distance_steps() / (config.effort.cruise_s(&self.span.steps) + blend_s);

@@ -29,13 +29,20 @@ pub(super) struct Pace {
 
 impl<const N: usize> Block<N> {
     /// Makes it follow `before`: computes how fast the corner between them may be taken. The directions are those of
-    /// both, in order.
-    pub(super) fn follow(&mut self, before: End, directions: [&Direction<N>; 2], config: &ChainConfig<N>) {
+    /// both, in order, and the limits those of its longest axis.
+    pub(super) fn follow(
+        &mut self,
+        before: End,
+        directions: [&Direction<N>; 2],
+        limits: &Limits,
+        config: &ChainConfig<N>,
+    ) {
         let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
         self.blend = BlendBounds::NONE;
         let square = if stops {
             None
         } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
+            self.slow_down_to_bend(limits, config);
             let reach_mm = self.distance_steps() * self.mm_per_step;
             let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
             let fastest = self.fastest().max(before.fastest).max(before.pace.nominal);

@@ -252,7 +252,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         };
         let speeds_steps_s = [first.speed_steps_s(exit, &self.config), next.speed_steps_s(onward, &self.config)];
         let [from_mm_s, to_mm_s] = [speeds_steps_s[0] * first.mm_per_step, speeds_steps_s[1] * next.mm_per_step];
-        let share = if exit < onward && exit > 0 { quotient(from_mm_s, to_mm_s) } else { 1.0 };
+        let share = if exit < onward { quotient(from_mm_s, to_mm_s) } else { 1.0 };
         let end_steps = distance_steps - next.blend.reach_mm * share * first.steps_per_mm();
         Goal { exit, onward, speeds_steps_s, speeds_mm_s: [from_mm_s, to_mm_s], end_steps, is_bent: true }
     }
@@ -289,7 +289,8 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             let end = before.end(self.place_steps);
             let directions = [before.direction(&self.config), block.direction(&self.config)];
             if let Some(block) = self.blocks.get_mut(1) {
-                block.follow(end, directions.each_ref(), &self.config);
+                let limits = self.config.shared_limits(&block.span);
+                block.follow(end, directions.each_ref(), &limits, &self.config);
             }
             self.set_line(1);
         }

@@ -21,6 +21,10 @@ const LOOKS: u32 = 16;
 /// What has been handed out so far.
 struct Watch<'a> {
     case: &'a Case,
+    /// Whether moves that go straight on are one move.
+    lengthens: bool,
+    /// The moves of the chain.
+    moves: Vec<Request<AXES>>,
     has_changed: bool,
     /// Where the move under way begins, and whose it is.
     begin_steps: [i32; AXES],
@@ -37,9 +41,11 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(case: &'a Case) -> Self {
+    fn new(case: &'a Case, lengthens: bool) -> Self {
         Self {
             case,
+            lengthens,
+            moves: Vec::new(),
             has_changed: false,
             begin_steps: [0; AXES],
             tag: 0,
@@ -57,7 +63,7 @@ impl<'a> Watch<'a> {
         prop_assert!(chunk.until_s.is_finite() && chunk.until_s >= self.at_s, "{chunk:?} after {}", self.at_s);
         if chunk.tag != self.tag {
             prop_assert_eq!(chunk.tag, self.tag + 1);
-            let before = self.case.moves[self.tag as usize].steps;
+            let before = self.moves[self.tag as usize].steps;
             self.begin_steps = std::array::from_fn(|axis| self.begin_steps[axis] + before[axis]);
             self.tag = chunk.tag;
         }
@@ -94,7 +100,7 @@ impl<'a> Watch<'a> {
     /// Whether the corner at which the move under way begins may be a blend.
     fn may_bend(&self) -> bool {
         let has_start_speed = self.case.limits.iter().any(|limits| limits.start_speed_steps_s > 0.0);
-        !has_start_speed && self.case.moves[self.tag as usize].deviation_mm > 0.0
+        !has_start_speed && self.moves[self.tag as usize].deviation_mm > 0.0
     }
 
     fn see_line(&mut self, chunk: &Chunk<AXES>, line: &SyncMove<AXES>) -> TestCaseResult {
@@ -147,7 +153,7 @@ impl<'a> Watch<'a> {
         self.blends += 1;
         prop_assert_eq!((chunk.kind, blend.begin_s(), blend.end_s()), (ChunkKind::Move, self.at_s, chunk.until_s));
         prop_assert!(blend.corner_s() > 0.0, "{:?}", blend);
-        let request = self.case.moves[self.tag as usize];
+        let request = self.moves[self.tag as usize];
         prop_assert!(request.deviation_mm > 0.0);
         for axis in 0..AXES {
             let begin = f64::from(self.begin_steps[axis]);
@@ -326,11 +332,31 @@ impl Sees for Watch<'_> {
     fn is_overridden(&mut self) {
         self.has_changed = true;
     }
+
+    fn lengthens(&self) -> bool {
+        self.lengthens
+    }
+
+    fn is_pushed(&mut self, request: &Request<AXES>, lengthens: bool) {
+        match self.moves.last_mut().filter(|_| lengthens) {
+            Some(last) => last.steps = std::array::from_fn(|axis| last.steps[axis] + request.steps[axis]),
+            None => self.moves.push(*request),
+        }
+    }
 }
 
 /// Makes the moves of the case with these events, and then all moves that are left. Returns how many blends there were.
 pub fn drive<const LEN: usize>(case: &Case, events: &[Event]) -> Result<usize, TestCaseError> {
-    let mut watch = Watch::new(case);
+    watched::<LEN>(case, events, false)
+}
+
+/// The same, but a move that goes straight on lengthens the one before it, if it can.
+pub fn drive_lengthened<const LEN: usize>(case: &Case, events: &[Event]) -> Result<usize, TestCaseError> {
+    watched::<LEN>(case, events, true)
+}
+
+fn watched<const LEN: usize>(case: &Case, events: &[Event], lengthens: bool) -> Result<usize, TestCaseError> {
+    let mut watch = Watch::new(case, lengthens);
     make::<LEN>(case, events, &mut watch)?;
     prop_assert_eq!(watch.made_steps, case.all_steps());
     Ok(watch.blends)

@@ -11,9 +11,11 @@ use crate::drive::{holds, overrides, pushes};
 pub fn bent(most: usize) -> impl Strategy<Value = Case> {
     let deviation = prop_oneof![1 => Just(0.0f32), 4 => (1e-3f32.ln()..0.3f32.ln()).prop_map(f32::exp)];
     let jumps = prop::bool::weighted(0.1);
+    let blend_s = prop_oneof![1 => Just(0.0), 1 => (1e-4f64.ln()..3e-2f64.ln()).prop_map(f64::exp)];
     let offset = || prop_oneof![1 => Just(0), 2 => -64..=64i8];
     let beside = prop::collection::vec((deviation, [offset(), offset(), offset()]), most);
-    (case(trapezoid(), most), beside, jumps).prop_map(|(mut case, beside, jumps)| {
+    (case(trapezoid(), most), beside, jumps, blend_s).prop_map(|(mut case, beside, jumps, blend_s)| {
+        case.effort.blend_s = blend_s;
         if !jumps {
             case.limits.iter_mut().for_each(|limits| limits.start_speed_steps_s = 0.0);
         }

@@ -102,3 +102,17 @@ fn a_blend_that_is_promised_while_slowing_down_is_made() {
     ];
     drive::<8>(&machine(axes, moves), &events).unwrap();
 }
+
+/// A hold is taken back where the second move begins at rest. It ends at rest too, for the third to begin as fast as it can.
+#[test]
+fn a_blend_from_rest_begins_at_the_corner() {
+    let axes = [
+        [553.4037983076805, 9196.67972605239, 0.021978462537880973],
+        [273.8219656777344, 770.2434029241559, 0.022430869237020878],
+        [387.88241536379894, 1939.4120768189944, 0.002578100889317423],
+    ];
+    let moves = vec![bent([2, 0, 0], [0, -23, 0]), bent([0, 0, -1], [0; 3]), bent([0, 0, 1], [-22, 0, 18])];
+    let events =
+        [Event::Push(2), Event::Advance(3, 0.006326485122175529), Event::Hold, Event::Advance(1, f64::INFINITY)];
+    drive::<8>(&Case { deviation_mm: 0.0, ..machine(axes, moves) }, &events).unwrap();
+}

@@ -6,14 +6,20 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
+use crate::bent;
+use crate::blends;
 use crate::case::{AXES, Case, case, curved, line, trapezoid};
 use crate::drive::{drive_lengthened, overrides, pushes};
 
 /// A case of which about half of the moves go straight on at the feed of the one before, and no time is needed for a
 /// move at constant speed.
 fn straighter(law: impl Strategy<Value = SpeedLaw>) -> impl Strategy<Value = Case> {
+    straightened(case(law, 30))
+}
+
+fn straightened(all: impl Strategy<Value = Case>) -> impl Strategy<Value = Case> {
     let goes_on = prop::collection::vec(prop_oneof![Just(None), (1..5i32).prop_map(Some)], 30);
-    (case(law, 30), goes_on).prop_map(|(mut case, goes_on)| {
+    (all, goes_on).prop_map(|(mut case, goes_on)| {
         (case.effort.step_s, case.effort.move_s) = (0.0, 0.0);
         let mut unit = case.moves[0].steps;
         for (index, goes_on) in goes_on.iter().enumerate().take(case.moves.len()).skip(1) {
@@ -41,6 +47,11 @@ proptest! {
     #[test]
     fn a_lengthened_trapezoid_is_held_and_takes_on_other_speeds(case in straighter(trapezoid()), events in overrides()) {
         drive_lengthened::<64>(&case, &events)?;
+    }
+
+    #[test]
+    fn lengthened_moves_are_bent(case in straightened(blends::bent(30)), events in overrides()) {
+        bent::drive_lengthened::<8>(&case, &events)?;
     }
 
     /// All moves are known before the first begins. Each place is passed no later than without lengthening.
@@ -161,4 +172,37 @@ fn a_move_that_has_begun_is_not_lengthened() {
     }
     made.dedup();
     assert_eq!(made, [(100, 0), (30, 20)]);
+}
+
+/// Moves of 10 steps: under a law by which a move that a blend leads to lasts a second, straight ones go on at their feed.
+#[test]
+fn what_goes_straight_on_needs_no_time_for_a_blend() {
+    let effort = Effort { blend_s: 1.0, ..Effort::NONE };
+    let bent = |steps| Request { deviation_mm: 0.05, ..request(steps) };
+    let cruise_steps_s = |moves: &[[i32; 2]], lengthens: bool| {
+        let mut chain = Chain::<2, 32>::new(config(IntervalLaw::Fastest, effort));
+        for &steps in moves {
+            if !(lengthens && chain.lengthen(&bent(steps), |tag, _| Some(tag))) {
+                chain.push(bent(steps)).unwrap();
+            }
+        }
+        let mut fastest_steps_s = 0.0_f64;
+        while let Some(chunk) = chain.advance(f64::INFINITY) {
+            if let Some(line) = chunk.plan.line().filter(|line| line.steps[0] != 0) {
+                fastest_steps_s = fastest_steps_s.max(line.profile.cruise_speed_steps_s());
+            }
+        }
+        fastest_steps_s
+    };
+    let straight = [[10, 0]; 16];
+    for lengthens in [false, true] {
+        assert_eq!(cruise_steps_s(&straight, lengthens), 500.0, "lengthened: {lengthens}");
+    }
+    // A blend leads to the third, which lasts a second, alone and where others lengthen it.
+    let round = [&[[0, 1], [0, -1]], &straight[..]].concat();
+    assert_eq!(cruise_steps_s(&round[..3], true), 10.0);
+    assert_eq!(cruise_steps_s(&round, true), 160.0);
+    // Each leads to the next.
+    let bends: Vec<_> = (0..16).map(|k| [10 * i32::from(k > 0), 1 + k % 2]).collect();
+    assert!(cruise_steps_s(&bends, true) < 11.0);
 }

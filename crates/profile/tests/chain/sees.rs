@@ -1,6 +1,6 @@
 //! Makes random chains before somebody who looks at each chunk.
 
-use isostep_profile::chain::{Chain, Chunk};
+use isostep_profile::chain::{Chain, Chunk, Request};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -17,25 +17,34 @@ pub trait Sees {
 
     /// The speed has been overridden.
     fn is_overridden(&mut self) {}
+
+    /// Whether a move that goes straight on is to lengthen the one before it, if it can.
+    fn lengthens(&self) -> bool {
+        false
+    }
+
+    /// This move has been pushed, or lengthens the last one.
+    fn is_pushed(&mut self, _request: &Request<AXES>, _lengthens: bool) {}
 }
 
 /// Makes the moves of the case with these events, and then all moves that are left.
 pub fn make<const LEN: usize>(case: &Case, events: &[Event], watch: &mut impl Sees) -> TestCaseResult {
     let mut chain = Chain::<AXES, LEN>::new(case.config());
     let mut asked = case.moves.iter();
-    let mut push = |chain: &mut Chain<AXES, LEN>, count: usize| {
+    let mut tag = 0;
+    let mut push = |chain: &mut Chain<AXES, LEN>, watch: &mut _, count: usize| {
         for _ in 0..count {
             if chain.is_full() {
                 break;
             }
             let Some(request) = asked.next() else { break };
-            chain.push(*request).unwrap();
+            push(chain, watch, &mut tag, request);
         }
         asked.len()
     };
     for event in events {
         match *event {
-            Event::Push(count) => _ = push(&mut chain, count),
+            Event::Push(count) => _ = push(&mut chain, watch, count),
             Event::Advance(chunks, most_s) => {
                 for _ in 0..chunks {
                     if !advance(&mut chain, watch, most_s)? {
@@ -58,12 +67,21 @@ pub fn make<const LEN: usize>(case: &Case, events: &[Event], watch: &mut impl Se
         }
     }
     start(&mut chain, watch)?;
-    while push(&mut chain, LEN) > 0 {
+    while push(&mut chain, watch, LEN) > 0 {
         advance(&mut chain, watch, f64::INFINITY)?;
     }
     while advance(&mut chain, watch, f64::INFINITY)? {}
     prop_assert!(chain.is_empty() && chain.is_at_rest());
     Ok(())
+}
+
+fn push<const LEN: usize>(chain: &mut Chain<AXES, LEN>, watch: &mut impl Sees, tag: &mut u64, request: &Request<AXES>) {
+    let lengthens = watch.lengthens() && chain.lengthen(request, |last, _| Some(last));
+    if !lengthens {
+        chain.push(Request { tag: *tag, ..*request }).unwrap();
+        *tag += 1;
+    }
+    watch.is_pushed(request, lengthens);
 }
 
 fn start<const LEN: usize>(chain: &mut Chain<AXES, LEN>, watch: &mut impl Sees) -> TestCaseResult {

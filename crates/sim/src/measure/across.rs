@@ -188,7 +188,7 @@ mod tests {
     /// By `$11` both axes of a right angle jump by the speed of the corner; a span divides this.
     #[test]
     fn a_corner_by_the_jump_rule_exceeds_the_limit_by_its_jump() {
-        let outcome = made(Port::Pio, "G1 X10 F1200\nY10\n");
+        let outcome = made(Port::Pio, "G61 G1 X10 F1200\nY10\n");
         let [span_s, _] = spans_s(&outcome);
         let jump_mm_s2 = (50.0 * 0.01 / (1.0 - 0.5_f64.sqrt())).sqrt() / span_s;
         for axis in 0..2 {

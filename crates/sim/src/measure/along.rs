@@ -140,7 +140,7 @@ mod tests {
     /// A right angle by `$11` jumps at the corner: it is loud within two spans of it, and quiet elsewhere.
     #[test]
     fn what_is_above_the_limit_is_where_the_speed_jumps() {
-        let outcome = made("G1 X10 F1200\nY10\n");
+        let outcome = made("G61 G1 X10 F1200\nY10\n");
         let [_, span_s] = across::spans_s(&outcome);
         let above: Vec<_> = stretches(&outcome).filter(|stretch| stretch.ratio > WITHIN).collect();
         assert!(!above.is_empty());

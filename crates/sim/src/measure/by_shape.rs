@@ -11,7 +11,7 @@
 use isostep_profile::Profile;
 
 use super::least_squares::{self, UNKNOWNS};
-use super::{EDGES_MIN, Intervals, Measured, stray_max_ns};
+use super::{EDGES_MIN, Intervals, Measured, Way, stray_max_ns};
 use crate::config::Port;
 
 /// If there are more edges, about this many evenly distributed ones are used, which give the same information.
@@ -28,11 +28,14 @@ const RESOLUTION_MAX: f64 = 0.01;
 /// When the move begins, and the durations of acceleration, cruise and deceleration, s.
 type Unknowns = [f64; UNKNOWNS];
 
-/// Measures an axis by all its edges, made by `port` with the plan `profile`. `None` if they do not resolve its
+/// Measures an axis by all its edges, made by `port` on this way with the plan `profile`. `None` if they do not resolve its
 /// intervals or do not lie on such a curve.
-pub(super) fn intervals(times_s: &[f64], profile: &Profile, port: Port) -> Option<Measured> {
-    let curve = Curve::new(profile, times_s.len())?;
-    let points = points(times_s);
+pub(super) fn intervals(times_s: &[f64], way: &Way, profile: &Profile, port: Port) -> Option<Measured> {
+    if times_s.len() < UNKNOWNS {
+        return None;
+    }
+    let curve = Curve::new(profile, way.steps)?;
+    let points = points(times_s, way);
     let (unknowns, weights_sum, stray_s) = fit(&curve, &points)?;
     let grain_s = stray_s.max(port.tolerance_ns() * 1e-9);
     let resolution_s = weights_sum * grain_s;
@@ -43,9 +46,10 @@ pub(super) fn intervals(times_s: &[f64], profile: &Profile, port: Port) -> Optio
 }
 
 /// Displacements, in steps of the axis, and instants, s.
-fn points(times_s: &[f64]) -> Vec<(f64, f64)> {
-    let stride = times_s.len().div_ceil(EDGES_MAX);
-    times_s.iter().enumerate().step_by(stride).map(|(index, &t_s)| (index as f64 + 0.5, t_s)).collect()
+fn points(times_s: &[f64], way: &Way) -> Vec<(f64, f64)> {
+    let stride = times_s.len().div_ceil(EDGES_MAX).max(1);
+    let points = times_s.iter().enumerate().step_by(stride);
+    points.map(|(index, &t_s)| (index as f64 + way.to_first_steps, t_s)).collect()
 }
 
 /// The unknowns, the largest sum of the weights of an interval, and the largest distance of an instant from the curve,
@@ -77,18 +81,14 @@ struct Curve<'a> {
 }
 
 impl<'a> Curve<'a> {
-    /// `None` if a ramp has too few of the `edges`.
-    fn new(profile: &'a Profile, edges: usize) -> Option<Self> {
+    /// Over a distance of `steps`; `None` if a ramp has too few of them.
+    fn new(profile: &'a Profile, steps: f64) -> Option<Self> {
         let decel_steps = profile.distance_steps() - profile.cruise_end_steps();
-        let ratio = edges as f64 / profile.distance_steps();
+        let ratio = steps / profile.distance_steps();
         let is_known = |ramp_steps: f64| ramp_steps * ratio >= EDGES_MIN as f64;
         let mean = |steps: f64, duration_s: f64| steps / (duration_s * profile.cruise_speed_steps_s());
         let means = [mean(profile.accel_end_steps(), profile.t_accel_s()), mean(decel_steps, profile.t_decel_s())];
-        (is_known(profile.accel_end_steps()) && is_known(decel_steps)).then_some(Self {
-            profile,
-            steps: edges as f64,
-            means,
-        })
+        (is_known(profile.accel_end_steps()) && is_known(decel_steps)).then_some(Self { profile, steps, means })
     }
 
     fn planned(&self) -> Unknowns {
@@ -165,13 +165,17 @@ mod tests {
         Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() }
     }
 
+    fn found(times_s: &[f64], profile: &Profile, port: Port) -> Option<Measured> {
+        intervals(times_s, &Way::whole(times_s.len()), profile, port)
+    }
+
     #[test]
     fn every_law_is_measured_to_ticks() {
         for law in SpeedLaw::ALL {
             for interval_law in [IntervalLaw::Fastest, IntervalLaw::Thirds] {
                 let plan = plan(law, interval_law, [20_000, 3_000], 2_500.0);
                 for (port, axis) in [(Port::Pio, 0), (Port::Pio, 1), (Port::Timer, 0), (Port::Timer, 1)] {
-                    let found = intervals(&ticked(&plan, axis, port), &plan.profile, port).unwrap();
+                    let found = found(&ticked(&plan, axis, port), &plan.profile, port).unwrap();
                     let apart_s = found.intervals.apart_s(&planned(&plan.profile));
                     let resolution_ticks = found.resolution_s * 1e9 / port.tick_ns();
                     assert!(apart_s <= found.resolution_s, "{law}, {interval_law:?}: {apart_s} of {found:?}");
@@ -187,7 +191,7 @@ mod tests {
             for long in [10, 60, 200, 900, 2_300, 4_000] {
                 let plan = plan(law, IntervalLaw::Fastest, [long, long / 2], 2_500.0);
                 for axis in [0, 1] {
-                    let Some(found) = intervals(&ticked(&plan, axis, Port::Pio), &plan.profile, Port::Pio) else {
+                    let Some(found) = found(&ticked(&plan, axis, Port::Pio), &plan.profile, Port::Pio) else {
                         continue;
                     };
                     let apart_s = found.intervals.apart_s(&planned(&plan.profile));
@@ -203,7 +207,7 @@ mod tests {
         for law in SpeedLaw::ALL {
             let [asked, made] = [2_500.0, 2_475.0].map(|accel| plan(law, IntervalLaw::Fastest, [20_000, 3_000], accel));
             // The shape of an S-curve depends on its acceleration, so the edges do not lie on the planned curve.
-            let Some(found) = intervals(&ticked(&made, 1, Port::Pio), &asked.profile, Port::Pio) else {
+            let Some(found) = found(&ticked(&made, 1, Port::Pio), &asked.profile, Port::Pio) else {
                 assert_eq!(law, SpeedLaw::SCurve);
                 continue;
             };

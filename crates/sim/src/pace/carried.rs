@@ -47,6 +47,7 @@ mod tests {
         let mut config = Config { only_time: true, ..Config::default() };
         config.settings.max_rate_mm_min = [12_000.0; 3];
         config.settings.accel_mm_s2 = [2_000.0; 3];
+        config.settings.blend_deviation_mm = 0.0;
         longer_s(&run(program.as_bytes(), &config).unwrap())
     }
 

@@ -280,10 +280,12 @@ impl<'a> Finder<'a> {
         self.put(place, open.ramps_s);
     }
 
-    /// Whether a place is a corner that allows no higher speed.
+    /// Whether a place is a corner that allows no higher speed. The corner that leads into an arc belongs to the arc, if that
+    /// is as slow.
     fn is_explained(&self, open: &Open) -> bool {
         let (Some((_, from)), Some((after, to))) = (open.before, open.after) else { return false };
-        self.corner_limit(open, [&from, &to], after).is_some()
+        let leads_into_arc = self.source(after).is_some_and(|source| source.in_arc);
+        !leads_into_arc && self.corner_limit(open, [&from, &to], after).is_some()
     }
 
     /// What limits the speed at a place as a corner; `None` if it is none, or would allow more.
@@ -331,12 +333,11 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// Whether a move that a blend may lead to, or that is shaped, lasts as briefly at that speed as the board plans any.
+    /// Whether a move that a blend leads to, or that is shaped, lasts as briefly at that speed as the board plans any.
     fn is_brief(&self, (index, asked): (usize, &Asked), mm_s: f64) -> bool {
         let record = &self.outcome.moves[index];
         let length_mm = record.plan.distance_steps() * asked.mm_per_step;
-        let has_blends = self.source(index).is_some_and(|source| source.deviation_mm > 0.0);
-        let blend_s = if has_blends { BLEND_S } else { 0.0 };
+        let blend_s = record.blend.map_or(0.0, |_| BLEND_S);
         length_mm <= mm_s * blend_s.max(shaped_s(record.shaping.as_deref())) * BRIEF
     }
 

@@ -58,7 +58,7 @@ fn one_move_is_a_trapezoid() {
 /// v² = a δ s/(1 - s), where a is √2 times the acceleration of one axis.
 #[test]
 fn a_right_angle_costs_what_its_ramps_take_longer() {
-    let pace = pace("G91 G1 F6000 X40\nY40\n");
+    let pace = pace("G61 G91 G1 F6000 X40\nY40\n");
     let corner_mm_s = (2_000.0 * 0.01 / (1.0 - 0.5_f64.sqrt())).sqrt();
     let ramp_s = (100.0 - corner_mm_s) / 2_000.0;
     let ramp_mm = ramp_s * (100.0 + corner_mm_s) / 2.0;

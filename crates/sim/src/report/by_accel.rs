@@ -194,7 +194,9 @@ mod tests {
 
     #[test]
     fn grbls_rule_is_loud_and_blends_are_quiet_whichever_was_run() {
-        for (program, own) in [(CORNERS.to_owned(), 0), (format!("G64 P0.1\n{CORNERS}"), 1)] {
+        for (program, own) in
+            [(format!("G61\n{CORNERS}"), 0), (CORNERS.to_owned(), 1), (format!("G64 P0.1\n{CORNERS}"), 1)]
+        {
             let picture = both(&program);
             let loud = |number: usize| {
                 (3..=7).filter(|class| panel(&picture, number).contains(&format!("--ratio-{class}"))).count()
@@ -208,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_caption_tells_the_worst_place_and_the_window() {
-        let caption = both("G1 X10 F1200\nY10\n").caption;
+        let caption = both("G61 G1 X10 F1200\nY10\n").caption;
         assert!(
             caption.contains("twice 3.") && caption.contains("times the limit (Y, line 1, at X10.00 Y0.00 Z0.00)"),
             "{caption}"

@@ -1,4 +1,5 @@
-//! Speed and acceleration of each axis over time: planned values as lines, values measured from the edges as dots.
+//! Speed and acceleration of each axis over time: planned values as lines, values measured from the edges as dots. A blend
+//! at the beginning is drawn with the move.
 
 use plotters::prelude::*;
 
@@ -6,6 +7,7 @@ use super::theme::{self, AXIS, Area, Drawn, GRID, INK, INTERVAL};
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use isostep_motion::AXES;
+use isostep_profile::{Blend, Profile};
 
 /// Dots per axis and move.
 const DOTS: usize = 80;
@@ -34,13 +36,13 @@ struct Quantity {
 impl Quantity {
     const SPEED: Self = Self {
         name: "speed, mm/s",
-        planned: |axis, t_s| axis.mm_per_master_step * axis.plan.speed_at(t_s),
+        planned: |axis, t_s| axis.speed_mm_s(t_s),
         measured: |axis| &axis.speeds,
         upper: true,
     };
     const ACCELERATION: Self = Self {
         name: "acceleration, mm/s²",
-        planned: |axis, t_s| axis.mm_per_master_step * axis.plan.accel_at(t_s),
+        planned: |axis, t_s| axis.accel_mm_s2(t_s),
         measured: |axis| &axis.accelerations,
         upper: false,
     };
@@ -49,7 +51,11 @@ impl Quantity {
 /// An axis that moves.
 struct MovingAxis {
     index: usize,
-    plan: isostep_profile::Profile,
+    steps_per_mm: f64,
+    blend: Option<Blend<AXES>>,
+    /// Its line, and when that begins, s from the beginning of the move.
+    line: Profile,
+    line_begins_s: f64,
     /// Signed distance of this axis per step of the master axis.
     mm_per_master_step: f64,
     /// Instants, s, and speeds, mm/s.
@@ -58,21 +64,52 @@ struct MovingAxis {
     accelerations: Vec<(f64, f64)>,
 }
 
+impl MovingAxis {
+    fn speed_mm_s(&self, t_s: f64) -> f64 {
+        match self.blend_at(t_s) {
+            Some(blend) => blend.speed_at(self.index, blend.begin_s() + t_s) / self.steps_per_mm,
+            None => self.mm_per_master_step * self.line.speed_at(t_s - self.line_begins_s),
+        }
+    }
+
+    fn accel_mm_s2(&self, t_s: f64) -> f64 {
+        match self.blend_at(t_s) {
+            Some(blend) => blend.accel_steps_s2(self.index) / self.steps_per_mm,
+            None => self.mm_per_master_step * self.line.accel_at(t_s - self.line_begins_s),
+        }
+    }
+
+    fn blend_at(&self, t_s: f64) -> Option<&Blend<AXES>> {
+        self.blend.as_ref().filter(|_| t_s < self.line_begins_s)
+    }
+}
+
 fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
-    let plan = record.profile().unwrap_or(record.plan.profile);
-    let axes = (0..AXES).filter(|&axis| record.plan.steps[axis] != 0);
+    let axes = (0..AXES).filter(|&axis| record.plan.steps[axis] != 0 || record.blend_steps(axis) > 0);
     axes.map(|index| {
         let steps_per_mm = outcome.steps_per_mm[index];
         let speeds = slopes(&spread(&places(outcome, record, index)));
         MovingAxis {
             index,
-            plan,
+            steps_per_mm,
+            blend: record.blend,
+            line: line(record),
+            line_begins_s: record.line_begins_s(),
             mm_per_master_step: record.plan.axis_steps(index) / record.plan.distance_steps() / steps_per_mm,
             accelerations: slopes(&speeds),
             speeds,
         }
     })
     .collect()
+}
+
+fn line(record: &MoveRecord) -> Profile {
+    record.profile().unwrap_or(record.plan.profile)
+}
+
+/// The time from the beginning of the move to the end of its line, s.
+fn duration_s(record: &MoveRecord) -> f64 {
+    record.line_begins_s() + line(record).duration_s()
 }
 
 /// The instants of an axis's edges, s from the beginning of the move, and its positions there, mm from the first.
@@ -101,7 +138,7 @@ fn slopes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quantity) -> Drawn {
-    let duration_s = record.profile().unwrap_or(record.plan.profile).duration_s();
+    let duration_s = duration_s(record);
     let (low, high) = extent(axes, duration_s, quantity);
     let mut chart = ChartBuilder::on(area)
         .margin(8)
@@ -143,21 +180,22 @@ fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quant
 
 /// The planned line: at equidistant instants, and on both sides of the ends of each interval, where it has corners.
 fn planned(axis: &MovingAxis, duration_s: f64, value: fn(&MovingAxis, f64) -> f64) -> Vec<(f64, f64)> {
-    let (accel_s, decel_s) = (axis.plan.t_accel_s(), duration_s - axis.plan.t_decel_s());
+    let accel_s = axis.line_begins_s + axis.line.t_accel_s();
+    let decel_s = duration_s - axis.line.t_decel_s();
     let aside_s = duration_s * 1e-6;
-    let corners_s =
-        [0.0, accel_s - aside_s, accel_s + aside_s, decel_s - aside_s, decel_s + aside_s, duration_s - aside_s];
+    let beside = [axis.line_begins_s, accel_s, decel_s].into_iter().flat_map(|t_s| [t_s - aside_s, t_s + aside_s]);
+    let corners_s = beside.chain([0.0, duration_s - aside_s]).filter(|t_s| *t_s >= 0.0);
     let between_s = (1..CURVE_POINTS).map(|i| duration_s * f64::from(i) / f64::from(CURVE_POINTS));
-    let mut instants_s: Vec<_> = corners_s.into_iter().chain(between_s).collect();
+    let mut instants_s: Vec<_> = corners_s.chain(between_s).collect();
     instants_s.sort_by(f64::total_cmp);
     instants_s.into_iter().map(|t_s| (t_s, value(axis, t_s))).collect()
 }
 
-/// Start and end of each interval, s.
+/// Start and end of each interval of the line, s from the beginning of the move.
 fn spans(record: &MoveRecord) -> [(f64, f64); 3] {
-    let profile = record.profile().unwrap_or(record.plan.profile);
-    let (accel_s, decel_s) = (profile.t_accel_s(), profile.duration_s() - profile.t_decel_s());
-    [(0.0, accel_s), (accel_s, decel_s), (decel_s, profile.duration_s())]
+    let (line, begin_s, end_s) = (line(record), record.line_begins_s(), duration_s(record));
+    let (accel_s, decel_s) = (begin_s + line.t_accel_s(), end_s - line.t_decel_s());
+    [(begin_s, accel_s), (accel_s, decel_s), (decel_s, end_s)]
 }
 
 fn intervals(record: &MoveRecord, low: f64, high: f64) -> impl Iterator<Item = Rectangle<(f64, f64)>> {

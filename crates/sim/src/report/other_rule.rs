@@ -144,10 +144,10 @@ mod tests {
     #[test]
     fn each_rule_has_the_other_beside_it() {
         let corner = "G1 X10 F1200\nY10\n";
-        assert!(has_blends(&other(corner, |_| {}).unwrap()));
+        assert!(!has_blends(&other(corner, |_| {}).unwrap()));
         assert!(has_blends(&other(&format!("G61\n{corner}"), |_| {}).unwrap()));
         assert!(!has_blends(&other(&format!("G64 P0.1\n{corner}"), |_| {}).unwrap()));
-        assert!(!has_blends(&other(corner, |config| config.settings.blend_deviation_mm = 0.1).unwrap()));
+        assert!(has_blends(&other(corner, |config| config.settings.blend_deviation_mm = 0.0).unwrap()));
     }
 
     #[test]

@@ -205,7 +205,7 @@ fn ends(outcome: &Outcome, sources: &[Option<Source>], plane: &Plane) -> String 
         .zip(sources)
         .filter(|(record, source)| !record.homing && moves_in(record, plane.axes) && ends_line(source));
     for (record, _) in moves {
-        let [x, y] = plane.point(outcome.mm(record.end_steps));
+        let [x, y] = plane.point(outcome.mm(record.next_corner_steps()));
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--ink)\"/>", 4 * FINE);
     }
     svg
@@ -278,7 +278,7 @@ mod tests {
     /// Edges and plans give the same lines, within one step.
     #[test]
     fn edges_and_plans_draw_the_same_path() {
-        let outcome = outcome("G91 G1 F1200 X20 Y10\nX-5 Y20\n");
+        let outcome = outcome("G61 G91 G1 F1200 X20 Y10\nX-5 Y20\n");
         let sources = lines_of_moves::of_moves(&outcome);
         let (plane, rapids) = (Plane::new(&outcome, XY, ROOM), rapids(&sources));
         let (mut planned, mut made) = (Vec::new(), Vec::new());
