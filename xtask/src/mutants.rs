@@ -78,16 +78,23 @@ struct Suite {
     tests: &'static [&'static str],
     /// Whether the machine has four axes.
     four_axes: bool,
+    /// Whether random tests try all their cases.
+    has_all_cases: bool,
     /// Time limit for all test binaries together, s. A run that takes longer is considered stuck.
     timeout_s: u32,
 }
 
 const fn suite(packages: &'static [&'static str], tests: &'static [&'static str], timeout_s: u32) -> Suite {
-    Suite { packages, tests, four_axes: false, timeout_s }
+    Suite { packages, tests, four_axes: false, has_all_cases: true, timeout_s }
 }
 
 const fn four_axes(packages: &'static [&'static str], timeout_s: u32) -> Suite {
-    Suite { packages, tests: &["four_axes"], four_axes: true, timeout_s }
+    Suite { tests: &["four_axes"], four_axes: true, ..suite(packages, &[], timeout_s) }
+}
+
+/// Random tests try few cases: of all of them, each mutant would take minutes.
+const fn few_cases(packages: &'static [&'static str], tests: &'static [&'static str], timeout_s: u32) -> Suite {
+    Suite { has_all_cases: false, ..suite(packages, tests, timeout_s) }
 }
 
 impl Suite {
@@ -106,19 +113,21 @@ impl Suite {
 
     fn without_mutant(&self, target: &Path) -> Command {
         let mut command = Command::new("cargo");
-        compiles_into(&mut command, target);
+        self.compiles_into(&mut command, target);
         command.current_dir(workspace::root()).args(["test", "--quiet"]);
         command.args(self.packages.iter().map(|package| format!("--package={package}")));
         command.args(self.choice()).args(self.features());
         command
     }
-}
 
-/// Sets a build folder in which everything except the mutant is compiled already. Without debug information, linking is
-/// faster. All cases are tried.
-fn compiles_into(command: &mut Command, target: &Path) {
-    command.env("CARGO_TARGET_DIR", target).env("CARGO_PROFILE_DEV_DEBUG", "0");
-    command.env(isostep_trials::ALL_VARIABLE, "1");
+    /// Sets a build folder in which everything except the mutant is compiled already. Without debug information, linking is
+    /// faster.
+    fn compiles_into(&self, command: &mut Command, target: &Path) {
+        command.env("CARGO_TARGET_DIR", target).env("CARGO_PROFILE_DEV_DEBUG", "0");
+        if self.has_all_cases {
+            command.env(isostep_trials::ALL_VARIABLE, "1");
+        }
+    }
 }
 
 impl fmt::Display for Suite {
@@ -151,9 +160,10 @@ impl Package {
 
 const WHOLE: &[&str] = &["isostep-tests"];
 const PROFILE: &[Suite] = &[
-    suite(&["isostep-profile"], &["chain", "laws", "papers", "refusals"], 90),
-    suite(&["isostep-profile"], &[], 300),
-    suite(WHOLE, &["corpus", "chains", "hold"], 300),
+    few_cases(&["isostep-profile"], &["chain", "laws", "papers", "refusals", "shaper"], 120),
+    few_cases(&["isostep-profile"], &[], 240),
+    suite(WHOLE, &["corpus", "chains", "hold", "blended"], 600),
+    suite(&["isostep-profile"], &["chain"], 900),
 ];
 const CONSOLE: &[Suite] = &[
     suite(&["isostep-console"], &[], 30),
@@ -260,7 +270,7 @@ impl Tool {
         fs::create_dir_all(&output).with_context(|| output.display().to_string())?;
         let target = folder.join("build").join(self.package.name());
         let mut command = self.command();
-        compiles_into(&mut command, &target);
+        suite.compiles_into(&mut command, &target);
         command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
         command.args(["--timeout", &suite.timeout_s.to_string(), "--build-timeout", &BUILD_TIMEOUT_S.to_string()]);
         command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));

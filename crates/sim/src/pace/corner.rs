@@ -13,6 +13,9 @@ use crate::outcome::Outcome;
 
 /// A corner counts as taken at full speed if its speed is at least this fraction of the allowed one.
 const FULL: f64 = 0.98;
+/// A blend limits the speed if an axis has this fraction of its acceleration in it. Where the speed changes round a curve, no
+/// axis may come nearer to its own.
+const BENT: f64 = 0.75;
 
 /// By which rule a corner is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -92,7 +95,7 @@ impl Corner<'_> {
         let axis = (0..AXES).max_by(|&one, &other| share(&blend, one).total_cmp(&share(&blend, other)))?;
         let is_full = |index: usize| {
             let blend = outcome.moves.get(index).and_then(|record| record.blend);
-            blend.is_some_and(|blend| (0..AXES).any(|axis| share(&blend, axis) >= FULL * FULL))
+            blend.is_some_and(|blend| (0..AXES).any(|axis| share(&blend, axis) >= BENT))
         };
         let fastest_mm_s = [blend.corner_begins_s(), blend.end_s()].map(|t_s| outcome.blend_mm_s(&blend, t_s));
         let reach_mm = blend.corner_s() * fastest_mm_s[0].max(fastest_mm_s[1]) / 2.0;
