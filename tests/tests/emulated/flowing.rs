@@ -1,4 +1,5 @@
-//! Consecutive moves streamed to the board. They must be made as the chain plans them, whenever the lines come.
+//! Consecutive moves streamed to the board, with corners by Grbl's rule. They must be made as the chain plans them,
+//! whenever the lines come.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -37,7 +38,7 @@ impl Program {
         {
             writeln!(text, "${number}={value}").unwrap();
         }
-        writeln!(text, "G90 G17 G1 F{feed_mm_min}").unwrap();
+        writeln!(text, "G61 G90 G17 G1 F{feed_mm_min}").unwrap();
         Self { text, place_mm: [0.0; 3], moves: 0, steps: Vec::new() }
     }
 
