@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 
+use isostep_sim::world::Edge;
 use isostep_sim::{Config, Port, compare, run};
 use isostep_tests::emulated::{Board, Run};
 use isostep_tests::root;
@@ -86,4 +87,23 @@ fn blends_are_overridden_and_held() {
         let run = Board::stepped_by(port, "blends-changed").script(&script);
         assert!(run.ok, "{port}: {}", run.printed);
     }
+}
+
+/// Pieces of a line that go straight on need no time for a blend, and may be briefer than the board plans any. Between bends,
+/// nothing is late and no step is lost: where the moves that are known run short, the machine brakes.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn brief_pieces_of_lines_between_bends_are_made_in_time() {
+    let straight = [[0.037_5, 0.0]; 8];
+    let legs =
+        (0..80).flat_map(|leg| straight.into_iter().chain([[0.1, if leg % 2 == 0 { 0.012_5 } else { -0.012_5 }]]));
+    let lines = legs.map(|[x, y]| format!("X{x}Y{y}"));
+    let begin = (0..3).map(|axis| format!("${}=10000", 120 + axis)).chain(["G64 P0.05 G91 G1 F6000 X20".into()]);
+    let program = settings().chain(begin).chain(lines).fold(String::new(), |text, line| text + &line + "\n");
+    let simulated = run(program.as_bytes(), &Config::default()).unwrap();
+    let emulated = streamed("brief-pieces", Port::Pio, &program);
+    let lasts_s = |edges: &[Edge]| (edges[edges.len() - 1].t_ns - edges[0].t_ns) as f64 * 1e-9;
+    let [there_s, here_s] = [&emulated.edges, &simulated.edges].map(|edges| lasts_s(edges));
+    println!("{} moves in {there_s:.3} s, and in {here_s:.3} s without waits (emulated)", simulated.moves.len());
+    assert_eq!(emulated.edges.len(), simulated.edges.len());
 }
