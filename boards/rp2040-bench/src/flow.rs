@@ -8,8 +8,10 @@ use core::fmt::{self, Write};
 
 use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings, length};
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Request};
-use isostep_profile::{Course, IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::shaper::{Bend, Shaper, ShaperKind};
+use isostep_profile::{Course, IntervalLaw, Lane, Limits, OFFSET_PARTS, SpeedLaw};
 
+use crate::shaped::ShapedAxes;
 use crate::{AXES, Checksum, TICK_HZ};
 
 /// Capacity of the chain, in moves.
@@ -27,8 +29,9 @@ const CHUNK_MAX_S: f64 = 1.0;
 pub const STEPS_PER_MM: f64 = 80.0;
 const CORNER_DEVIATION_MM: f64 = 0.01;
 const FEED_MM_S: f64 = 200.0;
-/// How far the path may leave corners: not at all.
-const DEVIATION_MM: f32 = 0.0;
+/// How far the path may leave corners where they are blends, and the feed then: the curve could be taken at 130 mm/s.
+const BLEND_DEVIATION_MM: f32 = 0.05;
+const BLEND_FEED_MM_S: f64 = 100.0;
 const LIMITS: Limits = Limits {
     start_speed_steps_s: 0.0,
     top_speed_steps_s: FEED_MM_S * STEPS_PER_MM,
@@ -46,13 +49,15 @@ pub enum Stage {
     Push,
     /// Plan the move when its turn has come, and hand out a chunk.
     Advance,
+    /// Add up what a shaper makes of it, for all axes; nothing without one.
+    Shape,
     /// Compile the segments of all axes.
     Compile,
 }
 
 impl Stage {
     /// All stages, in order.
-    pub const ALL: [Self; 4] = [Self::Read, Self::Push, Self::Advance, Self::Compile];
+    pub const ALL: [Self; 5] = [Self::Read, Self::Push, Self::Advance, Self::Shape, Self::Compile];
 
     /// The name in the firmware's output lines.
     #[must_use]
@@ -61,6 +66,7 @@ impl Stage {
             Self::Read => "read",
             Self::Push => "push",
             Self::Advance => "advance",
+            Self::Shape => "shape",
             Self::Compile => "compile",
         }
     }
@@ -75,20 +81,49 @@ pub struct FlowCase {
     pub law: SpeedLaw,
     /// After how many moves the path turns by a right angle; otherwise it is a curve.
     corner_moves: u32,
+    /// Whether its corners are blends.
+    has_blends: bool,
+    /// The shaper of every axis.
+    shaper: Option<Shaper>,
 }
 
-/// The first case is at full speed, the second always on ramps. A curved law has its ramps within a move. With a corner
-/// after each move it has two in every move, which costs most.
-pub const FLOW_CASES: [FlowCase; 9] = [
-    FlowCase { name: "trapezoid.curve", law: SpeedLaw::Trapezoid, corner_moves: u32::MAX },
-    FlowCase { name: "trapezoid.corners", law: SpeedLaw::Trapezoid, corner_moves: 24 },
-    FlowCase { name: "s-curve.curve", law: SpeedLaw::SCurve, corner_moves: u32::MAX },
-    FlowCase { name: "s-curve.turns", law: SpeedLaw::SCurve, corner_moves: 1 },
-    FlowCase { name: "sine.turns", law: SpeedLaw::Sine, corner_moves: 1 },
-    FlowCase { name: "linear.turns", law: SpeedLaw::Linear, corner_moves: 1 },
-    FlowCase { name: "quadratic.turns", law: SpeedLaw::Quadratic, corner_moves: 1 },
-    FlowCase { name: "sinusoidal.turns", law: SpeedLaw::Sinusoidal, corner_moves: 1 },
-    FlowCase { name: "logarithmic.turns", law: SpeedLaw::Logarithmic, corner_moves: 1 },
+impl FlowCase {
+    const fn exact(name: &'static str, law: SpeedLaw, corner_moves: u32) -> Self {
+        Self { name, law, corner_moves, has_blends: false, shaper: None }
+    }
+
+    const fn blended(name: &'static str, corner_moves: u32) -> Self {
+        Self { has_blends: true, ..Self::exact(name, SpeedLaw::Trapezoid, corner_moves) }
+    }
+
+    const fn shaped(name: &'static str, kind: ShaperKind, natural_hz: f64) -> Self {
+        Self { shaper: Some(Shaper { kind, natural_hz, damping_ratio: 0.05 }), ..Self::blended(name, u32::MAX) }
+    }
+
+    /// Whether a shaper makes several pieces of a move.
+    #[must_use]
+    pub const fn is_shaped(&self) -> bool {
+        self.shaper.is_some()
+    }
+}
+
+/// The first case is at full speed, the second always on ramps. The next two have blends instead, and the two after them
+/// shapers as well. A curved law has its ramps within a move. With a corner after each move it has two in every move, which
+/// costs most.
+pub const FLOW_CASES: [FlowCase; 13] = [
+    FlowCase::exact("trapezoid.curve", SpeedLaw::Trapezoid, u32::MAX),
+    FlowCase::exact("trapezoid.corners", SpeedLaw::Trapezoid, 24),
+    FlowCase::blended("blends.curve", u32::MAX),
+    FlowCase::blended("blends.corners", 24),
+    FlowCase::shaped("zv.curve", ShaperKind::Zv, 40.0),
+    FlowCase::shaped("box.curve", ShaperKind::Box, 100.0),
+    FlowCase::exact("s-curve.curve", SpeedLaw::SCurve, u32::MAX),
+    FlowCase::exact("s-curve.turns", SpeedLaw::SCurve, 1),
+    FlowCase::exact("sine.turns", SpeedLaw::Sine, 1),
+    FlowCase::exact("linear.turns", SpeedLaw::Linear, 1),
+    FlowCase::exact("quadratic.turns", SpeedLaw::Quadratic, 1),
+    FlowCase::exact("sinusoidal.turns", SpeedLaw::Sinusoidal, 1),
+    FlowCase::exact("logarithmic.turns", SpeedLaw::Logarithmic, 1),
 ];
 
 /// Times the stages, or only runs them.
@@ -108,6 +143,9 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     let limits = Limits { start_speed_steps_s, ..LIMITS };
     let config = ChainConfig::new([limits; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
     let mut flow = Flow {
+        feed_mm_s: if case.has_blends { BLEND_FEED_MM_S } else { FEED_MM_S },
+        deviation_mm: if case.has_blends { BLEND_DEVIATION_MM } else { 0.0 },
+        shaped: case.shaper.map(|shaper| ShapedAxes::new(&shaper, limits.top_speed_steps_s)),
         path: Path::new(case),
         interpreter: Interpreter::new(),
         chain: Chain::new(config),
@@ -143,6 +181,10 @@ impl Timer for Untimed {
 }
 
 struct Flow {
+    feed_mm_s: f64,
+    /// How far the path may leave corners.
+    deviation_mm: f32,
+    shaped: Option<ShapedAxes>,
     path: Path,
     interpreter: Interpreter,
     chain: Chain<AXES, CHAIN_MOVES>,
@@ -162,15 +204,19 @@ impl Flow {
             timer.time(Stage::Read, (interpreter, line.bytes()), |(interpreter, bytes)| read(interpreter, bytes));
         let Some(target_pm) = block.and_then(|block| block.motion).map(|motion| motion.target_pm) else { return };
         target_pm.iter().for_each(|&pm| self.note(Stage::Read, pm as u32));
-        let target_steps = target_pm.map(|pm| whole_steps(length::to_mm(pm)));
+        let target_mm = target_pm.map(length::to_mm);
+        let target_steps = target_mm.map(whole_steps);
+        let beside_steps = |axis: usize| target_mm[axis] * STEPS_PER_MM - f64::from(target_steps[axis]);
+        let offset = |axis: usize| (beside_steps(axis) * f64::from(OFFSET_PARTS)) as i8;
+        let offsets = [0, 1, 2].map(|axis| if self.deviation_mm > 0.0 { offset(axis) } else { 0 });
         let steps = [0, 1, 2].map(|axis| target_steps[axis] - self.steps[axis]);
         self.steps = target_steps;
         let request = Request {
             steps,
-            offsets: [0; AXES],
-            feed_mm_s: Some(FEED_MM_S),
+            offsets,
+            feed_mm_s: Some(self.feed_mm_s),
             stops: false,
-            deviation_mm: DEVIATION_MM,
+            deviation_mm: self.deviation_mm,
             tag: 0,
         };
         let pushed = timer.time(Stage::Push, (&mut self.chain, request), |(chain, request)| chain.push(request));
@@ -184,11 +230,35 @@ impl Flow {
             let chunk = timer.time(Stage::Advance, &mut self.chain, |chain| chain.advance(CHUNK_MAX_S));
             let Some(chunk) = chunk else { return };
             self.note(Stage::Advance, (chunk.until_s * f64::from(TICK_HZ)) as u64 as u32);
+            if self.shaped.is_some() {
+                self.shape(chunk, timer);
+                continue;
+            }
             let mut compiled = Checksum::default();
             let stage = (&chunk, &mut self.course, &mut compiled);
             timer.time(Stage::Compile, stage, |(chunk, course, compiled)| compile(chunk, course, compiled));
             self.note(Stage::Compile, compiled.value());
         }
+    }
+
+    /// Adds up what the shapers make of a chunk, and compiles it.
+    fn shape(&mut self, chunk: Chunk<AXES>, timer: &mut impl Timer) {
+        let Some(mut shaped) = self.shaped.take() else { return };
+        let mut compiled = Checksum::default();
+        for axis in 0..AXES {
+            let input = (&mut shaped, &chunk);
+            timer.time(Stage::Shape, input, |(shaped, chunk)| shaped.read(axis, chunk));
+            while let Some(bend) = timer.time(Stage::Shape, &mut shaped, |shaped| shaped.next_bend(axis)) {
+                self.note(Stage::Shape, bend.step_counts().0);
+                if bend.step_counts().0 > 0 {
+                    let input = (&bend, &mut compiled);
+                    timer.time(Stage::Compile, input, |(bend, compiled)| compile_bend(bend, compiled));
+                }
+            }
+        }
+        self.note(Stage::Compile, compiled.value());
+        shaped.have_read(chunk);
+        self.shaped = Some(shaped);
     }
 
     fn note(&mut self, stage: Stage, word: u32) {
@@ -222,6 +292,15 @@ fn compile(chunk: &Chunk<AXES>, course: &mut Course, compiled: &mut Checksum) {
             compiled.add(segment.last_ticks() as u32);
         }
         fed_ticks[axis] = segment.map(|segment| segment.last_ticks());
+    }
+}
+
+fn compile_bend(bend: &Bend, compiled: &mut Checksum) {
+    let mut lane = Lane::empty();
+    lane.begin_bend(bend, TICK_HZ);
+    while let Some(segment) = lane.next_of_bend() {
+        compiled.add(segment.steps());
+        compiled.add(segment.last_ticks() as u32);
     }
 }
 

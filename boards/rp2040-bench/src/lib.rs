@@ -29,6 +29,7 @@
 
 mod floats;
 mod flow;
+mod shaped;
 
 pub use floats::{FLOAT_AMONG_DIVISION, FLOAT_CASES, FLOAT_DIVIDE, FLOAT_PAIRS, FloatCase, float_pairs, floats};
 pub use flow::{

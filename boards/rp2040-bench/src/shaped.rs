@@ -1,0 +1,47 @@
+//! The axes of shaped moves in the benchmark: what each makes of the chunks of a chain.
+
+use isostep_profile::chain::Chunk;
+use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped, Shaper};
+
+use crate::AXES;
+
+/// How many legs are kept of each axis, as in the firmware.
+const LEGS: usize = 64;
+
+/// Three axes with the same shaper.
+pub struct ShapedAxes {
+    axes: [Shaped<LEGS>; AXES],
+    feeds: [Feed; AXES],
+    impulses: Impulses,
+    top_steps_s: f64,
+    /// The chunk that was read last.
+    last: Option<Chunk<AXES>>,
+}
+
+impl ShapedAxes {
+    /// Axes with this shaper and this top speed.
+    pub fn new(shaper: &Shaper, top_steps_s: f64) -> Self {
+        let (axes, feeds) = ([const { Shaped::empty() }; AXES], [Feed::empty(); AXES]);
+        Self { axes, feeds, impulses: shaper.impulses(), top_steps_s, last: None }
+    }
+
+    /// Lets an axis read the next chunk.
+    pub fn read(&mut self, axis: usize, chunk: &Chunk<AXES>) {
+        let (shaped, feed) = (&mut self.axes[axis], &mut self.feeds[axis]);
+        match &self.last {
+            None => *feed = Feed::begin(axis, chunk, shaped, self.impulses, self.top_steps_s),
+            Some(last) => feed.go_on(last, chunk),
+        }
+        while feed.read(chunk, shaped) {}
+    }
+
+    /// The next bend of an axis; `None` if no more is known.
+    pub fn next_bend(&mut self, axis: usize) -> Option<Bend> {
+        self.axes[axis].next_bend()
+    }
+
+    /// Notes that all axes have read this chunk.
+    pub fn have_read(&mut self, chunk: Chunk<AXES>) {
+        self.last = Some(chunk);
+    }
+}
