@@ -299,12 +299,23 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             line_steps -= reach_mm * block.steps_per_mm();
         }
         block.set_line(line_steps, &limits, &self.config);
-        if bent && let Some(last) = self.blocks.len().checked_sub(1).and_then(|last| self.blocks.get_mut(last)) {
-            last.shorten(reach_mm);
+        if bent {
+            self.shorten_last(reach_mm);
         }
         self.blocks.extend();
         self.last_direction = direction;
         Ok(())
+    }
+
+    /// Takes this length off the line of the last move, for a blend at its end. If the line that is left is too short to stop
+    /// on it, its entry is not final any more, nor are those before.
+    fn shorten_last(&mut self, mm: f64) {
+        let Some(index) = self.blocks.len().checked_sub(1) else { return };
+        let Some(last) = self.blocks.get_mut(index) else { return };
+        last.shorten(mm);
+        if index < self.settled && last.entry > last.decel_delta_v2 {
+            self.settled = self.settled.min(self.bound_entries());
+        }
     }
 
     /// Lengthens the last move by one that goes straight on at the same feed, so that both are one move, if it has not

@@ -27,7 +27,9 @@ fn settings(number: usize, law: SpeedLaw) -> Vec<String> {
         .into_iter()
         .chain(start)
         .flat_map(|(first, value)| (0..AXES as u32).map(move |axis| (first + axis, value)));
-    each.map(|(number, value)| format!("${number}={value}")).chain([format!("$940={number}"), "G61 G91".into()]).collect()
+    each.map(|(number, value)| format!("${number}={value}"))
+        .chain([format!("$940={number}"), "G61 G91".into()])
+        .collect()
 }
 
 /// Moves of `mm`, in a line or in a zigzag.

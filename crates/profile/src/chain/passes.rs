@@ -61,11 +61,15 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if self.is_at_rest() {
             self.set_left();
         }
-        let is_bound = self.is_bound_to_bend();
-        self.settled = if self.is_at_rest() { 0 } else { 1 + usize::from(is_bound) };
+        self.settled = self.bound_entries();
         self.passed = 0;
         self.backward();
-        self.forward(usize::from(is_bound));
+        self.forward(self.settled.saturating_sub(1));
+    }
+
+    /// How many entries can be no others, whatever comes.
+    pub(super) fn bound_entries(&self) -> usize {
+        if self.is_at_rest() { 0 } else { 1 + usize::from(self.is_bound_to_bend()) }
     }
 
     /// The backward pass. It begins at the last block and ends at the blocks whose entries are final, or at a block
