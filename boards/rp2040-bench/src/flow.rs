@@ -243,22 +243,22 @@ impl Flow {
 
     /// Adds up what the shapers make of a chunk, and compiles it.
     fn shape(&mut self, chunk: Chunk<AXES>, timer: &mut impl Timer) {
-        let Some(mut shaped) = self.shaped.take() else { return };
-        let mut compiled = Checksum::default();
+        let Some(shaped) = &mut self.shaped else { return };
+        let (mut summed, mut compiled) = (Checksum::default(), Checksum::default());
         for axis in 0..AXES {
-            let input = (&mut shaped, &chunk);
+            let input = (&mut *shaped, &chunk);
             timer.time(Stage::Shape, input, |(shaped, chunk)| shaped.read(axis, chunk));
-            while let Some(bend) = timer.time(Stage::Shape, &mut shaped, |shaped| shaped.next_bend(axis)) {
-                self.note(Stage::Shape, bend.step_counts().0);
+            while let Some(bend) = timer.time(Stage::Shape, &mut *shaped, |shaped| shaped.next_bend(axis)) {
+                summed.add(bend.step_counts().0);
                 if bend.step_counts().0 > 0 {
                     let input = (&bend, &mut compiled);
                     timer.time(Stage::Compile, input, |(bend, compiled)| compile_bend(bend, compiled));
                 }
             }
         }
-        self.note(Stage::Compile, compiled.value());
         shaped.have_read(chunk);
-        self.shaped = Some(shaped);
+        self.note(Stage::Shape, summed.value());
+        self.note(Stage::Compile, compiled.value());
     }
 
     fn note(&mut self, stage: Stage, word: u32) {

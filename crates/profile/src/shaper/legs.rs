@@ -21,6 +21,8 @@ impl<const N: usize> Plan<N> {
 
 impl<const N: usize> SyncMove<N> {
     /// Speeding up, cruising and slowing down, at constant acceleration: the ramps of a curved law are no legs.
+    // Not inlined, or sums of what may be a blend's numbers are computed before it is known that this is a line.
+    #[inline(never)]
     fn leg(&self, axis: usize, index: usize) -> Option<(Leg, f64)> {
         let profile = &self.profile;
         let cruises_s = self.origin_s + profile.t_accel_s();
@@ -50,6 +52,8 @@ impl<const N: usize> SyncMove<N> {
 
 impl<const N: usize> Blend<N> {
     /// The approach, and the corner.
+    // Not inlined, for the same reason.
+    #[inline(never)]
     fn leg(&self, axis: usize, index: usize) -> Option<(Leg, f64)> {
         let corner_s = self.corner_begins_s();
         let (place_steps, speed_steps_s) = self.corner_begins(axis);
