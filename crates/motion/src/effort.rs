@@ -20,7 +20,7 @@ use crate::shaping::{LEGS, Shaping};
 /// arrive no faster than they are read, and what was read during a longer move is planned ahead.
 const MOVE_S: f64 = 0.6e-3;
 
-/// How long a move lasts at least to which a blend may lead, s: that is planned and compiled, and the end of a line at another
+/// How long a move lasts at least to which a blend leads, s: that is planned and compiled, and the end of a line at another
 /// place than that of the move. It needs a bound, because moves that are known ahead could all be made at once.
 pub const BLEND_S: f64 = 0.98e-3;
 

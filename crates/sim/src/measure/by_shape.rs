@@ -47,7 +47,7 @@ pub(super) fn intervals(times_s: &[f64], way: &Way, profile: &Profile, port: Por
 
 /// Displacements, in steps of the axis, and instants, s.
 fn points(times_s: &[f64], way: &Way) -> Vec<(f64, f64)> {
-    let stride = times_s.len().div_ceil(EDGES_MAX).max(1);
+    let stride = times_s.len().div_ceil(EDGES_MAX);
     let points = times_s.iter().enumerate().step_by(stride);
     points.map(|(index, &t_s)| (index as f64 + way.to_first_steps, t_s)).collect()
 }

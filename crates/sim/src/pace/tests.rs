@@ -302,6 +302,14 @@ fn blends_are_accounted_for() {
     }
 }
 
+/// Round a curve no axis has all of its acceleration where the speed changes. The look-ahead has nothing to do with it.
+#[test]
+fn ramps_round_curves_belong_to_the_curves() {
+    let pace = pace("G91 G1 F6000 X10\nG2 X20 I10\nG1 X-10\nG3 X0.01 Y20 J10\nG2 X8 Z9 I4\nX-12\n");
+    assert_eq!(pace.slow.of(Why::LookAhead).count, 0, "{:?}", pace.slow.kinds);
+    assert!(pace.slow.of(Why::Arc).count > 0, "{:?}", pace.slow.kinds);
+}
+
 /// A right angle between two axes by a blend: v² = 2 h a, where h is 4 d/√2. The time is lost on both ramps and in the blend,
 /// whose lines are h long.
 #[test]
