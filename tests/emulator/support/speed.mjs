@@ -1,11 +1,13 @@
 import { run } from '../src/core.mjs';
 import { Gantry } from '../src/gantry.mjs';
-import { DMA, PIO0, PioBench, RAM, REG } from './pio-bench.mjs';
+import { CONDITION, FROM, jmp, mov, push, set, TO } from './pio-assembly.mjs';
+import { DMA, PIO0, PIO1, PioBench, RAM, REG } from './pio-bench.mjs';
 import { axes, openGate, OVERHEAD_CYCLES } from './step-program.mjs';
 
 /**
- * Measures the speed of the emulator with a core that never sleeps: alone, and with three axes at 1,000,000 steps/s
- * whose words come by DMA. It shows the cost of a change; the figures depend on the computer:
+ * Measures the speed of the emulator with a core that never sleeps: alone, with three axes at 1,000,000 steps/s whose
+ * words come by DMA, and with three machines that poll a pad in loops of two cycles, at rest and on the axes' steps. It
+ * shows the cost of a change; the figures depend on the computer:
  * node tests/emulator/support/speed.mjs
  */
 const CYCLES = 125e6;
@@ -34,13 +36,40 @@ function feed(bench, axis) {
   bench.writeAt(DMA + MULTI_CHAN_TRIGGER, 1 << (2 * axis));
 }
 
+/** Counts X down by one every two cycles, and pushes it at each rising edge of its pad. */
+const POLLER = [
+  jmp(CONDITION.pin, 2),
+  jmp(CONDITION.xCounts, 0),
+  mov(TO.isr, FROM.x),
+  push({ block: 0 }),
+  jmp(CONDITION.pin, 6),
+  jmp(CONDITION.xCounts, 0),
+  jmp(CONDITION.xCounts, 4),
+];
+const STEP_PINS = [2, 4, 6];
+const INPUT_ENABLE = 0x40;
+
+/** Makes machines of PIO1 poll the STEP pads. */
+function poll(bench, count) {
+  bench.base = PIO1;
+  bench.load(POLLER);
+  for (let index = 0; index < count; index++) {
+    bench.chip.gpio[STEP_PINS[index]].padValue |= INPUT_ENABLE;
+    bench.configure(index, { execctrl: ((STEP_PINS[index] << 24) | 0x1f000) >>> 0 });
+    bench.force(index, set(TO.x, 0), mov(TO.x, FROM.x, 1));
+  }
+  bench.write(REG.ctrl, (1 << count) - 1);
+  bench.base = PIO0;
+}
+
 /** Millions of cycles per second of processor time. */
-function measure(count) {
+function measure(count, pollers) {
   const bench = new PioBench();
   const gantry = new Gantry(bench.clock, OPTIONS);
   gantry.attach(bench.chip);
   if (count > 0) axes(bench, count, PULSE_LOOPS, { noted: false });
   for (let axis = 0; axis < count; axis++) feed(bench, axis);
+  poll(bench, pollers);
   bench.run(1000);
   openGate(bench);
   bench.bus.ram16.set(LOOP, (LOOP_ADDRESS - RAM) / 2);
@@ -52,7 +81,7 @@ function measure(count) {
     run(bench.core, bench.bus, bench.clock, end);
   }
   const edges = Object.values(gantry.statistics.axes).reduce((sum, axis) => sum + axis.edges, 0);
-  return `${count} axes: ${(CYCLES / (process.cpuUsage().user - before)).toFixed(0)} million cycles a second, ${edges} steps`;
+  return `${count} axes, ${pollers} pollers: ${(CYCLES / (process.cpuUsage().user - before)).toFixed(0)} million cycles a second, ${edges} steps`;
 }
 
-for (const count of [0, 3, 0, 3]) console.log(measure(count));
+for (const [axes, pollers] of [[0, 0], [3, 0], [0, 3], [3, 3], [0, 0], [3, 0], [0, 3], [3, 3]]) console.log(measure(axes, pollers));

@@ -21,9 +21,17 @@ export class IdleLoop {
     this.round = 0;
   }
 
+  /** It ends only when a level changes. */
+  get endsAt() {
+    return Infinity;
+  }
+
   forget() {
     this.pc = NONE;
   }
+
+  /** Its rounds change nothing. */
+  takeRounds() {}
 
   /**
    * The machine is about to look at pins.

@@ -1,4 +1,5 @@
 import { rotateLeft } from './instructions.mjs';
+import { polling } from './polling.mjs';
 import { PRIVATE } from './privacy.mjs';
 
 const PROGRAM_WORDS = 32;
@@ -24,6 +25,10 @@ export class ProgramView {
     this.halts = new Uint8Array(PROGRAM_WORDS);
     /** The pins whose levels the instruction reads, a bit each, if it affects only its own machine otherwise. */
     this.looks = new Int32Array(PROGRAM_WORDS);
+    /** For jumps by a pin's level, the rounds that only count and come back here: while the pin is low, and while it is high. */
+    this.rounds = [new Array(PROGRAM_WORDS).fill(null), new Array(PROGRAM_WORDS).fill(null)];
+    /** Whether the instruction begins such a round. */
+    this.polls = new Uint8Array(PROGRAM_WORDS);
     this.stale = true;
   }
 
@@ -44,6 +49,13 @@ export class ProgramView {
       this.privates[at] = alone && this.halts[at] === 0 ? PRIVATE[op] : 0;
       this.looks[at] = alone ? pinsRead(op, settings.inBase) : 0;
     });
+    memory.forEach((_, at) => this.#findRounds(memory, settings, at));
+  }
+
+  /** With autopull, the FIFO could be emptied on the way. */
+  #findRounds(memory, settings, at) {
+    this.rounds.forEach((rounds, level) => (rounds[at] = settings.autopull ? null : polling(memory, this, at, level === 1)));
+    this.polls[at] = this.rounds.some((rounds) => rounds[at] !== null) ? 1 : 0;
   }
 }
 

@@ -1,6 +1,7 @@
 import { Fifo } from './fifo.mjs';
 import { IdleLoop } from './idle-loop.mjs';
 import { DONE, execute, JUMPED, rotateLeft, SPINNING, STALLED, WAITS_FOR } from './instructions.mjs';
+import { PollLoop } from './poll-loop.mjs';
 import { ProgramView } from './program-view.mjs';
 import { MachineSettings } from './settings.mjs';
 
@@ -14,8 +15,9 @@ const MOST_AHEAD = 16;
  *
  * It is stepped on the cycles on which it does something that others can see; `next` is the next such cycle. A delay
  * only makes `next` later. A stalled machine has no `next` until something wakes it, nor has one that only jumps to the
- * same instruction for ever, or that only looks at pins, round after round (`IdleLoop`). Instructions that use only its own registers are carried out ahead of time. If an
- * instruction jumps to itself and counts a register down, all its rounds are carried out at once. `settle` reverts what
+ * same instruction for ever, or that only looks at pins, round after round (`IdleLoop`, `PollLoop`). Instructions that use
+ * only its own registers are carried out ahead of time. If an instruction jumps to itself and counts a register down, all
+ * its rounds are carried out at once. `settle` reverts what
  * is not due yet before anything reads the registers. Times are cycles of the system clock; with a fractional divider
  * they have binary fractions, of which only the whole part counts.
  */
@@ -46,6 +48,9 @@ export class StateMachine extends MachineSettings {
     this.next = Infinity;
     this.stalledAt = 0;
     this.idleLoop = new IdleLoop();
+    this.pollLoop = new PollLoop();
+    /** The one in which it goes round, while it does. @type {IdleLoop | PollLoop} */
+    this.loop = this.idleLoop;
     /** While the machine is disabled: the time from enabling to the next instruction. */
     this.heldCycles = 1;
     /** Whether instructions have been carried out ahead of time, and the state before them. */
@@ -55,6 +60,7 @@ export class StateMachine extends MachineSettings {
 
   step(cycle) {
     this.isAhead = false;
+    if (this.waitsFor === WAITS_FOR.look) this.loop.takeRounds(this, (this.next - this.stalledAt) / this.loop.round);
     if (this.program.stale) this.program.update(this.block.memory, this, this.block.sharedPins);
     if (this.injected !== NONE) this.stepInjected(cycle);
     else if (this.isPrivate(this.pc)) this.runAhead();
@@ -87,10 +93,25 @@ export class StateMachine extends MachineSettings {
 
   /** Whether it looks at pins that are as they were, and does nothing else until one of them changes. */
   goesRound(at, cycle) {
-    const pins = this.program.looks[at];
-    if (pins !== 0 && !this.changesSide(at)) return this.idleLoop.comesRound(this, pins, this.block.inputs.at(cycle) & pins);
+    const { program } = this;
+    if (program.polls[at] !== 0) return this.pollsOn(at, cycle);
+    const pins = program.looks[at];
+    if (pins !== 0 && !this.changesSide(at)) {
+      this.loop = this.idleLoop;
+      return this.idleLoop.comesRound(this, pins, this.block.inputs.at(cycle) & pins);
+    }
     this.idleLoop.forget();
     return false;
+  }
+
+  /** Whether it is at a jump by a pin's level, and with this level comes back to it after nothing but counting. */
+  pollsOn(at, cycle) {
+    const pins = 1 << this.jumpPin;
+    const levels = this.block.inputs.at(cycle) & pins;
+    const round = this.program.rounds[levels === 0 ? 0 : 1][at];
+    this.idleLoop.forget();
+    this.loop = this.pollLoop;
+    return round !== null && this.pollLoop.comesRound(this, round, pins, levels);
   }
 
   /** Only the delay of the injected instruction counts, not that of the instruction that injected it. */
@@ -143,6 +164,7 @@ export class StateMachine extends MachineSettings {
     this.stalledAt = this.next;
     if (this.waitsFor === 0) this.next += this.period;
     else this.next = (this.waitsFor & WAITS_FOR.level) !== 0 ? this.tickAfter(this.block.inputs.nextChange - 1) : Infinity;
+    if (this.waitsFor === WAITS_FOR.look) this.next = Math.min(this.next, this.loop.endsAt);
   }
 
   stallOn(what) {
@@ -167,7 +189,7 @@ export class StateMachine extends MachineSettings {
 
   /** A pin changes, which is seen from the cycle after this one on. */
   inputChanges(pin, cycle) {
-    if (this.waitsFor === WAITS_FOR.look && ((this.idleLoop.pins >>> pin) & 1) === 0) return;
+    if (this.waitsFor === WAITS_FOR.look && ((this.loop.pins >>> pin) & 1) === 0) return;
     this.wake(WAITS_FOR.level, cycle);
   }
 
@@ -201,7 +223,7 @@ export class StateMachine extends MachineSettings {
 
   /** The machine's first tick after a cycle, or its first look if it goes round. */
   tickAfter(cycle) {
-    const period = this.waitsFor === WAITS_FOR.look ? this.idleLoop.round : this.period;
+    const period = this.waitsFor === WAITS_FOR.look ? this.loop.round : this.period;
     const ticks = Math.ceil((cycle + 1 - this.stalledAt) / period);
     return this.stalledAt + Math.max(0, ticks) * period;
   }
@@ -281,8 +303,9 @@ export class StateMachine extends MachineSettings {
   leaveLoop(cycle) {
     const { inputs } = this.block;
     const { seen } = inputs;
-    const { pins, levels, round } = this.idleLoop;
+    const { pins, levels, round } = this.loop;
     this.next = this.tickAfter(cycle) - round;
+    this.loop.takeRounds(this, (this.next - this.stalledAt) / round);
     this.waitsFor = 0;
     this.fromMemory = true;
     inputs.seen = (seen & ~pins) | levels;
