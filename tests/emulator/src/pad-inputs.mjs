@@ -4,8 +4,9 @@ const [LEVEL_LOW, LEVEL_HIGH, EDGE_LOW, EDGE_HIGH] = [1 << 0, 1 << 1, 1 << 2, 1 
 const INPUT_ENABLE = 1 << 6;
 
 /**
- * What the inputs of the pins see: the level from outside, or that of the chip's own output while that is enabled. The
- * pin's interrupts see it at once; the PIO blocks and SIO see it through their synchronisers.
+ * What the inputs of the pins see: the level from outside, or that of the chip's own output while that is enabled, and
+ * what the pin's input override (INOVER) makes of it. The pin's interrupts see it at once; the PIO blocks and SIO see it
+ * through their synchronisers.
  */
 export class PadInputs {
   /**
@@ -13,6 +14,7 @@ export class PadInputs {
    * @param {import('./clock.mjs').MachineClock} clock
    */
   constructor(chip, pio, clock) {
+    this.chip = chip;
     this.pio = pio;
     this.clock = clock;
     this.sio = new Inputs();
@@ -20,17 +22,18 @@ export class PadInputs {
     for (const pin of chip.gpio) this.#attach(pin);
   }
 
-  /** Replaces rp2040js's rules, which use only the level from outside. */
+  /** Replaces rp2040js's rules, which use only the level from outside, and for interrupts no override. */
   #attach(pin) {
-    const { setInputValue, checkForUpdates } = pin;
+    const { checkForUpdates } = pin;
     let outside = pin.rawInputValue;
     const take = (high) => {
-      setInputValue.call(pin, high);
+      pin.rawInputValue = high;
+      this.#detect(pin, pin.inputValue);
       this.#notify(pin, pin.inputValue);
     };
     const settle = () => {
       const high = pin.outputEnable ? pin.outputValue : outside;
-      if (high !== pin.rawInputValue) take(high);
+      if (high !== pin.rawInputValue || pin.inputValue !== isHigh(pin)) take(high);
     };
     pin.setInputValue = (high) => {
       outside = high;
@@ -53,8 +56,15 @@ export class PadInputs {
     if ((pin.irqEnableMask | pin.irqForceMask) !== 0) return take(high);
     pin.rawInputValue = high;
     if ((pin.padValue & INPUT_ENABLE) === 0) return undefined;
-    pin.irqStatus = high ? (pin.irqStatus & ~LEVEL_LOW) | LEVEL_HIGH | EDGE_HIGH : (pin.irqStatus & ~LEVEL_HIGH) | LEVEL_LOW | EDGE_LOW;
+    pin.irqStatus = statusOf(pin, high);
     return this.#notify(pin, high);
+  }
+
+  /** The pin's interrupts see a level. */
+  #detect(pin, high) {
+    const before = pin.irqValue;
+    pin.irqStatus = statusOf(pin, high);
+    if (pin.irqValue !== before) this.chip.updateIOInterrupt();
   }
 
   #notify(pin, high) {
@@ -63,4 +73,11 @@ export class PadInputs {
     this.pio[0].inputChanged(pin.index, high, cycles);
     this.pio[1].inputChanged(pin.index, high, cycles);
   }
+}
+
+/** The level that the pin's interrupts saw last. */
+const isHigh = (pin) => (pin.irqStatus & LEVEL_HIGH) !== 0;
+
+function statusOf({ irqStatus }, high) {
+  return high ? (irqStatus & ~LEVEL_LOW) | LEVEL_HIGH | EDGE_HIGH : (irqStatus & ~LEVEL_HIGH) | LEVEL_LOW | EDGE_LOW;
 }

@@ -5,7 +5,7 @@ import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
 
 const PIN = 5;
 const [SIO_FUNCTION, PIO0_FUNCTION] = [5, 6];
-const [GPIO_CTRL, PADS, INTERRUPT_ENABLE] = [0x40014004, 0x4001c004, 0x40014100];
+const [GPIO_CTRL, PADS, INTERRUPTS, INTERRUPT_ENABLE] = [0x40014004, 0x4001c004, 0x400140f0, 0x40014100];
 const [GPIO_IN, OUT_SET, OUT_CLEAR, OUTPUTS_SET, OUTPUTS_CLEAR] = [0xd0000004, 0xd0000014, 0xd0000018, 0xd0000024, 0xd0000028];
 const [INPUT_ENABLE, IRQ_IO] = [0x40, 13];
 
@@ -93,6 +93,47 @@ test('PIO sees a pin that it drives itself', () => {
   bench.force(0, mov(TO.isr, FROM.pins), push());
   assert.equal(bench.read(REG.rxf) & 1, 0);
   assert.equal(bench.read(bench.sm(0, SM.addr)), 5);
+});
+
+test('an input override shows SIO, PIO and interrupts the inverse, or always one level', () => {
+  const [INVERT, LOW, HIGH] = [1 << 16, 2 << 16, 3 << 16];
+  const bench = driven(PIO1);
+  const seenWith = (override) => {
+    bench.writeAt(GPIO_CTRL + 8 * PIN, SIO_FUNCTION | override);
+    bench.run(2);
+    const atPio = (bench.chip.pio[1].inputs.at(bench.core.cycles) >>> PIN) & 1;
+    assert.equal(level(bench), atPio);
+    return atPio;
+  };
+  for (const [high, expected] of [[0, [0, 1, 0, 1]], [1, [1, 0, 0, 1]]]) {
+    bench.writeAt(high ? OUT_SET : OUT_CLEAR, 1 << PIN);
+    assert.deepEqual([0, INVERT, LOW, HIGH].map(seenWith), expected);
+  }
+});
+
+test('a falling edge of an inverted input is a rising one for PIO and for interrupts', () => {
+  const bench = driven(PIO1);
+  bench.writeAt(OUT_SET, 1 << PIN);
+  bench.writeAt(GPIO_CTRL + 8 * PIN, SIO_FUNCTION | (1 << 16));
+  bench.load([waitGpio(1, PIN), 0xc000, jmp(CONDITION.always, 2)]);
+  bench.configure(0, {});
+  bench.run(5);
+  // The override itself was an edge.
+  bench.writeAt(INTERRUPTS, 0xf << (4 * PIN));
+  bench.writeAt(INTERRUPT_ENABLE, 8 << (4 * PIN));
+  bench.write(REG.ctrl, 1);
+  bench.run(10);
+  assert.equal(bench.pending(IRQ_IO), false);
+  const fallen = bench.core.cycles;
+  bench.writeAt(OUT_CLEAR, 1 << PIN);
+  assert.equal(bench.pending(IRQ_IO), true);
+  bench.runTo(fallen + 2);
+  assert.equal(bench.read(REG.irq), 0);
+  bench.runTo(fallen + 3);
+  assert.equal(bench.read(REG.irq), 1);
+  bench.writeAt(INTERRUPTS, 8 << (4 * PIN));
+  bench.writeAt(OUT_SET, 1 << PIN);
+  assert.equal(bench.pending(IRQ_IO), false);
 });
 
 test('the edges of an output raise the interrupts of its pin', () => {
