@@ -2,6 +2,7 @@ import { Carriage } from './carriage.mjs';
 import { NANOS_PER_CYCLE } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { Estop } from './estop.mjs';
+import { Jumper } from './jumper.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
 import { AXES, AXES_USUAL, ENABLE_PIN, ESTOP_PIN, PINS, SECOND, SECOND_PINS, TOOL_INPUTS } from './pins.mjs';
 import { Probe } from './probe.mjs';
@@ -21,7 +22,7 @@ export class Gantry {
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{axes?: number, startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
    *   driver?: string, estop?: 'no' | 'nc', second?: {axis: string, skewMm: number} | null,
-   *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
+   *   probePlate?: import('./probe-plate.mjs').ProbePlate | null, jumpers?: {from: number, to: number}[]}} options
    */
   constructor(clock, options) {
     this.clock = clock;
@@ -33,6 +34,8 @@ export class Gantry {
     this.#estop = new Estop(options.estop ?? 'no');
     this.levels = new Map(Object.values(TOOL_INPUTS).map((pin) => [pin, true]));
     this.levels.set(ESTOP_PIN, this.#estop.high);
+    /** What a stop by an input is called. */
+    this.stopNames = new Map(options.estop === 'nc' ? [] : [[ESTOP_PIN, 'ESTOP']]);
     this.inputWatchers = new Set();
     this.directions = {};
     this.carriages = {};
@@ -45,6 +48,9 @@ export class Gantry {
     this.second = options.second ? this.#secondMotor(options, random) : null;
     this.probe = new Probe(clock, this.carriages, (high) => this.#drive(TOOL_INPUTS.probe, high));
     this.probe.setPlate(options.probePlate ?? null);
+    this.jumpers = (options.jumpers ?? []).map((pads) => new Jumper(pads, (jumper) => this.#jumped(jumper)));
+    // An input that nothing else is wired to reads high, as an open switch does.
+    for (const { to } of this.jumpers) if (!this.levels.has(to)) this.levels.set(to, true);
   }
 
   #addAxis(axis, startMm, { bounceMicros, switches }, random) {
@@ -63,10 +69,11 @@ export class Gantry {
 
   #limitSwitch(name, pin, bounceMicros, random) {
     this.levels.set(pin, true);
+    this.stopNames.set(pin, `${name}_LIMIT`);
     const onLevel = (high) => {
       this.#drive(pin, high);
       // A contact that bounces as it opens is not a new stop.
-      if (!high && limitSwitch.held) this.#stop(`${name}_LIMIT`);
+      if (!high && limitSwitch.held) this.#stop(this.stopNames.get(pin));
     };
     const limitSwitch = new LimitSwitch(this.clock, { bounceMicros, random, onLevel });
     return limitSwitch;
@@ -81,6 +88,7 @@ export class Gantry {
   attach(chip) {
     this.chip = chip;
     this.tool.attach(chip);
+    for (const jumper of this.jumpers) jumper.attach(chip);
     for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
     for (const axis of this.axes) {
       // A chip that has just been reset drives no pin: the driver's own pull-down holds DIR low.
@@ -137,8 +145,21 @@ export class Gantry {
     this.toolStops.note(input);
   }
 
+  /** What is wired to an input changes its level. Nothing is seen of that while a jumper pulls the input low. */
   #drive(pin, high) {
     this.levels.set(pin, high);
+    if (!this.jumpers?.some(({ to, low }) => to === pin && low)) this.#show(pin, high);
+  }
+
+  /** A jumper pulls an input low, or lets go; nothing is seen of that while what else is wired to it, or another jumper, does so too. */
+  #jumped(jumper) {
+    const { to, low } = jumper;
+    if (!this.levels.get(to) || this.jumpers.some((other) => other !== jumper && other.to === to && other.low)) return;
+    this.#show(to, !low);
+    if (low && this.stopNames.has(to)) this.#stop(this.stopNames.get(to));
+  }
+
+  #show(pin, high) {
     this.chip?.gpio[pin].setInputValue(high);
     for (const watch of this.inputWatchers) watch(pin, high);
   }

@@ -1,6 +1,7 @@
 import { parseArgs } from 'node:util';
 import { DRIVERS } from './driver-timing.mjs';
 import { ESTOP_CONTACTS } from './estop.mjs';
+import { jumperOption } from './jumper.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { AXES, AXES_USUAL, SECOND } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
@@ -33,6 +34,8 @@ The machine
   --probe-plate AXIS,MM,SIDE
                        a plate that closes the probe's contact while the axis is at its place, in millimetres above the
                        limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
+  --jumper FROM:TO     a wire between two pads, by their GP numbers, such as 28:9: while the firmware drives the first one low,
+                       the other one reads low; may be given several times
   --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
   --seed N             of the bounces (default 1)
   --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
@@ -91,6 +94,7 @@ const SPEC = {
   switch: { type: 'string', multiple: true, default: [] },
   estop: { type: 'string', default: 'no' },
   'probe-plate': { type: 'string' },
+  jumper: { type: 'string', multiple: true, default: [] },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
   flash: { type: 'string' },
@@ -133,6 +137,7 @@ export function parseOptions(args) {
     second: values.second === undefined ? null : secondOption(values.second),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
+    jumpers: values.jumper.map(jumperOption),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
     seed: number('--seed', values.seed, 0, 2 ** 32 - 1),
     missFactor: missFactor(values['ideal-flash'], values['miss-factor']),
