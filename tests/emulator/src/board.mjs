@@ -58,7 +58,7 @@ export class Board {
     eraseUnder(this.flash.bytes, segments);
     loadInto(this.chip, segments);
     const listener = { onData: (bytes) => this.#heard(bytes), onDelivered: (bytes) => this.#delivered(bytes) };
-    this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener);
+    this.cable = options.console === 'uart' ? new UartCable(this.clock, listener) : new UsbHost(this.clock, listener, options.framePpm);
     this.#start();
   }
 

@@ -36,6 +36,8 @@ The machine
                        limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
   --jumper FROM:TO     a wire between two pads, by their GP numbers, such as 28:9: while the firmware drives the first one low,
                        the other one reads low; may be given several times
+  --frame-ppm N        the frames of the USB host, which it starts each millisecond, are N parts per million longer than the
+                       chip's milliseconds, or shorter: --frame-ppm=-50 (default 0)
   --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
   --seed N             of the bounces (default 1)
   --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
@@ -77,6 +79,9 @@ all lines answered with ok, Idle at the end, no driver timing violated and no re
 /** Where the carriages stand at power-up, mm (or degrees) above their switches. */
 const START = [35, 40, 15, 15];
 
+/** More than any crystal is off, and than a USB host may be (500). */
+const MOST_PPM = 10_000;
+
 const SPEC = {
   elf: { type: 'string' },
   program: { type: 'string' },
@@ -95,6 +100,7 @@ const SPEC = {
   estop: { type: 'string', default: 'no' },
   'probe-plate': { type: 'string' },
   jumper: { type: 'string', multiple: true, default: [] },
+  'frame-ppm': { type: 'string', default: '0' },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
   flash: { type: 'string' },
@@ -138,6 +144,7 @@ export function parseOptions(args) {
     switches: Object.fromEntries(values.switch.map(switchOption)),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
     jumpers: values.jumper.map(jumperOption),
+    framePpm: number('--frame-ppm', values['frame-ppm'], -MOST_PPM, MOST_PPM),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
     seed: number('--seed', values.seed, 0, 2 ** 32 - 1),
     missFactor: missFactor(values['ideal-flash'], values['miss-factor']),

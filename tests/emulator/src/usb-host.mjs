@@ -1,4 +1,5 @@
 import { bulkEndpoints } from './usb-descriptors.mjs';
+import { UsbFrames } from './usb-frames.mjs';
 
 const AVAILABLE = 1 << 10;
 const STALL = 1 << 11;
@@ -30,10 +31,14 @@ const getDescriptor = (length) => setup(0x80, 6, CONFIGURATION << 8, 0, length);
  * own helper returns every buffer at once, padded with zeros.
  */
 export class UsbHost {
-  /** @param {{onData: (bytes: Uint8Array) => void, onDelivered: (bytes: Uint8Array) => void}} listener from and to the chip */
-  constructor(clock, listener) {
+  /**
+   * @param {{onData: (bytes: Uint8Array) => void, onDelivered: (bytes: Uint8Array) => void}} listener from and to the chip
+   * @param {number} framePpm how much longer its frames are than the chip's milliseconds
+   */
+  constructor(clock, listener, framePpm = 0) {
     this.clock = clock;
     this.listener = listener;
+    this.frames = new UsbFrames(clock, framePpm);
     this.wire = clock.createOutsideAlarm(() => this.#transacted());
     this.recovery = clock.createOutsideAlarm(() => this.#start());
   }
@@ -54,7 +59,11 @@ export class UsbHost {
     this.wire.cancel();
     this.recovery.cancel();
     this.usb.onUSBEnabled = () => this.usb.resetDevice();
-    this.usb.onResetReceived = () => this.recovery.schedule(RESET_RECOVERY_NANOS);
+    this.frames.attach(this.usb);
+    this.usb.onResetReceived = () => {
+      this.frames.start();
+      this.recovery.schedule(RESET_RECOVERY_NANOS);
+    };
     this.usb.DPRAMUpdated = (offset, value) => this.#bufferControl(offset, value);
   }
 
