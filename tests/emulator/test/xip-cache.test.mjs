@@ -9,6 +9,7 @@ const FLASH = 0x10000000;
 const [NO_ALLOCATE, NO_LOOK_UP, NEITHER] = [0x11000000, 0x12000000, 0x13000000];
 const [CTRL, FLUSH, STAT, CTR_HIT, CTR_ACC] = [0x14000000, 0x14000004, 0x14000008, 0x1400000c, 0x14000010];
 const [CTRLR0, SSIENR, BAUDR, SPI_CTRLR0] = [0x18000000, 0x18000008, 0x18000014, 0x180000f4];
+const [NOP, BX_LR] = [0xbf00, 0x4770];
 /** The distance between two lines of the same set. */
 const WAY_BYTES = 8192;
 /** 8 clocks of address and mode bits, 4 of waiting, 8 of data, 2 cycles each; and the overhead. */
@@ -112,8 +113,32 @@ test('its counters count, are cleared by any write, and go no further than they 
   bench.bus.write32(CTR_HIT, 7);
   bench.bus.read32(FLASH);
   assert.deepEqual([bench.bus.read32(CTR_ACC), bench.bus.read32(CTR_HIT)], [6, 1]);
+  bench.bus.write32(CTR_ACC, 0);
+  for (const alias of [NO_ALLOCATE, NO_LOOK_UP, NEITHER]) bench.bus.read32(alias);
+  assert.deepEqual([bench.bus.read32(CTR_ACC), bench.bus.read32(CTR_HIT)], [3, 2]);
   bench.cache.counts.values[0] += 2 ** 33;
   assert.deepEqual([bench.bus.read32(CTR_ACC), bench.bus.read32(CTR_HIT)], [-1, -1]);
+});
+
+test('a program in RAM measures a hit, a new line and a read past the cache, by the factor of a miss', () => {
+  for (const factor of [1, 2]) {
+    const bench = new RomBench();
+    bench.cache.missFactor = factor;
+    bench.flash.update();
+    // ldr r3, [r0]; adds r0, r1; subs r2, #1; bne to the first; bx lr
+    const loop = [0x6803, 0x1840, 0x3a01, 0xd1fb, BX_LR];
+    bench.load(RAM + 0x3000, loop);
+    const perRead = (from, stride) => {
+      bench.bus.write32(FLUSH, 1);
+      bench.bus.read32(FLUSH);
+      bench.call(RAM + 0x3000, from, stride, 64);
+      return bench.took / 64;
+    };
+    const [nothing, hits, lines, uncached] = [perRead(RAM, 4), perRead(FLASH, 0), perRead(FLASH, 8), perRead(NEITHER, 0)].map((each, _, [ram]) => each - ram);
+    assert.deepEqual([nothing, hits, lines, uncached], [0, (factor * MISS) / 64, factor * MISS, factor * MISS]);
+    // Both words of a line cost as much as two lines do.
+    assert.equal(perRead(FLASH, 4) - perRead(RAM, 4), factor * MISS);
+  }
 });
 
 test('a miss takes what the interface to flash takes as it is set up', () => {
@@ -156,8 +181,6 @@ class ProgramBench extends RomBench {
     return [counts.accesses - accesses, counts.misses - misses, this.took];
   }
 }
-
-const [NOP, BX_LR] = [0xbf00, 0x4770];
 
 test('code is fetched by words, and once more where a branch leads', () => {
   const straight = new ProgramBench([NOP, NOP, NOP, NOP, NOP, BX_LR]);
