@@ -12,6 +12,7 @@ import { PioRegisters } from './pio/registers.mjs';
 import { Pwm } from './pwm.mjs';
 import { loadRom } from './rom/rom.mjs';
 import { Sleep } from './sleep.mjs';
+import { identifyAsB2 } from './sys-info.mjs';
 import { SysTick } from './systick.mjs';
 import { ExactTimer } from './timer.mjs';
 import { Uart } from './uart.mjs';
@@ -20,7 +21,7 @@ import { FlashCounts, XipCache } from './xip-cache.mjs';
 import { XipControl } from './xip-control.mjs';
 
 const RAM_START = 0x20000000;
-const SLOT = { ssi: 0x18000, xipControl: 0x14000, pwm: 0x40050, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
+const SLOT = { ssi: 0x18000, sysInfo: 0x40000, xipControl: 0x14000, pwm: 0x40050, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
 const IRQ_UART0 = 20;
 const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
 
@@ -53,6 +54,7 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   const flash = new Flash(chip, cache);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
   Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL', cache) });
+  identifyAsB2(chip.peripherals[SLOT.sysInfo]);
   chip.pwm = new Pwm(chip, 'PWM');
   Object.assign(chip.peripherals, { [SLOT.pwm]: chip.pwm });
   Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });

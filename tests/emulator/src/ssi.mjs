@@ -1,10 +1,13 @@
 import { BasePeripheral } from 'rp2040js';
+import { FlashCommand } from './flash-command.mjs';
 
 const [CTRLR0, SSIENR, BAUDR, SR, IDR, VERSION, DR0, SPI_CTRLR0, LAST] = [0x00, 0x08, 0x14, 0x28, 0x58, 0x5c, 0x60, 0xf4, 0xfc];
 const [IDENTITY, VERSION_ID] = [0x51535049, 0x3430312a];
 /** The transfer mode in CTRLR0: sends and receives, or reads like an EEPROM, which makes flash appear in memory. */
 const TRANSFER_MODE = 3 << 8;
 const EEPROM_READ = 3 << 8;
+/** The bits of a frame less one, in CTRLR0: a word of memory, or a byte of a command. */
+const [FRAME, WORD_FRAME, BYTE_FRAME] = [0x1f << 16, 31 << 16, 7 << 16];
 /** Status: room to send, nothing left to send, an answer to read. The interface is never busy. */
 const READY = (1 << 1) | (1 << 2) | (1 << 3);
 const READ_STATUS_2 = 0x35;
@@ -24,10 +27,10 @@ const SET_UPS = {
 };
 
 /**
- * The serial interface to flash, as far as a second-stage bootloader needs it. Registers keep what is written. A
- * command is answered at once: status registers with ready and QUAD, everything else with zeros. What matters is
- * whether it shows flash in memory, which it does while it is on and in its EEPROM mode, and how long a read then
- * takes.
+ * The serial interface to flash, as far as a second-stage bootloader and reading the unique identifier need it.
+ * Registers keep what is written. A command is answered at once: status registers with ready and QUAD; in EEPROM mode
+ * with frames of a byte as `FlashCommand` says; everything else with zeros. What matters is whether it shows flash in
+ * memory, which it does while it is on and in its EEPROM mode with frames of a word, and how long a read then takes.
  */
 export class Ssi extends BasePeripheral {
   /** @param {() => void} onChange */
@@ -36,12 +39,13 @@ export class Ssi extends BasePeripheral {
     this.onChange = onChange;
     this.registers = new Uint32Array(LAST / 4 + 1);
     this.answer = 0;
+    this.command = new FlashCommand();
     this.#setUp(SET_UPS.quickFlash);
   }
 
   /** Without a divider there is no clock. */
   get showsFlash() {
-    return this.registers[SSIENR / 4] === 1 && this.#divider > 0 && (this.registers[CTRLR0 / 4] & TRANSFER_MODE) === EEPROM_READ;
+    return this.#reads(WORD_FRAME);
   }
 
   /** Cycles of the system clock for one word of flash: instruction, address with its mode bits, wait and data. */
@@ -72,16 +76,29 @@ export class Ssi extends BasePeripheral {
       case VERSION:
         return VERSION_ID;
       case DR0:
-        return this.answer;
+        return this.#reads(BYTE_FRAME) ? this.command.receive() : this.answer;
     }
     return this.registers[offset / 4] ?? super.readUint32(offset);
   }
 
   writeUint32(offset, value) {
     if (offset > LAST) return super.writeUint32(offset, value);
-    if (offset === DR0) this.answer = (value & 0xff) === READ_STATUS_2 ? QUAD_ENABLED : 0;
+    if (offset === DR0) this.#send(value & 0xff);
     else this.registers[offset / 4] = value;
+    // Switching the interface off deselects the chip.
+    if (offset === SSIENR) this.command.begin();
     this.onChange();
+  }
+
+  #send(byte) {
+    if (this.#reads(BYTE_FRAME)) this.command.send(byte);
+    this.answer = byte === READ_STATUS_2 ? QUAD_ENABLED : 0;
+  }
+
+  /** Whether it is on, and sends a command and then reads in frames of this size. */
+  #reads(frame) {
+    const control = this.registers[CTRLR0 / 4];
+    return this.registers[SSIENR / 4] === 1 && this.#divider > 0 && (control & TRANSFER_MODE) === EEPROM_READ && (control & FRAME) === frame;
   }
 
   /** The last bit of the divider is ignored. */

@@ -6,6 +6,7 @@ import test from 'node:test';
 import { Board } from '../src/board.mjs';
 import { enterHardFault } from '../src/fault.mjs';
 import { FLASH_BYTES } from '../src/flash.mjs';
+import { UNIQUE_ID } from '../src/flash-command.mjs';
 import { readFlashFile, writeFlashFile } from '../src/flash-file.mjs';
 import { RAM, RomBench } from '../support/rom-bench.mjs';
 
@@ -118,6 +119,36 @@ test('a second stage that sets the interface up again shows flash', () => {
   set(ctrlr0, 0x5f0300);
   assert.throws(() => bench.bus.read32(FLASH), /being programmed/);
   set(ssienr, 1);
+  assert.equal(bench.bus.read32(FLASH), -1);
+});
+
+/** Sends a command as a function in RAM does that reads flash's identifiers, and reads some bytes. */
+function answer(bench, command, count) {
+  const [ctrlr0, ctrlr1, ssienr, status, data] = [0x00, 0x04, 0x08, 0x28, 0x60].map((register) => SSI + register);
+  bench.open();
+  bench.bus.write32(ssienr, 0);
+  bench.bus.write32(ctrlr0, bench.bus.read32(ctrlr0) | 0x300);
+  bench.bus.write32(ctrlr1, count - 1);
+  bench.bus.write32(ssienr, 1);
+  for (const byte of command) bench.bus.write8(data, byte);
+  assert.throws(() => bench.bus.read32(FLASH), /flash is read at 0x10000000/);
+  const bytes = Array.from({ length: count }, () => {
+    assert.equal((bench.bus.read32(status) >> 3) & 1, 1);
+    return bench.bus.read8(data);
+  });
+  bench.bus.write32(ssienr, 0);
+  bench.bus.write32(ctrlr1, 0);
+  bench.rom('CX');
+  return bytes;
+}
+
+test('flash tells its unique identifier after four dummies, and nothing to other commands', () => {
+  const bench = new FlashBench();
+  const silence = [0, 0, 0, 0];
+  assert.equal(UNIQUE_ID.length, 8);
+  assert.deepEqual(answer(bench, [0x4b], 14), [...silence, ...UNIQUE_ID, 0, 0]);
+  assert.deepEqual(answer(bench, [0x9f], 4), silence);
+  assert.deepEqual(answer(bench, [0x4b, 0, 0, 0, 0], 8), UNIQUE_ID);
   assert.equal(bench.bus.read32(FLASH), -1);
 });
 

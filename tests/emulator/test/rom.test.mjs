@@ -53,6 +53,12 @@ test('the tables are found as the datasheet says, and an unknown code is not', (
   assert.match(bench.text(bench.dataAt('CR')), /^A stand-in/);
 });
 
+test('the chip is an RP2040-B2, and says so', () => {
+  const bench = new RomBench();
+  assert.equal(bench.bus.read32(0x40000000), 0x20002927);
+  assert.equal(bench.bus.read8(0x13), 3);
+});
+
 for (const kind of ['d', 'f']) {
   test(`${kind}add, sub, mul and div are IEEE 754's, rounded to nearest, without denormals`, () => {
     const bench = new RomBench();
