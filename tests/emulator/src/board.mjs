@@ -7,6 +7,7 @@ import { enterHardFault } from './fault.mjs';
 import { eraseUnder } from './flash-file.mjs';
 import { Gantry } from './gantry.mjs';
 import { LateAlarms } from './late-alarms.mjs';
+import { PadFaults } from './pad-faults.mjs';
 import { boot } from './second-stage.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
@@ -29,6 +30,7 @@ export class Board {
   constructor(segments, options, kept = null) {
     this.clock = new MachineClock();
     this.gantry = new Gantry(this.clock, options);
+    this.padFaults = new PadFaults(this.clock, options.padFaults ?? []);
     this.warnings = new Set();
     this.resets = [];
     this.powerCycles = [];
@@ -189,6 +191,7 @@ export class Board {
 
   #start() {
     boot(this.chip, this.flash);
+    this.padFaults.attach(this.chip);
     this.gantry.attach(this.chip);
     this.cable.attach(this.chip, this.uart);
     for (const watch of this.chipWatchers) watch(this.chip);
@@ -225,6 +228,7 @@ export class Board {
     this.#renew();
     this.watchdog.scratch.set([...hints, ...watchdog.scratch.subarray(hints.length)]);
     this.core.waiting = true;
+    this.padFaults.attach(this.chip);
     this.gantry.attach(this.chip);
     for (const watch of this.chipWatchers) watch(this.chip);
     this.pause();

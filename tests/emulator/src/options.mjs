@@ -3,6 +3,7 @@ import { DRIVERS } from './driver-timing.mjs';
 import { ESTOP_CONTACTS } from './estop.mjs';
 import { jumperOption } from './jumper.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
+import { padFaultOptions } from './pad-faults.mjs';
 import { AXES, AXES_USUAL, SECOND } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
@@ -40,6 +41,10 @@ The machine
                        chip's milliseconds, or shorter: --frame-ppm=-50 (default 0)
   --bounce-us N        the switches' contacts bounce for N microseconds (default 0)
   --seed N             of the bounces (default 1)
+  --shift-edge GP:N:CYCLES
+                       the Nth rising edge of this pad since the start comes so many cycles later, and its fall too: at the
+                       pad, so that the gantry, what is written and the chip's inputs see the same; may be given several times
+  --lose-edge GP:N     the Nth pulse of this pad since the start never comes to the pad; may be given several times
   --flash FILE         what flash holds beside the firmware: read from FILE at the start if it exists, written there at the
                        end, so that settings outlive the run
   --ideal-flash        flash reads like RAM, without its cache
@@ -100,6 +105,8 @@ const SPEC = {
   estop: { type: 'string', default: 'no' },
   'probe-plate': { type: 'string' },
   jumper: { type: 'string', multiple: true, default: [] },
+  'shift-edge': { type: 'string', multiple: true, default: [] },
+  'lose-edge': { type: 'string', multiple: true, default: [] },
   'frame-ppm': { type: 'string', default: '0' },
   'bounce-us': { type: 'string', default: '0' },
   seed: { type: 'string', default: '1' },
@@ -144,6 +151,7 @@ export function parseOptions(args) {
     switches: Object.fromEntries(values.switch.map(switchOption)),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
     jumpers: values.jumper.map(jumperOption),
+    padFaults: padFaultOptions(values['shift-edge'], values['lose-edge']),
     framePpm: number('--frame-ppm', values['frame-ppm'], -MOST_PPM, MOST_PPM),
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
     seed: number('--seed', values.seed, 0, 2 ** 32 - 1),

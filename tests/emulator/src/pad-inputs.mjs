@@ -25,6 +25,8 @@ export class PadInputs {
   /** Replaces rp2040js's rules, which use only the level from outside, and for interrupts no override. */
   #attach(pin) {
     const { checkForUpdates } = pin;
+    /** Whether something stands between what drives the pin and its pad (`PadFaults`). */
+    pin.faulty = false;
     let outside = pin.rawInputValue;
     const take = (high) => {
       pin.rawInputValue = high;

@@ -114,7 +114,7 @@ export class PioBlock {
   /** Like `checkForUpdates` of rp2040js, but faster for a pin that is simply the block's output. */
   #showPin(index) {
     const pin = this.chip.gpio[index];
-    if (pin.ctrl !== this.functionSelect || ((this.pinDirections >>> index) & 1) === 0) {
+    if (pin.faulty || pin.ctrl !== this.functionSelect || ((this.pinDirections >>> index) & 1) === 0) {
       pin.checkForUpdates();
       return;
     }
