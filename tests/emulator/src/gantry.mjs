@@ -22,7 +22,8 @@ export class Gantry {
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{axes?: number, startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
    *   driver?: string, estop?: 'no' | 'nc', second?: {axis: string, skewMm: number} | null,
-   *   probePlate?: import('./probe-plate.mjs').ProbePlate | null, jumpers?: {from: number, to: number}[]}} options
+   *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
+   * @param {{from: number, to: number}[]} [options.jumpers] wires between the chip's pads
    */
   constructor(clock, options) {
     this.clock = clock;
