@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { seededRandom } from '../src/limit-switch.mjs';
-import { CONDITION, FROM, jmp, mov, push, set, TO, waitGpio } from '../support/pio-assembly.mjs';
+import { CONDITION, FROM, jmp, mov, push, set, shiftIn, TO, waitGpio } from '../support/pio-assembly.mjs';
 import { PIO0, PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
 
 const PIN = 5;
@@ -50,6 +50,35 @@ test('a loop that polls a pin and counts takes no steps until the pin changes', 
   bench.input(PIN, true);
   bench.run(1_000_000);
   assert.ok(bench.steps <= 10, `${bench.steps} steps`);
+});
+
+test('side-set that changes nothing, and autopush, do not make it be stepped', () => {
+  const bench = stamper();
+  bench.write(REG.ctrl, 0);
+  // In the high round of this program the jump by the pin comes last.
+  bench.load([jmp(CONDITION.pin, 2), jmp(CONDITION.xCounts, 0), shiftIn(FROM.x, 32), jmp(CONDITION.xCounts, 4), jmp(CONDITION.pin, 3), jmp(CONDITION.always, 0)]);
+  bench.configure(0, { execctrl: (PIN << 24) | 0x1f000, shiftctrl: 0xd0000, pinctrl: (1 << 29) | (20 << 10) });
+  bench.force(0, jmp(CONDITION.always, 0));
+  bench.steps = 0;
+  bench.write(REG.ctrl, 1);
+  bench.run(100_000);
+  bench.input(PIN, true);
+  bench.run(100_000);
+  bench.input(PIN, false);
+  bench.run(100_000);
+  assert.ok(bench.steps <= 20, `${bench.steps} steps`);
+  assert.equal((bench.read(REG.flevel) >> 4) & 15, 1);
+});
+
+test('side-set that changes a pin in the loop makes every round a step', () => {
+  const bench = stamper(false, [jmp(CONDITION.pin, 2, 0x10), jmp(CONDITION.xCounts, 0)]);
+  bench.write(REG.ctrl, 0);
+  bench.configure(0, { execctrl: (PIN << 24) | 0x1f000, pinctrl: ((1 << 29) | (1 << 26) | (20 << 10) | (20 << 5)) >>> 0 });
+  bench.force(0, set(TO.directions, 1));
+  const edges = bench.watch(20);
+  bench.write(REG.ctrl, 1);
+  bench.run(20);
+  assert.ok(edges.length >= 18, `${edges.length} edges`);
 });
 
 test('jmp pin sees an edge two cycles after it came', () => {
@@ -103,7 +132,7 @@ function stampsOf(seed, slow) {
 }
 
 test('stamps are the same whether rounds are taken at once or one by one', () => {
-  for (let seed = 1; seed <= 40; seed++) assert.deepEqual(stampsOf(seed, false), stampsOf(seed, true));
+  for (let seed = 1; seed <= 15; seed++) assert.deepEqual(stampsOf(seed, false), stampsOf(seed, true));
 });
 
 test('a counter that reaches 0 ends the rounds, on its cycle', () => {

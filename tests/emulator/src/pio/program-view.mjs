@@ -27,7 +27,7 @@ export class ProgramView {
     this.looks = new Int32Array(PROGRAM_WORDS);
     /** For jumps by a pin's level, the rounds that only count and come back here: while the pin is low, and while it is high. */
     this.rounds = [new Array(PROGRAM_WORDS).fill(null), new Array(PROGRAM_WORDS).fill(null)];
-    /** Whether the instruction begins such a round. */
+    /** Whether the instruction begins such a round, provided that its side-set changes nothing. */
     this.polls = new Uint8Array(PROGRAM_WORDS);
     this.stale = true;
   }
@@ -39,7 +39,10 @@ export class ProgramView {
    */
   update(memory, settings, sharedPins) {
     this.stale = false;
-    const alone = !settings.autopull && !settings.autopush && !settings.sideDirections && (settings.sideMask & sharedPins) === 0;
+    const sideAlone = !settings.sideDirections && (settings.sideMask & sharedPins) === 0;
+    const alone = !settings.autopull && !settings.autopush && sideAlone;
+    // With autopull, the FIFO could be emptied on the way.
+    const mayPoll = !settings.autopull && sideAlone;
     memory.forEach((op, at) => {
       this.follows[at] = at === settings.wrapTop ? settings.wrapBottom : (at + 1) & (PROGRAM_WORDS - 1);
       this.cycles[at] = settings.cyclesOf(op);
@@ -49,12 +52,11 @@ export class ProgramView {
       this.privates[at] = alone && this.halts[at] === 0 ? PRIVATE[op] : 0;
       this.looks[at] = alone ? pinsRead(op, settings.inBase) : 0;
     });
-    memory.forEach((_, at) => this.#findRounds(memory, settings, at));
+    memory.forEach((_, at) => this.#findRounds(memory, mayPoll, at));
   }
 
-  /** With autopull, the FIFO could be emptied on the way. */
-  #findRounds(memory, settings, at) {
-    this.rounds.forEach((rounds, level) => (rounds[at] = settings.autopull ? null : polling(memory, this, at, level === 1)));
+  #findRounds(memory, mayPoll, at) {
+    this.rounds.forEach((rounds, level) => (rounds[at] = mayPoll ? polling(memory, this, at, level === 1) : null));
     this.polls[at] = this.rounds.some((rounds) => rounds[at] !== null) ? 1 : 0;
   }
 }

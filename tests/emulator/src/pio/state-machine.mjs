@@ -94,7 +94,7 @@ export class StateMachine extends MachineSettings {
   /** Whether it looks at pins that are as they were, and does nothing else until one of them changes. */
   goesRound(at, cycle) {
     const { program } = this;
-    if (program.polls[at] !== 0) return this.pollsOn(at, cycle);
+    if (program.polls[at] !== 0 && !this.changesSide(at)) return this.pollsOn(at, cycle);
     const pins = program.looks[at];
     if (pins !== 0 && !this.changesSide(at)) {
       this.loop = this.idleLoop;
