@@ -43,10 +43,13 @@ fn firmware() -> Result<()> {
         driver: Driver::Tmc2209,
         estop: Contact::Nc,
         axes: Axes::Four,
+        prove: false,
         without_paper_laws: true,
     };
     check_firmware(&toolchain, workspace::FIRMWARE, &Variant::default().features())?;
     check_firmware(&toolchain, workspace::FIRMWARE, &other.features())?;
+    let proving = Variant { prove: true, ..Variant::default() };
+    check_firmware(&toolchain, workspace::FIRMWARE, &proving.features())?;
     check_firmware(&toolchain, workspace::BENCH_FIRMWARE, &[])?;
     check_firmware(&toolchain, "qemu-lm3s6965", &[])?;
     check_firmware(&toolchain, "qemu-lm3s6965", &["four-axes"])?;

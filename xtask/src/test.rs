@@ -179,6 +179,7 @@ const TIMER_PORT: Variant = Variant {
     driver: Driver::Drv8825,
     estop: Contact::No,
     axes: Axes::Three,
+    prove: false,
     without_paper_laws: false,
 };
 

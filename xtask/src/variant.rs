@@ -20,6 +20,9 @@ pub struct Variant {
     /// How many axes there are: with 4, A has the pins of the second motor
     #[arg(long, value_enum, default_value_t)]
     pub axes: Axes,
+    /// The image that measures itself, for `isostep prove`; it never energises a motor
+    #[arg(long)]
+    pub prove: bool,
     /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
     #[arg(long)]
     pub without_paper_laws: bool,
@@ -75,7 +78,8 @@ impl Variant {
         let estop = (self.estop == Contact::Nc).then_some("estop-nc");
         let axes = (self.axes == Axes::Four).then_some(FOUR_AXES);
         let laws = (!self.without_paper_laws).then_some("paper-laws");
-        port.into_iter().chain(driver).chain(estop).chain(axes).chain(laws).collect()
+        let measuring = if self.prove { "prove" } else { "plain-sections" };
+        std::iter::once(measuring).chain(port).chain(driver).chain(estop).chain(axes).chain(laws).collect()
     }
 
     /// The name of the emergency stop's contact for the emulated board's options.

@@ -23,10 +23,26 @@ const STORE_BYTES: usize = 64 * 1024;
 /// The chip's flash. It blocks the core while it works, so a future that waits for it is always ready at once.
 pub struct Flash(flash::Flash<'static, FLASH, Blocking, FLASH_BYTES>);
 
+/// Where the store ends. That of a proving image is below the other, so that the user's settings stay as they are.
+const STORE_END: usize = if cfg!(feature = "prove") { FLASH_BYTES - STORE_BYTES } else { FLASH_BYTES };
+
+/// Takes the flash.
+pub fn take(flash: Peri<'static, FLASH>) -> Flash {
+    Flash(flash::Flash::new_blocking(flash))
+}
+
 /// Opens the store in the flash, without reading it yet.
-pub fn open(flash: Peri<'static, FLASH>) -> Store<Flash> {
-    let flash = Flash(flash::Flash::new_blocking(flash));
-    Store::new(flash, (FLASH_BYTES - STORE_BYTES) as u32..FLASH_BYTES as u32, Settings::DEFAULT)
+pub fn open(flash: Flash) -> Store<Flash> {
+    Store::new(flash, (STORE_END - STORE_BYTES) as u32..STORE_END as u32, Settings::DEFAULT)
+}
+
+#[cfg(feature = "prove")]
+impl Flash {
+    /// The number that the flash's maker gave it; 0 if it cannot be read.
+    pub fn unique_id(&mut self) -> u64 {
+        let mut id = [0; 8];
+        self.0.blocking_unique_id(&mut id).map_or(0, |()| u64::from_be_bytes(id))
+    }
 }
 
 impl ErrorType for Flash {

@@ -22,6 +22,8 @@ mod pins;
 #[cfg(not(feature = "timer-port"))]
 mod pio_port;
 mod priority;
+#[cfg(feature = "prove")]
+mod prove;
 mod reset_listener;
 mod time_driver;
 #[cfg(feature = "timer-port")]
@@ -45,8 +47,24 @@ use crate::fail_still::Cause;
 use crate::flash::Flash;
 use crate::pins::Board;
 
+#[cfg(not(feature = "prove"))]
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    start(spawner).await;
+}
+
+#[cfg(feature = "prove")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    #[embassy_executor::task]
+    async fn main_task(spawner: Spawner) {
+        start(spawner).await;
+    }
+
+    prove::run(|spawner| spawner.spawn(main_task(spawner).unwrap()))
+}
+
+async fn start(spawner: Spawner) {
     static MACHINE: StaticCell<Machine> = StaticCell::new();
     static CONTROLLER: StaticCell<Controller<'static, Flash>> = StaticCell::new();
 
@@ -60,7 +78,12 @@ async fn main(spawner: Spawner) {
     }
     let settings = Settings::default();
     let machine = &*MACHINE.init(Machine::new(config(&settings), pins::EMERGENCY_CONTACT));
-    let controller = Controller::new(machine, settings, flash::open(board.flash)).with_boot_loader();
+    let flash = flash::take(board.flash);
+    #[cfg(feature = "prove")]
+    let flash = prove::start(spawner, board.prove, flash);
+    let controller = Controller::new(machine, settings, flash::open(flash)).with_boot_loader();
+    #[cfg(feature = "prove")]
+    let controller = controller.with_prove(prove::answer);
     let controller = if pins::HAS_SECOND { controller } else { controller.without_second_motor() };
     let controller = &*CONTROLLER.init(controller);
 
@@ -72,8 +95,14 @@ async fn main(spawner: Spawner) {
     controller.load().await;
     motion::spawn_switches(switches, machine, board.switches);
     motion::spawn_tool(switches, machine, board.tool, board.controls);
-    motion::spawn_coordinator(spawner, machine, board.enable);
+    #[cfg(not(feature = "prove"))]
+    let enable = board.enable;
+    #[cfg(feature = "prove")]
+    let enable = prove::MotorsOff::new(board.enable, machine);
+    motion::spawn_coordinator(spawner, machine, enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
     spawner.spawn(boot::make_way(machine, controller).unwrap());
     spawner.spawn(led::show(machine, board.led).unwrap());
+    #[cfg(feature = "prove")]
+    prove::ready();
 }

@@ -1,7 +1,7 @@
 //! The tasks of `isostep-motion`, with this board's pins.
 
 use embassy_executor::{SendSpawner, Spawner};
-use embassy_rp::gpio::{Input, Output};
+use embassy_rp::gpio::Input;
 use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{AXES, Axis, DriverTiming, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
 use static_cell::{ConstStaticCell, StaticCell};
@@ -16,6 +16,12 @@ use crate::tool::Tool;
 
 /// The stepper drivers of the gantry.
 const DRIVERS: DriverTiming = if cfg!(feature = "tmc2209") { DriverTiming::TMC2209 } else { DriverTiming::DRV8825 };
+
+/// What the coordinator switches the motors by.
+#[cfg(not(feature = "prove"))]
+pub type Enable = embassy_rp::gpio::Output<'static>;
+#[cfg(feature = "prove")]
+pub type Enable = crate::prove::MotorsOff;
 
 /// Spawns the axis tasks.
 pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPins) {
@@ -45,7 +51,7 @@ pub fn spawn_tool(spawner: SendSpawner, machine: &'static Machine, pins: ToolPin
 }
 
 /// Spawns the coordinator, which plans ahead, in thread mode.
-pub fn spawn_coordinator(spawner: Spawner, machine: &'static Machine, enable: Output<'static>) {
+pub fn spawn_coordinator(spawner: Spawner, machine: &'static Machine, enable: Enable) {
     spawner.spawn(coordinate(machine, enable).unwrap());
 }
 
@@ -85,7 +91,7 @@ async fn watch_start(machine: &'static Machine, input: Input<'static>) -> ! {
 }
 
 #[embassy_executor::task]
-async fn coordinate(machine: &'static Machine, enable: Output<'static>) -> ! {
+async fn coordinate(machine: &'static Machine, enable: Enable) -> ! {
     static PATH: ConstStaticCell<PlanMemory> = ConstStaticCell::new(PlanMemory::new());
 
     coordinator::run(machine, PATH.take(), enable, log).await

@@ -9,6 +9,8 @@ use embassy_rp::peripherals::{
     DMA_CH11, FLASH, PIN_0, PIN_1, PIN_2, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_13, PIN_21, PIN_22, PIO1, PWM_SLICE6,
     UART0, USB, WATCHDOG,
 };
+#[cfg(feature = "prove")]
+use embassy_rp::peripherals::{PIN_27, PIN_28};
 use isostep_motion::{AXES, Contact};
 
 /// STEP of the motors of X, Y and Z, then of the fourth motor, for code that must reach the pins without owning them. DIR
@@ -16,7 +18,7 @@ use isostep_motion::{AXES, Contact};
 pub const STEP: [usize; 4] = [2, 4, 6, 21];
 pub const STEP_MASK: u32 = 1 << STEP[0] | 1 << STEP[1] | 1 << STEP[2] | 1 << STEP[3];
 /// The fourth motor is the second one of an axis, or that of A.
-pub const HAS_SECOND: bool = AXES == 3;
+pub const HAS_SECOND: bool = AXES == 3 && cfg!(not(feature = "prove"));
 /// The index of the second motor.
 pub const SECOND: usize = 3;
 /// GP9. The limits of Y and Z and the emergency stop are on the three pins after it.
@@ -106,8 +108,19 @@ pub struct UartPins {
     pub rx: Peri<'static, PIN_1>,
 }
 
+/// The pads that only a proving image uses.
+#[cfg(feature = "prove")]
+pub struct ProvePins {
+    /// At it the stampers begin.
+    pub marker: Peri<'static, PIN_27>,
+    /// A jumper leads it to a switch's input.
+    pub out: Peri<'static, PIN_28>,
+}
+
 /// All pins and peripherals that the firmware uses.
 pub struct Board {
+    #[cfg(feature = "prove")]
+    pub prove: ProvePins,
     pub steps: StepPins,
     pub switches: SwitchPins,
     /// Low energises the motors.
@@ -127,6 +140,8 @@ impl Board {
     /// Takes the pins: motors off, no step, tool off, switches pulled up.
     pub fn new(p: Peripherals) -> Self {
         Self {
+            #[cfg(feature = "prove")]
+            prove: ProvePins { marker: p.PIN_27, out: p.PIN_28 },
             // First, so that the drivers are switched off as early as possible.
             enable: Output::new(p.PIN_8, Level::High),
             steps: StepPins {

@@ -29,6 +29,11 @@ pub enum Command<'l> {
     Sleep,
     /// `$BOOT`: start the boot loader, if there is one, to load new firmware.
     Boot,
+    /// `$PROVE`, on a board that measures itself: what it is asked for.
+    Prove {
+        /// What follows `$PROVE`: nothing, or `=` and more.
+        words: &'l str,
+    },
     /// `$`: list the `$` commands.
     Help,
     /// `$$`: list the settings.

@@ -21,6 +21,7 @@ impl Interpreter {
             "X" => Ok(Command::Unlock),
             "C" if matches!(state, ReportedState::Idle | ReportedState::Check) => Ok(Command::ToggleCheck),
             "C" => Err(Error::NotIdle),
+            _ if let Some(words) = statement.strip_prefix("PROVE") => Ok(Command::Prove { words }),
             _ if let Some(axis) = statement.strip_prefix("BUZZ=").and_then(axis_named) => match state {
                 ReportedState::Idle => Ok(Command::Buzz { axis }),
                 _ => Err(Error::NotIdle),

@@ -175,6 +175,7 @@ impl<F: NorFlash> Controller<'_, F> {
             Command::Jog(jog) => self.jog(jog).await?,
             Command::Home { axis } => return self.home(*axis).await,
             Command::Buzz { axis } => self.buzz(Axis::ALL[*axis], text).await?,
+            Command::Prove { words } => self.prove(words, text, out).await?,
             _ => {}
         }
         let mut page = 0;

@@ -13,6 +13,7 @@ use isostep_console::{
 use isostep_motion::{Axis, Machine, Overrides as Overridden, Spindle, State};
 
 use crate::config::Geometry;
+use crate::prove::Prove;
 use crate::resets::Resets;
 use crate::status::{self, position_pm};
 use crate::store::{Item, Kept, Loss, Store, Value};
@@ -31,6 +32,7 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) has_boot_loader: bool,
     pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
+    pub(crate) prove: Option<Prove>,
 }
 
 pub(crate) struct Program {
@@ -116,6 +118,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             has_boot_loader: false,
             has_second_motor: true,
             boot: Signal::new(),
+            prove: None,
         }
     }
 

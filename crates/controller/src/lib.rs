@@ -16,6 +16,7 @@ mod intake;
 mod jog_cancel;
 mod moves;
 mod output;
+mod prove;
 mod resets;
 mod serve;
 mod status;
@@ -24,6 +25,7 @@ mod tool;
 
 pub use config::config;
 pub use controller::Controller;
-pub use isostep_console::{Parameters, Settings};
+pub use isostep_console::{Error, Parameters, Settings};
+pub use prove::Prove;
 pub use serve::LinkError;
 pub use store::Store;

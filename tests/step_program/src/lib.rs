@@ -16,6 +16,7 @@ mod experiment;
 mod guard;
 #[path = "../../../boards/rp2040-gantry/src/pio_port/program.rs"]
 mod program;
+mod stampers;
 
 use std::env;
 use std::ops::Range;

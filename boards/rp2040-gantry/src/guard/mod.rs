@@ -37,6 +37,8 @@ const SWITCHES_AT_REST: u32 = match pins::EMERGENCY_CONTACT {
 
 /// The fourth motor's limit switch. Its program stands behind that of the others.
 static FOURTH_SWITCH: Watcher = Watcher::new(2, 6, pins::FOURTH_LIMIT, 1, 1);
+/// A proving image has no fourth motor, and other work for the state machine.
+const WATCHERS: usize = if cfg!(feature = "prove") { 1 } else { 2 };
 /// Whose it is.
 #[cfg(not(feature = "four-axes"))]
 pub const FOURTH: LimitInput = LimitInput::Second;
@@ -60,7 +62,7 @@ struct Watcher {
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     GUARDED.lock(|guarded| guarded.set(Some(machine)));
     // One call, so that it is inlined into code that runs once.
-    [&SWITCHES, &FOURTH_SWITCH].into_iter().for_each(Watcher::start);
+    [&SWITCHES, &FOURTH_SWITCH].into_iter().take(WATCHERS).for_each(Watcher::start);
     priority::enable_guard();
     // The guard keeps the PIO for ever.
     let _ = pio;
@@ -68,6 +70,8 @@ pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
 
 /// A reset byte has arrived. The console will report it to the machine later.
 pub fn reset_heard() {
+    #[cfg(feature = "prove")]
+    crate::prove::reset_seen();
     if let Some(machine) = GUARDED.lock(Cell::get) {
         machine.reset_heard();
     }
@@ -134,7 +138,9 @@ fn PIO1_IRQ_1() {
             machine.limit_edge(LimitInput::Of(axis), is_low(axis as usize));
         }
     }
-    if let Some((_, levels)) = FOURTH_SWITCH.take() {
+    if WATCHERS > 1
+        && let Some((_, levels)) = FOURTH_SWITCH.take()
+    {
         machine.limit_edge(FOURTH, levels == 0);
     }
 }
