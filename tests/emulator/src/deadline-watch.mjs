@@ -58,7 +58,8 @@ const hex = (pc) => `0x${(pc >>> 0).toString(16)}`;
 
 /**
  * Watches the code with deadlines: exception handlers, and thread mode with interrupts masked. It counts what this code
- * reads from flash, where a miss of the cache delays it, and the longest time for which interrupts were masked.
+ * reads from flash, where a miss of the cache delays it, and the longest time for which interrupts were masked. A core
+ * that sleeps while they are masked is not counted: it wakes for whichever comes.
  *
  * The firmware's start does not count. Counting begins with the sender's first bytes after the firmware's first, and
  * restarts in the same way after every reset.
@@ -102,7 +103,7 @@ export class DeadlineWatch {
   /** The core has entered or left a handler, or has masked or unmasked interrupts. */
   update() {
     const { core, masked } = this;
-    if (core.PM && masked === null) this.masked = { pc: core.registers[PC] - PASSED_BYTES, since: this.clock.cycles, counts: this.counting };
+    if (core.PM && masked === null) this.masked = { pc: core.registers[PC] - PASSED_BYTES, since: this.clock.awakeCycles, counts: this.counting };
     if (!core.PM && masked !== null) this.#unmask(masked);
     this.context = core.IPSR !== 0 ? HANDLER : core.PM ? MASKED : FREE;
     this.#consider();
@@ -164,7 +165,7 @@ export class DeadlineWatch {
   }
 
   #measure({ pc, since, counts }) {
-    const cycles = this.clock.cycles - since;
+    const cycles = this.clock.awakeCycles - since;
     if (counts && cycles > this.longest.cycles) this.longest = { cycles, pc };
   }
 }

@@ -21,13 +21,14 @@ export class Gantry {
   /**
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{axes?: number, startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
-   *   driver?: string, estop?: 'no' | 'nc', second?: {axis: string, skewMm: number} | null,
+   *   driver?: string, estop?: 'no' | 'nc', enable?: 'wired' | 'open', second?: {axis: string, skewMm: number} | null,
    *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    * @param {{from: number, to: number}[]} [options.jumpers] wires between the chip's pads
    */
   constructor(clock, options) {
     this.clock = clock;
     this.timing = new DriverTiming(DRIVERS[options.driver ?? 'drv8825']);
+    this.enable = options.enable ?? 'wired';
     this.statistics = new StepStatistics();
     this.tool = new ToolOutputs(clock);
     this.stops = new Stops(clock, this.tool.offTimes);
@@ -98,7 +99,7 @@ export class Gantry {
       chip.gpio[PINS[axis].dir].addListener((state, before) => this.#onDirPin(axis, state === HIGH, before === HIGH));
     }
     this.second?.attach(chip);
-    chip.gpio[ENABLE_PIN].addListener((state) => this.#onEnablePin(state !== HIGH));
+    if (this.enable === 'wired') chip.gpio[ENABLE_PIN].addListener((state) => this.#onEnablePin(state !== HIGH));
     // Until the firmware drives it, the driver's own pull-down holds ENABLE low.
     this.#onEnablePin(true);
   }

@@ -32,6 +32,8 @@ The machine
   --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first side, such as Y,1.5
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis, and as 2 for the second motor
   --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
+  --enable wired|open  whether ENABLE is connected to the drivers (default wired); where it is not, they are always on, as beside a
+                       proving image, which keeps it off
   --probe-plate AXIS,MM,SIDE
                        a plate that closes the probe's contact while the axis is at its place, in millimetres above the
                        limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
@@ -103,6 +105,7 @@ const SPEC = {
   second: { type: 'string' },
   switch: { type: 'string', multiple: true, default: [] },
   estop: { type: 'string', default: 'no' },
+  enable: { type: 'string', default: 'wired' },
   'probe-plate': { type: 'string' },
   jumper: { type: 'string', multiple: true, default: [] },
   'shift-edge': { type: 'string', multiple: true, default: [] },
@@ -145,6 +148,7 @@ export function parseOptions(args) {
     timeoutSeconds: number('--timeout-s', values['timeout-s'] ?? '300', 0.001, 1e6),
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     estop: choice('--estop', ESTOP_CONTACTS, values.estop),
+    enable: choice('--enable', ['wired', 'open'], values.enable),
     axes: Number(choice('--axes', ['3', '4'], values.axes)),
     startMm: places(values.start ?? START.slice(0, AXES_USUAL).join(','), Number(values.axes)),
     second: values.second === undefined ? null : secondOption(values.second),

@@ -180,3 +180,14 @@ test('a handler reads an even program counter, whatever bit 0 of its vector is',
   bench.call(IN_RAM, 100);
   assert.equal(bench.bus.ram32[0], RAM + 0x300 + 4);
 });
+
+test('a core that sleeps with interrupts masked holds nothing up', () => {
+  const { core, watch } = new WatchBench();
+  core.PM = true;
+  watch.update();
+  core.cycles += 1_000;
+  watch.clock.asleepCycles += 990;
+  core.PM = false;
+  watch.update();
+  assert.equal(watch.summary().longest_masked_cycles, 10);
+});

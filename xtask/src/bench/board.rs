@@ -290,6 +290,9 @@ impl<'a> Board<'a> {
             .arg(&json)
             .args(["--driver", self.candidate.variant.driver_name()])
             .args(self.chip.options());
+        if self.candidate.variant.prove {
+            command.args(["--enable", "open"]);
+        }
         if self.has_second {
             command.args(["--second", "Y,0"]);
             if let Job::Program(_) = job {

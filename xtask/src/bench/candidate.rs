@@ -20,17 +20,18 @@ pub struct Candidate {
     pub elf: PathBuf,
 }
 
-/// Builds the firmware with each of `ports`. Builds the default variant last, because every other verb expects it in
+/// Builds the firmware with each of `ports`, or its proving image. Builds the default variant last, because every other verb expects it in
 /// its place.
-pub fn build(ports: &[Port]) -> Result<Vec<Candidate>> {
-    let candidates = ports.iter().map(|&port| candidate(port)).collect();
+pub fn build(ports: &[Port], prove: bool) -> Result<Vec<Candidate>> {
+    let candidates = ports.iter().map(|&port| candidate(port, prove)).collect();
     build::firmware(Variant::default())?;
     candidates
 }
 
-fn candidate(port: Port) -> Result<Candidate> {
-    let variant = Variant { port, driver: DRIVER, ..Variant::default() };
-    let elf = build::kept_firmware(variant, &format!("bench-{}", port.name().to_lowercase()))?;
+fn candidate(port: Port, prove: bool) -> Result<Candidate> {
+    let variant = Variant { port, driver: DRIVER, prove, ..Variant::default() };
+    let of = if prove { "bench-prove" } else { "bench" };
+    let elf = build::kept_firmware(variant, &format!("{of}-{}", port.name().to_lowercase()))?;
     Ok(Candidate { port, variant, elf })
 }
 

@@ -100,6 +100,7 @@ Examples:
   cargo xtask bench                                  everything, half an hour or more
   cargo xtask bench --quick                          shorter moves, fewer rates, some five minutes
   cargo xtask bench --port timer --json timer.json
+  cargo xtask bench --quick --prove                  of the image for `isostep prove`, whose figures have to be the same
   cargo xtask bench --report bench                   pictures: open bench/index.html")]
 pub struct Args {
     /// Write the figures as JSON
@@ -114,6 +115,15 @@ pub struct Args {
     /// Only this port, and not the mathematics
     #[arg(long)]
     port: Option<Port>,
+    /// Measure the image that measures itself, to hold it beside the one that people use; without the mathematics
+    #[arg(long)]
+    prove: bool,
+}
+
+impl Args {
+    fn has_mathematics(&self) -> bool {
+        self.port.is_none() && !self.prove
+    }
 }
 
 /// Runs the verb.
@@ -123,8 +133,8 @@ pub fn run(args: Args) -> Result<()> {
     let folder = workspace::target_dir().join("bench");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     node::prepare()?;
-    let candidates = candidate::build(&ports)?;
-    if args.port.is_none() {
+    let candidates = candidate::build(&ports, args.prove)?;
+    if args.has_mathematics() {
         micro::build()?;
     }
     let miss_cycles = Board::new(&candidates[0], Chip::AsItIs, &folder).miss_cycles()?;
@@ -155,7 +165,7 @@ fn measure_on(chip: Chip, candidates: &[Candidate], folder: &Path, args: &Args) 
     let effort = if args.quick { Effort::quick(chip) } else { Effort::full(chip) };
     let ports = candidates.iter().map(|candidate| measure(candidate, chip, folder, &effort));
     let ports = ports.collect::<Result<Vec<_>>>()?;
-    let mathematics = effort.mathematics && args.port.is_none();
+    let mathematics = effort.mathematics && args.has_mathematics();
     Ok(ChipFigures::new(ports, mathematics.then(|| self::mathematics(chip, folder)).transpose()?))
 }
 
@@ -173,8 +183,9 @@ fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) ->
     begin("outputs");
     let outputs = outputs::measure(&board, port, effort)?;
     let highest_steps_s = rates::highest_steps_s(&machine.rates, AXES);
-    // Nothing of a second motor is in flash, so the ideal one shows nothing new.
-    let with_second = (chip != Chip::IdealFlash)
+    // Nothing of a second motor is in flash, so the ideal one shows nothing new. A proving image does not drive it.
+    let has_second = chip != Chip::IdealFlash && !candidate.variant.prove;
+    let with_second = has_second
         .then(|| measure_machine(&board.with_second(), port, &effort.with_second(highest_steps_s)))
         .transpose()?;
     Ok(PortFigures { port, machine, starts, levels, outputs, with_second })
@@ -207,8 +218,9 @@ fn mathematics(chip: Chip, folder: &Path) -> Result<MicroFigures> {
 fn conditions(args: &Args, miss_cycles: u32) -> Conditions {
     let quick = if args.quick { " --quick" } else { "" };
     let port = args.port.map_or("", |port| if port == Port::Pio { " --port pio" } else { " --port timer" });
+    let prove = if args.prove { " --prove" } else { "" };
     Conditions {
-        command: format!("cargo xtask bench{quick}{port}"),
+        command: format!("cargo xtask bench{quick}{port}{prove}"),
         board: "emulated",
         clock_hz: CLOCK_HZ,
         flash: "read through the chip's cache, emulated too",
