@@ -36,7 +36,7 @@ pub fn run(args: Args) -> Result<()> {
     let firmware = firmware(args.variant)?;
     println!("{}", workspace::shown(&workspace::firmware_elf()));
     println!("{}", workspace::shown(&workspace::firmware_uf2()));
-    print!("{}", Footprint::new(&firmware, args.variant.axes).table());
+    print!("{}", Footprint::new(&firmware, args.variant).table());
     Ok(())
 }
 

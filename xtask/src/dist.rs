@@ -24,6 +24,7 @@ The files, in target/dist:
                                      the same for an emergency stop that is wired normally closed
   isostep-VERSION-PORT-DRIVER[-estop-nc]-4-axes.uf2
                                      the same for X, Y, Z and A; the others are for three axes and a second motor
+  isostep-VERSION-prove-PORT.uf2     the image that measures itself, for `isostep prove`; it never energises a motor
   LICENCES.txt                       of the project, and of every package that is linked into the firmware
   SHA256SUMS                         of the files above; `sha256sum --check SHA256SUMS` compares them
 
@@ -37,7 +38,8 @@ pub fn run(Args {}: Args) -> Result<()> {
     }
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let mut files = Vec::new();
-    for variant in variants() {
+    let proving = Port::value_variants().iter().map(|&port| Variant::proving(port));
+    for variant in variants().chain(proving) {
         build::firmware(variant)?;
         let uf2 = fs::read(workspace::firmware_uf2())?;
         files.push(written(&folder, &name(variant), &uf2)?);
@@ -58,10 +60,13 @@ fn variants() -> impl Iterator<Item = Variant> {
     Port::value_variants().iter().copied().flat_map(drivers).flat_map(of)
 }
 
-fn name(Variant { port, driver, estop, axes, .. }: Variant) -> String {
+fn name(Variant { port, driver, estop, axes, prove, .. }: Variant) -> String {
     let word = |value: clap::builder::PossibleValue| value.get_name().to_owned();
     let (port, driver) = (port.to_possible_value().map(word), driver.to_possible_value().map(word));
     let (port, driver) = (port.unwrap_or_default(), driver.unwrap_or_default());
+    if prove {
+        return format!("isostep-{}-prove-{port}.uf2", env!("CARGO_PKG_VERSION"));
+    }
     let contact = if estop == Contact::Nc { "-estop-nc" } else { "" };
     let axes = if axes == Axes::Four { "-4-axes" } else { "" };
     format!("isostep-{}-{port}-{driver}{contact}{axes}.uf2", env!("CARGO_PKG_VERSION"))

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
 use crate::firmware::Firmware;
-use crate::variant::Axes;
+use crate::variant::{Axes, Variant};
 use crate::workspace;
 
 const KIB: u64 = 1024;
@@ -18,6 +18,8 @@ const CODE_BUDGET_BYTES: u64 = 131 * KIB;
 const STATICS_BUDGET_BYTES: u64 = 88 * KIB;
 /// What a fourth axis may take, of code and of statics.
 const FOURTH_AXIS_BUDGET_BYTES: [u64; 2] = [KIB, 14 * KIB];
+/// What an image that measures itself may take, of code and of statics.
+const PROVE_BUDGET_BYTES: [u64; 2] = [6 * KIB, 7 * KIB];
 
 /// The firmware's use of memory, in bytes.
 pub struct Footprint {
@@ -36,9 +38,11 @@ struct Row {
 }
 
 impl Footprint {
-    /// That of firmware for so many axes.
-    pub fn new(firmware: &Firmware, axes: Axes) -> Self {
-        let [code, statics] = if axes == Axes::Four { FOURTH_AXIS_BUDGET_BYTES } else { [0; 2] };
+    /// That of a variant of the firmware.
+    pub fn new(firmware: &Firmware, variant: Variant) -> Self {
+        let fourth = if variant.axes == Axes::Four { FOURTH_AXIS_BUDGET_BYTES } else { [0; 2] };
+        let prove = if variant.prove { PROVE_BUDGET_BYTES } else { [0; 2] };
+        let [code, statics] = std::array::from_fn(|part| fourth[part] + prove[part]);
         Self {
             flash: firmware.flash_bytes(),
             code: firmware.ram_code_bytes,

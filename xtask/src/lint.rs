@@ -48,8 +48,9 @@ fn firmware() -> Result<()> {
     };
     check_firmware(&toolchain, workspace::FIRMWARE, &Variant::default().features())?;
     check_firmware(&toolchain, workspace::FIRMWARE, &other.features())?;
-    let proving = Variant { prove: true, ..Variant::default() };
-    check_firmware(&toolchain, workspace::FIRMWARE, &proving.features())?;
+    for port in [Port::Pio, Port::Timer] {
+        check_firmware(&toolchain, workspace::FIRMWARE, &Variant::proving(port).features())?;
+    }
     check_firmware(&toolchain, workspace::BENCH_FIRMWARE, &[])?;
     check_firmware(&toolchain, "qemu-lm3s6965", &[])?;
     check_firmware(&toolchain, "qemu-lm3s6965", &["four-axes"])?;

@@ -28,7 +28,7 @@ pub struct Args {
 
 pub fn run(args: Args) -> Result<()> {
     let variant = Variant::default();
-    let footprint = Footprint::new(&build::firmware(variant)?, variant.axes);
+    let footprint = Footprint::new(&build::firmware(variant)?, variant);
     print!("{}", footprint.table());
     if let Some(path) = args.json {
         fs::write(&path, format!("{:#}\n", footprint.json()))

@@ -186,7 +186,12 @@ const TIMER_PORT: Variant = Variant {
 /// The firmware whose emergency stop opens when it is pressed.
 const ESTOP_NC_ELF: &str = "estop-nc";
 
+/// The firmware that measures itself.
+const PROVE_ELF: &str = "prove";
+
 fn firmware(_: Cases) -> Result<()> {
+    check_footprint(Variant::proving(Port::Pio))?;
+    build::kept_firmware(Variant::proving(Port::Pio), PROVE_ELF)?;
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
     check_footprint(Variant::default())
@@ -194,7 +199,7 @@ fn firmware(_: Cases) -> Result<()> {
 
 /// Builds a variant, and compares what it takes with its budgets.
 fn check_footprint(variant: Variant) -> Result<()> {
-    let footprint = Footprint::new(&build::firmware(variant)?, variant.axes);
+    let footprint = Footprint::new(&build::firmware(variant)?, variant);
     print!("{}", footprint.table());
     footprint.check()
 }
@@ -202,7 +207,12 @@ fn check_footprint(variant: Variant) -> Result<()> {
 fn emulated_board(cases: Cases) -> Result<()> {
     let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
     // Not by its package: with the features of all packages it is compiled already.
-    suites::run("emulated board", || on_board(cases, &elves), &["--test=emulated", "--", "--ignored"])
+    let tests = || {
+        let mut tests = on_board(cases, &elves);
+        tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
+        tests
+    };
+    suites::run("emulated board", tests, &["--test=emulated", "--", "--ignored"])
 }
 
 /// Tests on the emulated board with these images: the default one, that of the timer port, and that of the emergency stop

@@ -71,6 +71,11 @@ pub enum Contact {
 }
 
 impl Variant {
+    /// The image that measures itself. Its pulses are as short as they may be, for the highest rates: no motor is driven.
+    pub fn proving(port: Port) -> Self {
+        Self { port, driver: Driver::Tmc2209, prove: true, ..Self::default() }
+    }
+
     /// The board's cargo features. These and no others are to be built, its default ones neither.
     pub fn features(self) -> Vec<&'static str> {
         let port = (self.port == Port::Timer).then_some("timer-port");
