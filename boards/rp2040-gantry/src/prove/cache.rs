@@ -17,7 +17,7 @@ const READS: usize = 256;
 /// in all of them. It masks interrupts for some hundred microseconds.
 pub fn read_cost_hundredths() -> [u32; 3] {
     critical_section::with(|_| {
-        flush();
+        empty();
         let cold = read(CACHED);
         let hit = read(CACHED);
         [hit, cold, read(UNCACHED)].map(|cycles| cycles * 100 / READS as u32)
@@ -34,7 +34,8 @@ pub fn take_counters() -> [u32; 2] {
     })
 }
 
-fn flush() {
+/// Empties the cache.
+pub fn empty() {
     XIP_CTRL.flush().write(|flush| flush.set_flush(true));
     // The chip holds this read up until all lines have gone.
     XIP_CTRL.flush().read();

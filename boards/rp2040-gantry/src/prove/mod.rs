@@ -75,6 +75,11 @@ pub fn answer(words: &str, page: usize, text: &mut dyn Write) -> Result<bool, Er
     match fields.next() {
         Some("ARM") => arm(&mut fields).map(|()| false),
         Some("READ") => read(number(fields.next())?, page, text),
+        Some("COLD") => {
+            cache::empty();
+            pads::press();
+            Ok(false)
+        }
         Some("OUT") => out(fields.next()).map(|()| false),
         Some("LOAD") => written(pair(text, "LOAD", asleep::take_us())),
         Some("MASK") => written(writeln!(text, "[MASK:{}]\r", masked::take_longest_cycles())),
@@ -111,11 +116,15 @@ fn arm<'w>(fields: &mut impl Iterator<Item = &'w str>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Pulls OUT low after some microseconds, or lets it go.
+/// Pulls OUT low, at once or after some microseconds, or lets it go.
 fn out(after_us: Option<&str>) -> Result<(), Error> {
-    match after_us {
-        Some(_) => pads::press_after(Duration::from_micros(number(after_us)?.into())),
-        None => pads::release(),
+    if after_us.is_none() {
+        pads::release();
+        return Ok(());
+    }
+    match number(after_us)? {
+        0 => pads::press(),
+        us => pads::press_after(Duration::from_micros(us.into())),
     }
     Ok(())
 }
