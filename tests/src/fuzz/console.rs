@@ -159,7 +159,7 @@ impl Console {
             Command::ExplainAlarm(alarm) => tells(report::message, alarm),
             Command::ShowSettings | Command::ShowParameters | Command::ShowBuild => self.list(),
             Command::ShowModal | Command::ShowStartup | Command::Help => self.list(),
-            Command::Unlock | Command::ToggleCheck | Command::Sleep | Command::Boot => {}
+            Command::Unlock | Command::ToggleCheck | Command::Sleep | Command::Boot | Command::Prove { .. } => {}
         }
         Ok(())
     }

@@ -2,13 +2,14 @@
 
 use std::cell::Cell;
 use std::convert::Infallible;
+use std::fmt::Write;
 use std::rc::Rc;
 
 use embassy_futures::block_on;
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use isostep_controller::store::Kept;
-use isostep_controller::{Controller, Parameters, Settings, Store, config};
+use isostep_controller::{Controller, Error, Parameters, Settings, Store, config};
 use isostep_motion::{Contact, Machine, coordinator};
 use isostep_sim::Flash;
 use isostep_sim::executor::Executor;
@@ -47,6 +48,14 @@ struct Two {
 
 impl Two {
     fn new(parameters: Parameters) -> Self {
+        Self::with(parameters, |controller| controller)
+    }
+
+    /// With a controller that is changed by `change`.
+    fn with(
+        parameters: Parameters,
+        change: impl FnOnce(Controller<'static, Flash>) -> Controller<'static, Flash>,
+    ) -> Self {
         let mut executor = Executor::new();
         let settings = Settings::default();
         let machine: &'static Machine = Box::leak(Box::new(Machine::new(config(&settings), Contact::NormallyOpen)));
@@ -54,7 +63,7 @@ impl Two {
         let kept = Kept { settings, parameters };
         assert_eq!(block_on(store.save(true, |item| kept.value(item))), Ok(()));
         let controller: &'static Controller<'static, _> =
-            Box::leak(Box::new(Controller::new(machine, settings, store).with_boot_loader()));
+            Box::leak(Box::new(change(Controller::new(machine, settings, store).with_boot_loader())));
         block_on(controller.load());
         assert_eq!(controller.parameters(), kept.parameters);
         executor.spawn("coordinator", async move {
@@ -140,6 +149,31 @@ fn command_boot_makes_way_for_new_firmware() {
     // A reset does not cancel it.
     let told = heard(&[WELCOME, ELSEWHERE]);
     assert_eq!(two.send(0, b"\x18$X\nG21\n"), [heard(&[WELCOME, "ok", "error:8"]), told]);
+}
+
+/// Counts the pages that it is asked for.
+fn prove(words: &str, page: usize, text: &mut dyn Write) -> Result<bool, Error> {
+    if words != "=3" {
+        return Err(Error::BadNumber);
+    }
+    write!(text, "[PAGE:{page}]\r\n").map_err(|_| Error::BadNumber)?;
+    Ok(page < 2)
+}
+
+#[test]
+fn command_prove_prints_the_boards_pages_and_its_refusal() {
+    let mut two = Two::with(Parameters::default(), |controller| controller.with_prove(prove));
+    two.send(0, b"");
+    let pages = heard(&["[PAGE:0]", "[PAGE:1]", "[PAGE:2]", "ok", "ok"]);
+    assert_eq!(two.send(0, b"$prove = 3\nG21\n"), [pages, heard(&[])], "and the next line after all of them");
+    assert_eq!(two.send(1, b"$PROVE\n"), [heard(&[]), heard(&["error:2"])]);
+}
+
+#[test]
+fn command_prove_is_refused_by_a_board_that_does_not_measure_itself() {
+    let mut two = Two::new(Parameters::default());
+    two.send(0, b"");
+    assert_eq!(two.send(0, b"$PROVE\n$PROVE=READ,0\n"), [heard(&["error:3", "error:3"]), heard(&[])]);
 }
 
 #[test]

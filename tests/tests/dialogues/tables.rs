@@ -130,6 +130,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::ToggleCheck => "$C",
         Command::Sleep => "$SLP",
         Command::Boot => "$BOOT",
+        Command::Prove { .. } => "$PROVE, $PROVE=...",
         Command::Help => "$",
         Command::ShowSettings => "$$",
         Command::ShowParameters => "$#",
@@ -162,7 +163,7 @@ fn every_command_has_a_row_with_its_states() {
     ];
     let lines = [
         "$", "$$", "$1=5", "$#", "$G", "$I", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z",
-        "$SLP", "$BOOT", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
+        "$SLP", "$BOOT", "$PROVE", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

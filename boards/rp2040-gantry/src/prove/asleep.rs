@@ -43,15 +43,18 @@ pub fn run(begin: impl FnOnce(Spawner)) -> ! {
         // SAFETY: it is polled here alone, and not from within a poll.
         unsafe { executor.poll() };
         while !NVIC::is_pending(WOKEN) {
+            let mut times_us = [0; 2];
             disable();
             if !NVIC::is_pending(WOKEN) {
-                let begin_us = TIMER.timerawl().read();
+                times_us[0] = TIMER.timerawl().read();
                 cortex_m::asm::wfi();
-                let slept_us = TIMER.timerawl().read().wrapping_sub(begin_us);
-                ASLEEP_US.store(ASLEEP_US.load(Ordering::Relaxed).wrapping_add(slept_us), Ordering::Relaxed);
+                times_us[1] = TIMER.timerawl().read();
             }
+            // At once: an interrupt waits for it.
             // SAFETY: they were unmasked before, and no critical section relies on them being masked.
             unsafe { enable() };
+            let slept_us = times_us[1].wrapping_sub(times_us[0]);
+            ASLEEP_US.store(ASLEEP_US.load(Ordering::Relaxed).wrapping_add(slept_us), Ordering::Relaxed);
         }
     }
 }
