@@ -69,5 +69,6 @@ pub fn sample(pad: u8) -> [u32; 2] {
         high += SIO.gpio_in(0).read() >> pad & 1;
         of += 1;
     }
-    [high, of]
+    // OUT's input is inverted.
+    if usize::from(pad) == OUT { [of - high, of] } else { [high, of] }
 }

@@ -13,6 +13,7 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_rp::pac::dma::regs::CtrlTrig;
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
 use embassy_rp::pac::pio::Pio;
+use embassy_rp::pac::pio::regs::SmPinctrl;
 use embassy_rp::pac::{DMA, PIO0, PIO1};
 
 use super::program::{self, EARLY, LATE, LATE_CYCLES, SHORT_ORIGIN, SKIPPING_ORIGIN, forced};
@@ -133,6 +134,8 @@ impl Stamper {
             exec.set_wrap_top(origin + program.wrap.source);
             exec.set_jmp_pin(pad);
         });
+        // The step program's side-set would take part of an instruction's delay.
+        registers.pinctrl().write_value(SmPinctrl(0));
         self.share_fifo(false);
         self.pio.txf(self.state_machine).write_value(skip);
         self.force(forced::PULL);
