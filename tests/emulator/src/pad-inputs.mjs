@@ -1,7 +1,10 @@
 import { Inputs } from './pio/inputs.mjs';
+import { FUNCTION_PWM } from './pwm.mjs';
 
 const [LEVEL_LOW, LEVEL_HIGH, EDGE_LOW, EDGE_HIGH] = [1 << 0, 1 << 1, 1 << 2, 1 << 3];
 const INPUT_ENABLE = 1 << 6;
+/** A pad after a reset (datasheet 2.19.6.3): its input enabled, pulled down, 4 mA. rp2040js has the input off. */
+const PAD_AT_RESET = 0x56;
 
 /**
  * What the inputs of the pins see: the level from outside, or that of the chip's own output while that is enabled, and
@@ -18,13 +21,14 @@ export class PadInputs {
     this.pio = pio;
     this.clock = clock;
     this.sio = new Inputs();
-    Object.defineProperty(chip, 'gpioValues', { get: () => this.sio.at(clock.cycles) });
+    Object.defineProperty(chip, 'gpioValues', { get: () => this.#seenBySio() });
     for (const pin of chip.gpio) this.#attach(pin);
   }
 
   /** Replaces rp2040js's rules, which use only the level from outside, and for interrupts no override. */
   #attach(pin) {
     const { checkForUpdates } = pin;
+    pin.padValue = PAD_AT_RESET;
     /** Whether something stands between what drives the pin and its pad (`PadFaults`). */
     pin.faulty = false;
     let outside = pin.rawInputValue;
@@ -60,6 +64,12 @@ export class PadInputs {
     if ((pin.padValue & INPUT_ENABLE) === 0) return undefined;
     pin.irqStatus = statusOf(pin, high);
     return this.#notify(pin, high);
+  }
+
+  /** The edges of PWM are not followed one by one, so its pins are looked at when somebody reads them. */
+  #seenBySio() {
+    for (const pin of this.chip.gpio) if (pin.functionSelect === FUNCTION_PWM) pin.checkForUpdates();
+    return this.sio.at(this.clock.cycles);
   }
 
   /** The pin's interrupts see a level. */

@@ -41,6 +41,10 @@ export class PwmBench {
     this.bus.write32(address | 0, value);
   }
 
+  readAt(address) {
+    return this.bus.read32(address | 0) >>> 0;
+  }
+
   write(register, value, alias = 0) {
     this.writeAt(PWM + alias + register, value);
   }
@@ -51,7 +55,7 @@ export class PwmBench {
   }
 
   read(register) {
-    return this.bus.read32((PWM + register) | 0) >>> 0;
+    return this.readAt(PWM + register);
   }
 
   /** Starts the slice on this cycle. */

@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { FROM, jmp, CONDITION, mov, push, set, shiftIn, TO, waitGpio } from '../support/pio-assembly.mjs';
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
+import { PIN as PWM_PIN, PwmBench } from '../support/pwm-bench.mjs';
 
 const PIN = 5;
 const [SIO_FUNCTION, PIO0_FUNCTION] = [5, 6];
@@ -148,4 +149,16 @@ test('the edges of an output raise the interrupts of its pin', () => {
   bench.force(0, set(TO.pins, 1));
   assert.equal(bench.pending(IRQ_IO), true);
   assert.equal(bench.chip.gpio[PIN].ctrl, PIO0_FUNCTION);
+});
+
+test('SIO reads the level of a pad that PWM drives', () => {
+  const bench = new PwmBench();
+  bench.start({ cc: 30, top: 99 });
+  const high = Array.from({ length: 200 }, () => {
+    // A level is seen two cycles later.
+    bench.readAt(GPIO_IN);
+    bench.runTo(bench.core.cycles + 2);
+    return (bench.readAt(GPIO_IN) >>> PWM_PIN) & 1;
+  });
+  assert.equal(high.reduce((sum, level) => sum + level), 60);
 });
