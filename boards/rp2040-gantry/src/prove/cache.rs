@@ -15,6 +15,8 @@ const READS: usize = 256;
 
 /// The mean cost of a read in hundredths of a cycle: in the cache, not in it, without it. A loop's own instructions are
 /// in all of them. It masks interrupts for some hundred microseconds.
+// Not inlined, so that it does not wait for its own code while interrupts are masked.
+#[inline(never)]
 pub fn read_cost_hundredths() -> [u32; 3] {
     critical_section::with(|_| {
         empty();
@@ -25,6 +27,7 @@ pub fn read_cost_hundredths() -> [u32; 3] {
 }
 
 /// Hits of the cache and accesses to it since the last call.
+#[inline(never)]
 pub fn take_counters() -> [u32; 2] {
     critical_section::with(|_| {
         let counted = [XIP_CTRL.ctr_hit().read(), XIP_CTRL.ctr_acc().read()];
