@@ -83,8 +83,8 @@ impl Variant {
         let estop = (self.estop == Contact::Nc).then_some("estop-nc");
         let axes = (self.axes == Axes::Four).then_some(FOUR_AXES);
         let laws = (!self.without_paper_laws).then_some("paper-laws");
-        let measuring = if self.prove { "prove" } else { "plain-sections" };
-        std::iter::once(measuring).chain(port).chain(driver).chain(estop).chain(axes).chain(laws).collect()
+        let prove = self.prove.then_some("prove");
+        port.into_iter().chain(prove).chain(driver).chain(estop).chain(axes).chain(laws).collect()
     }
 
     /// The name of the emergency stop's contact for the emulated board's options.

@@ -6,6 +6,7 @@
 //! | priority | interrupt | why there |
 //! |---|---|---|
 //! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it only wakes tasks whose time has come |
+//! | P0 | `PWM_IRQ_WRAP` | of a proving image, while it measures how long such an interrupt waits |
 //! | P0 | `PIO1_IRQ_1` | an edge of a switch: it engages the brake |
 //! | P1 | `IO_IRQ_BANK0` | the same edge: it only wakes the task that watches the switch |
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke |
@@ -69,6 +70,13 @@ pub fn start_step_executor() -> SendSpawner {
 pub fn enable_timer() {
     // SAFETY: its handler exists, and no code relies on this interrupt being masked.
     unsafe { interrupt::TIMER_IRQ_0.enable() }
+}
+
+/// Enables the interrupt that measures how long it waits.
+#[cfg(feature = "prove")]
+pub fn enable_waits() {
+    // SAFETY: its handler exists, and no code relies on this interrupt being masked.
+    unsafe { interrupt::PWM_IRQ_WRAP.enable() }
 }
 
 /// Enables the interrupt that the guard needs.

@@ -18,7 +18,7 @@ const READS: usize = 256;
 // Not inlined, so that it does not wait for its own code while interrupts are masked.
 #[inline(never)]
 pub fn read_cost_hundredths() -> [u32; 3] {
-    critical_section::with(|_| {
+    cortex_m::interrupt::free(|_| {
         empty();
         let cold = read(CACHED);
         let hit = read(CACHED);
@@ -29,7 +29,7 @@ pub fn read_cost_hundredths() -> [u32; 3] {
 /// Hits of the cache and accesses to it since the last call.
 #[inline(never)]
 pub fn take_counters() -> [u32; 2] {
-    critical_section::with(|_| {
+    cortex_m::interrupt::free(|_| {
         let counted = [XIP_CTRL.ctr_hit().read(), XIP_CTRL.ctr_acc().read()];
         XIP_CTRL.ctr_hit().write_value(0);
         XIP_CTRL.ctr_acc().write_value(0);

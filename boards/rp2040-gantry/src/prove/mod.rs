@@ -2,8 +2,8 @@
 //!
 //! # Design
 //! Ports, tasks and priorities are those of the image that people use. What is added does nothing until it is asked, by
-//! `$PROVE` on a console, except the following, which cost some cycles: a critical section looks whether it is to be measured
-//! (`masked`), the core reads the clock when it sleeps (`asleep`), and a reset byte from USB pulls a pad low (`pads`).
+//! `$PROVE` on a console, except two things, which cost some cycles: the core reads the clock when it falls asleep and wakes
+//! (`asleep`), and a reset byte from USB pulls a pad low (`pads`).
 //!
 //! The motors of a board that proves never move: ENABLE stays off. The fourth motor, its switch and its state machines
 //! give way to the stampers (`stamps`). Settings have a place of their own in the flash.
@@ -12,11 +12,11 @@ mod asleep;
 mod cache;
 mod cycles;
 mod frames;
-mod masked;
 mod motors_off;
 mod pads;
 mod program;
 mod stamps;
+mod waits;
 
 use core::fmt::Write;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -82,7 +82,7 @@ pub fn answer(words: &str, page: usize, text: &mut dyn Write) -> Result<bool, Er
         }
         Some("OUT") => out(fields.next()).map(|()| false),
         Some("LOAD") => written(pair(text, "LOAD", asleep::take_us())),
-        Some("MASK") => written(writeln!(text, "[MASK:{}]\r", masked::take_longest_cycles())),
+        Some("MASK") => written(writeln!(text, "[MASK:{}]\r", waits::begin_or_end())),
         Some("CACHE") => {
             let [hit, cold, uncached] = cache::read_cost_hundredths();
             written(writeln!(text, "[CACHE:{hit},{cold},{uncached}]\r"))

@@ -151,7 +151,7 @@ impl Stamper {
     /// Starts or stops it. The register is shared with the state machines of the axes.
     #[inline(never)]
     fn enable(&self, on: bool) {
-        critical_section::with(|_| {
+        cortex_m::interrupt::free(|_| {
             self.pio.ctrl().modify(|ctrl| {
                 let others = ctrl.sm_enable() & !self.bit();
                 ctrl.set_sm_enable(if on { others | self.bit() } else { others });
