@@ -4,6 +4,7 @@ use std::process::Command;
 
 use anyhow::Result;
 
+use crate::other_chip;
 use crate::process::{announce, run as run_command};
 use crate::toolchain::{Toolchain, cargo};
 use crate::variant::{Axes, Contact, Driver, Port, Variant};
@@ -13,7 +14,8 @@ use crate::workspace;
 #[derive(clap::Args)]
 #[command(after_help = "\
 The same checks run over the host's packages and over the firmware. Clippy for the firmware needs the target in the
-default toolchain (`rustup target add thumbv6m-none-eabi`); without it lint says so, and compiles the firmware instead.")]
+default toolchain (`rustup target add thumbv6m-none-eabi`); without it lint says so, and compiles the firmware instead.
+The firmwares of examples/stm32g474 need thumbv7em-none-eabihf, and are left out in words where it cannot be had.")]
 pub struct Args {}
 
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
@@ -33,7 +35,21 @@ pub fn run(Args {}: Args) -> Result<()> {
     let tests =
         ["--package=isostep", "--package=isostep-tests", "--lib", "--bins", "--test=four_axes", "--test=emulated"];
     run_command(cargo("clippy").args(crates).args(tests).arg("--features=four-axes").args(DENY_WARNINGS))?;
-    firmware()
+    firmware()?;
+    another_chip()
+}
+
+fn another_chip() -> Result<()> {
+    if let Some(why) = other_chip::missing() {
+        announce(&format!("examples/stm32g474: left out, because {why}"));
+        return Ok(());
+    }
+    for features in other_chip::FEATURES {
+        announce(&format!("clippy, examples/stm32g474 {}", features.join(" ")));
+        run_command(other_chip::cargo("clippy", features).args(DENY_WARNINGS))?;
+    }
+    announce("rustdoc, examples/stm32g474");
+    run_command(other_chip::cargo("doc", &[]).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 fn firmware() -> Result<()> {

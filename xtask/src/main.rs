@@ -1,6 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder: those
 //! that build, flash, emulate, test and measure. The other verbs are in the package `isostep`. `workspace`,
-//! `toolchain`, `tools`, `node`, `firmware`, `footprint`, `touch`, `uf2`, `variant`, `process`, `suites` and `cpu` are
+//! `toolchain`, `other_chip`, `tools`, `node`, `firmware`, `footprint`, `touch`, `uf2`, `variant`, `process`, `suites` and `cpu` are
 //! shared by the verbs.
 
 // All modules print with its macros.
@@ -23,6 +23,7 @@ mod hot;
 mod lint;
 mod mutants;
 mod node;
+mod other_chip;
 mod process;
 mod setup;
 mod size;

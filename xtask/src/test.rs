@@ -11,7 +11,7 @@ use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::{Toolchain, cargo};
 use crate::variant::{Axes, Contact, Driver, Port, Variant};
-use crate::{build, cpu, node, suites, workspace};
+use crate::{build, cpu, node, other_chip, suites, workspace};
 use isostep::stopwatch::Stopwatch;
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
@@ -23,6 +23,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
   another board    the firmware of boards/qemu-lm3s6965 in QEMU; skipped without qemu-system-arm
+  another chip     the firmwares of examples/stm32g474 link for a Cortex-M4F; skipped where rustup cannot add that target
   slow clock       the machine by a clock of 32,768 Hz; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
@@ -72,16 +73,18 @@ impl Cases {
 const SLOW_CLOCK: Stage = ("slow clock", slow_clock);
 const FOUR_AXES: Stage = ("four axes", four_axes);
 
-/// These two need more than Rust and Node.
+/// These need more than Rust and Node.
 const ANOTHER_BOARD: Stage = ("another board", another_board);
+const ANOTHER_CHIP: Stage = ("another chip", another_chip);
 const SENDERS: Stage = ("real senders", senders);
 
-const STAGES: [Stage; 8] = [
+const STAGES: [Stage; 9] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
     ("emulated board", emulated_board),
     ANOTHER_BOARD,
+    ANOTHER_CHIP,
     SLOW_CLOCK,
     FOUR_AXES,
     SENDERS,
@@ -119,6 +122,12 @@ pub fn run(args: Args) -> Result<()> {
             summary += &format!(
                 "{name:<16} skipped: install qemu-system-arm, on Debian by `apt-get install qemu-system-arm`\n"
             );
+            continue;
+        }
+        if *name == ANOTHER_CHIP.0
+            && let Some(why) = other_chip::missing()
+        {
+            summary += &format!("{name:<16} skipped: {why}\n");
             continue;
         }
         if [SLOW_CLOCK.0, FOUR_AXES.0].contains(name) && cases == Cases::Few {
@@ -232,6 +241,10 @@ fn another_board(cases: Cases) -> Result<()> {
         tests
     };
     suites::run("another board", tests, &["--package=isostep-tests", "--test=qemu", "--", "--ignored"])
+}
+
+fn another_chip(_: Cases) -> Result<()> {
+    other_chip::FEATURES.into_iter().try_for_each(|features| process::run(&mut other_chip::cargo("build", features)))
 }
 
 fn slow_clock(cases: Cases) -> Result<()> {

@@ -35,11 +35,7 @@ pub enum Toolchain {
 impl Toolchain {
     /// The first toolchain that works. Installs what is missing where that is possible.
     pub fn set_up() -> Result<Self> {
-        if has_core_library() {
-            return Ok(Self::Ready);
-        }
-        add_rustup_target();
-        if has_core_library() {
+        if has_target(FIRMWARE_TARGET) {
             return Ok(Self::Ready);
         }
         let found = Self::from_source().map_or_else(Self::from_debian, Ok)?;
@@ -50,7 +46,7 @@ impl Toolchain {
     /// The toolchain that the last [`Toolchain::set_up`] found, without trying rustup again. If there is none, calls
     /// it.
     pub fn ensure() -> Result<Self> {
-        let known_source = source_marker().exists() && !has_core_library();
+        let known_source = source_marker().exists() && !has_core_library(FIRMWARE_TARGET);
         match known_source.then(Self::from_source).flatten() {
             Some(found) => Ok(found),
             None => Self::set_up(),
@@ -135,9 +131,18 @@ fn source_marker() -> PathBuf {
     workspace::target_dir().join(".firmware-core-from-source")
 }
 
-fn has_core_library() -> bool {
+/// Whether the default toolchain can build for `target`. Installs the target where rustup can.
+pub fn has_target(target: &str) -> bool {
+    if has_core_library(target) {
+        return true;
+    }
+    add_rustup_target(target);
+    has_core_library(target)
+}
+
+fn has_core_library(target: &str) -> bool {
     let mut rustc = Command::new("rustc");
-    rustc.current_dir(workspace::root()).args(["--print", "target-libdir", "--target", FIRMWARE_TARGET]);
+    rustc.current_dir(workspace::root()).args(["--print", "target-libdir", "--target", target]);
     let Some(dir) = process::printed(&mut rustc) else { return false };
     let Ok(files) = Path::new(&dir).read_dir() else { return false };
     files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
@@ -173,10 +178,10 @@ fn rust_lld() -> Option<PathBuf> {
     std::iter::once(bundled).chain(system).find(|linker| linker.is_file())
 }
 
-fn add_rustup_target() {
-    announce(&format!("rustup target add {FIRMWARE_TARGET}"));
+fn add_rustup_target(target: &str) {
+    announce(&format!("rustup target add {target}"));
     let mut rustup = Command::new("rustup");
-    rustup.current_dir(workspace::root()).env("RUSTUP_MAX_RETRIES", "0").args(["target", "add", FIRMWARE_TARGET]);
+    rustup.current_dir(workspace::root()).env("RUSTUP_MAX_RETRIES", "0").args(["target", "add", target]);
     if let Err(error) = process::run_within(&mut rustup, RUSTUP_PATIENCE) {
         eprintln!("    no: {error:#}");
     }

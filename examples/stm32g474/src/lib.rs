@@ -1,0 +1,24 @@
+//! What both firmwares have of the chip: its clock, its pins, the steps, the switches, executors. README.md says what is
+//! where, and what a machine may do without.
+#![no_std]
+
+pub mod clock;
+pub mod executors;
+pub mod flash;
+pub mod pins;
+pub mod steps;
+pub mod tasks;
+#[cfg(feature = "measure-wake-up")]
+mod wake_up;
+
+use core::panic::PanicInfo;
+
+/// Stops for ever, with no more edges: the interrupts are masked. What else must be off then, such as a laser, is for the
+/// machine's maker to see to here.
+#[panic_handler]
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    cortex_m::interrupt::disable();
+    loop {
+        cortex_m::asm::nop();
+    }
+}

@@ -1,0 +1,51 @@
+//! The step ports: `TimerPort`, whose steps one task makes.
+
+use embassy_executor::SendSpawner;
+use embassy_time::Duration;
+use embedded_hal::delay::DelayNs;
+use isostep_motion::{AXES, DriverTiming, TimerBank, TimerPort};
+
+use crate::clock::CORE_MHZ;
+use crate::pins::StepDir;
+
+static BANK: TimerBank<AXES> = TimerBank::new();
+
+/// The longest time from the alarm of the clock to the first reading of the clock by the task that makes the steps.
+/// A guess, until somebody has measured it on the chip: README.md says how.
+pub const WAKE_UP: Duration = Duration::from_micros(20);
+
+/// The ports of all axes, for drivers of this timing. The task that makes their steps is spawned with `spawner`, which has
+/// to be above the tasks of the axes.
+///
+/// # Panics
+/// When it is called twice.
+pub fn open(spawner: SendSpawner, motors: [StepDir; AXES]) -> [TimerPort<'static>; AXES] {
+    #[cfg(not(feature = "measure-wake-up"))]
+    spawner.spawn(drive(motors).expect("it is spawned once"));
+    #[cfg(feature = "measure-wake-up")]
+    {
+        // Nothing is to move meanwhile.
+        drop(motors);
+        spawner.spawn(crate::wake_up::measure().expect("it is spawned once"));
+    }
+    BANK.ports(DriverTiming::DRV8825, [brake::<0>, brake::<1>, brake::<2>])
+}
+
+#[cfg(not(feature = "measure-wake-up"))]
+#[embassy_executor::task]
+async fn drive(motors: [StepDir; AXES]) -> ! {
+    BANK.drive(motors, Delay, WAKE_UP).await
+}
+
+fn brake<const AXIS: usize>(engaged: bool) {
+    BANK.brake(AXIS, engaged);
+}
+
+/// A delay that blocks, by the processor's cycles. It is never shorter than asked for: it makes the pulses.
+pub struct Delay;
+
+impl DelayNs for Delay {
+    fn delay_ns(&mut self, ns: u32) {
+        cortex_m::asm::delay(ns.div_ceil(1_000) * CORE_MHZ);
+    }
+}

@@ -1,0 +1,25 @@
+//! The firmwares of examples/stm32g474: the crates on another chip, by its HAL. They are compiled and linked, as by whoever
+//! begins with them: by the default toolchain, in the release profile. Nothing here can run them.
+
+use std::process::Command;
+
+use crate::toolchain;
+
+const PACKAGE: &str = "stm32g474";
+/// A Cortex-M4 that computes floats of 32 bits.
+const TARGET: &str = "thumbv7em-none-eabihf";
+/// Measuring takes the place of making steps, so it is a build of its own.
+pub const FEATURES: [&[&str]; 2] = [&[], &["measure-wake-up"]];
+
+/// What to do where the target cannot be had. It is installed if rustup can do that.
+pub fn missing() -> Option<String> {
+    (!toolchain::has_target(TARGET)).then(|| format!("`rustup target add {TARGET}` does not work here"))
+}
+
+/// `cargo VERB` for the firmwares.
+pub fn cargo(verb: &str, features: &[&str]) -> Command {
+    let mut command = toolchain::cargo(verb);
+    command.args(["--release", "--package", PACKAGE, "--target", TARGET]);
+    command.arg(format!("--features={}", features.join(",")));
+    command
+}
