@@ -2,7 +2,6 @@
 
 use core::convert::Infallible;
 use core::fmt::{self, Write};
-use core::future::poll_fn;
 use core::pin::pin;
 
 use embassy_futures::yield_now;
@@ -10,11 +9,10 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
 use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, SettingError, Settings};
-use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
 use crate::controller::{Controller, Mode, Program, Unsaved};
-use crate::moves::poll_aside;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
 
@@ -45,8 +43,7 @@ impl<F: NorFlash> Controller<'_, F> {
     pub(crate) async fn line(&self, line: Result<&str, Error>, overtaken: bool, out: &Output) -> After {
         let _turn = self.turn.lock().await;
         if self.begin_line() {
-            let mut catch_up = pin!(self.catch_up());
-            poll_fn(|context| poll_aside(catch_up.as_mut(), context)).await;
+            aside(pin!(self.catch_up())).await;
         }
         let mut text = Message::new();
         let answer = match line {
@@ -56,18 +53,13 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         if answer == Ok(After::StartUp) {
             // Here and not in `carry_out`: a command is large, and need not be kept meanwhile.
-            let mut starting = pin!(self.start_up(&mut text, out));
-            poll_fn(|context| poll_aside(starting.as_mut(), context)).await;
+            aside(pin!(self.start_up(&mut text, out))).await;
         }
         if let (&Err(error), Ok(line)) = (&answer, line) {
             self.explain(line, error, &mut text);
         }
-        let saved = if self.with(|program| program.unsaved.any()) {
-            let mut saving = pin!(self.save(&mut text));
-            poll_fn(|context| poll_aside(saving.as_mut(), context)).await
-        } else {
-            Ok(())
-        };
+        let saved =
+            if self.with(|program| program.unsaved.any()) { aside(pin!(self.save(&mut text))).await } else { Ok(()) };
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
@@ -159,8 +151,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if let Command::Block(_) = command {
             return Ok(After::NextLine);
         }
-        let mut other = pin!(self.other(command, state, text, out));
-        poll_fn(|context| poll_aside(other.as_mut(), context)).await
+        aside(pin!(self.other(command, state, text, out))).await
     }
 
     /// Carries out a line that is not G-code.

@@ -1,14 +1,12 @@
 //! From G-code blocks and jogs to the machine's motions.
 
-use core::future::poll_fn;
-use core::pin::{Pin, pin};
-use core::task::{Context, Poll};
+use core::pin::pin;
 
 use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
 use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, Rate, Spindle};
-use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power};
+use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power, aside};
 
 use crate::arcs::Chord;
 use crate::controller::{Controller, Mode};
@@ -35,12 +33,10 @@ impl<F: NorFlash> Controller<'_, F> {
             (program.mode == Mode::Check, program.interpreter.work_offset_pm())
         });
         if let Some(tool) = block.tool_change.filter(|_| !checks) {
-            let mut change = pin!(self.change_tool(tool, text, out));
-            poll_fn(|context| poll_aside(change.as_mut(), context)).await?;
+            aside(pin!(self.change_tool(tool, text, out))).await?;
         }
         if block.switches_spindle | block.changes_speed | block.switches_coolant && !checks {
-            let mut switch = pin!(self.switch(block));
-            poll_fn(|context| poll_aside(switch.as_mut(), context)).await?;
+            aside(pin!(self.switch(block))).await?;
         }
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
@@ -55,15 +51,13 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         if let (Some(target_pm), Some(Move { path, .. })) = (block.via_pm, block.motion) {
             let via = Move { target_pm, rate: Rate::Rapid, arc: None, path };
-            let mut going = pin!(self.go_to(&via, block.line_number, checks, text));
-            poll_fn(|context| poll_aside(going.as_mut(), context)).await?;
+            aside(pin!(self.go_to(&via, block.line_number, checks, text))).await?;
         }
         if let Some(motion) = &block.motion {
             self.go_to(motion, block.line_number, checks, text).await?;
         }
         if let Some(probe) = &block.probe {
-            let mut probing = pin!(self.probe(probe, block.line_number, checks, text));
-            poll_fn(|context| poll_aside(probing.as_mut(), context)).await?;
+            aside(pin!(self.probe(probe, block.line_number, checks, text))).await?;
         }
         if block.pauses || block.ends_program {
             self.settled().await?;
@@ -187,8 +181,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let &Move { target_pm, rate, ref arc, path } = motion;
         let (target_steps, beyond) = self.target_steps(target_pm, arc.as_ref());
         if let Some(beyond) = beyond {
-            let mut refusal = pin!(self.refuse_target(beyond, arc.is_some(), text));
-            return Err(poll_fn(|context| poll_aside(refusal.as_mut(), context)).await);
+            return Err(aside(pin!(self.refuse_target(beyond, arc.is_some(), text))).await);
         }
         if checks {
             return Ok(());
@@ -206,8 +199,7 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         match arc {
             Some(arc) => {
-                let mut following = pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, deviation_mm, line, power }));
-                poll_fn(|context| poll_aside(following.as_mut(), context)).await
+                aside(pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, deviation_mm, line, power }))).await
             }
             None => {
                 let offsets = match deviation_mm {
@@ -271,11 +263,4 @@ impl<F: NorFlash> Controller<'_, F> {
             Axis::ALL.into_iter().find(outside)
         })
     }
-}
-
-/// Polls a future that only few lines of a program need. It is not inlined, so that the other lines run through less
-/// code in flash: when it was inlined, with the flash cache cold, there were 4 % fewer short moves a second.
-#[inline(never)]
-pub(crate) fn poll_aside<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
-    future.poll(context)
 }

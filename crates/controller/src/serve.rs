@@ -13,7 +13,6 @@
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use core::fmt;
-use core::future::poll_fn;
 use core::pin::pin;
 
 use embassy_futures::select::{Either4, select, select4};
@@ -25,13 +24,12 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::ReportedState;
 use isostep_console::report::{self, messages};
 use isostep_console::{LineAssembler, Realtime, StatusReporter, realtime};
-use isostep_motion::State;
+use isostep_motion::{State, aside};
 
 use crate::commands::After;
 use crate::controller::Controller;
 use crate::intake::Intake;
 use crate::jog_cancel::JogCancel;
-use crate::moves::poll_aside;
 use crate::output::{Message, Output};
 use crate::status;
 
@@ -188,10 +186,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
-        {
-            let mut greeting = pin!(self.greet(console));
-            poll_fn(|context| poll_aside(greeting.as_mut(), context)).await;
-        }
+        aside(pin!(self.greet(console))).await;
         let mut assembler = LineAssembler::new();
         let (mut bytes, mut length) = ([0; CHUNK_BYTES], 0);
         loop {

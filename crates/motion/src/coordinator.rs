@@ -10,9 +10,8 @@
 //! motion has ended, and the machine's life cycle decides on the state.
 
 use core::convert::Infallible;
-use core::future::{pending, poll_fn};
-use core::pin::{Pin, pin};
-use core::task::{Context, Poll};
+use core::future::pending;
+use core::pin::pin;
 
 use embassy_futures::join::join_array;
 use embassy_futures::select::{Either, select};
@@ -21,6 +20,7 @@ use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::Chain;
 
+use crate::aside::aside;
 use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
 use crate::config::Config;
@@ -202,18 +202,9 @@ where
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
             Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
             Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
-            Motion::Probe(probe) => {
-                let mut probing = pin!(self.probe(probe));
-                (poll_fn(|context| poll_aside(probing.as_mut(), context)).await, 1)
-            }
-            Motion::Dwell(duration) => {
-                let mut dwelling = pin!(self.dwell(duration));
-                (poll_fn(|context| poll_aside(dwelling.as_mut(), context)).await, 1)
-            }
-            Motion::Home { axes } => {
-                let mut homing = pin!(self.home(axes));
-                (poll_fn(|context| poll_aside(homing.as_mut(), context)).await, 1)
-            }
+            Motion::Probe(probe) => (aside(pin!(self.probe(probe))).await, 1),
+            Motion::Dwell(duration) => (aside(pin!(self.dwell(duration))).await, 1),
+            Motion::Home { axes } => (aside(pin!(self.home(axes))).await, 1),
         };
         self.machine.set_room(CHAIN_MOVES);
         if result.is_ok() && self.machine.config().tool.laser {
@@ -261,13 +252,6 @@ where
             self.energised = on;
         }
     }
-}
-
-/// Polls a future that is under way between moves. It is not inlined, so that a chip may have it in slow memory: the run
-/// itself is a function of its own, and is not.
-#[inline(never)]
-fn poll_aside<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
-    future.poll(context)
 }
 
 /// The output of `main`. `side` runs beside it for as long as `main` lasts.

@@ -15,6 +15,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod aside;
 mod axes;
 pub mod axis;
 pub mod buttons;
@@ -42,6 +43,7 @@ mod switch;
 mod timer_port;
 pub mod tool;
 
+pub use aside::aside;
 pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
 pub use effort::{BLEND_S, BOX_S, SHAPED_S, shaped_s};

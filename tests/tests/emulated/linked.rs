@@ -30,7 +30,7 @@ const MAY_WAIT: [&str; 59] = [
     "isostep_motion7machine6status",
     "isostep_motion7machine7Machine7emptied",
     "isostep_motion6config6Config12travel_steps",
-    "isostep_motion11coordinator10poll_aside",
+    "isostep_motion5aside4poll",
     "isostep_motion6homing",
     "isostep_motion3run7streams",
     "isostep_motion7shaping48_$LT$impl$u20$isostep_motion..config..Config$GT$7shaping",
