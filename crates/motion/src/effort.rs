@@ -24,7 +24,7 @@ const MOVE_S: f64 = 0.6e-3;
 /// place than that of the move. It needs a bound, because moves that are known ahead could all be made at once.
 pub const BLEND_S: f64 = 0.98e-3;
 
-/// How long a move lasts at least in a shaped run, s: each impulse makes pieces of its own of each move.
+/// How long a move lasts at least in a shaped run, s: each impulse makes bends of its own of each move.
 pub const SHAPED_S: f64 = 1.64e-3;
 
 /// The same with a box, whose steps take a root of a cubic each.

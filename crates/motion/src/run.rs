@@ -30,7 +30,7 @@ use crate::machine::{CHAIN_MOVES, CurrentChunk, Machine};
 use crate::marks::Mark;
 use crate::motor::SecondMotor;
 use crate::port::{Motors, PortFault};
-use crate::stream::{AHEAD, PIECE, SegmentStream, fill_queues};
+use crate::stream::{AHEAD, ITEM_MAX, SegmentStream, fill_queues};
 use crate::tool::{BeamStream, Tag};
 
 /// How much motion is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
@@ -183,33 +183,27 @@ where
         let mut beam = BeamStream::new(self.machine, instant_near(start, self.chunks.delay_s()));
         loop {
             self.obey(purpose, start);
-            let passed = Instant::now().saturating_duration_since(start);
-            let enough = passed + ahead(purpose);
-            let enough_s = seconds(enough);
-            let is_due = self.is_short_of(enough_s);
-            let needs_more = |stream: &SegmentStream| stream.is_low(passed + LOW) && !stream.queue().is_full();
-            let is_urgent = streams.iter().any(needs_more);
-            if is_due || self.machine.is_crowded() {
+            let horizons = Horizons::from_now(start, purpose);
+            let was_short = self.is_short_of(horizons.known_s);
+            if was_short || self.machine.is_crowded() {
                 // Moves are taken first: without another move the run would end where the known path ends.
-                self.take_some(purpose, is_urgent);
+                self.take_some(purpose, horizons.are_urgent(streams));
             }
-            if is_due {
-                self.commit_until(enough_s, purpose);
+            if was_short {
+                self.commit_until(horizons.known_s, purpose);
             }
             if let Some(beam) = &mut beam {
-                beam.fill_queue(self.chunks, self.marks, enough_s);
+                beam.fill_queue(self.chunks, self.marks, horizons.known_s);
             }
-            let progress = fill_queues(streams, self.chunks, enough);
-            let is_low = streams.iter().any(|stream| stream.is_low(passed + LOW));
+            let progress = fill_queues(streams, self.chunks, horizons.known);
+            let is_low = horizons.are_low(streams);
             if progress.has_queued && is_low {
                 // Queueing what is known comes first: if it were queued too late, the ports would run out of steps.
                 continue;
             }
-            let oldest_chunk =
-                streams.iter().map(SegmentStream::chunk).chain(beam.iter().map(BeamStream::chunk)).min().unwrap_or(0);
-            self.follow(start, passed, oldest_chunk);
-            let is_short = self.is_short_of(enough_s);
-            if is_due && !is_short || progress.has_worked {
+            self.follow(start, horizons.now, oldest_chunk(streams, beam.as_ref()));
+            let is_short = self.is_short_of(horizons.known_s);
+            if was_short && !is_short || progress.has_worked {
                 yield_now().await;
             } else {
                 self.wait(streams, is_low, is_short).await;
@@ -217,10 +211,10 @@ where
         }
     }
 
-    /// Whether the chain has to hand out more, so that the path is known until `enough_s` from the start of the run. It
+    /// Whether the chain has to hand out more, so that the path is known until `known_s` from the start of the run. It
     /// has to only when [`GATHER`] or more is missing, so that moves which arrive one by one are planned together.
-    fn is_short_of(&self, enough_s: f64) -> bool {
-        !self.chunks.is_closed() && self.chunks.end_s() <= enough_s - GATHER_S
+    fn is_short_of(&self, known_s: f64) -> bool {
+        !self.chunks.is_closed() && self.chunks.end_s() <= known_s - GATHER_S
     }
 
     /// Takes some of the waiting moves. It does not take all at once, because planning takes long and what is known
@@ -354,7 +348,37 @@ fn streams(machine: &Machine, is_shaped: bool) -> Streams<'_> {
     Axis::ALL.map(|axis| SegmentStream::new(machine, axis, is_shaped))
 }
 
-/// How far ahead the path is to be known.
-fn ahead(purpose: Purpose) -> Duration {
-    if purpose == Purpose::Probe { PROBED_AHEAD } else { AHEAD + PIECE }
+/// The oldest chunk that somebody still needs.
+fn oldest_chunk(streams: &Streams<'_>, beam: Option<&BeamStream<'_>>) -> u32 {
+    streams.iter().map(SegmentStream::chunk).chain(beam.map(BeamStream::chunk)).min().unwrap_or(0)
+}
+
+/// The instants, from the start of the run, by which it is decided what is to be done next.
+struct Horizons {
+    /// How far the run has come.
+    now: Duration,
+    /// Until here a port's queue must reach, or filling it comes first.
+    low: Duration,
+    /// Until here the path is to be known, and queued.
+    known: Duration,
+    /// The same, s.
+    known_s: f64,
+}
+
+impl Horizons {
+    fn from_now(start: Instant, purpose: Purpose) -> Self {
+        let now = Instant::now().saturating_duration_since(start);
+        let known = now + if purpose == Purpose::Probe { PROBED_AHEAD } else { AHEAD + ITEM_MAX };
+        Self { now, low: now + LOW, known, known_s: seconds(known) }
+    }
+
+    /// Whether a port has little left.
+    fn are_low(&self, streams: &Streams<'_>) -> bool {
+        streams.iter().any(|stream| stream.is_low(self.low))
+    }
+
+    /// Whether one has, and there is room in its queue for more.
+    fn are_urgent(&self, streams: &Streams<'_>) -> bool {
+        streams.iter().any(|stream| stream.is_low(self.low) && !stream.queue().is_full())
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! # Design
 //! Steps that are queued for a port are committed: they will be made. So that a hold, or another speed, takes effect
-//! soon, a port is queued [`AHEAD`] of motion and little more, in pieces of [`PIECE`] at most: long segments are split,
+//! soon, a port is queued [`AHEAD`] of motion and little more, in items of [`ITEM_MAX`] at most: long segments are split,
 //! and a long wait for a step is queued as rests. While an axis stands still, rests are queued for as long as it is
 //! known to stand still.
 //!
@@ -28,14 +28,14 @@ use crate::shaping::ShapedAxis;
 
 /// How much motion is queued for a port ahead of time, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
-/// Longest piece of motion. A single step may last longer, and a piece may last an eighth longer if only a very short
-/// piece would be left after it.
-pub(crate) const PIECE: Duration = Duration::from_millis(15);
+/// Longest stream item. A single step may last longer, and an item may last an eighth longer if only a very short one
+/// would be left after it.
+pub(crate) const ITEM_MAX: Duration = Duration::from_millis(15);
 /// Shortest rest that is queued for an axis that stands still. Its rests also end this long before the end of what is
 /// known, because its next step may follow at once.
 const REST_MIN: Duration = Duration::from_millis(2);
-/// How long the queues are filled at a time, unless a piece takes longer. A wake-up takes as long as compiling several
-/// pieces of a trapezoid.
+/// How long the queues are filled at a time, unless an item takes longer. A wake-up takes as long as compiling several
+/// items of a trapezoid.
 const TURN: Duration = Duration::from_micros(500);
 /// How many segments are compiled before a port needs them.
 const COMPILED_MAX: usize = 32;
@@ -45,7 +45,7 @@ pub(crate) struct SegmentStream<'a> {
     machine: &'a Machine,
     axis: Axis,
     ticks: PortTicks,
-    piece_ticks: u64,
+    item_ticks: u64,
     rest_min_ticks: u64,
     /// The shortest time from one step to the next.
     period_ticks: u64,
@@ -107,7 +107,7 @@ enum Next {
     Unknown,
 }
 
-/// Fills the ports' queues up to `enough` from the start of the run, for one turn. Each piece goes to the axis whose
+/// Fills the ports' queues up to `enough` from the start of the run, for one turn. Each item goes to the axis whose
 /// queue ends first.
 pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks, enough: Duration) -> Progress {
     let end = Instant::now() + TURN;
@@ -125,7 +125,7 @@ pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut 
     }
 }
 
-/// Queues one piece for the axis whose queue ends first; false if no port needs one, or that queue is full, or nothing
+/// Queues one item for the axis whose queue ends first; false if no port needs one, or that queue is full, or nothing
 /// more is known. No other axis goes on while that queue is full: it would only compile chunks at another time than
 /// that axis, which would have to lay them again.
 fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
@@ -166,7 +166,7 @@ impl<'a> SegmentStream<'a> {
             machine,
             axis,
             ticks,
-            piece_ticks: ticks.of(PIECE),
+            item_ticks: ticks.of(ITEM_MAX),
             rest_min_ticks: ticks.of(REST_MIN),
             period_ticks: machine.period_min_ticks(axis).into(),
             last_step: None,
@@ -216,7 +216,7 @@ impl<'a> SegmentStream<'a> {
         &self.machine.link(self.axis).segments
     }
 
-    /// Queues one piece, for which there is room; false if nothing more is known.
+    /// Queues one item, for which there is room; false if nothing more is known.
     fn queue_one(&mut self, chunks: &mut Chunks) -> bool {
         let item = match self.next(chunks) {
             Next::Steps => self.steps(chunks),
@@ -301,7 +301,7 @@ impl<'a> SegmentStream<'a> {
         }
         let known_s = shaped.map_or_else(|| chunks.end_s(), ShapedAxis::taken_s);
         let known_ticks = ((known_s * f64::from(self.ticks.hz)) as u64).saturating_sub(self.queued_ticks);
-        let rest_ticks = (known_ticks - self.rest_min_ticks.min(known_ticks / 2)).min(self.piece_ticks);
+        let rest_ticks = (known_ticks - self.rest_min_ticks.min(known_ticks / 2)).min(self.item_ticks);
         // A port needs an item before it can start, so the first rest may be short.
         let is_worth_it = rest_ticks >= self.rest_min_ticks || self.queued_ticks == 0 && rest_ticks > 0;
         if is_worth_it { Next::Rest(self.queued_ticks + rest_ticks) } else { Next::Unknown }
@@ -310,23 +310,23 @@ impl<'a> SegmentStream<'a> {
     /// The next steps of the chunk under way, or a rest until they are near.
     fn steps(&mut self, chunks: &mut Chunks) -> Option<StreamItem> {
         let segment = self.compiled.pop_front().or_else(|| self.next_compiled(chunks))?;
-        let (queued_ticks, piece_ticks) = (self.queued_ticks, self.piece_ticks);
+        let (queued_ticks, item_ticks) = (self.queued_ticks, self.item_ticks);
         let plan = self.plan.as_mut()?;
-        if segment.first_ticks() > queued_ticks + 2 * piece_ticks {
+        if segment.first_ticks() > queued_ticks + 2 * item_ticks {
             let _ = self.compiled.push_front(segment);
-            self.queued_ticks = queued_ticks + piece_ticks;
+            self.queued_ticks = queued_ticks + item_ticks;
             return Some(StreamItem::Rest { until_ticks: self.queued_ticks });
         }
         let last_ticks = segment.last_ticks();
         let lasts_ticks = last_ticks - segment.first_ticks();
-        let fitting = if lasts_ticks > piece_ticks {
-            // Fewer than the segment has. On a ramp they last more or less than a piece, which does not matter.
-            ((u64::from(segment.steps()) * piece_ticks / lasts_ticks) as u32).max(1)
+        let fitting = if lasts_ticks > item_ticks {
+            // Fewer than the segment has. On a ramp they last more or less than an item, which does not matter.
+            ((u64::from(segment.steps()) * item_ticks / lasts_ticks) as u32).max(1)
         } else {
             segment.steps()
         };
         let known = segment.steps().min(plan.end - plan.queued);
-        // No very short piece is left over: it would take a port as long as a whole piece.
+        // No very short item is left over: it would take a port as long as a long one.
         let fitting = if known <= fitting + fitting / 8 { known } else { fitting };
         let direction = if plan.queued < plan.turns { plan.direction } else { plan.direction.reversed() };
         let late_ticks = match self.last_step {

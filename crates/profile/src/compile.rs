@@ -50,23 +50,23 @@ mod cubic;
 mod curve;
 mod fit;
 mod fixed_ramp;
-mod frame;
 mod hermite;
 mod phase;
-mod root;
+mod root_and_log2;
 mod setup;
 mod shared_spans;
 mod small_accel;
 mod spans;
+mod timed_plan;
 mod u96;
 
 pub(crate) use self::axis_blend::AxisBlend;
 pub use self::course::Course;
 use self::cubic::Cubic;
 use self::fixed_ramp::Knot;
-use self::frame::{Clock, ConstantAccelRamp, Cruise, View};
 use self::phase::Phase;
 use self::spans::Spans;
+use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStretch};
 use self::u96::short_fixed;
 use crate::fixed::{is_negative, is_zero};
 use crate::profile::Profile;
@@ -241,13 +241,13 @@ impl Lane {
 
     /// Begins another stretch. What belongs to a phase is left, because the first step sets it.
     pub(crate) fn begin(&mut self, stretch: Stretch, course: &Course) {
-        self.ends = stretch.phase_ends(&course.frame.bounds);
+        self.ends = stretch.phase_ends(&course.plan.bounds);
         (self.stretch, self.index, self.done, self.base, self.blend) = (stretch, 0, 0, 0, None);
     }
 
     /// Begins an axis of a blend. `approached` is how far it is beyond its last step where the approach ends, steps.
     pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, course: &Course) {
-        self.begin_bent(axis, approached, course.frame.clock);
+        self.begin_bent(axis, approached, course.plan.clock);
     }
 
     /// Begins a bend of shaped motion, in ticks of 1/`tick_hz` s; `tick_hz` is above 0. Its segments come from
@@ -380,26 +380,26 @@ impl Lane {
     fn begin_blend_phase(&mut self) {
         let end = self.ends[self.index] - self.done;
         let Some(BlendPhases { ramp, clock, approach, cubic, .. }) = &self.blend else { return };
-        let view = View { clock, stretch: &self.stretch };
+        let timed = TimedStretch { clock, stretch: &self.stretch };
         self.base = self.done;
         let phase = self.phase.constant_accel();
         if let Some(cubic) = cubic {
-            return phase.change_accel(cubic, view, end);
+            return phase.change_accel(cubic, timed, end);
         }
         match (self.index, approach) {
-            (0, Some(cruise)) => phase.cruise_on(cruise.start_ticks, cruise.ticks_per_step, view, end),
-            (2, _) => phase.accelerate(ramp, view, end),
-            _ => phase.decelerate(ramp, view, end),
+            (0, Some(cruise)) => phase.cruise_on(cruise.start_ticks, cruise.ticks_per_step, timed, end),
+            (2, _) => phase.accelerate(ramp, timed, end),
+            _ => phase.decelerate(ramp, timed, end),
         }
     }
 
     fn begin_phase(&mut self, course: &mut Course) {
         let end = self.ends[self.index];
-        let view = View { clock: &course.frame.clock, stretch: &self.stretch };
-        match (self.index, &course.frame.accel, &course.frame.decel) {
-            (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, view, end),
-            (1, ..) => self.phase.constant_accel().cruise(&course.frame, &self.stretch, end),
-            (2, _, Some(ramp)) => self.phase.constant_accel().decelerate(ramp, view, end),
+        let timed = TimedStretch { clock: &course.plan.clock, stretch: &self.stretch };
+        match (self.index, &course.plan.accel, &course.plan.decel) {
+            (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, timed, end),
+            (1, ..) => self.phase.constant_accel().cruise(&course.plan, &self.stretch, end),
+            (2, _, Some(ramp)) => self.phase.constant_accel().decelerate(ramp, timed, end),
             (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
         }
     }

@@ -49,9 +49,9 @@ mod newton;
 mod plan;
 mod profile;
 mod ramp;
-mod root;
 mod segment;
 pub mod shaper;
+mod square_root;
 mod sync;
 
 pub use blend::Blend;

@@ -1,14 +1,14 @@
 //! Plans a profile: how fast a move can cruise, and where its ramps end.
 
 #[cfg(feature = "paper-laws")]
-mod thirds;
+mod three_intervals;
 
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::newton::rising_root;
 use crate::profile::{DURATION_MAX_S, Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
-use crate::root::sqrt;
+use crate::square_root::sqrt;
 
 /// The search for a cruise speed ends with a step of this size, as a fraction of the rise over the faster end. The
 /// error left is less than a quarter of the square of this fraction.

@@ -1,18 +1,18 @@
 //! A ramp from a slow to a fast speed. A decelerating ramp is an accelerating one seen backwards in time.
 
 mod logarithmic;
+#[cfg(feature = "paper-laws")]
+mod mean_speed;
 #[cfg_attr(not(feature = "paper-laws"), expect(dead_code, reason = "no ramp can be over displacement"))]
 mod over_displacement;
 mod over_time;
-#[cfg(feature = "paper-laws")]
-mod thirds;
 mod trig;
 
 use self::over_displacement::OverDisplacement;
 use self::over_time::OverTime;
 use crate::fixed::is_zero;
 use crate::law::SpeedLaw;
-use crate::root::sqrt;
+use crate::square_root::sqrt;
 
 /// An accelerating ramp. Times and displacements count from its slow end and are clamped to the ramp.
 #[derive(Clone, Copy, Debug, PartialEq)]

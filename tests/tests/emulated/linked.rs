@@ -45,7 +45,7 @@ const MAY_WAIT: [&str; 59] = [
     "isostep_profile4ramp17over_displacement",
     "isostep_profile4ramp4Ramp17over_displacement",
     "isostep_profile4ramp11logarithmic",
-    "isostep_profile4ramp6thirds",
+    "isostep_profile4ramp10mean_speed",
     "isostep_profile4ramp4trig",
     "isostep_profile7compile5cubic",
     "isostep_profile7compile4Lane11begin_cubic",

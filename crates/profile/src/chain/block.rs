@@ -11,7 +11,7 @@ use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::delta_v2;
-use crate::root::sqrt;
+use crate::square_root::sqrt;
 use crate::sync::{PlanError, Span, longest, longest_of, path_speed};
 
 /// A line is none if blends leave no more of it than this.

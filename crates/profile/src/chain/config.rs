@@ -7,7 +7,7 @@ use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
-use crate::root::sqrt;
+use crate::square_root::sqrt;
 use crate::sync::{PlanError, Span, check_moving, longest_of, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.

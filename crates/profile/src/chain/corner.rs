@@ -4,7 +4,7 @@ use core::array::from_fn;
 
 use super::config::{ChainConfig, ONE, SQUARE_MAX, Square};
 use crate::fixed::{is_zero, product};
-use crate::root::root_f32;
+use crate::square_root::root_f32;
 
 /// The components of the unit vector along a path, in units of 2^-61. So sums and differences of two are exact.
 pub(super) type Direction<const N: usize> = [i64; N];

@@ -1,15 +1,15 @@
 //! A plan in ticks: what its axes have in common when they are compiled.
 
 use super::Stretch;
-use super::frame::{Clock, Frame};
 use super::shared_spans::SharedSpans;
+use super::timed_plan::{Clock, TimedPlan};
 use crate::profile::Profile;
 
 /// What the axes of a plan have in common when they are compiled, computed once: the plan in ticks, and the spans of
 /// its curved ramps. The axis that needs a span first computes it and leaves it here for the others.
 #[derive(Clone, Debug)]
 pub struct Course {
-    pub(super) frame: Frame,
+    pub(super) plan: TimedPlan,
     pub(super) spans: SharedSpans,
 }
 
@@ -17,18 +17,18 @@ impl Course {
     /// A course of no plan.
     #[must_use]
     pub const fn empty() -> Self {
-        Self { frame: Frame::EMPTY, spans: SharedSpans::NONE }
+        Self { plan: TimedPlan::EMPTY, spans: SharedSpans::NONE }
     }
 
     /// Changes to a profile that begins at `begin_s` from the start of the run, in ticks of 1/`tick_hz` s.
     pub(crate) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
-        self.frame.set(plan, is_whole, begin_s, tick_hz);
+        self.plan.set(plan, is_whole, begin_s, tick_hz);
         self.spans.clear();
     }
 
     /// Changes to a blend that begins at `begin_s` from the start of the run.
     pub(crate) fn set_clock(&mut self, ends_s: [f64; 2], tick_hz: u32) {
-        self.frame.clock = Clock::new(ends_s, tick_hz);
+        self.plan.clock = Clock::new(ends_s, tick_hz);
     }
 
     /// Makes its spans include the steps of all these stretches.
@@ -37,15 +37,15 @@ impl Course {
         for stretch in stretches {
             (begin, end) = (begin.min(stretch.begin_steps()), end.min(stretch.end_steps()));
         }
-        (self.frame.begin_steps, self.frame.end_steps) = (begin, end);
+        (self.plan.begin_steps, self.plan.end_steps) = (begin, end);
     }
 
     pub(crate) fn is_whole(&self) -> bool {
-        self.frame.is_whole
+        self.plan.is_whole
     }
 
     /// Whether the acceleration changes within a ramp.
     pub(crate) fn is_curved(&self) -> bool {
-        self.frame.plan.is_curved()
+        self.plan.profile.is_curved()
     }
 }

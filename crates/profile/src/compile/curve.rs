@@ -2,8 +2,8 @@
 
 use super::fit::Quadratic;
 use super::fixed_ramp::LENGTH_MAX;
-use super::frame::View;
 use super::hermite::{ERROR_MAX_TICKS, Hermite, TERMS};
+use super::timed_plan::TimedStretch;
 use super::u96::exponent;
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
 use crate::fixed::{TWO_TO_64, polynomial};
@@ -50,10 +50,10 @@ impl Curve {
     }
 
     /// The instants of the steps of `range`. If `is_backwards`, times are counted back from the end of the move.
-    pub(super) fn new(hermite: &Hermite, view: View, is_backwards: bool, range: StepRange) -> Self {
-        let point = view.point().min(POINT_MAX);
+    pub(super) fn new(hermite: &Hermite, timed: TimedStretch, is_backwards: bool, range: StepRange) -> Self {
+        let point = timed.point().min(POINT_MAX);
         let unit_hz = f64::from(1u32 << point);
-        let View { clock, stretch } = view;
+        let TimedStretch { clock, stretch } = timed;
         let mut factor = if is_backwards { -clock.tick_hz * unit_hz } else { clock.tick_hz * unit_hz };
         let mut coefficients = hermite.coefficients.map(|coefficient| {
             // The direction of rounding does not matter, because a unit is far less than the deviation of a polynomial.
@@ -67,7 +67,7 @@ impl Curve {
         Self {
             coefficients,
             point,
-            length: length(hermite, view, range.count),
+            length: length(hermite, timed, range.count),
             first: range.step,
             begin: (range.steps_after_begin * per_step * TWO_TO_64) as u64,
             per_step: (per_step * TWO_TO_64) as u64,
@@ -99,9 +99,9 @@ impl Curve {
 }
 
 /// log2 of the steps that a quadratic may hold anywhere on the span.
-fn length(hermite: &Hermite, view: View, count: u32) -> u8 {
-    let tick_hz = view.clock.tick_hz;
-    let steps = hermite.steps.abs() / view.stretch.stride;
+fn length(hermite: &Hermite, timed: TimedStretch, count: u32) -> u8 {
+    let tick_hz = timed.clock.tick_hz;
+    let steps = hermite.steps.abs() / timed.stretch.stride;
     let per_step = tick_hz / steps;
     let bend = hermite.third_derivative_max() * per_step / (steps * steps * ERROR_DIVISOR);
     // log2 n for the largest n, a power of two, with n³ bend <= E.

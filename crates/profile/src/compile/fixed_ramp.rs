@@ -1,6 +1,6 @@
 //! A ramp at constant acceleration, in whole numbers.
 
-use super::root::{LOG2_SHORT_MAX, Root};
+use super::root_and_log2::{LOG2_SHORT_MAX, Root};
 use super::u96::{Line, exponent};
 
 /// Logarithms are in units of 2^-16.

@@ -2,9 +2,9 @@
 
 use super::cubic::Cubic;
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
-use super::frame::{ConstantAccelRamp, Cruise, Frame, View, point_for};
 use super::phase::{Law, Phase};
 use super::small_accel::SmallAccel;
+use super::timed_plan::{ConstantAccelRamp, Cruise, TimedPlan, TimedStretch, point_for};
 use super::u96::{Line, U96, exponent, fixed, short_fixed};
 use super::{NEAREST_STEPS, Stretch};
 use crate::fixed::{is_zero, product};
@@ -35,11 +35,11 @@ impl Phase {
     }
 
     /// Makes it accelerate from the first step to the one before `end`.
-    pub(super) fn accelerate(&mut self, ramp: &ConstantAccelRamp, view: View, end: u32) {
-        let (clock, more) = (view.clock, doubled(-view.stretch.ahead));
-        let axis_ramp = view.axis_ramp(ramp);
+    pub(super) fn accelerate(&mut self, ramp: &ConstantAccelRamp, timed: TimedStretch, end: u32) {
+        let (clock, more) = (timed.clock, doubled(-timed.stretch.ahead));
+        let axis_ramp = timed.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
-            let (law, point, length) = small_accel(ramp, view, more);
+            let (law, point, length) = small_accel(ramp, timed, more);
             let reach = beyond(end, length);
             let origin = fixed(clock.begin_ticks, point.into()) as u64;
             *self = Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
@@ -61,17 +61,17 @@ impl Phase {
     }
 
     /// Makes it keep its speed up to the step before `end`.
-    pub(super) fn cruise(&mut self, frame: &Frame, stretch: &Stretch, end: u32) {
-        let view = View { clock: &frame.clock, stretch };
-        let cruise = frame.cruise.unwrap_or_else(|| Cruise::of(&frame.plan, &frame.clock));
+    pub(super) fn cruise(&mut self, plan: &TimedPlan, stretch: &Stretch, end: u32) {
+        let timed = TimedStretch { clock: &plan.clock, stretch };
+        let cruise = plan.cruise.unwrap_or_else(|| Cruise::of(&plan.profile, &plan.clock));
         let period_ticks = cruise.ticks_per_step * stretch.stride;
         let start_ticks = cruise.start_ticks - period_ticks * stretch.ahead;
-        self.cruise_on(start_ticks, period_ticks, view, end);
+        self.cruise_on(start_ticks, period_ticks, timed, end);
     }
 
     /// The same for steps of this period, if the axis had begun at that instant half a step before its first one.
-    pub(super) fn cruise_on(&mut self, start_ticks: f64, period_ticks: f64, view: View, end: u32) {
-        let point = view.point();
+    pub(super) fn cruise_on(&mut self, start_ticks: f64, period_ticks: f64, timed: TimedStretch, end: u32) {
+        let point = timed.point();
         // The first 64 of the 96 bits are the instant; a half step takes half a period. If the profile begins less than
         // half a step before the first step, the line may begin a little before the run. That is negative, and taken
         // modulo 2^96, as all lines are.
@@ -85,19 +85,19 @@ impl Phase {
 
     /// Makes it follow a cubic up to the step before `end`.
     #[inline(never)]
-    pub(super) fn change_accel(&mut self, cubic: &Cubic, view: View, end: u32) {
-        let point = view.point();
-        let origin = fixed(view.clock.begin_ticks, point.into()) as u64;
+    pub(super) fn change_accel(&mut self, cubic: &Cubic, timed: TimedStretch, end: u32) {
+        let point = timed.point();
+        let origin = fixed(timed.clock.begin_ticks, point.into()) as u64;
         let law = Law::Cubic(Cubic { point, ..*cubic });
         *self = Self { law, origin, end, reach: end - 1, backwards: false, point, length: CUBIC_LENGTH_MAX as u8 };
     }
 
     /// Makes it decelerate to the last of the axis's steps, the one before `end`.
-    pub(super) fn decelerate(&mut self, ramp: &ConstantAccelRamp, view: View, end: u32) {
-        let (clock, more) = (view.clock, doubled(view.stretch.beyond));
-        let axis_ramp = view.axis_ramp(ramp);
+    pub(super) fn decelerate(&mut self, ramp: &ConstantAccelRamp, timed: TimedStretch, end: u32) {
+        let (clock, more) = (timed.clock, doubled(timed.stretch.beyond));
+        let axis_ramp = timed.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
-            let (law, point, length) = small_accel(ramp, view, more);
+            let (law, point, length) = small_accel(ramp, timed, more);
             let origin = fixed(clock.end_ticks, point.into()) as u64;
             *self = Self { law, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
             return;
@@ -119,7 +119,7 @@ impl Phase {
     }
 }
 
-impl View<'_> {
+impl TimedStretch<'_> {
     fn axis_ramp(&self, ramp: &ConstantAccelRamp) -> AxisRamp {
         let Stretch { stride, .. } = *self.stretch;
         let slope_ticks2 =
@@ -198,9 +198,9 @@ impl AxisRamp {
 
 /// The law of a ramp that hardly accelerates, its point, and log2 of the steps of its segments, over which a quadratic
 /// deviates by 2^-6 tick at most. Its first half step is `more` half steps longer.
-fn small_accel(ramp: &ConstantAccelRamp, view: View, more: f64) -> (Law, u8, u32) {
-    let point = view.point();
-    let (tick_hz, stride) = (view.clock.tick_hz, view.stretch.stride);
+fn small_accel(ramp: &ConstantAccelRamp, timed: TimedStretch, more: f64) -> (Law, u8, u32) {
+    let point = timed.point();
+    let (tick_hz, stride) = (timed.clock.tick_hz, timed.stretch.stride);
     let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
     let slowest_ticks = tick_hz / slow_steps_s * stride;
     let law = SmallAccel { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point };

@@ -10,8 +10,8 @@
 //! The spans belong to the plan and are the same for each of its axes. The axis that needs a span first computes it and
 //! leaves it in [`SharedSpans`]. An axis that does not find it there any more computes it again, from the one before.
 
-use super::frame::Frame;
 use super::hermite::{ERROR_MAX_TICKS, Hermite};
+use super::timed_plan::TimedPlan;
 use crate::newton::rough_root;
 use crate::ramp::{Ramp, State};
 
@@ -120,21 +120,21 @@ fn better_ratio(error_ratio: f64) -> f64 {
     if ratio < RATIO_MIN { RATIO_MIN } else { ratio.min(RATIO_MAX) }
 }
 
-impl Frame {
+impl TimedPlan {
     pub(super) fn path(&self, is_backwards: bool) -> Path<'_> {
-        let ramp = if is_backwards { &self.plan.decel } else { &self.plan.accel };
+        let ramp = if is_backwards { &self.profile.decel } else { &self.profile.accel };
         Path { ramp, is_backwards, tick_hz: self.clock.tick_hz }
     }
 }
 
 impl Path<'_> {
     /// Where the first span begins.
-    pub(super) fn begin(&self, frame: &Frame) -> Reached {
+    pub(super) fn begin(&self, plan: &TimedPlan) -> Reached {
         let end = self.ramp.parameter_end();
         let (first, last) = if self.is_backwards {
-            (0.0, end - self.ramp.parameter_before(frame.end_steps * BEFORE_STEP))
+            (0.0, end - self.ramp.parameter_before(plan.end_steps * BEFORE_STEP))
         } else {
-            (self.ramp.parameter_before(frame.begin_steps * BEFORE_STEP), end)
+            (self.ramp.parameter_before(plan.begin_steps * BEFORE_STEP), end)
         };
         let state = self.state(first);
         let reach = ((last - first) * FIRST_RATIO).min(self.ramp.doubling(&state) * DOUBLING_RATIO);

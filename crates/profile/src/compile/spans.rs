@@ -4,9 +4,9 @@
 
 use super::course::Course;
 use super::curve::{Curve, StepRange};
-use super::frame::View;
 use super::hermite::Hermite;
 use super::shared_spans::{Reached, Span};
+use super::timed_plan::TimedStretch;
 use super::{NEAREST_STEPS, Stretch};
 use crate::segment::Segment;
 
@@ -33,7 +33,7 @@ impl Spans {
         let reached = match course.spans.find(is_backwards, 0) {
             Some(none) => none.end,
             None => {
-                let end = course.frame.path(is_backwards).begin(&course.frame);
+                let end = course.plan.path(is_backwards).begin(&course.plan);
                 course.spans.keep(Span { end, is_backwards, ..Span::NONE });
                 end
             }
@@ -59,7 +59,7 @@ impl Spans {
                 span.hermite
             }
             None => {
-                let hermite = course.frame.path(self.is_backwards).next(&mut self.reached);
+                let hermite = course.plan.path(self.is_backwards).next(&mut self.reached);
                 let (end, number, is_backwards) = (self.reached, self.count, self.is_backwards);
                 course.spans.keep(Span { hermite, end, number, is_backwards });
                 hermite
@@ -73,7 +73,8 @@ impl Spans {
         }
         let steps_after_begin = self.steps_after(&hermite, step, stretch);
         let range = StepRange { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
-        self.curve = Curve::new(&hermite, View { clock: &course.frame.clock, stretch }, self.is_backwards, range);
+        self.curve =
+            Curve::new(&hermite, TimedStretch { clock: &course.plan.clock, stretch }, self.is_backwards, range);
     }
 
     /// How many steps are due before the ramp is at `ramp_steps`.

@@ -8,7 +8,7 @@ use libm::{atan, log1p};
 use super::logarithmic::{self, Pole};
 use super::trig::sin_cos;
 use crate::newton::rising_root;
-use crate::root::sqrt;
+use crate::square_root::sqrt;
 
 /// The search for a displacement ends with a step this small. Newton's method doubles the digits, so the result is then
 /// as good as floats are.

@@ -4,7 +4,7 @@ use libm::floor;
 
 use super::leg::Leg;
 use crate::fixed::{is_negative, is_zero};
-use crate::root::sqrt;
+use crate::square_root::sqrt;
 
 /// An edge counts as passed so far behind it, steps: beyond what rounding does to a place. It is made at its instant.
 const PASSED_STEPS: f64 = 1e-9;

@@ -1,4 +1,4 @@
-//! What the search for a profile in three equal intervals needs to know of ramps.
+//! Mean speeds of ramps, and what else the search for a profile in three equal intervals needs to know of them.
 
 use super::{Bounds, Ramp, Shape};
 use crate::law::SpeedLaw;

@@ -4,7 +4,7 @@ use super::{Ends, PEAK_TOLERANCE, ROOT_TOLERANCE};
 use crate::law::SpeedLaw;
 use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
-use crate::root::sqrt;
+use crate::square_root::sqrt;
 
 /// The search for the cruise speed of a law over displacement ends with a step of this size, as a fraction of the rise
 /// over the faster end. The cruise found is slower than the optimum by 1e-5 at most.

@@ -1,7 +1,7 @@
 //! Square root and binary logarithm of a 96-bit number.
 
 use super::u96::{U96, right};
-use crate::root::root_of_mantissa;
+use crate::square_root::root_of_mantissa;
 
 /// A number's root and logarithm.
 #[derive(Clone, Copy, Debug)]

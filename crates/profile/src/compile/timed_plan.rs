@@ -1,4 +1,4 @@
-//! A plan in ticks, and an axis's view of it.
+//! A plan in ticks, and the steps of an axis in it.
 
 use super::fixed_ramp::log2_of;
 use super::u96::exponent;
@@ -8,8 +8,8 @@ use crate::ramp::Ramp;
 
 /// A plan in ticks from the start of the run.
 #[derive(Clone, Debug)]
-pub(super) struct Frame {
-    pub(super) plan: Profile,
+pub(super) struct TimedPlan {
+    pub(super) profile: Profile,
     /// Whether it is the plan of a whole move.
     pub(super) is_whole: bool,
     pub(super) bounds: PhaseBounds,
@@ -36,9 +36,9 @@ pub(super) struct Clock {
     pub(super) end_ticks: f64,
 }
 
-/// An axis of a plan. Its steps count from 0, its instants from the start of the run.
+/// The steps of an axis, and when the plan makes them. They count from 0, their instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View<'a> {
+pub(super) struct TimedStretch<'a> {
     pub(super) clock: &'a Clock,
     pub(super) stretch: &'a Stretch,
 }
@@ -64,9 +64,9 @@ pub(super) struct Cruise {
     pub(super) start_ticks: f64,
 }
 
-impl Frame {
+impl TimedPlan {
     pub(super) const EMPTY: Self = Self {
-        plan: Profile::NONE,
+        profile: Profile::NONE,
         is_whole: false,
         bounds: PhaseBounds::NONE,
         clock: Clock { tick_hz: 0.0, hz_log2: 0, begin_ticks: 0.0, end_ticks: 0.0 },
@@ -79,7 +79,7 @@ impl Frame {
 
     /// Makes it a profile that begins at `begin_s`, in its place: it is large.
     pub(super) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
-        (self.plan, self.is_whole, self.bounds) = (*plan, is_whole, PhaseBounds::of(plan));
+        (self.profile, self.is_whole, self.bounds) = (*plan, is_whole, PhaseBounds::of(plan));
         self.clock = Clock::new([begin_s, begin_s + plan.duration_s()], tick_hz);
         self.accel = ConstantAccelRamp::of(&plan.accel, self.clock.tick_hz, None);
         self.decel = ConstantAccelRamp::of(&plan.decel, self.clock.tick_hz, self.accel.as_ref());
@@ -135,7 +135,7 @@ impl Cruise {
     }
 }
 
-impl View<'_> {
+impl TimedStretch<'_> {
     /// The point for instants of the run.
     pub(super) fn point(&self) -> u8 {
         point_for(exponent(self.clock.end_ticks))
