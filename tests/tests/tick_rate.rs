@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, State};
-use isostep_sim::tool::Plate;
+use isostep_sim::plate::Plate;
 use isostep_sim::{Config, Figures, Port, Sim};
 
 /// Slow enough for `TimerPort` by the slower clock, which makes a step in two of its ticks at best. The Z of the second

@@ -8,7 +8,7 @@ use isostep_profile::{IntervalLaw, LimitError, Limits, OFFSET_PARTS, SpeedLaw};
 
 use crate::axes::{AXES, Axis};
 use crate::port::{Capabilities, Direction, Wiring};
-use crate::tool::ToolConfig;
+use crate::tool::spindle::ToolConfig;
 
 /// The machine's properties, in steps, mm and s.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,8 @@ use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, Overrides};
 use crate::motor::Side;
-use crate::tool::{Power, Tag};
+use crate::tag::Tag;
+use crate::tool::power::Power;
 
 /// What became of a motion that was to be taken into the chain.
 enum Taken {

@@ -40,6 +40,7 @@ mod shaping;
 mod start_line;
 mod stream;
 mod switch;
+mod tag;
 mod timer_port;
 pub mod tool;
 

@@ -8,20 +8,14 @@
 //!
 //! If there is no room for a mark, the line becomes a block of its own.
 
-use crate::tool::{Level, Power, Tag};
+use crate::tag::{MarksOf, Tag};
+use crate::tool::power::{Level, Power};
 
 /// How many marks there is room for: those of the path ahead and of the block under way. One place is always empty.
 const PLACES: usize = 341;
 /// How many marks a block has at most. Its room is free again only when it is over, and planning it costs little for
 /// each of so many lines.
 const MARKS_OF_BLOCK: u8 = (1 << Tag::COUNT_BITS) - 1;
-
-/// Which marks belong to a block: so many, from this place on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct MarksOf {
-    pub first: u16,
-    pub count: u8,
-}
 
 /// There are many of them, so each is stored as what it adds to the one before in its block.
 #[derive(Clone, Copy)]

@@ -31,7 +31,8 @@ use crate::marks::Mark;
 use crate::motor::SecondMotor;
 use crate::port::{Motors, PortFault};
 use crate::stream::{AHEAD, ITEM_MAX, SegmentStream, fill_queues};
-use crate::tool::{BeamStream, Tag};
+use crate::tag::Tag;
+use crate::tool::BeamStream;
 
 /// How much motion is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
 /// slowest compared with moving, and with curved laws it is many times slower than with the trapezoid.

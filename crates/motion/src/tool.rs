@@ -12,67 +12,23 @@
 
 mod beam;
 mod duty;
-mod power;
+pub(crate) mod power;
+pub(crate) mod spindle;
+pub(crate) mod stroke;
 
 use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Instant, Timer};
 
 pub(crate) use self::beam::BeamStream;
 pub use self::duty::Duties;
-pub(crate) use self::power::{Asked, Tag};
+use self::power::Asked;
 pub use self::power::{Level, Power};
+use self::spindle::ToolWanted;
+pub use self::spindle::{Outputs, Spindle, ToolConfig};
+use self::stroke::Stroke;
 use crate::machine::Machine;
 use crate::port::Brake;
-
-/// What a machine's tool is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToolConfig {
-    /// A laser: dark at rest and in rapid moves.
-    pub laser: bool,
-    /// Which duty makes which level.
-    pub duties: Duties,
-    /// PWM frequency, Hz; above 0.
-    pub pwm_hz: u32,
-    /// How long a spindle takes to reach its speed. Nothing moves during that time.
-    pub spin_up: Duration,
-}
-
-/// Whether a spindle turns, and in which direction.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Spindle {
-    /// It stands still.
-    #[default]
-    Off,
-    /// M3. The level of a laser is as asked for.
-    Clockwise,
-    /// M4. The level of a laser follows the speed along the path.
-    CounterClockwise,
-}
-
-/// What the outputs are to be.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Outputs {
-    /// Enable and direction.
-    pub spindle: Spindle,
-    /// The spindle's speed. The level of a laser belongs to each move ([`Power`]).
-    pub level: Level,
-    /// Flood coolant.
-    pub flood: bool,
-    /// Mist coolant.
-    pub mist: bool,
-}
-
-impl Outputs {
-    /// All off.
-    pub const OFF: Self = Self { spindle: Spindle::Off, level: Level::ZERO, flood: false, mist: false };
-
-    pub(crate) fn without_spindle(self) -> Self {
-        Self { spindle: Spindle::Off, level: Level::ZERO, ..self }
-    }
-}
 
 /// The outputs that are on or off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,20 +64,6 @@ pub trait ToolPort {
     fn set_duty(&mut self, duty: u16, new_period: bool);
 }
 
-/// How strongly a laser is to shine for some time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Stroke {
-    pub begin: Instant,
-    pub end: Instant,
-    pub asked: Asked,
-}
-
-/// Strokes queued: enough for 30 ms of a thousand short moves a second, each of which may have two.
-const QUEUE_STROKES: usize = 64;
-
-/// The queue of a laser's strokes for the tool's task.
-pub(crate) type StrokeQueue = Channel<CriticalSectionRawMutex, Stroke, QUEUE_STROKES>;
-
 /// How often a level that changes linearly is set.
 const UPDATE: Duration = Duration::from_micros(500);
 
@@ -155,24 +97,6 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
         } else {
             machine.wait_tool().await;
         }
-    }
-}
-
-/// What the machine's state asks of the outputs.
-#[derive(Clone, Copy)]
-pub(crate) struct ToolWanted {
-    pub config: ToolConfig,
-    pub outputs: Outputs,
-    /// The override of a level, percent.
-    pub percent: u8,
-    /// How often the brake was engaged.
-    pub stops: u32,
-}
-
-impl ToolWanted {
-    /// The level that is made of what is asked for.
-    fn level(&self, asked: Asked) -> Level {
-        if self.outputs.spindle == Spindle::Off { Level::ZERO } else { asked.made(self.percent) }
     }
 }
 
@@ -284,7 +208,7 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
     loop {
         let stroke = state.next_stroke(wanted, machine, port).await;
         let mut from = Instant::now().max(stroke.begin);
-        let mut new_period = stroke.lasts_until(from + lasting, machine);
+        let mut new_period = stroke.lasts_until(from + lasting, machine.strokes());
         while from < stroke.end {
             yield_now().await;
             let until = if stroke.asked.is_even() { stroke.end } else { stroke.end.min(from + UPDATE) };
@@ -295,20 +219,5 @@ async fn shine(wanted: &ToolWanted, machine: &Machine, state: &mut Driven, port:
             (state.lit_until, from, new_period) = (until, until, false);
         }
         state.stroke = None;
-    }
-}
-
-impl Stroke {
-    /// Whether what it asks for lasts until then. A chunk may end soon after a line has begun; then the next stroke goes on
-    /// with the same.
-    fn lasts_until(&self, least: Instant, machine: &Machine) -> bool {
-        let goes_on = |next: Self| next.begin == self.end && next.asked == self.asked && next.end >= least;
-        self.end >= least || self.asked.is_even() && machine.strokes().try_peek().is_ok_and(goes_on)
-    }
-
-    /// What is asked for from one instant to another.
-    fn asked_in(&self, between: [Instant; 2]) -> Asked {
-        let passed_us = |at: Instant| (at - self.begin).as_micros() as u32;
-        self.asked.part(between.map(passed_us), passed_us(self.end))
     }
 }

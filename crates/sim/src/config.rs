@@ -11,8 +11,8 @@ use crate::drive::{Load, MotorData};
 use crate::faults::Fault;
 use crate::mechanics::Mechanics;
 use crate::plant::SwitchFault;
-use crate::ringing::Springs;
-use crate::tool::Plate;
+use crate::plate::Plate;
+use crate::springs::Springs;
 
 /// Clock of an RP2040.
 pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;

@@ -15,17 +15,19 @@ use isostep_motion::{AXES, Axis, Event, LimitInput, Machine, Motor, State, axis,
 
 use crate::config::{Config, StartOutside};
 use crate::executor::{Executor, Preemption, Priority, Rest, RunError};
-use crate::faults::{self, Fault};
+use crate::faults::Fault;
 use crate::flash::{FLASH_BYTES, Flash};
 use crate::link::{Lines, Pipe, Uart};
 use crate::outcome::Outcome;
 use crate::pin::{Input, Output};
 use crate::plant::SwitchFault;
+use crate::plate::Plate;
 use crate::port::AxisPort;
 use crate::program::{self, ProgramError};
 use crate::record::{Record, Wire};
 use crate::stream::{Dialogue, Program, Sender};
-use crate::tool::{Plate, SimTool};
+use crate::suffering;
+use crate::tool::port::SimTool;
 use crate::world::{self, Shared, World};
 
 pub use self::silence::Silencer;
@@ -183,7 +185,7 @@ impl Sim {
         // Faults that exist from the start must be there before the controller runs.
         let hosts: Vec<_> = consoles.iter().map(|console| console.from_controller.clone()).collect();
         for &fault in &config.faults {
-            faults::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
+            suffering::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
         }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
         spawn_consoles(&mut executor, machine, store, &consoles, config.baud);
@@ -348,7 +350,7 @@ impl Sim {
     /// Applies a fault, which also ends by itself if it has a duration.
     pub fn suffer(&mut self, fault: Fault) {
         let hosts = self.consoles.iter().map(|console| console.from_controller.clone()).collect();
-        faults::spawn(&mut self.executor, fault, self.config.seed, &self.world, hosts);
+        suffering::spawn(&mut self.executor, fault, self.config.seed, &self.world, hosts);
     }
 
     /// The present instant.

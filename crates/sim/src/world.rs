@@ -18,9 +18,10 @@ use crate::drive::{Load, MotorData};
 use crate::mechanics::{Mechanics, Wiring};
 use crate::motor::Slip;
 use crate::plant::SwitchFault;
+use crate::plate::Plate;
 pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
-use crate::tool::{Plate, ToolChange, ToolOutput};
+use crate::tool::{ToolChange, ToolOutput};
 
 /// An input of the controller.
 struct Input {

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use isostep_console::Settings;
 use isostep_sim::analysis::Oscillator;
-use isostep_sim::ringing::{self, Springs, residual, swings};
+use isostep_sim::ringing::{self, residual, swings};
+use isostep_sim::springs::Springs;
 use isostep_sim::{AXES, Axis, Config, Figures, Outcome, run};
 
 const STEPS_PER_MM: f32 = 80.0;

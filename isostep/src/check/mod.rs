@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
-use isostep_sim::tool::Plate;
+use isostep_sim::plate::Plate;
 use isostep_sim::{AXES, Config};
 
 use self::look::{Checked, Machine, Stand};

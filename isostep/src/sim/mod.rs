@@ -9,11 +9,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
+use isostep_sim::plate::Plate;
 use isostep_sim::report::{self, BothRules};
-use isostep_sim::ringing::{self, RingingFigures, Springs};
+use isostep_sim::ringing::{self, RingingFigures};
+use isostep_sim::springs::Springs;
 use isostep_sim::stream::Program;
 use isostep_sim::survey::Survey;
-use isostep_sim::tool::Plate;
 use isostep_sim::{
     AXES, Config, Contact, Fault, Figures, Flash, Listed, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves,
     settings,

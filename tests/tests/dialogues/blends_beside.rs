@@ -4,7 +4,7 @@
 use embassy_time::Duration;
 use isostep_motion::{AXES, Axis, State};
 use isostep_sim::measure::across;
-use isostep_sim::tool::Plate;
+use isostep_sim::plate::Plate;
 use isostep_sim::{Config, Outcome, Sim, run};
 
 use crate::talk::{ON, field, homed, powered_up, say};

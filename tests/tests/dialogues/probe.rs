@@ -3,7 +3,7 @@
 use embassy_time::Duration;
 use isostep_motion::{Axis, Event, State};
 use isostep_sim::faults::Trouble;
-use isostep_sim::tool::Plate;
+use isostep_sim::plate::Plate;
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Fault, Port, Sim};
 use isostep_trials::stride;

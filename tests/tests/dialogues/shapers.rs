@@ -2,7 +2,8 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, Shaping, State};
-use isostep_sim::tool::{Plate, ToolOutput};
+use isostep_sim::plate::Plate;
+use isostep_sim::tool::ToolOutput;
 use isostep_sim::{Config, Outcome, Sim, run};
 
 use crate::talk::{powered_up, report, say};

@@ -11,7 +11,9 @@ use embassy_time::Instant;
 use super::{Busy, Inner, Machine, Reaction, Trigger};
 use crate::event::State;
 use crate::port::Brake;
-use crate::tool::{Level, Outputs, Spindle, StrokeQueue, ToolWanted};
+use crate::tool::power::Level;
+use crate::tool::spindle::{Outputs, Spindle, ToolWanted};
+use crate::tool::stroke::StrokeQueue;
 
 /// What the machine and its tool's task share.
 pub(super) struct ToolLink {

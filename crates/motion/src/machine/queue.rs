@@ -8,7 +8,7 @@ use embassy_time::Duration;
 use super::life::{Kind, Life, Trigger};
 use super::{Busy, CHAIN_MOVES, Machine};
 use crate::axes::AXES;
-use crate::tool::Power;
+use crate::tool::power::Power;
 
 /// How many motions wait in the queue before the chain takes them. Grbl's planner has as many blocks in all.
 pub(super) const QUEUE_MOVES: usize = 15;

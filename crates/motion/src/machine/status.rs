@@ -9,7 +9,8 @@ use crate::axes::{AXES, Axis};
 use crate::clock::seconds;
 use crate::event::State;
 use crate::motor::LimitInput;
-use crate::tool::{Level, Outputs};
+use crate::tool::power::Level;
+use crate::tool::spindle::Outputs;
 
 /// The machine's status at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,12 +11,14 @@ use embassy_time::Instant;
 use isostep_profile::SpeedLaw;
 use isostep_profile::chain::{Chunk, Plan};
 
-use super::{Asked, Level, Power, Stroke, Tag};
+use super::power::{Asked, Level, Power};
+use super::stroke::Stroke;
 use crate::axes::AXES;
 use crate::chunks::Chunks;
 use crate::clock::{TICK_S, instant_near, seconds};
 use crate::machine::{Machine, line_speed_steps_s, path_speed_mm_s};
 use crate::marks::{Marks, Walk};
+use crate::tag::Tag;
 
 /// The longest stroke of a straight ramp, s.
 const STRAIGHT_S: f64 = seconds(Asked::CHANGE_MAX);

@@ -1,6 +1,6 @@
 //! From levels to duties of the PWM output.
 
-use super::Level;
+use super::power::Level;
 
 /// Which duty makes which level. Level zero has duty zero. From the least level to the full one the duty rises
 /// linearly, from the least duty to the full one.

@@ -8,7 +8,6 @@
 use isostep_motion::{AXES, Finish};
 
 use super::limits::{self, accel_span_s};
-use super::shaped;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::places::Places;
@@ -100,7 +99,7 @@ impl Samples {
             let end = filled.places.steps(axis, last.plan_s);
             [0.0, 1.0, 2.0].into_iter().for_each(|spans| filled.push(last.plan_s + spans * span_s, end));
         }
-        let own = if first.shaping.is_some() { shaped::either_way(own) } else { *own };
+        let own = if first.shaping.is_some() { limits::either_way(own) } else { *own };
         let limits_steps_s2 = [own.accel_steps_s2, own.decel_steps_s2];
         Self { axis, start_ns, span_s, limits_steps_s2, all: filled.all }
     }

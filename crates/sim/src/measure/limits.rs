@@ -165,6 +165,12 @@ fn highest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, f64::max)
 }
 
+/// These limits, with the higher acceleration for both.
+pub(super) fn either_way(limits: &Limits) -> Limits {
+    let accel = limits.accel_steps_s2.max(limits.decel_steps_s2);
+    Limits { accel_steps_s2: accel, decel_steps_s2: accel, ..*limits }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::config::Port;

@@ -8,7 +8,6 @@
 use std::ops::RangeInclusive;
 
 use isostep_motion::AXES;
-use isostep_profile::Limits;
 
 use super::across;
 use super::limits::{self, Ends, LimitRatios};
@@ -28,7 +27,7 @@ pub fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
 }
 
 fn of_axis(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> LimitRatios {
-    let own = either_way(&outcome.config_of(&run[0]).limits[axis]);
+    let own = limits::either_way(&outcome.config_of(&run[0]).limits[axis]);
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
     let ends = Ends { at_rest: [false; 2] };
     let (jumps_s, ramps_s) = (jumps_s(outcome, run, axis), ramps_s(outcome, run, axis));
@@ -44,12 +43,6 @@ fn of_axis(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> LimitRatios {
         limits::ratios(&times_s, off_s, &own, outcome.config_of(&run[0]).speed_law, ends, |_| own.top_speed_steps_s)
     });
     ratios.fold(LimitRatios::default(), LimitRatios::max)
-}
-
-/// These limits, with the higher acceleration for both.
-pub(super) fn either_way(limits: &Limits) -> Limits {
-    let accel = limits.accel_steps_s2.max(limits.decel_steps_s2);
-    Limits { accel_steps_s2: accel, decel_steps_s2: accel, ..*limits }
 }
 
 /// When the speed of an axis jumps at corners, unshaped, s from the start of the run.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use isostep_console::{AXIS_NAMES, Settings};
 use isostep_motion::AXES;
 
-use super::scenario::Random;
+use super::random::Random;
 
 /// Generates lines for one machine.
 pub(super) struct Lines {

@@ -9,6 +9,7 @@
 
 mod judge;
 mod lines;
+mod random;
 mod reset;
 mod runner;
 mod scenario;

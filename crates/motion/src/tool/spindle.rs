@@ -1,0 +1,71 @@
+//! A spindle or a laser, and coolant: what it is, and what its outputs are to be.
+
+use embassy_time::Duration;
+
+use super::duty::Duties;
+use super::power::{Asked, Level};
+
+/// What a machine's tool is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolConfig {
+    /// A laser: dark at rest and in rapid moves.
+    pub laser: bool,
+    /// Which duty makes which level.
+    pub duties: Duties,
+    /// PWM frequency, Hz; above 0.
+    pub pwm_hz: u32,
+    /// How long a spindle takes to reach its speed. Nothing moves during that time.
+    pub spin_up: Duration,
+}
+
+/// Whether a spindle turns, and in which direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spindle {
+    /// It stands still.
+    #[default]
+    Off,
+    /// M3. The level of a laser is as asked for.
+    Clockwise,
+    /// M4. The level of a laser follows the speed along the path.
+    CounterClockwise,
+}
+
+/// What the outputs are to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outputs {
+    /// Enable and direction.
+    pub spindle: Spindle,
+    /// The spindle's speed. The level of a laser belongs to each move ([`Power`](crate::Power)).
+    pub level: Level,
+    /// Flood coolant.
+    pub flood: bool,
+    /// Mist coolant.
+    pub mist: bool,
+}
+
+impl Outputs {
+    /// All off.
+    pub const OFF: Self = Self { spindle: Spindle::Off, level: Level::ZERO, flood: false, mist: false };
+
+    pub(crate) fn without_spindle(self) -> Self {
+        Self { spindle: Spindle::Off, level: Level::ZERO, ..self }
+    }
+}
+
+/// What the machine's state asks of the outputs.
+#[derive(Clone, Copy)]
+pub(crate) struct ToolWanted {
+    pub config: ToolConfig,
+    pub outputs: Outputs,
+    /// The override of a level, percent.
+    pub percent: u8,
+    /// How often the brake was engaged.
+    pub stops: u32,
+}
+
+impl ToolWanted {
+    /// The level that is made of what is asked for.
+    pub fn level(&self, asked: Asked) -> Level {
+        if self.outputs.spindle == Spindle::Off { Level::ZERO } else { asked.made(self.percent) }
+    }
+}
