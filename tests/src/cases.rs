@@ -3,7 +3,7 @@
 use crate::axes::{words, xyz_a};
 use isostep_motion::{AXES, Axis};
 use isostep_profile::SpeedLaw;
-use isostep_sim::compare::{self, Comparison};
+use isostep_report::compare::{self, Comparison};
 use isostep_sim::drive::MotorData;
 use isostep_sim::{Config, run};
 use isostep_trials::{cases, stride};

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
+use isostep_report::compare;
 use isostep_sim::world::Edge;
-use isostep_sim::{AXES, Port, compare};
+use isostep_sim::{AXES, Port};
 use serde_json::Value;
 
 use crate::root;

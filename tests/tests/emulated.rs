@@ -38,7 +38,7 @@ use std::path::PathBuf;
 
 use isostep_console::AXIS_NAMES;
 use isostep_profile::SpeedLaw;
-use isostep_sim::compare::{self, Comparison};
+use isostep_report::compare::{self, Comparison};
 use isostep_sim::{AXES, Config, Port, run};
 use isostep_tests::emulated::{Board, Run};
 use isostep_tests::rig::{Emulated, Pace, position_steps};

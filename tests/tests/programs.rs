@@ -5,7 +5,8 @@ use std::fs;
 
 use expect_test::{Expect, expect};
 use isostep_console::Settings;
-use isostep_sim::{Config, Figures, Outcome, Port, run};
+use isostep_report::Figures;
+use isostep_sim::{Config, Outcome, Port, run};
 use isostep_tests::{laws, root};
 use isostep_trials::{cases, stride};
 use oorandom::Rand32;

@@ -2,8 +2,9 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, State};
+use isostep_report::Figures;
 use isostep_sim::plate::Plate;
-use isostep_sim::{Config, Figures, Port, Sim};
+use isostep_sim::{Config, Port, Sim};
 
 /// Slow enough for `TimerPort` by the slower clock, which makes a step in two of its ticks at best. The Z of the second
 /// line takes longer than an item for a port lasts.

@@ -31,7 +31,7 @@ pub fn run(Args {}: Args) -> Result<()> {
     let crates = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
     run_command(cargo("clippy").args(crates).args(["--no-default-features", "--all-targets"]).args(DENY_WARNINGS))?;
     announce("clippy, crates with four axes");
-    let crates = ["console", "motion", "controller", "sim"].map(|name| format!("--package=isostep-{name}"));
+    let crates = ["console", "motion", "controller", "sim", "report"].map(|name| format!("--package=isostep-{name}"));
     let tests =
         ["--package=isostep", "--package=isostep-tests", "--lib", "--bins", "--test=four_axes", "--test=emulated"];
     run_command(cargo("clippy").args(crates).args(tests).arg("--features=four-axes").args(DENY_WARNINGS))?;

@@ -170,7 +170,7 @@ const CONSOLE: &[Suite] = &[
     four_axes(&["isostep-console"], 30),
     suite(WHOLE, &["corpus", "dialogues"], 180),
 ];
-const SIMULATED: Suite = suite(&["isostep-sim"], &[], 90);
+const SIMULATED: Suite = suite(&["isostep-sim", "isostep-report"], &[], 90);
 const MOTION: &[Suite] = &[
     SIMULATED,
     suite(WHOLE, &["dialogues"], 180),

@@ -17,7 +17,7 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 
 /// A jump of the speed that is rounding, mm/s.
-pub(crate) const NO_JUMP_MM_S: f64 = 1e-6;
+pub const NO_JUMP_MM_S: f64 = 1e-6;
 
 /// A jump of an axis's speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub fn most_mm_s(outcome: &Outcome, axis: usize) -> f64 {
 }
 
 /// The jump of each axis from the end of one move to the beginning of the next.
-pub(crate) fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -> [f64; AXES] {
+pub fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -> [f64; AXES] {
     if after.blend.is_some() {
         return [0.0; AXES];
     }

@@ -17,38 +17,35 @@
 //!   stops of the [`plant`].
 //! - [`verify`] checks every move afterwards, against the closed form of its plan; of a shaped run the whole ([`places`]). [`measure`] finds the intervals of
 //!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
-//!   from move to move, and [`pace`] what limits the speed of a program.
+//!   from move to move.
 //! - [`losses`] explains lost steps: the line, what the motor has, and what to set.
-//! - [`shaping`] tells what shapers cost: time, and how far the path leaves that of the program.
-//! - [`ringing`] puts a load on a spring behind an axis, and computes how it swings.
-//! - [`trace`], [`vcd`], [`Figures`] and [`report`] write the results; equal runs give equal bytes.
+//! - [`trace`] and [`vcd`] write the results; equal runs give equal bytes. Figures and pictures of a run are made by the
+//!   crate isostep-report.
 //! - [`homing`] homes an axis many times, to measure how accurately its zero is found.
 //! - [`analysis`] computes derivatives, and models what a profile's acceleration does to a carriage that oscillates.
 //!
 //! [`run`] runs a whole program. [`Sim`] is the same machine, run step by step for dialogues.
 //!
 //! ```
-//! use isostep_sim::{Config, Figures, run};
+//! use isostep_sim::{Config, run, verify};
 //!
 //! let outcome = run(b"G21 G91\nG0 X10 Y4\nG0 Z0.02\n", &Config::default())?;
 //! assert_eq!(outcome.position_steps, [500, 200, 1]);
-//! assert_eq!(Figures::new("example", &outcome).broken().count(), 0);
+//! let verdicts = verify::verdicts(&outcome, &verify::moves(&outcome).collect());
+//! assert!(verdicts.iter().all(|verdict| verdict.kept));
 //! # Ok::<(), isostep_sim::SimError>(())
 //! ```
 #![forbid(unsafe_code)]
 
 pub mod analysis;
-pub mod compare;
 pub mod config;
 pub mod corners;
 pub mod drive;
 pub mod driver;
 pub mod executor;
 pub mod faults;
-mod figures;
 pub mod flash;
 pub mod homing;
-pub mod kinematics;
 pub mod lines_of_moves;
 pub mod link;
 pub mod losses;
@@ -57,7 +54,6 @@ pub mod mechanics;
 pub mod motor;
 mod moves;
 mod outcome;
-pub mod pace;
 pub mod pin;
 pub mod places;
 pub mod plant;
@@ -65,16 +61,11 @@ pub mod plate;
 pub mod port;
 pub mod program;
 mod record;
-#[cfg(feature = "report")]
-pub mod report;
-pub mod ringing;
 pub mod settings;
-pub mod shaping;
 mod sim;
 pub mod springs;
 pub mod stream;
 mod suffering;
-pub mod survey;
 pub mod swarm;
 pub mod time;
 pub mod tool;
@@ -92,7 +83,6 @@ pub const NAMES_OF_AXES: &str = if AXES == 4 { "X, Y, Z or A" } else { "X, Y or 
 pub use config::{Config, Gantry, Port, StartOutside, Streaming};
 pub use executor::RunError;
 pub use faults::Fault;
-pub use figures::{Figures, Listed, MoveFigures};
 pub use flash::Flash;
 pub use moves::MoveRecord;
 pub use outcome::Outcome;

@@ -87,7 +87,7 @@ pub(crate) fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, 
 }
 
 /// Whether the program sets steps/mm or anything that limits speed after its first move (homing is not a move).
-pub(crate) fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
+pub fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     // Few programs set anything, and interpreting all lines takes time.
     if !accepted_lines(outcome).any(|(_, text)| text.contains(&b'$')) {
         return false;

@@ -218,7 +218,7 @@ impl Outcome {
     }
 
     /// The speed along the path in a blend at `t_s` from the start of its run, mm/s.
-    pub(crate) fn blend_mm_s(&self, blend: &Blend<AXES>, t_s: f64) -> f64 {
+    pub fn blend_mm_s(&self, blend: &Blend<AXES>, t_s: f64) -> f64 {
         let squares = (0..AXES).map(|axis| (blend.speed_at(axis, t_s) / self.steps_per_mm[axis]).powi(2));
         squares.sum::<f64>().sqrt()
     }

@@ -579,5 +579,5 @@ async fn serve(controller: &Controller<'_, Flash>, (mut rx, mut tx, mut opened):
     }
 }
 
-#[cfg(all(test, feature = "report"))]
+#[cfg(test)]
 mod tests;

@@ -1,9 +1,6 @@
 //! The tool's outputs as seen by the simulated world.
 
-mod beginnings;
-pub mod figures;
 pub mod port;
-pub mod spells;
 pub mod trace;
 
 use std::fmt;

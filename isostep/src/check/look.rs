@@ -4,11 +4,11 @@ use std::path::Path;
 
 use indicatif::ProgressBar;
 use isostep_console::Settings;
-use isostep_sim::pace::Pace;
+use isostep_report::pace::Pace;
+use isostep_report::shaping::ShapingFigures;
+use isostep_report::survey::{Fit, Survey};
 use isostep_sim::plate::Plate;
-use isostep_sim::shaping::ShapingFigures;
 use isostep_sim::stream::Program;
-use isostep_sim::survey::{Fit, Survey};
 use isostep_sim::{AXES, Config, lines_of_moves};
 use serde::Serialize;
 

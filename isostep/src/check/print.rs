@@ -1,8 +1,8 @@
 //! Prints the results of a check for people.
 
+use isostep_report::pace::LEAST_SHOWN_S;
+use isostep_report::survey::{LISTED_MAX, Survey};
 use isostep_sim::AXES;
-use isostep_sim::pace::LEAST_SHOWN_S;
-use isostep_sim::survey::{LISTED_MAX, Survey};
 
 use super::look::{Checked, Machine, On};
 use crate::pace;

@@ -21,7 +21,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use isostep_sim::report::papers::{self, Section, Table};
+use isostep_report::pictures::papers::{self, Section, Table};
 use serde::Serialize;
 
 use self::row::{Paper, Row};

@@ -1,6 +1,6 @@
 //! The rows on the screen.
 
-use isostep_sim::report::papers::Table;
+use isostep_report::pictures::papers::Table;
 
 use super::row::Row;
 use super::{BASIS, Report};

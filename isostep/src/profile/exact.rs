@@ -1,7 +1,7 @@
 //! The closed form of a law, for laws that have one.
 
 use isostep_profile::Profile;
-use isostep_sim::report::profile as picture;
+use isostep_report::pictures::profile as picture;
 
 /// Number of instants per phase for drawing and for finding peaks.
 const INSTANTS: usize = 4_000;

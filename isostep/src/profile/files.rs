@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use isostep_sim::report::bench::{Picture, Section, Table, page};
-use isostep_sim::report::profile as picture;
+use isostep_report::pictures::bench::{Picture, Section, Table, page};
+use isostep_report::pictures::profile as picture;
 
 use super::curve::Curve;
 use super::kinematics::{Derivatives, curves};

@@ -1,8 +1,8 @@
 //! Speed, acceleration and jerk of a law, by differences and in closed form.
 
 use clap::ValueEnum;
+use isostep_report::pictures::profile as picture;
 use isostep_sim::analysis::{gradient, mean_derivative};
-use isostep_sim::report::profile as picture;
 
 use super::curve::Curve;
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use isostep_sim::report::profile as picture;
+use isostep_report::pictures::profile as picture;
 
 use super::curve::{Curve, Step};
 use super::exact::Exact;

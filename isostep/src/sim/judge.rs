@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
+use isostep_report::Figures;
+use isostep_report::survey::stopping_word;
 use isostep_sim::stream::{Pause, Refusal};
-use isostep_sim::survey::stopping_word;
-use isostep_sim::{ConsoleError, Figures, Outcome, State};
+use isostep_sim::{ConsoleError, Outcome, State};
 
 use crate::remarks::{self, SHOWN_MAX, meaning, shortened};
 

@@ -7,17 +7,17 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
+use isostep_report::pictures::{self, BothRules};
+use isostep_report::ringing::{self, RingingFigures};
+use isostep_report::survey::Survey;
+use isostep_report::{Figures, Listed};
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::plate::Plate;
-use isostep_sim::report::{self, BothRules};
-use isostep_sim::ringing::{self, RingingFigures};
 use isostep_sim::springs::Springs;
 use isostep_sim::stream::Program;
-use isostep_sim::survey::Survey;
 use isostep_sim::{
-    AXES, Config, Contact, Fault, Figures, Flash, Listed, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves,
-    settings,
+    AXES, Config, Contact, Fault, Flash, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves, settings,
 };
 
 use crate::files::Files;
@@ -399,7 +399,7 @@ fn unshaped(args: &Args, outcome: &Outcome) -> Result<Vec<RingingFigures>> {
 /// The same program by the other rule at corners, if the report has something to compare. A flash may hold settings that
 /// are in force rather than those known here.
 fn other_rule(args: &Args, outcome: &Outcome) -> Result<Option<Outcome>> {
-    let other = report::other_rule(outcome).filter(|_| args.flash.is_none() && !args.live.pty);
+    let other = pictures::other_rule(outcome).filter(|_| args.flash.is_none() && !args.live.pty);
     let run = |(program, config)| run_shown(program, &config, Flash::blank());
     other.map(run).transpose().context("the same program by the other rule at corners")
 }
@@ -426,9 +426,9 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
         let page = folder.join("index.html");
         fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
         let both = BothRules::of(outcome, other_rule(args, outcome)?);
-        let html = report::page(outcome, &both, figures);
+        let html = pictures::page(outcome, &both, figures);
         write_file(&page, |out| out.write_all(html.as_bytes()))?;
-        for (name, picture) in report::files(outcome, &both) {
+        for (name, picture) in pictures::files(outcome, &both) {
             write_file(&folder.join(name), |out| out.write_all(&picture))?;
         }
     }

@@ -1,10 +1,10 @@
 //! Prints the figures of a run for people.
 
-use isostep_sim::kinematics::{AxisFigures, JumpFigures, OfLimit};
-use isostep_sim::pace::Pace;
-use isostep_sim::ringing::{Deviation, RingingFigures};
-use isostep_sim::tool::figures::{BeamFigures, ToolFigures};
-use isostep_sim::{Figures, MoveFigures};
+use isostep_report::kinematics::{AxisFigures, JumpFigures, OfLimit};
+use isostep_report::pace::Pace;
+use isostep_report::ringing::{Deviation, RingingFigures};
+use isostep_report::tool::figures::{BeamFigures, ToolFigures};
+use isostep_report::{Figures, MoveFigures};
 
 use crate::pace;
 use crate::remarks::{SHOWN_MAX, words};

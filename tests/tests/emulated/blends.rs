@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 
+use isostep_report::compare;
 use isostep_sim::world::Edge;
-use isostep_sim::{Config, Port, compare, run};
+use isostep_sim::{Config, Port, run};
 use isostep_tests::emulated::{Board, Run};
 use isostep_tests::root;
 

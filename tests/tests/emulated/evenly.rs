@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use std::fs;
 
 use isostep_profile::SpeedLaw;
+use isostep_report::compare;
 use isostep_sim::world::Edge;
-use isostep_sim::{AXES, Config, Port, compare, run};
+use isostep_sim::{AXES, Config, Port, run};
 use isostep_tests::emulated::Board;
 use isostep_tests::root;
 use isostep_trials::stride;

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 
-use isostep_sim::compare;
+use isostep_report::compare;
 use isostep_sim::world::Edge;
 use isostep_sim::{Config, run};
 use isostep_tests::emulated::{Board, Run};

@@ -1,6 +1,6 @@
 //! Writes the figures as a page of pictures and tables.
 
-use isostep_sim::report::bench::{self, Picture, Section, Series, Table};
+use isostep_report::pictures::bench::{self, Picture, Section, Series, Table};
 
 use super::accuracy::MoveErrors;
 use super::beside::beside;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
+use isostep_report::compare::{self, Comparison, Jitter, MoveComparison};
 use isostep_sim::Config;
-use isostep_sim::compare::{self, Comparison, Jitter, MoveComparison};
 
 use crate::process::{self, announce};
 use crate::variant::{Port, Variant};

@@ -34,7 +34,7 @@ pub(super) fn windows_of<'a>(outcome: &'a Outcome, run: &'a [MoveRecord]) -> imp
 }
 
 /// The moves of each run of the program, with the index of the first.
-pub(crate) fn runs(outcome: &Outcome) -> impl Iterator<Item = (usize, &[MoveRecord])> {
+pub fn runs(outcome: &Outcome) -> impl Iterator<Item = (usize, &[MoveRecord])> {
     let mut end = 0;
     let runs = outcome.moves.chunk_by(|one, next| one.run == next.run).map(move |run| {
         end += run.len();

@@ -4,7 +4,7 @@ mod moves;
 
 use anyhow::Result;
 use isostep_profile::{Profile, SpeedLaw};
-use isostep_sim::report::papers::{Chart, Curve, Picture, Scale, Section, Style, Table, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Scale, Section, Style, Table, charts};
 
 use self::moves::{LIMITS, STEPS};
 

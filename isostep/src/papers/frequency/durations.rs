@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_sim::report::papers::Table;
+use isostep_report::pictures::papers::Table;
 
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLES};
 use crate::papers::row::{Paper, Row};

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use super::kinematics::{Kinematics, normalised, peak};
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLE_4};

@@ -10,7 +10,7 @@ mod straightness;
 pub mod vibration;
 
 use anyhow::Result;
-use isostep_sim::report::papers::Section;
+use isostep_report::pictures::papers::Section;
 
 use super::Part;
 use super::row::Paper;

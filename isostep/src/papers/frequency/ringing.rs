@@ -2,8 +2,9 @@
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_sim::analysis::{Oscillator, Spectrum};
-use isostep_sim::report::papers::{Chart, Curve, Picture, Scale, Style, Table, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Scale, Style, Table, charts};
+use isostep_report::welch::Spectrum;
+use isostep_sim::analysis::Oscillator;
 
 use super::vibration::{
     DAMPING_RATIO, Drive, SAMPLE_HZ, deviation, drive, fine_deviation, instants_s, spectrum, waveforms, without_jumps,

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::parameters::{Parameters, TABLE_1};
 use crate::papers::row::{Paper, Row};

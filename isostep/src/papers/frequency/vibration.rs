@@ -2,7 +2,8 @@
 
 use anyhow::Result;
 use isostep_generators::{FrequencyLaw, FrequencyProfile};
-use isostep_sim::analysis::{Oscillator, Spectrum, mean, welch};
+use isostep_report::welch::{Spectrum, welch};
+use isostep_sim::analysis::{Oscillator, mean};
 
 use super::parameters::TABLE_6;
 

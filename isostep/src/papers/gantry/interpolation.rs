@@ -1,7 +1,7 @@
 //! Forero's figure 9: two axes at once, and how straight their path is.
 
 use anyhow::Result;
-use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::intervals::{ACROSS_STEPS, STEPS, ours, timed};
 use crate::papers::row::{Paper, Row};

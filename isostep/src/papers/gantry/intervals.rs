@@ -3,7 +3,7 @@
 use anyhow::Result;
 use isostep_generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
-use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use crate::papers::row::{Paper, Row};
 

@@ -4,7 +4,7 @@ mod interpolation;
 mod intervals;
 
 use anyhow::Result;
-use isostep_sim::report::papers::Section;
+use isostep_report::pictures::papers::Section;
 
 use super::Part;
 use super::row::Paper;

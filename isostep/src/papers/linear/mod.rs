@@ -7,7 +7,7 @@ mod sequences;
 mod speed_error;
 
 use anyhow::Result;
-use isostep_sim::report::papers::Section;
+use isostep_report::pictures::papers::Section;
 
 use super::Part;
 use super::row::Paper;

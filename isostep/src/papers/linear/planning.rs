@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isostep_profile::{IntervalLaw, Profile, SpeedLaw};
-use isostep_sim::report::papers::{Chart, Curve, Picture, Style, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::motor::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, limits, steps_per_rad};
 use crate::papers::row::{Paper, Row};

@@ -1,7 +1,7 @@
 //! How closely the generators' speed follows the linear law.
 
 use anyhow::Result;
-use isostep_sim::report::papers::{Chart, Curve, Picture, Style, Table, charts};
+use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use super::generators::{NAMES, generators, law};
 use super::motor::{SLOW_START_RAD_S, START_RAD_S};

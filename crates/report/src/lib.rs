@@ -1,0 +1,30 @@
+//! What a simulated run was, in figures and pictures; and what a program would do, without a machine.
+//!
+//! The machine and its checks are in [`isostep_sim`]. Nothing here changes a run.
+//!
+//! - [`Figures`] are those of a run as one value, for a screen, a page or JSON. Parts of them are [`kinematics`], [`tool`],
+//!   [`shaping`], which tells what shapers cost, and [`ringing`], which puts a load on a spring behind an axis and computes how it
+//!   swings.
+//! - [`pace`] says what limits the speed of a program.
+//! - [`survey`] reads a program without a machine.
+//! - [`compare`] holds the trace of another machine against the plans of a run.
+//! - [`pictures`] draws all of it on a page. [`welch`] computes spectra.
+#![forbid(unsafe_code)]
+
+pub mod compare;
+mod figures;
+pub mod kinematics;
+pub mod pace;
+pub mod pictures;
+pub mod ringing;
+pub mod shaping;
+pub mod survey;
+pub mod tool;
+pub mod welch;
+
+pub use figures::{Figures, Listed, MoveFigures};
+
+/// The examples of the README are run as those here are.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,163 @@
+//! The same program by the other rule at corners: blends where it was run by Grbl's rule, and Grbl's rule where it had blends.
+
+use std::sync::Arc;
+
+use isostep_motion::State;
+use isostep_profile::SpeedLaw;
+
+use isostep_sim::Outcome;
+use isostep_sim::config::Config;
+use isostep_sim::corners;
+use isostep_sim::program::stripped;
+use isostep_sim::stream::Program;
+
+/// How far blends leave corners where neither `$904` nor `$11` says so, mm.
+const DEVIATION_MM: f32 = 0.01;
+
+/// The program and the machine that show what the other rule would do, if it would do anything else: the outcome has blends,
+/// or takes corners without a stop and could have blends there. None of a run with faults, which come at an instant, and
+/// of one that did not reach its end.
+///
+/// Blends leave corners by `$904`; where that is 0, by `$11`.
+pub fn other_rule(outcome: &Outcome) -> Option<(Program, Config)> {
+    let is_whole = outcome.alarm_code.is_none() && outcome.state == State::Idle && !outcome.cut_short;
+    let is_whole = is_whole && outcome.config.faults.is_empty();
+    let has_edges = !outcome.edges.is_empty();
+    if !(is_whole && has_edges && (has_blends(outcome) || could_have_blends(outcome))) {
+        return None;
+    }
+    let mut config = Config { keep_waves: false, ..outcome.config.clone() };
+    let settings = &mut config.settings;
+    settings.blend_deviation_mm = match [settings.blend_deviation_mm, settings.junction_deviation_mm] {
+        _ if has_blends(outcome) => 0.0,
+        [blend_mm, _] if blend_mm > 0.0 => blend_mm,
+        [_, junction_mm] if junction_mm > 0.0 => junction_mm,
+        _ => DEVIATION_MM,
+    };
+    let program: Vec<_> = outcome.program.iter().map(|line| by_setting(line)).collect();
+    Some((Arc::from(program), config))
+}
+
+/// Whether any corner is a blend.
+fn has_blends(outcome: &Outcome) -> bool {
+    outcome.moves.iter().any(|record| record.blend.is_some())
+}
+
+/// By which rule a run takes its corners.
+pub struct Rule {
+    /// Whether by blends, where it can.
+    pub blends: bool,
+    /// Its name, and the setting that says how.
+    pub name: String,
+    /// Whether the user has asked for this run.
+    pub is_own: bool,
+}
+
+impl Rule {
+    /// The rule of the user's run. If it has blends, its program says how far they may go, line by line.
+    pub fn of(outcome: &Outcome) -> Self {
+        let blends = has_blends(outcome);
+        let name = if blends { "Blends (G64)".to_owned() } else { grbls(outcome) };
+        Self { blends, name, is_own: true }
+    }
+
+    /// The rule of the run that [`other_rule`] asks for.
+    pub fn of_other(outcome: &Outcome) -> Self {
+        let deviation_mm = outcome.config.settings.blend_deviation_mm;
+        let blends = deviation_mm > 0.0;
+        let name = if blends { format!("Blends (G64 P{deviation_mm})") } else { grbls(outcome) };
+        Self { blends, name, is_own: false }
+    }
+
+    /// Whose run it is, in words.
+    pub fn whose(&self) -> &'static str {
+        if self.is_own { "this run" } else { "for comparison" }
+    }
+}
+
+fn grbls(outcome: &Outcome) -> String {
+    format!("Grbl's rule (G61, $11={})", outcome.junction_deviation_mm as f32)
+}
+
+fn could_have_blends(outcome: &Outcome) -> bool {
+    let starts_at_once = outcome.limits.iter().any(|limits| limits.start_speed_steps_s > 0.0);
+    let jumps = corners::largest_jumps(outcome).into_iter().flatten();
+    outcome.speed_law == SpeedLaw::Trapezoid && !starts_at_once && jumps.map(|jump| jump.mm_s).sum::<f64>() > 0.001
+}
+
+/// A line with G64 alone where it says G61 or G64 P, and without a `$904` of its own, so that the setting at power-up
+/// decides. G61.1 stays.
+fn by_setting(line: &[u8]) -> Vec<u8> {
+    let text = match stripped(line) {
+        Ok(text) if text.starts_with("$904=") => return Vec::new(),
+        Ok(text) if !text.starts_with('$') => text,
+        _ => return line.to_vec(),
+    };
+    let words = words(&text);
+    let is_code = |word: &str, code: f64| word.starts_with('G') && word[1..].parse() == Ok(code);
+    let blends = words.iter().any(|word| is_code(word, 64.0));
+    if !blends && !words.iter().any(|word| is_code(word, 61.0)) {
+        return line.to_vec();
+    }
+    let kept = words.into_iter().filter(|word| !(blends && word.starts_with('P')));
+    kept.map(|word| if is_code(word, 61.0) { "G64" } else { word }).collect::<String>().into_bytes()
+}
+
+/// The words of a line without blanks: each a letter and its number.
+fn words(text: &str) -> Vec<&str> {
+    let starts = text.char_indices().filter(|(at, c)| *at == 0 || c.is_ascii_alphabetic()).map(|(at, _)| at);
+    let mut starts: Vec<_> = starts.collect();
+    starts.push(text.len());
+    starts.windows(2).map(|ends| &text[ends[0]..ends[1]]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isostep_sim::run;
+
+    #[test]
+    fn a_line_leaves_its_corners_to_the_setting() {
+        for (line, expected) in [
+            ("G1 X10 ; G61", "G1 X10 ; G61"),
+            ("G64 P0.05 G1 X1 (G61)", "G64G1X1"),
+            ("g61 x2", "G64X2"),
+            ("G61.1 X2", "G61.1 X2"),
+            ("G4 P0.5", "G4 P0.5"),
+            ("G61 G4 P0.5", "G64G4P0.5"),
+            ("$904=0.3", ""),
+            ("$N0=G64 P1", "$N0=G64 P1"),
+            ("$J=X10 F100", "$J=X10 F100"),
+        ] {
+            assert_eq!(String::from_utf8(by_setting(line.as_bytes())).unwrap(), expected, "{line}");
+        }
+    }
+
+    fn other(program: &str, change: fn(&mut Config)) -> Option<Outcome> {
+        let mut config = Config::default();
+        change(&mut config);
+        let outcome = run(program.as_bytes(), &config).unwrap();
+        let (lines, config) = other_rule(&outcome)?;
+        Some(run(&lines.join(&b'\n'), &config).unwrap())
+    }
+
+    #[test]
+    fn each_rule_has_the_other_beside_it() {
+        let corner = "G1 X10 F1200\nY10\n";
+        assert!(!has_blends(&other(corner, |_| {}).unwrap()));
+        assert!(has_blends(&other(&format!("G61\n{corner}"), |_| {}).unwrap()));
+        assert!(!has_blends(&other(&format!("G64 P0.1\n{corner}"), |_| {}).unwrap()));
+        assert!(has_blends(&other(corner, |config| config.settings.blend_deviation_mm = 0.0).unwrap()));
+    }
+
+    #[test]
+    fn without_a_corner_that_could_be_a_blend_there_is_no_other() {
+        for program in ["G1 X10 F1200\nX20\n", "G61.1 G1 X10 F1200\nY10\n", "G1 X10 F1200\nG4 P0.1\nY10\n"] {
+            assert!(other(program, |_| {}).is_none(), "{program}");
+        }
+        let corner = "G1 X10 F1200\nY10\n";
+        assert!(other(corner, |config| config.settings.speed_law = 2).is_none());
+        assert!(other(corner, |config| config.faults = vec!["hold@0.1".parse().unwrap()]).is_none());
+        assert!(other("G1 X10 F1200\nY10\nX-60\n", |_| {}).is_none());
+    }
+}

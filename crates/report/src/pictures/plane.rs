@@ -1,0 +1,176 @@
+//! The plane of two axes as a picture: its frame with labels, and where places are in it, with the travel where the machine
+//! was homed.
+
+use plotters::prelude::*;
+
+use super::rack;
+use super::strokes::Point;
+use super::theme::{self, AXIS_NAMES, Area, BOUND, Drawn, GRID, INK};
+use isostep_motion::AXES;
+use isostep_sim::MoveRecord;
+use isostep_sim::Outcome;
+
+/// plotters rounds points to whole pixels, which would distort straight lines. Drawn at this scale, the error is not
+/// visible.
+pub const FINE: u32 = 4;
+/// What the margins and the labels below and to the left take, pixels.
+const MARGIN: u32 = 12;
+const LABELS: (u32, u32) = (60, 48);
+
+/// The axes of a plane: to the right, and upwards.
+pub type Axes = [usize; 2];
+/// The plane that is always drawn.
+pub const XY: Axes = [0, 1];
+
+/// The letters of a plane.
+pub fn letters(axes: Axes) -> String {
+    axes.map(|axis| AXIS_NAMES[axis]).concat()
+}
+
+/// The moves of the program.
+pub fn program(outcome: &Outcome) -> impl Iterator<Item = &MoveRecord> + Clone {
+    outcome.moves.iter().filter(|record| !record.homing)
+}
+
+/// Whether a move moves either axis.
+pub fn moves_in(record: &MoveRecord, axes: Axes) -> bool {
+    axes.iter().any(|&axis| record.origin_steps[axis] != record.end_steps[axis])
+}
+
+/// The room that a plane may take.
+#[derive(Clone, Copy)]
+pub struct Room {
+    /// Size of the area inside the labels, in fine pixels; a flat path is lower.
+    pub inner: (f64, f64),
+    /// The least height.
+    pub lowest: f64,
+    /// What is kept free above, pixels.
+    pub above: u32,
+    /// Whether the whole machine may be shown: the rack of the parking gantry.
+    pub with_rack: bool,
+}
+
+/// Converts millimetres to positions in the picture.
+pub struct Plane {
+    /// Its axes.
+    pub axes: Axes,
+    /// The least and greatest positions on both axes, mm.
+    pub extent_mm: [(f64, f64); 2],
+    room: Room,
+    homed: bool,
+    /// Whether the machine is the parking gantry, whose rack is shown.
+    has_rack: bool,
+    /// What is shown to the right and upwards.
+    right_mm: (f64, f64),
+    up_mm: (f64, f64),
+}
+
+impl Plane {
+    /// Chooses the area that is shown, with the same scale in both directions.
+    pub fn new(outcome: &Outcome, axes: Axes, room: Room) -> Self {
+        let homed = outcome.moves.iter().any(|record| record.homing);
+        let has_rack = room.with_rack && homed && axes == XY && rack::is_of(outcome);
+        let extent_mm = extent_mm(outcome, axes);
+        let [mut right, mut up] = extent_mm;
+        if has_rack {
+            let (rack_x, rack_y) = rack::extent_mm();
+            right = (right.0.min(rack_x.0), right.1.max(rack_x.1));
+            up = (up.0.min(rack_y.0), up.1.max(rack_y.1));
+        }
+        let (wide, high) = room.inner;
+        let scale = ((right.1 - right.0) / wide).max((up.1 - up.0) / high).max(1e-3) * 1.08;
+        let high = ((up.1 - up.0) * 1.08 / scale).clamp(room.lowest, high).round();
+        let around = |range: (f64, f64), pixels: f64| {
+            let middle = (range.0 + range.1) / 2.0;
+            (middle - scale * pixels / 2.0, middle + scale * pixels / 2.0)
+        };
+        let room = Room { inner: (wide, high), ..room };
+        Self { axes, extent_mm, room, homed, has_rack, right_mm: around(right, wide), up_mm: around(up, high) }
+    }
+
+    /// The size of the picture, fine pixels.
+    pub fn size(&self) -> (u32, u32) {
+        let (wide, high) = self.room.inner;
+        let around = (2 * MARGIN + LABELS.0, 2 * MARGIN + LABELS.1 + self.room.above);
+        (wide as u32 + around.0 * FINE, high as u32 + around.1 * FINE)
+    }
+
+    /// The upper left corner inside the labels, in fine pixels.
+    pub fn corner(&self) -> Point {
+        [MARGIN + LABELS.0, MARGIN + self.room.above].map(|pixels| f64::from(pixels * FINE))
+    }
+
+    /// How many fine pixels a millimetre has.
+    pub fn fine_per_mm(&self) -> f64 {
+        self.room.inner.0 / (self.right_mm.1 - self.right_mm.0)
+    }
+
+    /// Where a position is in the picture.
+    pub fn point(&self, mm: [f64; AXES]) -> Point {
+        let (scale, [left, top]) = (self.fine_per_mm(), self.corner());
+        let [right, up] = self.axes.map(|axis| mm[axis]);
+        [left + (right - self.right_mm.0) * scale, top + (self.up_mm.1 - up) * scale]
+    }
+
+    /// Draws the frame.
+    pub fn draw(&self, area: &Area, outcome: &Outcome) -> Drawn {
+        let (x, y) = (self.right_mm, self.up_mm);
+        let [right, up] = self.axes;
+        let decimals = theme::decimals_of(x.1 - x.0);
+        let label = |mm: &f64| format!("{mm:.decimals$}");
+        let mut chart = ChartBuilder::on(area)
+            .margin(MARGIN * FINE)
+            .margin_top((MARGIN + self.room.above) * FINE)
+            .x_label_area_size(LABELS.1 * FINE)
+            .y_label_area_size(LABELS.0 * FINE)
+            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(GRID.stroke_width(FINE))
+            .axis_style(INK.stroke_width(FINE))
+            .label_style(theme::font(14 * FINE))
+            .axis_desc_style(theme::font(15 * FINE))
+            .set_all_tick_mark_size(5 * FINE)
+            .x_desc(format!("{}, mm", AXIS_NAMES[right]))
+            .y_desc(format!("{}, mm", AXIS_NAMES[up]))
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
+            .draw()?;
+        if self.has_rack {
+            chart.draw_series(rack::bays(FINE))?;
+            chart.draw_series(rack::names(FINE))?;
+        }
+        if self.homed {
+            let far = (outcome.travel_mm[right], outcome.travel_mm[up]);
+            chart.draw_series(DashedLineSeries::new(
+                [(0.0, 0.0), (far.0, 0.0), far, (0.0, far.1), (0.0, 0.0)],
+                6 * FINE,
+                5 * FINE,
+                BOUND.stroke_width(FINE),
+            ))?;
+        }
+        Ok(())
+    }
+
+    /// A dot where the program starts, in the colour of a CSS variable.
+    pub fn start(&self, outcome: &Outcome, colour: &str) -> String {
+        let first = program(outcome).find(|record| moves_in(record, self.axes));
+        let Some(record) = first else { return String::new() };
+        let [x, y] = self.point(outcome.mm(record.origin_steps));
+        let is_low = y + 96.0 > self.corner()[1] + self.room.inner.1;
+        let (left, below, size) = (x - 64.0, if is_low { y - 44.0 } else { y + 96.0 }, 14 * FINE);
+        format!(
+            "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var({colour})\"/><text x=\"{left:.0}\" y=\"{below:.0}\" \
+             font-family=\"sans-serif\" font-size=\"{size}\" fill=\"var(--ink)\">start</text>",
+            7 * FINE
+        )
+    }
+}
+
+/// The range of both axes over the moves that move either, mm.
+fn extent_mm(outcome: &Outcome, axes: Axes) -> [(f64, f64); 2] {
+    let moved = program(outcome).filter(|record| moves_in(record, axes));
+    let ends = moved.flat_map(|record| [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps)));
+    axes.map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
+}

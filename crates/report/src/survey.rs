@@ -1,0 +1,433 @@
+//! Reads a program from its first line to its last without a machine, to find which lines would be refused, where the
+//! program goes, and what it asks of the operator.
+//!
+//! # Design
+//! Each line goes to the same interpreter as in the controller, in the state of a machine at rest. So a line that is
+//! refused here is also refused there, with the same number. What only a machine can know is left out: switches, alarms
+//! and the flash.
+//!
+//! A refused line changes nothing, neither here nor in the controller. A sender stops at it, but a survey continues as
+//! if the line had been removed.
+
+mod room;
+
+use std::collections::BTreeMap;
+
+use isostep_console::{
+    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, Refusal, ReportedState, SettingError, Settings,
+    Spindle, length,
+};
+use isostep_motion::{AXES, Axis, Direction};
+use serde::Serialize;
+
+pub use room::{Bounds, Fit, Room};
+
+use isostep_sim::program::stripped;
+use isostep_sim::stream::Program;
+
+/// At most this many lines of one kind are listed one by one.
+pub const LISTED_MAX: usize = 1_000;
+/// Tolerance for comparing a position with the travel: half of the finest step that `$100` allows.
+const SAME_MM: f64 = 0.5e-4;
+
+/// A line that the controller would refuse.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Refused {
+    /// Line number in the program, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// The number after `error:`.
+    pub code: u8,
+    /// The word at which reading stopped, if it was a word.
+    pub word: Option<String>,
+    /// What is wrong and what to do about it.
+    pub remedy: String,
+}
+
+/// The first move that leaves the travel.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outside {
+    /// Line number in the program, from 1.
+    pub line: usize,
+    /// Its text.
+    pub text: String,
+    /// The axis.
+    pub axis: String,
+    /// Its target, in machine coordinates.
+    pub place_mm: f64,
+    /// The nearest position within the travel.
+    pub nearest_mm: f64,
+    /// Whether the axis is homed then, so that the machine itself refuses the move.
+    pub homed: bool,
+    /// Whether the whole program would fit with another start, and with which.
+    pub fit: Fit,
+}
+
+/// What is known about a program without running it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Survey {
+    /// Number of lines, including empty ones.
+    pub lines: usize,
+    /// Lines of G-code among them.
+    pub blocks: usize,
+    /// `$` lines among them.
+    pub statements: usize,
+    /// Lines without content, or with comments only, among them.
+    pub empty: usize,
+    /// Number of refused lines.
+    pub refused_total: usize,
+    /// The refused lines, at most [`LISTED_MAX`].
+    pub refused: Vec<Refused>,
+    /// The numbers of all refused lines.
+    #[serde(skip)]
+    refused_lines: Vec<usize>,
+    /// Number of refused lines for each cause.
+    pub refused_by_word: BTreeMap<String, usize>,
+    /// Lines that move something.
+    pub moves: usize,
+    /// Arcs among them.
+    pub arcs: usize,
+    /// The range of its moves, including their starts, relative to where the program begins or has been homed; `None`
+    /// if nothing moves.
+    pub extents_mm: Option<Bounds>,
+    /// The least and the greatest feed asked for, mm/min.
+    pub feeds_mm_min: Option<(f32, f32)>,
+    /// Number of lines that wait for the operator: M0 and M6.
+    pub pauses_total: usize,
+    /// The numbers of these lines, at most [`LISTED_MAX`].
+    pub pauses: Vec<usize>,
+    /// Number of dwells for which the laser is on (M3) and yet dark, as it is wherever nothing moves.
+    pub dark_dwells_total: usize,
+    /// The numbers of these lines, at most [`LISTED_MAX`].
+    pub dark_dwells: Vec<usize>,
+    /// The tools that M6 asks for, each with the first line that does; 0 if no tool is named.
+    pub tools: BTreeMap<u8, usize>,
+    /// Whether the program homes.
+    pub homes: bool,
+    /// The line at which the program ends: M2 or M30.
+    pub ends_at: Option<usize>,
+    /// The settings in force after the last line.
+    #[serde(skip)]
+    pub settings: Settings,
+    /// Whether a spindle or a laser is still on after the last line.
+    pub leaves_tool_on: bool,
+    /// The first move that leaves the travel.
+    pub outside: Option<Outside>,
+}
+
+impl Survey {
+    /// Reads a program for a machine with these settings whose carriages are at `start_mm` from their switches.
+    pub fn of(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES]) -> Self {
+        let mut reader = read(program, settings, start_mm, Interpreter::new());
+        if let Some(mut outside) = reader.survey.outside.take() {
+            outside.fit = fit(program, settings, &reader, outside.homed);
+            reader.survey.outside = Some(outside);
+        }
+        reader.survey
+    }
+
+    /// The program with empty lines in place of the refused ones.
+    pub fn accepted(&self, program: &Program) -> Program {
+        if self.refused_lines.is_empty() {
+            return program.clone();
+        }
+        let mut lines = program.to_vec();
+        self.refused_lines.iter().for_each(|line| lines[line - 1].clear());
+        lines.into()
+    }
+}
+
+fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpreter: Interpreter) -> Reader {
+    let mut reader = Reader {
+        survey: Survey { lines: program.len(), ..Survey::default() },
+        interpreter,
+        settings: *settings,
+        start_mm,
+        homed: [false; AXES],
+        room: Room::before_homing(settings, start_mm),
+        reach_mm: [[None; AXES]; 2],
+        checks_from_pm: None,
+        number: 0,
+        text: String::new(),
+    };
+    for (number, line) in (1..).zip(program) {
+        reader.take(number, line);
+    }
+    reader.survey.settings = reader.settings;
+    reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != Spindle::Off;
+    reader
+}
+
+/// Where the program that `reader` has read would fit. Before homing, the carriages can be moved; after it, the origin.
+fn fit(program: &[Vec<u8>], settings: &Settings, reader: &Reader, homed: bool) -> Fit {
+    let start_mm = reader.start_mm;
+    let room = if homed { Room::homed(&reader.settings) } else { Room::before_homing(&reader.settings, start_mm) };
+    let shifts_mm = match room::shifts_mm(reader.reach_mm[usize::from(homed)], &room) {
+        Ok(shifts_mm) => shifts_mm,
+        Err(too_wide) => return too_wide,
+    };
+    let (start_mm, interpreter, fit) = if homed {
+        let origin_mm = shifts_mm.map(room::rounded);
+        (start_mm, with_origin(origin_mm), Fit::OriginAt(origin_mm))
+    } else {
+        let start_mm = moved_mm(&reader.settings, start_mm, shifts_mm);
+        (start_mm, Interpreter::new(), Fit::StartAt(start_mm))
+    };
+    let fits = read(program, settings, start_mm, interpreter).survey.outside.is_none();
+    if fits { fit } else { Fit::Nowhere }
+}
+
+/// An interpreter with the origin of G54 at `origin_mm`.
+fn with_origin(origin_mm: [f64; AXES]) -> Interpreter {
+    let mut coordinates = Coordinates::default();
+    coordinates.work_offsets_pm[0] = origin_mm.map(length::from_mm);
+    let mut interpreter = Interpreter::new();
+    interpreter.set_coordinates(coordinates);
+    interpreter
+}
+
+/// Start positions of the carriages that shift all positions by `shifts_mm`, mm from their switches.
+fn moved_mm(settings: &Settings, start_mm: [f64; AXES], shifts_mm: [f64; AXES]) -> [f64; AXES] {
+    let towards = isostep_controller::config(settings).homing.towards;
+    std::array::from_fn(|axis| {
+        let away = if towards[axis] == Direction::Negative { 1.0 } else { -1.0 };
+        room::rounded(start_mm[axis] + away * shifts_mm[axis])
+    })
+}
+
+/// The word at which the reading of a line stops, if it is a word.
+pub fn stopping_word(line: &str) -> Option<String> {
+    word(&stripped(line.as_bytes()).ok()?)
+}
+
+fn word(stripped: &str) -> Option<String> {
+    isostep_console::stopped_at(stripped).map(|range| stripped[range].to_owned())
+}
+
+/// The cause by which refused lines are counted. For G and M it includes the number, for other letters only the letter.
+pub fn kind(word: Option<&str>, error: Error) -> String {
+    let named = word.map(|word| if word.starts_with(['G', 'M']) { word } else { word.get(..1).unwrap_or(word) });
+    match named {
+        Some(named) if error == Error::Unsupported => named.to_owned(),
+        Some(named) => format!("error:{} {named}", error.code()),
+        None => format!("error:{}", error.code()),
+    }
+}
+
+fn remedy(line: &str, word: Option<&str>, error: Error) -> String {
+    let named = || word.map_or(error.to_string(), |word| format!("{word}: {error}"));
+    Refusal::of(line, error).map_or_else(named, |refusal| refusal.to_string())
+}
+
+/// A program, as far as it has been read.
+struct Reader {
+    survey: Survey,
+    interpreter: Interpreter,
+    settings: Settings,
+    start_mm: [f64; AXES],
+    homed: [bool; AXES],
+    /// Where the axes can go at present.
+    room: Room,
+    /// The least and the greatest position of each axis before it is homed, and after that.
+    reach_mm: [[Option<(f64, f64)>; AXES]; 2],
+    /// In check mode, the position at which it began: nothing moves.
+    checks_from_pm: Option<[i64; AXES]>,
+    /// The line that is being read.
+    number: usize,
+    text: String,
+}
+
+impl Reader {
+    fn take(&mut self, number: usize, bytes: &[u8]) {
+        self.number = number;
+        self.text.clear();
+        self.text.push_str(&String::from_utf8_lossy(bytes));
+        let line = match stripped(bytes) {
+            Ok(line) => line,
+            Err(error) => {
+                self.survey.blocks += 1;
+                return self.refuse("", error, None);
+            }
+        };
+        match line.as_bytes() {
+            [] | [b'%'] => self.survey.empty += 1,
+            [b'$', ..] => self.survey.statements += 1,
+            _ => {
+                self.survey.blocks += 1;
+                // The program has not ended if another block follows.
+                self.survey.ends_at = None;
+            }
+        }
+        let from_pm = self.interpreter.position_pm();
+        let state = if self.checks_from_pm.is_some() { ReportedState::Check } else { ReportedState::Idle };
+        match self.interpreter.interpret(&line, state, &self.settings) {
+            Err(error) => self.refuse(&line, error, None),
+            Ok(Command::SetSetting { number, value }) => self.set(&line, number, value),
+            Ok(command) => self.carry_out(command, from_pm),
+        }
+    }
+
+    fn carry_out(&mut self, command: Command<'_>, from_pm: [i64; AXES]) {
+        match command {
+            Command::Block(block) | Command::SetStartup { block, .. } => {
+                let via = block.via_pm.map(|target_pm| Move {
+                    target_pm,
+                    rate: Rate::Rapid,
+                    arc: None,
+                    path: PathControl::Exact,
+                });
+                let mut from_pm = from_pm;
+                for motion in via.into_iter().chain(block.motion) {
+                    self.go(from_pm, &motion);
+                    from_pm = motion.target_pm;
+                }
+                if block.dwell_s.is_some_and(|s| s > 0.0) {
+                    self.dwell();
+                }
+                if let Some(tool) = block.tool_change {
+                    self.survey.tools.entry(tool).or_insert(self.number);
+                }
+                if (block.pauses || block.tool_change.is_some()) && self.checks_from_pm.is_none() {
+                    self.wait();
+                }
+                if block.ends_program {
+                    self.survey.ends_at = Some(self.number);
+                }
+            }
+            Command::Jog(jog) => {
+                let rate = Rate::Feed { mm_min: jog.mm_min };
+                self.go(from_pm, &Move { target_pm: jog.target_pm, rate, arc: None, path: PathControl::Exact });
+                self.interpreter.set_position_pm(jog.target_pm);
+            }
+            Command::Home { axis } => self.home(axis),
+            Command::ToggleCheck => self.toggle_check(from_pm),
+            _ => {}
+        }
+    }
+
+    /// Notes that this line waits for the operator, to change a tool or to look.
+    fn wait(&mut self) {
+        self.survey.pauses_total += 1;
+        if self.survey.pauses.len() < LISTED_MAX {
+            self.survey.pauses.push(self.number);
+        }
+    }
+
+    /// Notes a dwell that is to pierce: Grbl's laser shines in it.
+    fn dwell(&mut self) {
+        let modal = self.interpreter.modal();
+        if !self.settings.laser_mode || modal.spindle != Spindle::Clockwise || modal.speed_rpm <= 0.0 {
+            return;
+        }
+        self.survey.dark_dwells_total += 1;
+        if self.survey.dark_dwells.len() < LISTED_MAX {
+            self.survey.dark_dwells.push(self.number);
+        }
+    }
+
+    /// Ends or begins check mode. It ends with a reset, at the position at which it began.
+    fn toggle_check(&mut self, position_pm: [i64; AXES]) {
+        match self.checks_from_pm.take() {
+            None => self.checks_from_pm = Some(position_pm),
+            Some(from_pm) => {
+                self.interpreter.reset();
+                self.interpreter.set_position_pm(from_pm);
+            }
+        }
+    }
+
+    /// Updates the room after a change of the settings or of the homed axes.
+    fn measure_room(&mut self) {
+        let (before, behind) = (Room::before_homing(&self.settings, self.start_mm), Room::homed(&self.settings));
+        let mm = |axis: usize| if self.homed[axis] { behind.mm[axis] } else { before.mm[axis] };
+        self.room = Room { mm: std::array::from_fn(mm), ..behind };
+    }
+
+    fn set(&mut self, line: &str, number: u16, value: f32) {
+        match self.settings.with(number, value, &|_| f32::INFINITY) {
+            Ok(settings) => {
+                self.settings = settings;
+                self.measure_room();
+            }
+            Err(refused) => self.refuse(line, refused.error(), Some(refused)),
+        }
+    }
+
+    /// Notes that the axes are at zero, so that their travel is now known.
+    fn home(&mut self, axis: Option<usize>) {
+        self.survey.homes = true;
+        let mut position_pm = self.interpreter.position_pm();
+        for index in (0..AXES).filter(|index| axis.is_none_or(|axis| axis == *index)) {
+            (self.homed[index], position_pm[index]) = (true, 0);
+        }
+        self.interpreter.set_position_pm(position_pm);
+        self.measure_room();
+    }
+
+    fn go(&mut self, from_pm: [i64; AXES], motion: &Move) {
+        if self.checks_from_pm.is_some() {
+            return;
+        }
+        let mut way = Bounds::at(from_pm.map(length::to_mm));
+        way.add(motion.target_pm.map(length::to_mm));
+        if let Some(arc) = &motion.arc {
+            let bounds_mm = arc.bounds_mm();
+            [0, 1].into_iter().for_each(|end| way.add(bounds_mm.map(|axis| axis[end])));
+        }
+        self.survey.moves += 1;
+        self.survey.arcs += usize::from(motion.arc.is_some());
+        match &mut self.survey.extents_mm {
+            None => self.survey.extents_mm = Some(way),
+            Some(extents) => extents.join(&way),
+        }
+        for axis in 0..AXES {
+            let reach_mm = &mut self.reach_mm[usize::from(self.homed[axis])][axis];
+            let (least, most) = reach_mm.unwrap_or((way.low_mm[axis], way.high_mm[axis]));
+            *reach_mm = Some((least.min(way.low_mm[axis]), most.max(way.high_mm[axis])));
+        }
+        if let Rate::Feed { mm_min } = motion.rate {
+            let (least, most) = self.survey.feeds_mm_min.unwrap_or((mm_min, mm_min));
+            self.survey.feeds_mm_min = Some((least.min(mm_min), most.max(mm_min)));
+        }
+        if self.survey.outside.is_none() {
+            self.survey.outside = self.outside(&way);
+        }
+    }
+
+    fn outside(&self, way: &Bounds) -> Option<Outside> {
+        let left = |axis: &Axis| self.room.beyond(*axis as usize, way, SAME_MM).map(|beyond| (*axis, beyond));
+        let (axis, (place_mm, nearest_mm)) = Axis::ALL.iter().find_map(left)?;
+        Some(Outside {
+            line: self.number,
+            text: self.text.clone(),
+            axis: axis.to_string(),
+            place_mm,
+            nearest_mm,
+            homed: self.homed[axis as usize],
+            fit: Fit::Nowhere,
+        })
+    }
+
+    fn refuse(&mut self, line: &str, error: Error, setting: Option<SettingError>) {
+        let word = word(line);
+        let remedy = match setting {
+            Some(refused) => refused.to_string(),
+            None => match self.interpreter.misfit(line, &self.settings).filter(|_| error == Error::InvalidTarget) {
+                Some(misfit) => misfit.to_string(),
+                None => remedy(line, word.as_deref(), error),
+            },
+        };
+        let key = kind(word.as_deref(), error);
+        *self.survey.refused_by_word.entry(key).or_default() += 1;
+        self.survey.refused_total += 1;
+        self.survey.refused_lines.push(self.number);
+        if self.survey.refused.len() < LISTED_MAX {
+            let text = self.text.clone();
+            self.survey.refused.push(Refused { line: self.number, text, code: error.code(), word, remedy });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,5 @@
+//! What a tool did in a run.
+
+mod beginnings;
+pub mod figures;
+pub mod spells;
