@@ -105,6 +105,7 @@ impl Talk {
             Command::ToggleCheck => heard.push_str("(check) "),
             Command::Sleep => heard.push_str("(sleep) "),
             Command::Boot => heard.push_str("(boot) "),
+            Command::Prove { words } => write!(heard, "(prove {words}) ").unwrap(),
             Command::Help => heard.push_str(report::HELP),
             Command::ShowBuild => report::build(heard, build_text).unwrap(),
             Command::SetBuild { text } => *build_text = text.try_into().unwrap(),
