@@ -8,6 +8,7 @@
 #[macro_use]
 pub mod screen;
 
+pub mod boot_drive;
 pub mod check;
 pub mod console;
 pub mod files;
@@ -20,6 +21,7 @@ pub mod papers;
 pub mod parallel;
 pub mod profile;
 mod project;
+pub mod prove;
 pub mod pty;
 mod remarks;
 pub mod sim;
@@ -27,6 +29,7 @@ pub mod stopwatch;
 pub mod swarm;
 pub mod times;
 mod timing;
+pub mod touch;
 
 use std::process::ExitCode;
 
@@ -40,6 +43,7 @@ pub enum Verb {
     Sim(Box<sim::Args>),
     Check(check::Args),
     Console(console::Args),
+    Prove(prove::Args),
     Profile(profile::Args),
     Papers(papers::Args),
     Times(times::Args),
@@ -57,6 +61,7 @@ impl Verb {
             Self::Sim(args) => sim::run(*args),
             Self::Check(args) => check::run(args),
             Self::Console(args) => console::run(args),
+            Self::Prove(args) => prove::run(args),
             Self::Profile(args) => profile::run(args),
             Self::Papers(args) => papers::run(args),
             Self::Times(args) => times::run(args),

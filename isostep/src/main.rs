@@ -19,6 +19,7 @@ Examples:
   isostep check my.nc                  what would become of a program; nothing moves
   isostep sim --pty                    a machine without hardware, for any sender of G-code
   isostep console                      talk to the board, or to that machine
+  isostep prove                        measure this very board, beside the emulated one
   isostep profile --help               speed laws: a table, every step as CSV, curves over time
   isostep papers                       what the papers print beside what comes out here
   isostep times parts grbl.csv         how long programs take, beside Grbl's times for them

@@ -22,6 +22,10 @@ mod flowing;
 mod four_axes;
 #[path = "emulated/linked.rs"]
 mod linked;
+// Its image has three axes.
+#[cfg(all(unix, not(feature = "four-axes")))]
+#[path = "emulated/prove.rs"]
+mod prove;
 #[path = "emulated/shaped.rs"]
 mod shaped;
 // A has the pins of the second motor.

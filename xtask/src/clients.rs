@@ -9,11 +9,11 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::emulate::Emulated;
 use crate::process::{self, announce};
 use crate::variant::Variant;
 use crate::{build, node, workspace};
 use isostep::flight::WINDOW_BYTES;
+use isostep::pty::Emulated;
 use isostep::pty::simulated::Simulated;
 use isostep::pty::{self, Machine, Tally};
 

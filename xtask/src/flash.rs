@@ -1,6 +1,5 @@
 //! `cargo xtask flash`: writes the firmware to a board, by the first method that reaches one.
 
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,8 +10,9 @@ use anyhow::{Context, Result, bail};
 
 use crate::process::{self, announce};
 use crate::variant::Variant;
-use crate::{build, touch, workspace};
+use crate::{build, workspace};
 use isostep::stopwatch::Stopwatch;
+use isostep::{boot_drive, touch};
 
 const CHIP: &str = "RP2040";
 /// A board takes up to two seconds to enter its boot loader, and a desktop takes longer to mount the drive.
@@ -58,7 +58,7 @@ pub fn run(args: Args) -> Result<()> {
     if args.logs {
         bail!("--logs needs a debug probe: {no_probe}");
     }
-    if let Some(drive) = mounted_drive() {
+    if let Some(drive) = boot_drive::mounted() {
         return to_drive(&drive);
     }
     let no_picotool = match picotool() {
@@ -76,7 +76,7 @@ fn by_touch(port: &str) -> Result<()> {
     announce(&format!("asking the board on {port} for its boot drive (the 1200-baud touch): it frees its motors"));
     touch::touch(port)?;
     announce(&format!("waiting for the drive RPI-RP2, {MOUNTING_S} s at most"));
-    if let Some(drive) = within(MOUNTING_S, mounted_drive) {
+    if let Some(drive) = within(MOUNTING_S, boot_drive::mounted) {
         return to_drive(&drive);
     }
     if touch::running_board().is_ok() {
@@ -151,7 +151,7 @@ fn by_probe(logs: bool) -> Result<()> {
 }
 
 fn to_named_drive(drive: &Path) -> Result<()> {
-    if !is_boot_drive(drive) {
+    if !boot_drive::is_one(drive) {
         bail!(
             "{} is not the boot drive of an RP2040 (no INFO_UF2.TXT that says RPI-RP2): \
              hold BOOTSEL while you plug in the USB cable, then mount the drive",
@@ -167,24 +167,6 @@ fn to_drive(drive: &Path) -> Result<()> {
     fs::copy(&uf2, drive.join("firmware.uf2")).with_context(|| format!("cannot copy to {}", drive.display()))?;
     println!("The board restarts with the new firmware by itself.");
     Ok(())
-}
-
-fn mounted_drive() -> Option<PathBuf> {
-    drive_places().into_iter().find(|place| is_boot_drive(place))
-}
-
-/// Every RP2040 in BOOTSEL mode describes itself in this file.
-fn is_boot_drive(place: &Path) -> bool {
-    fs::read_to_string(place.join("INFO_UF2.TXT")).is_ok_and(|info| info.contains("RPI-RP2"))
-}
-
-/// The folders in which Linux, macOS and Windows mount a drive of this name.
-fn drive_places() -> Vec<PathBuf> {
-    let user = env::var("USER").unwrap_or_default();
-    let linux = ["/media", "/run/media"].map(|dir| Path::new(dir).join(&user).join("RPI-RP2"));
-    let others = ["/media/RPI-RP2", "/mnt/RPI-RP2", "/Volumes/RPI-RP2"].map(PathBuf::from);
-    let windows = ('D'..='Z').map(|letter| PathBuf::from(format!("{letter}:\\")));
-    linux.into_iter().chain(others).chain(windows).collect()
 }
 
 fn picotool() -> Result<(), String> {
@@ -210,14 +192,12 @@ mod tests {
     }
 
     #[test]
-    fn a_boot_drive_is_told_by_its_description() {
-        let dir = env::temp_dir().join(format!("isostep-drive-{}", std::process::id()));
-        fs::create_dir_all(&dir).unwrap();
-        assert!(!is_boot_drive(&dir));
-        fs::write(dir.join("INFO_UF2.TXT"), "UF2 Bootloader v2.0\nModel: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n")
-            .unwrap();
-        assert!(is_boot_drive(&dir));
-        fs::remove_dir_all(dir).unwrap();
+    fn the_serial_number_and_the_rate_are_the_firmwares() {
+        let firmware =
+            |name: &str| fs::read_to_string(workspace::root().join("boards/rp2040-gantry/src").join(name)).unwrap();
+        let number = format!("config.serial_number = Some(\"{}\");", touch::SERIAL_NUMBER);
+        assert!(firmware("usb.rs").contains(&number));
+        assert!(firmware("touch.rs").contains(&format!("const TOUCH_BAUD: u32 = {};", touch::TOUCH_BAUD)));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder: those
 //! that build, flash, emulate, test and measure. The other verbs are in the package `isostep`. `workspace`,
-//! `toolchain`, `other_chip`, `tools`, `node`, `firmware`, `footprint`, `touch`, `uf2`, `variant`, `process`, `suites` and `cpu` are
+//! `toolchain`, `other_chip`, `tools`, `node`, `firmware`, `footprint`, `uf2`, `variant`, `process`, `suites` and `cpu` are
 //! shared by the verbs.
 
 // All modules print with its macros.
@@ -25,13 +25,13 @@ mod mutants;
 mod node;
 mod other_chip;
 mod process;
+mod prove;
 mod setup;
 mod size;
 mod suites;
 mod test;
 mod toolchain;
 mod tools;
-mod touch;
 mod uf2;
 mod variant;
 mod workspace;
@@ -58,6 +58,7 @@ Examples:
   cargo xtask emulate programs/parking.nc --trace b.csv  run a program on the emulated board
   cargo xtask sim --pty                                  a machine without hardware, for any sender of G-code
   cargo xtask console                                    talk to the board, or to that machine
+  cargo xtask prove                                      measure this very board, beside the emulated one
   cargo xtask test --fast                                host tests only
   cargo xtask test                                       every test, the emulated board included; --all tries more random cases
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
@@ -108,6 +109,8 @@ fn main() -> ExitCode {
         Verb::Audit(args) => audit::run(args),
         Verb::Fuzz(args) => fuzz::run(args),
         Verb::Mutants(args) => mutants::run(args),
+        // It needs images, which this can build.
+        Verb::Tool(isostep::Verb::Prove(args)) => prove::run(args),
         Verb::Tool(verb) => verb.run(),
     })
 }

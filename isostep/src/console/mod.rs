@@ -19,6 +19,8 @@ mod talk;
 #[cfg(all(test, unix))]
 mod tests;
 
+pub use meaning::explained;
+
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 

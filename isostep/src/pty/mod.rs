@@ -10,6 +10,8 @@
 #[cfg(unix)]
 mod bridge;
 #[cfg(unix)]
+mod emulated;
+#[cfg(unix)]
 mod ending;
 #[cfg(unix)]
 mod machine;
@@ -34,6 +36,8 @@ use anyhow::{Result, bail};
 
 #[cfg(unix)]
 pub use bridge::{Drive, Tally};
+#[cfg(unix)]
+pub use emulated::Emulated;
 #[cfg(unix)]
 pub use ending::Ending;
 #[cfg(unix)]

@@ -16,9 +16,7 @@ use isostep::laws::Laws;
 use isostep::pty;
 
 #[cfg(unix)]
-mod live;
-#[cfg(unix)]
-pub use live::Emulated;
+use isostep::pty::Emulated;
 
 const CLOCK_CYCLE_NS: f64 = 8.0;
 

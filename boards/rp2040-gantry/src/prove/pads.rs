@@ -15,6 +15,8 @@ use crate::pins::ProvePins;
 pub const OUT: usize = 28;
 /// How long a pad's level is sampled. The coordinator waits as long, and is further ahead than that.
 const SAMPLED_FOR: Duration = Duration::from_millis(10);
+/// A stamper sees a level that lasts 6 cycles. A write takes one at least.
+const RELEASED_CYCLES: u32 = 8;
 /// The bank has 30.
 pub const PADS: u8 = 30;
 
@@ -36,10 +38,15 @@ pub fn mark(high: bool) {
     register.write_value(1 << MARKER);
 }
 
-/// Pulls OUT low at once, in any context.
+/// Pulls OUT low at once, in any context. If it is low already it rises before, so that each press is an edge: of two reset
+/// bytes the second is the one that is measured.
 #[inline(always)]
 pub fn press() {
-    SIO.gpio_out(0).value_clr().write_value(1 << OUT);
+    let latch = SIO.gpio_out(0);
+    for _ in 0..RELEASED_CYCLES {
+        latch.value_set().write_value(1 << OUT);
+    }
+    latch.value_clr().write_value(1 << OUT);
 }
 
 /// Lets OUT go. What was to press it later still does.

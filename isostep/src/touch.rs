@@ -3,15 +3,19 @@
 use anyhow::{Context, Result};
 use serialport::{SerialPortInfo, SerialPortType};
 
-use isostep::console::port;
+use crate::console::port;
 
 /// The serial number in boards/rp2040-gantry/src/usb.rs. The USB ids alone are shared by all RP2040 firmware with a
 /// serial port, and firmware of another project must not be overwritten.
-const SERIAL_NUMBER: &str = "ISOSTEP-1";
-const TOUCH_BAUD: u32 = 1200;
+pub const SERIAL_NUMBER: &str = "ISOSTEP-1";
+/// The rate at which a port is opened to ask for the boot loader.
+pub const TOUCH_BAUD: u32 = 1200;
 const USUAL_BAUD: u32 = 115_200;
 
-/// The port of the running board; otherwise the reason why no board can be touched.
+/// The port of the running board.
+///
+/// # Errors
+/// The reason why no board can be touched, in words.
 pub fn running_board() -> Result<String, String> {
     let ports = port::all().map_err(|error| format!("{error:#}"))?;
     choose(&ports)
@@ -66,16 +70,6 @@ mod tests {
         assert!(none.contains("no board runs Isostep"), "{none}");
         let two = choose(&[ours, port("/dev/ttyACM3", Some("ISOSTEP-1"))]).unwrap_err();
         assert!(two.contains("/dev/ttyACM1 and /dev/ttyACM3") && two.contains("unplug"), "{two}");
-    }
-
-    #[test]
-    fn the_serial_number_is_the_firmwares() {
-        let firmware =
-            std::fs::read_to_string(crate::workspace::root().join("boards/rp2040-gantry/src/usb.rs")).unwrap();
-        assert!(firmware.contains(&format!("config.serial_number = Some(\"{SERIAL_NUMBER}\");")));
-        let listener =
-            std::fs::read_to_string(crate::workspace::root().join("boards/rp2040-gantry/src/touch.rs")).unwrap();
-        assert!(listener.contains(&format!("const TOUCH_BAUD: u32 = {TOUCH_BAUD};")));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde_json::Value;
 
-use isostep::pty::{Closing, Machine};
+use super::{Closing, Machine};
 
 const STEP_NS: u64 = 10_000_000;
 const BOOT_MAX_NS: u64 = 10_000_000_000;
@@ -34,6 +34,9 @@ pub struct Emulated {
 impl Emulated {
     /// Powers up the board that `command` starts, waits for its welcome, and sends it the settings. `has_dtr` says that
     /// its console is on USB.
+    ///
+    /// # Errors
+    /// When it does not start, or does not answer.
     pub fn start(command: &mut Command, has_dtr: bool, settings: &[(u16, f32)]) -> Result<Self> {
         // It runs in its own process group, so that Ctrl-C reaches only this process, which then asks the board for its
         // summary.

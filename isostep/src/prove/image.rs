@@ -1,0 +1,69 @@
+//! Puts an image on the board by its boot loader: the 1200-baud touch, then a copy onto the drive that appears.
+
+use std::fs;
+use std::path::Path;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+
+use crate::boot_drive;
+use crate::console::port;
+use crate::project;
+use crate::stopwatch::Stopwatch;
+use crate::touch;
+
+/// A board takes up to two seconds to enter its boot loader, and a desktop takes longer to mount the drive.
+const MOUNTING_S: f64 = 15.0;
+/// A board that starts is on USB after a second or two.
+const STARTING_S: f64 = 15.0;
+const LOOK_AGAIN: Duration = Duration::from_millis(200);
+
+/// Puts `image` on the board on `port`, or on the only one that runs Isostep or is in its boot loader already. Returns
+/// the port on which it is afterwards.
+///
+/// # Errors
+/// When there is no board, or its drive is not mounted; the error says what to do.
+pub fn put(image: &Path, port: Option<&str>) -> Result<String> {
+    let shown = project::shown(image);
+    fs::metadata(image).with_context(|| format!("{shown} cannot be read: name a UF2 file"))?;
+    let drive = match boot_drive::mounted() {
+        Some(drive) => drive,
+        None => {
+            let name = match port {
+                Some(port) => port.to_owned(),
+                None => touch::running_board()
+                    .map_err(|why| anyhow::anyhow!("{why}; or hold BOOTSEL while you plug it in"))?,
+            };
+            println!("asking the board on {name} for its boot drive: it stops what it does and frees its motors");
+            touch::touch(&name)?;
+            within(MOUNTING_S, boot_drive::mounted).with_context(|| {
+                format!("no drive RPI-RP2 was mounted within {MOUNTING_S} s: hold BOOTSEL while you plug in the USB cable, mount the drive, and start anew")
+            })?
+        }
+    };
+    println!("copying {shown} to {}", drive.display());
+    fs::copy(image, drive.join("image.uf2")).with_context(|| format!("cannot copy to {}", drive.display()))?;
+    let is_there = || match port {
+        Some(port) => Path::new(port).exists().then(|| port.to_owned()),
+        None => port::find_board().ok(),
+    };
+    match within(STARTING_S, is_there) {
+        Some(port) => Ok(port),
+        None => bail!(
+            "the board has not come back on USB within {STARTING_S} s: unplug it, plug it in, and start anew without --image"
+        ),
+    }
+}
+
+/// The result of `look` as soon as there is one; `None` after `limit_s`.
+#[expect(clippy::disallowed_methods, reason = "the user's computer takes its time to mount a drive")]
+fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
+    let stopwatch = Stopwatch::start();
+    loop {
+        match look() {
+            None if stopwatch.elapsed_s() < limit_s => thread::sleep(LOOK_AGAIN),
+            found => return found,
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! `isostep prove`: measures on a board what the project says of it, without an oscilloscope.
+//!
+//! ```text
+//! serial port, or a machine in virtual time -- link -- board: a line of the proving image, and its replies
+//!                                                        |
+//!   course: a move, as a line and in closed form -- measure: a file each -- proof: figures, errors, faults
+//!                      stamps -- edges: which step, how far off              |
+//!                                                    table, page, letter, compare
+//! ```
+
+mod board;
+mod compare;
+mod course;
+mod edges;
+mod errors;
+pub mod image;
+mod letter;
+mod link;
+mod measure;
+mod page;
+mod proof;
+mod stamps;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::fs;
+use std::io::{self, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, Result, ensure};
+
+#[cfg(unix)]
+pub use self::link::Virtual;
+pub use self::link::{Link, Serial};
+pub use self::measure::{Effort, How, Jumper, Part};
+pub use self::proof::{EdgeErrors, Figure, Proof};
+pub use self::stamps::Stamps;
+
+use self::board::Board;
+use self::measure::Bench;
+use crate::console::port;
+use crate::files::Files;
+use crate::name::as_called;
+use crate::project;
+
+/// What the emulated board measures by the same verb. `cargo xtask prove --emulated` writes it.
+const EMULATED: &str = include_str!("emulated.json");
+
+/// Measure this very board: every figure beside the emulated one
+#[derive(clap::Args, Clone, Debug)]
+#[command(after_help = "\
+The board runs the proving image: the gantry's firmware, which stamps its own edges to 16 ns (8 ns in pairs), never enables
+its motors, and keeps settings of its own. Nothing needs to be wired; unplug drivers that move without their ENABLE. A wire
+from GP28 to GP9 (X's limit switch) or GP12 (the emergency stop) adds how soon a move stops.
+
+It writes proof.json, a page (index.html) and a letter (proof.txt) that can be sent to the project, and prints each figure,
+emulated and measured, with a verdict. The exit code is 1 if a promise is broken.
+
+Examples:
+  isostep prove                                  a board that has the proving image
+  isostep prove --quick                          a minute or two instead of twenty: a part of the edges
+  isostep prove --jumper limit                   with a wire from GP28 to GP9
+  isostep prove --image rp2040-prove.uf2 --restore rp2040-gantry.uf2      puts the image on it first, and the other one back
+  isostep prove --compare a/proof.json b/proof.json
+
+With the sources `cargo xtask prove` builds both images and puts them on the board.")]
+pub struct Args {
+    /// The port [default: the board on USB]
+    #[arg(long, value_name = "PORT")]
+    pub port: Option<String>,
+    /// Put this image on the board first
+    #[arg(long, value_name = "UF2")]
+    pub image: Option<PathBuf>,
+    /// Offer to put this image on the board at the end
+    #[arg(long, value_name = "UF2")]
+    pub restore: Option<PathBuf>,
+    /// A wire from GP28 goes to this input; may be given again
+    #[arg(long, value_enum, value_name = "INPUT")]
+    pub jumper: Vec<Jumper>,
+    /// Look at a part of the edges only
+    #[arg(long)]
+    pub quick: bool,
+    /// Make this measurement only; may be given again
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub only: Vec<Part>,
+    /// Switch the laser's pin on too: nothing may be connected to it
+    #[arg(long)]
+    pub laser: bool,
+    /// The folder that the proof is written into
+    #[arg(long, value_name = "FOLDER", default_value = "proof")]
+    pub out: PathBuf,
+    /// Answer no question: put the image of --restore on the board without asking
+    #[arg(long)]
+    pub yes: bool,
+    /// Prove the emulated board instead (of `cargo xtask prove` only)
+    #[arg(long, conflicts_with_all = ["port", "restore", "yes"])]
+    pub emulated: bool,
+    /// Compare two proofs, and end
+    #[arg(long, num_args = 2, value_names = ["A.json", "B.json"], exclusive = true)]
+    pub compare: Vec<PathBuf>,
+}
+
+impl Args {
+    /// What is to be measured.
+    pub fn how(&self) -> How {
+        let effort = if self.quick { Effort::quick() } else { Effort::full() };
+        How { jumpers: self.jumper.clone(), effort, laser: self.laser, only: self.only.clone() }
+    }
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// When the board cannot be measured, or a promise is broken.
+pub fn run(args: Args) -> Result<()> {
+    if let [one, other] = args.compare.as_slice() {
+        print!("{}", compare::text(&Proof::read(one)?, &Proof::read(other)?));
+        return Ok(());
+    }
+    Files::default()
+        .page("--out", [&args.out])
+        .read("--image", &args.image)
+        .read("--restore", &args.restore)
+        .check()?;
+    let port = match &args.image {
+        Some(image) => image::put(image, args.port.as_deref())?,
+        None => args.port.clone().map_or_else(port::find_board, Ok)?,
+    };
+    let proof = {
+        let mut link = Serial::open(&port)?;
+        on(&mut link, &args.how(), &interrupt()?, &mut |shown| eprintln!("{shown}"))?
+    };
+    let judged = conclude(&proof, args.quick, &args.out);
+    if let Some(restore) = &args.restore
+        && (args.yes || is_wanted(restore))
+    {
+        image::put(restore, Some(&port))?;
+    }
+    judged
+}
+
+/// Makes all measurements on the board at the other end of `link`. Whatever happens, the machine is reset at the end.
+///
+/// # Errors
+/// When it is not the proving image, or goes away, or `interrupted` is set.
+pub fn on(
+    link: &mut dyn Link,
+    how: &How,
+    interrupted: &Arc<AtomicBool>,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Proof> {
+    let mut board = Board::new(link, interrupted.clone());
+    let mut proof = Proof { version: proof::VERSION, tool: env!("CARGO_PKG_VERSION").to_owned(), ..Proof::default() };
+    let measured = measured(&mut board, how, &mut proof, progress);
+    board.calm();
+    measured.map(|()| proof)
+}
+
+fn measured(board: &mut Board, how: &How, proof: &mut Proof, progress: &mut dyn FnMut(&str)) -> Result<()> {
+    let identity = board.greet()?;
+    proof.board = identity.clone();
+    let settings = settings(board)?;
+    let measured = measure::all(&mut Bench { board: &mut *board, identity, how, proof, progress });
+    put_back(board, &settings);
+    measured
+}
+
+/// The settings of the machine as lines, as `$$` lists them.
+fn settings(board: &mut Board) -> Result<Vec<String>> {
+    let said = board.ask("$$")?;
+    Ok(said.into_iter().filter(|line| line.starts_with('$') && line.contains('=')).collect())
+}
+
+/// Sends settings again. Some contradict those that stand until others have come, so all are sent twice. Errors do not
+/// count: the image begins with its defaults at every start.
+fn put_back(board: &mut Board, settings: &[String]) {
+    for line in settings.iter().chain(settings) {
+        if board.tell(line).is_err() {
+            return;
+        }
+    }
+}
+
+/// Writes the proof into `folder`, and prints it.
+///
+/// # Errors
+/// When it cannot be written, or a promise is broken.
+pub fn conclude(proof: &Proof, is_quick: bool, folder: &Path) -> Result<()> {
+    let proof = Proof { is_quick, ..proof.clone() };
+    let emulated = emulated()?;
+    print!("{}", table::text(&proof, emulated.as_ref()));
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    write(&folder.join("proof.json"), &(serde_json::to_string_pretty(&proof)? + "\n"))?;
+    write(&folder.join("proof.txt"), &letter::text(&proof, emulated.as_ref()))?;
+    write(&folder.join("index.html"), &page::page(&proof, emulated.as_ref()))?;
+    let broken = proof.broken();
+    ensure!(broken.is_empty(), "{} promises are broken: {}", broken.len(), broken.join("; "));
+    Ok(())
+}
+
+/// The proof of the emulated board, once there is one.
+fn emulated() -> Result<Option<Proof>> {
+    if EMULATED.trim() == "null" {
+        return Ok(None);
+    }
+    Proof::parse(EMULATED).context("the emulated proof in this tool").map(Some)
+}
+
+fn write(path: &Path, text: &str) -> Result<()> {
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    println!("wrote {}", project::shown(path));
+    Ok(())
+}
+
+/// Asks whether the old image is to be put back. Nobody is asked without a terminal.
+fn is_wanted(image: &Path) -> bool {
+    if !io::stdin().is_terminal() {
+        println!("{}", as_called("the board keeps the proving image: with --yes the one of --restore is put on it"));
+        return false;
+    }
+    println!("put {} on the board? [Y/n]", project::shown(image));
+    let mut answer = String::new();
+    io::stdin().read_line(&mut answer).is_ok() && !answer.trim().to_lowercase().starts_with('n')
+}
+
+/// Set by Ctrl-C, from the first time on; the second ends the process at once.
+///
+/// # Errors
+/// When the system does not say so.
+pub fn interrupt() -> Result<Arc<AtomicBool>> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::SIGINT;
+        signal_hook::flag::register_conditional_shutdown(SIGINT, 128 + SIGINT, interrupted.clone())?;
+        signal_hook::flag::register(SIGINT, interrupted.clone())?;
+    }
+    Ok(interrupted)
+}

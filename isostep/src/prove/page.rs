@@ -1,0 +1,98 @@
+//! The page: the table, the histograms of errors emulated and measured, and what a stranger needs to judge them.
+
+use isostep_report::pictures::bench::{self, Picture, Section, Table};
+
+use super::edges::PROMISE_NS;
+use super::proof::{EdgeErrors, Figure, Proof};
+use super::table;
+
+const COMMAND: &str = "isostep prove";
+/// Bars of a histogram.
+const BARS: i64 = 60;
+
+/// The whole page.
+pub fn page(proof: &Proof, emulated: Option<&Proof>) -> String {
+    let sections = [figures(proof, emulated), found(proof), edges(proof, emulated), method(proof)];
+    let conditions = format!(
+        "{}. Chip {} is SYSINFO's CHIP_ID and the version of the ROM; the image keeps {} stamps of a pad at a time.",
+        table::heading(proof),
+        proof.board.chip,
+        proof.board.window
+    );
+    bench::page("Isostep, proved on a board", &conditions, COMMAND, &sections)
+}
+
+fn figures(proof: &Proof, emulated: Option<&Proof>) -> Section {
+    Section {
+        heading: "Figures".to_owned(),
+        text: "Emulated is what the same verb measures on the emulated board, by the same image. A verdict names the tolerance within \
+               which both count as equal."
+            .to_owned(),
+        table: Some(Table {
+            head: ["figure", "emulated", "measured", "verdict"].map(str::to_owned).to_vec(),
+            rows: table::cells(proof, emulated).into_iter().map(|row| row.to_vec()).collect(),
+        }),
+        ..Section::default()
+    }
+}
+
+fn found(proof: &Proof) -> Section {
+    let row = |kind: &str, line: &String| vec![kind.to_owned(), line.clone()];
+    let broken = proof.broken();
+    let rows: Vec<_> = broken
+        .iter()
+        .map(|line| row("broken", line))
+        .chain(proof.remarks.iter().map(|line| row("not seen", line)))
+        .collect();
+    let text = if broken.is_empty() {
+        "No promise is broken."
+    } else {
+        "Promises that are broken, each by its edge or figure."
+    };
+    let table = (!rows.is_empty()).then(|| Table { head: ["", "what"].map(str::to_owned).to_vec(), rows });
+    Section { heading: "Promises".to_owned(), text: text.to_owned(), table, ..Section::default() }
+}
+
+fn edges(proof: &Proof, emulated: Option<&Proof>) -> Section {
+    let measured = proof.edges.iter().enumerate().filter(|(_, edges)| edges.errors.count() > 0);
+    let pictures = measured.flat_map(|(index, edges)| {
+        let same = emulated.and_then(|emulated| emulated.edges.iter().find(|other| other.what == edges.what));
+        let reference = same.filter(|other| other.errors.count() > 0).map(|other| picture(index, "emulated", other, 1));
+        reference.into_iter().chain([picture(index, "measured", edges, 0)])
+    });
+    Section {
+        heading: "Edges against the closed form".to_owned(),
+        text: "The closed form is computed by this tool alone, from the settings that the board was sent; the board says only when its \
+               edges came. The start of each move is the one unknown: it is the median of the errors."
+            .to_owned(),
+        pictures: pictures.collect(),
+        ..Section::default()
+    }
+}
+
+fn picture(index: usize, kind: &str, edges: &EdgeErrors, colour: usize) -> Picture {
+    let bound_ns = PROMISE_NS + edges.unit_ns;
+    let title = format!("{}, {kind}", edges.what);
+    Picture {
+        name: format!("errors-{index}-{kind}"),
+        svg: bench::histogram(&title, &edges.errors.histogram(BARS), bound_ns, colour),
+        key: Vec::new(),
+        caption: format!(
+            "{title}: {} of {} edges. Dashed: the promise, {PROMISE_NS} ns, and a stamp of {} ns.",
+            crate::screen::grouped(edges.errors.count()),
+            crate::screen::grouped(edges.made),
+            edges.unit_ns
+        ),
+    }
+}
+
+fn method(proof: &Proof) -> Section {
+    let row = |figure: &Figure| vec![figure.what.clone(), figure.resolution.clone(), figure.flatters.clone()];
+    let rows = proof.figures.iter().filter(|figure| figure.value.is_some()).map(row).collect();
+    Section {
+        heading: "How finely, and what flatters".to_owned(),
+        text: "Every figure's resolution, and what makes it look better than it is.".to_owned(),
+        table: Some(Table { head: ["figure", "resolution", "flattered by"].map(str::to_owned).to_vec(), rows }),
+        ..Section::default()
+    }
+}

@@ -1,0 +1,396 @@
+//! A board in memory: it answers the proving image's lines, makes moves as they are compiled, and stamps their edges.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Result, bail};
+use isostep_console::{AXES, Settings};
+use isostep_controller::config;
+use isostep_profile::SyncMove;
+
+use super::super::Link;
+
+const CLOCK_HZ: u32 = 125_000_000;
+/// Stamps that are kept of a pad.
+const WINDOW: usize = 1_000;
+/// The port makes no more than this, steps/s.
+const RATE_MAX_STEPS_S: f64 = 2_000_000.0;
+/// From a line to the first edge of its move, s; and how long a line takes.
+const START_S: f64 = 0.012_345;
+const LINE_S: f64 = 0.000_3;
+/// From an input to the last edge, s.
+const STOPPING_S: f64 = 3.4e-6;
+/// The chip's clock is so much faster than the frames of USB.
+const FAST: f64 = 20e-6;
+const STEP: [u8; 3] = [2, 4, 6];
+
+/// What is wrong with the board.
+#[derive(Clone, Debug, Default)]
+pub struct Faults {
+    /// Inputs that the wire from GP28 goes to.
+    pub wires: Vec<u8>,
+    /// An edge of this axis, with this number in its move, comes so many cycles later.
+    pub shifted: Option<(usize, u32, i64)>,
+    /// An edge that does not come.
+    pub lost: Option<(usize, u32)>,
+    /// The stampers lose stamps.
+    pub stampers_lose: bool,
+    /// A top speed above this is refused, steps/s.
+    pub rate_max: Option<f64>,
+    /// It is an image that knows nothing of proving.
+    pub is_old: bool,
+    /// It answers nothing.
+    pub is_silent: bool,
+    /// It is unplugged after so many lines.
+    pub unplugged_after: Option<u32>,
+    /// After so many lines somebody interrupts.
+    pub interrupts: Option<(u32, Arc<AtomicBool>)>,
+}
+
+/// The board.
+pub struct Fake {
+    faults: Faults,
+    settings: Settings,
+    said: VecDeque<String>,
+    partial: String,
+    lines: u32,
+    now_s: f64,
+    /// Steps of X, Y and Z when the machine rests.
+    place_steps: [i64; 3],
+    course: Option<Course>,
+    alarm: Option<&'static str>,
+    armed: Option<Armed>,
+    /// When GP28 falls.
+    falls_s: Option<f64>,
+    is_low: bool,
+    braking_since_s: Option<f64>,
+}
+
+/// A move under way.
+struct Course {
+    begin_s: f64,
+    plan: SyncMove<AXES>,
+    /// The cycle of each step of X, Y and Z, from the start of the move.
+    cycles: [Vec<u64>; 3],
+    /// No edge comes after this.
+    stop_s: f64,
+}
+
+struct Armed {
+    since_s: f64,
+    pads: [u8; 3],
+    skip: u32,
+    /// Cycles of each pad's edges from the marker.
+    cycles: BTreeMap<u8, Vec<u64>>,
+}
+
+impl Fake {
+    pub fn new(faults: Faults) -> Self {
+        Self {
+            faults,
+            settings: Settings::default(),
+            said: VecDeque::new(),
+            partial: String::new(),
+            lines: 0,
+            now_s: 1.0,
+            place_steps: [0; 3],
+            course: None,
+            alarm: None,
+            armed: None,
+            falls_s: None,
+            is_low: false,
+            braking_since_s: None,
+        }
+    }
+
+    pub fn is_at_rest(&self) -> bool {
+        self.course.is_none()
+    }
+
+    pub fn has_defaults(&self) -> bool {
+        self.settings == Settings::default()
+    }
+
+    fn say(&mut self, line: impl Into<String>) {
+        self.said.push_back(line.into());
+    }
+
+    /// What has happened up to now.
+    fn look(&mut self) {
+        let now_s = self.now_s;
+        if let Some(falls_s) = self.falls_s.filter(|falls_s| *falls_s <= now_s) {
+            self.falls_s = None;
+            self.fall(falls_s);
+        }
+        if self.course.as_ref().is_some_and(|course| course.end_s() <= now_s) {
+            self.end();
+        }
+    }
+
+    fn fall(&mut self, at_s: f64) {
+        self.is_low = true;
+        if let Some(armed) = &mut self.armed {
+            armed.cycles.entry(28).or_default().push(((at_s - armed.since_s) * 125e6) as u64);
+        }
+        let is_wired = |pad: u8| self.faults.wires.contains(&pad) && (pad != 9 || self.settings.hard_limits);
+        let alarm = if is_wired(12) { "ALARM:10" } else { "ALARM:1" };
+        if (is_wired(9) || is_wired(12)) && self.course.is_some() && self.braking_since_s.is_none() {
+            self.stop(at_s, alarm);
+        }
+    }
+
+    fn stop(&mut self, at_s: f64, alarm: &'static str) {
+        if let Some(course) = &mut self.course {
+            course.stop_s = at_s + STOPPING_S;
+        }
+        self.end();
+        self.alarm = Some(alarm);
+        self.say(alarm);
+    }
+
+    /// Makes the edges of the move that is over.
+    fn end(&mut self) {
+        let Some(course) = self.course.take() else { return };
+        self.braking_since_s = None;
+        for (axis, pad) in STEP.into_iter().enumerate() {
+            let steps = course.plan.steps[axis];
+            let made = (1..=steps.unsigned_abs()).take_while(|&number| course.at_s(axis, number) <= course.stop_s);
+            let made: Vec<u32> = made.collect();
+            self.place_steps[axis] += i64::from(steps.signum()) * made.len() as i64;
+            let Some(armed) = &mut self.armed else { continue };
+            let cycles = armed.cycles.entry(pad).or_default();
+            for number in made {
+                if self.faults.lost == Some((axis, number)) {
+                    continue;
+                }
+                let cycle = ((course.at_s(axis, number) - armed.since_s) * 125e6).round() as i64;
+                let late = self
+                    .faults
+                    .shifted
+                    .filter(|(of, nth, _)| (*of, *nth) == (axis, number))
+                    .map_or(0, |(_, _, late)| late);
+                cycles.push((cycle + late) as u64);
+            }
+        }
+    }
+
+    fn byte_at_once(&mut self, byte: u8) {
+        match byte {
+            b'?' => {
+                let state = match (&self.course, self.alarm) {
+                    (Some(_), _) => "Run",
+                    (None, Some(_)) => "Alarm",
+                    (None, None) => "Idle",
+                };
+                let [x, y, z] = self.place_steps.map(|steps| steps as f64 / f64::from(self.settings.steps_per_mm[0]));
+                self.say(format!("<{state}|MPos:{x:.3},{y:.3},{z:.3}|FS:0,0>"));
+            }
+            _ => self.reset(),
+        }
+    }
+
+    /// The first has the machine brake, which lasts; the second stops it, and pulls GP28 down.
+    fn reset(&mut self) {
+        self.partial.clear();
+        if self.braking_since_s.is_some() && self.course.is_some() {
+            self.fall(self.now_s);
+            self.stop(self.now_s, "ALARM:3");
+        } else if self.course.is_some() {
+            self.braking_since_s = Some(self.now_s);
+            self.fall(self.now_s);
+            return;
+        }
+        self.say("Grbl 1.1h ['$' for help]");
+    }
+
+    fn line(&mut self, line: &str) {
+        self.lines += 1;
+        if let Some((lines, interrupted)) = &self.faults.interrupts
+            && *lines == self.lines
+        {
+            interrupted.store(true, Ordering::Relaxed);
+        }
+        self.now_s += LINE_S;
+        self.look();
+        let answer = self.carried_out(line);
+        self.say(if answer { "ok" } else { "error:3" });
+    }
+
+    fn carried_out(&mut self, line: &str) -> bool {
+        if let Some(rest) = line.strip_prefix("$PROVE") {
+            return !self.faults.is_old && self.prove(rest);
+        }
+        match line {
+            "$X" => self.alarm = None,
+            "$$" => {
+                for (number, value) in numbers(&self.settings) {
+                    self.say(format!("${number}={value}"));
+                }
+            }
+            _ if line.starts_with('$') => return self.set(line),
+            _ if line.contains("G91") => return self.begin(line),
+            _ => {}
+        }
+        true
+    }
+
+    fn set(&mut self, line: &str) -> bool {
+        let Some((number, value)) = line[1..].split_once('=') else { return false };
+        let (Ok(number), Ok(value)) = (number.parse(), value.parse()) else { return false };
+        let rate_max = self.faults.rate_max.unwrap_or(RATE_MAX_STEPS_S);
+        let mut settings = self.settings;
+        if !settings.set(number, value) {
+            return false;
+        }
+        let is_too_fast = (110..113).contains(&number)
+            && f64::from(value) / 60.0 * f64::from(settings.steps_per_mm[usize::from(number - 110)])
+                > rate_max * 1.000_001;
+        if !is_too_fast {
+            self.settings = settings;
+        }
+        !is_too_fast
+    }
+
+    fn begin(&mut self, line: &str) -> bool {
+        if self.alarm.is_some() {
+            return false;
+        }
+        let word =
+            |letter: char| line.split_whitespace().find_map(|word| word.strip_prefix(letter)?.parse::<f64>().ok());
+        let steps: [i32; AXES] = std::array::from_fn(|axis| {
+            let mm = "XYZ".chars().nth(axis).and_then(word).unwrap_or(0.0);
+            (mm * f64::from(self.settings.steps_per_mm[axis])).round() as i32
+        });
+        let config = config(&self.settings);
+        let plan = SyncMove::plan(steps, &config.limits, config.interval_law, config.speed_law, None).unwrap();
+        // Starts are on a cycle.
+        let begin_s = ((self.now_s + START_S) * 125e6).round() / 125e6;
+        let cycles = |axis| plan.segments(axis, CLOCK_HZ).flat_map(|segment| segment.ticks()).collect();
+        self.course = Some(Course { begin_s, cycles: std::array::from_fn(cycles), plan, stop_s: f64::INFINITY });
+        true
+    }
+
+    fn prove(&mut self, rest: &str) -> bool {
+        let (word, numbers) =
+            rest.trim_start_matches('=').split_once(',').unwrap_or((rest.trim_start_matches('='), ""));
+        let numbers: Vec<u32> = numbers.split(',').filter_map(|number| number.parse().ok()).collect();
+        match (word, numbers.as_slice()) {
+            ("", _) => {
+                for line in [
+                    "[PROVE:1]",
+                    "[ID:E660583883724B2F]",
+                    "[CHIP:20002927,3]",
+                    "[PORT:PIO]",
+                    "[WINDOW:1000]",
+                    "[READY:345678]",
+                    "[COPY:300000]",
+                ] {
+                    self.say(line);
+                }
+            }
+            ("ARM", &[one, two, three, skip]) => {
+                let pads = [one, two, three].map(|pad| pad as u8);
+                self.armed = Some(Armed { since_s: self.now_s, pads, skip, cycles: BTreeMap::new() });
+            }
+            ("READ", &[stamper]) => self.read(stamper as usize),
+            ("COLD", _) | ("OUT", &[0]) => self.fall(self.now_s),
+            ("OUT", &[us]) => self.falls_s = Some(self.now_s + f64::from(us) * 1e-6),
+            ("OUT", _) => (self.is_low, self.falls_s) = (false, None),
+            ("LOAD", _) => self.say("[LOAD:750000,1000000]"),
+            ("MASK", _) => self.say("[MASK:250]"),
+            ("CACHE", _) => self.say("[CACHE:400,5200,5300]"),
+            ("COUNT", _) => self.say("[COUNT:9500,10000]"),
+            ("FRAME", _) => {
+                self.now_s = (self.now_s * 1e3).ceil() * 1e-3;
+                let us = self.now_s * 1e6 * (1.0 + FAST);
+                self.say(format!("[FRAME:{},{us:.0}]", (self.now_s * 1e3).round() as u64 % 2_048));
+            }
+            ("PAD", _) => self.say("[PAD:0,1000]"),
+            _ => return false,
+        }
+        true
+    }
+
+    fn read(&mut self, stamper: usize) {
+        let Some(armed) = &self.armed else { return };
+        let is_second = armed.pads[..stamper].contains(&armed.pads[stamper]);
+        let edges = armed.cycles.get(&armed.pads[stamper]).cloned().unwrap_or_default();
+        // The third keeps the last round of a ring; the others have the first edge, and a window after what they skip.
+        let skip = armed.skip as usize;
+        let (first, mut stamped): (usize, Vec<u64>) = if stamper == 2 {
+            let end = edges.len().min(skip + WINDOW);
+            (end.saturating_sub(WINDOW), edges[end.saturating_sub(WINDOW)..end].to_vec())
+        } else {
+            let seen = edges.iter().enumerate().filter(|(index, _)| *index == 0 || *index > skip);
+            (0, seen.take(WINDOW).map(|(_, cycle)| *cycle).collect())
+        };
+        // It looks in every second cycle, and the second of a pad in those between.
+        stamped.iter_mut().for_each(|cycle| *cycle += (*cycle + u64::from(is_second)) % 2);
+        let mut stamps = stamped;
+        let loses = self.faults.stampers_lose && stamps.len() > 100;
+        if loses {
+            stamps.drain(50..60);
+        }
+        self.say(format!("[STAMPS:{stamper},{},{},{}]", first + 1, stamps.len(), u8::from(loses)));
+        let before = [0].into_iter().chain(stamps.iter().copied());
+        let differences: Vec<String> =
+            stamps.iter().zip(before).map(|(stamp, before)| format!("{:x}", stamp - before)).collect();
+        for line in differences.chunks(12) {
+            self.say(format!("[S:{}]", line.join(" ")));
+        }
+    }
+}
+
+impl Course {
+    fn at_s(&self, axis: usize, number: u32) -> f64 {
+        self.begin_s + self.cycles[axis][number as usize - 1] as f64 / f64::from(CLOCK_HZ)
+    }
+
+    fn end_s(&self) -> f64 {
+        self.begin_s + self.plan.profile.duration_s()
+    }
+}
+
+/// Every setting with its value.
+fn numbers(settings: &Settings) -> Vec<(u16, f32)> {
+    (0..1_000).filter_map(|number| Some((number, settings.get(number)?))).collect()
+}
+
+impl Link for Fake {
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        if self.faults.unplugged_after.is_some_and(|lines| lines <= self.lines) {
+            bail!("Broken pipe");
+        }
+        for &byte in bytes {
+            match byte {
+                _ if self.faults.is_silent => {}
+                b'?' | 0x18 => {
+                    self.look();
+                    self.byte_at_once(byte);
+                }
+                b'\n' => {
+                    let line = std::mem::take(&mut self.partial);
+                    self.line(&line);
+                }
+                _ => self.partial.push(char::from(byte)),
+            }
+        }
+        Ok(())
+    }
+
+    fn line(&mut self, patience_s: f64) -> Result<Option<String>> {
+        if self.faults.unplugged_after.is_some_and(|lines| lines <= self.lines) {
+            bail!("No such device");
+        }
+        if self.said.is_empty() {
+            self.now_s += patience_s.max(1e-6);
+            self.look();
+        }
+        Ok(self.said.pop_front())
+    }
+
+    fn now_s(&self) -> f64 {
+        self.now_s
+    }
+}

@@ -1,0 +1,181 @@
+//! `isostep prove` on the emulated board: its stamps are the emulator's own edges, and each fault is found and named.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::Arc;
+
+use anyhow::Result;
+use isostep::prove::{self, Effort, How, Jumper, Link, Part, Proof, Stamps, Virtual};
+use isostep::pty::{Emulated, Machine};
+use isostep_tests::root;
+
+/// Of the move at 100,000 steps/s.
+const STEPS: usize = 3_000;
+const PADS: [u8; 3] = [2, 4, 6];
+
+/// Some windows of the slowest rate; all edges by two stampers.
+fn effort() -> Effort {
+    Effort { rates: vec![100_000], windows: 1, pair_windows: 6, stops: 2, ..Effort::quick() }
+}
+
+fn how(part: Part) -> How {
+    How { jumpers: Vec::new(), effort: effort(), laser: false, only: vec![part] }
+}
+
+/// What was said on a link.
+struct Overheard<L> {
+    link: L,
+    sent: Vec<u8>,
+    /// The lines that arm stampers, move, and read stamps, each with the replies that followed.
+    exchanges: Vec<(String, Vec<String>)>,
+}
+
+impl<L: Link> Link for Overheard<L> {
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.sent.extend(bytes);
+        while let Some(end) = self.sent.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = self.sent.drain(..=end).collect();
+            let line = String::from_utf8_lossy(&line).trim_matches(['?', '\x18', '\n']).to_owned();
+            self.exchanges.push((line, Vec::new()));
+        }
+        self.link.send(bytes)
+    }
+
+    fn line(&mut self, patience_s: f64) -> Result<Option<String>> {
+        let line = self.link.line(patience_s)?;
+        if let (Some(line), Some((_, replies))) = (&line, self.exchanges.last_mut()) {
+            replies.push(line.clone());
+        }
+        Ok(line)
+    }
+
+    fn now_s(&self) -> f64 {
+        self.link.now_s()
+    }
+}
+
+struct Run {
+    proof: Proof,
+    exchanges: Vec<(String, Vec<String>)>,
+    /// The cycles of each axis's edges, as the emulator has written them.
+    edges: [Vec<u64>; 3],
+}
+
+/// Proves the board that these options of the emulator make.
+fn proved(name: &str, how: &How, options: &[&str]) -> Run {
+    let elf = std::env::var_os("ISOSTEP_PROVE_ELF").expect("ISOSTEP_PROVE_ELF names the image: cargo xtask test");
+    let folder = root().join("target/emulated").join(name);
+    fs::create_dir_all(&folder).unwrap();
+    let file: PathBuf = folder.join("edges");
+    let mut command = Command::new("node");
+    command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf).arg("--edges").arg(&file);
+    // A carriage that moves beyond its switch presses it.
+    command.args(["--driver", "tmc2209", "--enable", "open", "--start", "900,900,900"]).args(options);
+    let mut board = Emulated::start(&mut command, true, &[]).unwrap();
+    board.set_open(true).unwrap();
+    let link = Virtual::new(&mut board);
+    let mut link = Overheard { link, sent: Vec::new(), exchanges: Vec::new() };
+    let proof = prove::on(&mut link, how, &Arc::default(), &mut |_| {}).unwrap();
+    let exchanges = link.exchanges;
+    board.close().unwrap();
+    let mut edges: [Vec<u64>; 3] = Default::default();
+    for word in fs::read(file).unwrap().chunks_exact(8) {
+        let word = u64::from_le_bytes(word.try_into().unwrap());
+        edges[(word >> 1 & 3) as usize].push(word >> 3);
+    }
+    Run { proof, exchanges, edges }
+}
+
+/// Each stamp is the emulator's edge of the same number, on its cycle or the next, by one offset for all stamps of a move.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn stamps_are_the_emulators_own_edges_one_by_one() {
+    let run = proved("prove-stamps", &how(Part::Edges), &[]);
+    assert_eq!((run.proof.broken(), &run.proof.remarks), (Vec::<String>::new(), &Vec::new()));
+    let (mut moves, mut armed, mut compared) = (0, None, 0);
+    let mut offset: Option<u64> = None;
+    for (line, replies) in &run.exchanges {
+        if let Some(arming) = line.strip_prefix("$PROVE=ARM,") {
+            let numbers: Vec<u32> = arming.split(',').map(|number| number.parse().unwrap()).collect();
+            (armed, offset) = (Some(numbers), None);
+        } else if line.starts_with("G91 G0") {
+            moves += 1;
+        } else if let Some(stamper) = line.strip_prefix("$PROVE=READ,") {
+            let (stamper, numbers) = (stamper.parse::<usize>().unwrap(), armed.as_ref().unwrap());
+            let stamps = Stamps::read(replies, numbers[3]).unwrap();
+            assert!(!stamps.lost && stamps.cycles.len() > 100, "{line} after move {moves}");
+            let axis = PADS.iter().position(|pad| u32::from(*pad) == numbers[stamper]).unwrap();
+            let own = &run.edges[axis][(moves - 1) * STEPS..moves * STEPS];
+            let marked = *offset.get_or_insert_with(|| least_offset(own, &stamps));
+            for (&cycle, &number) in stamps.cycles.iter().zip(&stamps.counted) {
+                let from_mark = own[number as usize - 1] - marked;
+                let late = i64::from(cycle) - from_mark as i64;
+                assert!((0..=1).contains(&late), "edge {number} of axis {axis}, move {moves}: {late} cycles off");
+                compared += 1;
+            }
+        }
+    }
+    // The first window of the move, and all of it by pairs: a move for each window and axis.
+    assert_eq!((moves, compared > 20_000), (1 + 3 * 6, true), "{compared}");
+}
+
+/// The cycle from which all stamps count, if none is earlier than its edge.
+fn least_offset(own: &[u64], stamps: &Stamps) -> u64 {
+    let offsets =
+        stamps.cycles.iter().zip(&stamps.counted).map(|(cycle, number)| own[*number as usize - 1] - u64::from(*cycle));
+    // On the edge's own cycle it is the largest.
+    offsets.max().unwrap()
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn an_edge_that_comes_three_cycles_late_is_named() {
+    // Y's pair is stamped in the third move.
+    let shifted = format!("4:{}:3", 2 * STEPS + 300);
+    let faults = proved("prove-shifted", &how(Part::Edges), &["--shift-edge", &shifted]).proof.faults;
+    assert_eq!(faults, ["at 3 x 100,000 steps/s: edge 300 of Y was 24 ns late beside the others"]);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn an_edge_that_never_comes_is_named() {
+    let faults = proved("prove-lost", &how(Part::Edges), &["--lose-edge", "6:400"]).proof.faults;
+    assert_eq!(faults, ["at 3 x 100,000 steps/s: edge 400 of Z was lost"]);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_rate_that_the_board_cannot_make_is_named_with_its_alarm() {
+    let too_high = Effort { rates: vec![3_600_000], ..effort() };
+    let faults = proved("prove-rate", &How { effort: too_high, ..how(Part::Edges) }, &[]).proof.faults;
+    assert!(faults[0].starts_with("at 3 x 3,600,000 steps/s: the move ended in ALARM:22"), "{faults:?}");
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn stops_by_a_wire_are_measured_and_a_wire_that_is_not_there_is_named() {
+    let wired = How { jumpers: vec![Jumper::Limit], ..how(Part::Stops) };
+    let run = proved("prove-wire", &wired, &["--jumper", "28:9"]);
+    assert_eq!(run.proof.broken(), Vec::<String>::new(), "{:?}", run.proof.remarks);
+    let latency_us = run.proof.figure("stop.9").and_then(|figure| figure.value).unwrap();
+    assert!((0.5..=6.0).contains(&latency_us), "{latency_us}");
+    let pressed =
+        proved("prove-estop", &How { jumpers: vec![Jumper::Estop], ..how(Part::Stops) }, &["--jumper", "28:12"]).proof;
+    assert_eq!((pressed.broken(), &pressed.remarks), (Vec::<String>::new(), &Vec::new()));
+    assert!(pressed.figure("stop.12").is_some_and(|figure| figure.value.is_some()));
+    let faults = proved("prove-no-wire", &wired, &[]).proof.faults;
+    assert_eq!(faults, ["the limit switch did not stop the move: is the wire from GP28 to GP9 there?"]);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_second_reset_is_measured_and_the_crystal_is_found() {
+    let both = How { only: vec![Part::Stops, Part::Crystal], ..how(Part::Stops) };
+    // Frames that are longer make the chip's clock the faster one.
+    let proof = proved("prove-reset", &both, &["--frame-ppm=40"]).proof;
+    assert_eq!((proof.broken(), &proof.remarks), (Vec::<String>::new(), &Vec::new()));
+    let value = |key: &str| proof.figure(key).and_then(|figure| figure.value).unwrap();
+    assert!((0.5..=6.0).contains(&value("stop.reset")), "{}", value("stop.reset"));
+    assert!((value("crystal") - 40.0).abs() < 1.0, "{}", value("crystal"));
+}
