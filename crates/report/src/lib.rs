@@ -8,7 +8,7 @@
 //! - [`pace`] says what limits the speed of a program.
 //! - [`survey`] reads a program without a machine.
 //! - [`compare`] holds the trace of another machine against the plans of a run.
-//! - [`pictures`] draws all of it on a page. [`welch`] computes spectra.
+//! - [`pictures`] draws all of it on a page.
 #![forbid(unsafe_code)]
 
 pub mod compare;
@@ -20,7 +20,6 @@ pub mod ringing;
 pub mod shaping;
 pub mod survey;
 pub mod tool;
-pub mod welch;
 
 pub use figures::{Figures, Listed, MoveFigures};
 

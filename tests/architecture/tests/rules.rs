@@ -132,6 +132,21 @@ fn crates_depend_on_nothing_but_these() {
 }
 
 #[test]
+fn nothing_but_the_tool_needs_what_serves_the_papers() {
+    let folders = ["crates", "boards", "examples"].map(|folder| fs::read_dir(root().join(folder)).unwrap());
+    let packages = folders.into_iter().flatten().map(|entry| entry.unwrap().path());
+    let packages = packages.chain(["xtask", "tests"].map(|folder| root().join(folder)));
+    let manifests = packages.map(|package| package.join("Cargo.toml"));
+    let of_papers = |(_, name): &(usize, String)| name == "isostep-papers";
+    let broken = manifests.flat_map(|manifest| {
+        let named = dependencies(&manifest).into_iter().filter(of_papers);
+        named.map(|(line, name)| (manifest.clone(), line, name)).collect::<Vec<_>>()
+    });
+    let why = "whoever takes a part of the project need not take the papers along";
+    Rule { says: "only isostep depends on isostep-papers", why }.holds(&broken.collect());
+}
+
+#[test]
 fn no_library_chooses_the_rate_of_the_clock() {
     let libraries = fs::read_dir(root().join("crates")).unwrap().map(|entry| entry.unwrap().path());
     let manifests = libraries.map(|library| library.join("Cargo.toml")).chain([root().join("Cargo.toml")]);

@@ -41,7 +41,7 @@ fn label(value: f64) -> String {
 }
 
 /// `1,200,000`, `30,000`, `4.1`, `0.012`: short, and with no more digits than a picture shows.
-pub(super) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude >= 1e6 {
         format!("{}M", trimmed(value * 1e-6))

@@ -4,7 +4,7 @@ use anyhow::Result;
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 use isostep_sim::analysis::{Oscillator, deviation, mean};
 
-use crate::papers::frequency::vibration::{DAMPING_RATIO, Drive, NATURAL_HZ, without_jumps};
+use crate::frequency::vibration::{DAMPING_RATIO, Drive, NATURAL_HZ, without_jumps};
 
 /// The gantry's default limits at 50 steps/mm, with the start speed that the laws over displacement need.
 pub const LIMITS: Limits = Limits {

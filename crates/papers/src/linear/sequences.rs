@@ -1,7 +1,7 @@
 //! Stoychitch's figures 2 and 5: the first steps.
 
+use crate::drawing::{Chart, Curve, Picture, Scale, Style, charts};
 use anyhow::Result;
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Scale, Style, charts};
 
 use super::generators::{Generator, generators, law};
 use super::motor::{SLOW_START_RAD_S, steps_per_rad};

@@ -1,11 +1,11 @@
 //! Stoychitch 2018, section 2: trajectory planning, following the paper's flow chart step by step.
 
+use crate::drawing::{Chart, Curve, Picture, Style, charts};
 use anyhow::Result;
 use isostep_profile::{IntervalLaw, Profile, SpeedLaw};
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::motor::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, limits, steps_per_rad};
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// The results of section 2: times, s, and steps of the phases.
 struct Planned {
@@ -118,7 +118,7 @@ fn quantities(plan: &Profile) -> Vec<Chart> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::papers::row::Cell;
+    use crate::row::Cell;
 
     /// By hand; the derivation is in the tests of the papers in the profile crate.
     #[test]

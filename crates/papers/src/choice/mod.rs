@@ -2,9 +2,9 @@
 
 mod moves;
 
+use crate::drawing::{Chart, Curve, Picture, Scale, Section, Style, Table, charts};
 use anyhow::Result;
 use isostep_profile::{Profile, SpeedLaw};
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Scale, Section, Style, Table, charts};
 
 use self::moves::{LIMITS, STEPS};
 

@@ -1,11 +1,11 @@
 //! How closely the generators' speed follows the linear law.
 
+use crate::drawing::{Chart, Curve, Picture, Style, Table, charts};
 use anyhow::Result;
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use super::generators::{NAMES, generators, law};
 use super::motor::{SLOW_START_RAD_S, START_RAD_S};
-use crate::papers::row::{Paper, Row, signed};
+use crate::row::{Paper, Row, signed};
 
 const STARTS: [(f64, &str); 2] = [(START_RAD_S, "v_s = 0.5 rad/s"), (SLOW_START_RAD_S, "v_s = 0.08 rad/s")];
 

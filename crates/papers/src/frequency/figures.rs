@@ -1,12 +1,12 @@
 //! Fonseca-Campos's figures 7, 10, 11 and 12, simulated with the paper's truncation and without it.
 
+use crate::drawing::{Chart, Curve, Picture, Style, Table, charts};
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, Table, charts};
 
 use super::kinematics::{Kinematics, normalised, peak};
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLE_4};
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// One law with the parameters of one table.
 struct Simulated {

@@ -1,6 +1,6 @@
 //! The HTML page.
 
-use isostep_report::pictures::papers::{Comparison, Page, Section};
+use crate::drawing::{Comparison, Page, Section};
 
 use super::row::Row;
 use super::{BASIS, COMMAND, Part, Report};

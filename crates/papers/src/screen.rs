@@ -1,6 +1,6 @@
 //! The rows on the screen.
 
-use isostep_report::pictures::papers::Table;
+use crate::drawing::Table;
 
 use super::row::Row;
 use super::{BASIS, Report};

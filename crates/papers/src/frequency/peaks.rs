@@ -7,7 +7,7 @@ use isostep_sim::analysis::Oscillator;
 
 use super::parameters::TABLE_6;
 use super::vibration::{DAMPING_RATIO, drive, spectrum};
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// The middle of the band in which the paper saw the most power, Hz.
 const NATURAL_HZ: f64 = 45.0;

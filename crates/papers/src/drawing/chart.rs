@@ -2,9 +2,9 @@
 
 use plotters::prelude::*;
 
-use super::super::bench::short;
-use super::super::profile::thin::thin;
-use super::super::theme::{self, Area, CURVE, Drawn, GRID, INK, INTERVAL};
+use isostep_report::pictures::bench::short;
+use isostep_report::pictures::theme::{self, Area, CURVE, Drawn, GRID, INK, INTERVAL};
+use isostep_report::pictures::thin;
 
 /// plotters rounds points to whole pixels, which would distort smooth curves. Drawn at this scale, the error is not
 /// visible.

@@ -1,8 +1,8 @@
 //! The ringing that the laws cause (Fonseca-Campos 2023, section VI.F, Tables 5 to 7, figure 13). A model.
 
+use crate::welch::{Spectrum, welch};
 use anyhow::Result;
 use isostep_generators::{FrequencyLaw, FrequencyProfile};
-use isostep_report::welch::{Spectrum, welch};
 use isostep_sim::analysis::{Oscillator, mean};
 
 use super::parameters::TABLE_6;

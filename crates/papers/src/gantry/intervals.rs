@@ -1,11 +1,11 @@
 //! Forero's Table 1: the intervals of the staircase, of the staircase on timers, and ours.
 
+use crate::drawing::{Chart, Curve, Picture, Style, Table, charts};
 use anyhow::Result;
 use isostep_generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, Table, charts};
 
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// t_1, s (eq 6).
 pub const T1_S: f64 = 4.5;
@@ -156,7 +156,7 @@ pub fn picture() -> Result<Picture> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::papers::row::Cell;
+    use crate::row::Cell;
 
     #[test]
     fn ours_keeps_three_equal_intervals() {

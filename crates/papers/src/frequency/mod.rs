@@ -9,8 +9,8 @@ mod ringing;
 mod straightness;
 pub mod vibration;
 
+use crate::drawing::Section;
 use anyhow::Result;
-use isostep_report::pictures::papers::Section;
 
 use super::Part;
 use super::row::Paper;

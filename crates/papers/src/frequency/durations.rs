@@ -1,11 +1,11 @@
 //! How long each law takes, exact and truncated as in the paper, and how much time the logarithmic one saves.
 
+use crate::drawing::Table;
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_report::pictures::papers::Table;
 
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLES};
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// Durations of one law with the parameters of one table, s.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +99,7 @@ pub fn table() -> Result<Table> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::papers::row::Cell;
+    use crate::row::Cell;
 
     #[test]
     fn the_papers_percentages_are_of_the_slower_time() {

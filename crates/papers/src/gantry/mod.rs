@@ -3,8 +3,8 @@
 mod interpolation;
 mod intervals;
 
+use crate::drawing::Section;
 use anyhow::Result;
-use isostep_report::pictures::papers::Section;
 
 use super::Part;
 use super::row::Paper;

@@ -1,10 +1,10 @@
 //! Forero's figure 9: two axes at once, and how straight their path is.
 
+use crate::drawing::{Chart, Curve, Picture, Style, charts};
 use anyhow::Result;
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::intervals::{ACROSS_STEPS, STEPS, ours, timed};
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// Instants of the steps of both axes, s: the long axis, and the axis across it.
 struct Edges {

@@ -2,7 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::super::theme;
+use isostep_report::pictures::theme;
 
 /// Cells with more bytes than this are broken into lines.
 const LONG: usize = 24;

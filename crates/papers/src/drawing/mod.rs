@@ -3,5 +3,5 @@
 mod chart;
 mod page;
 
-pub use chart::{Band, Chart, Curve, Scale, Style, charts};
+pub use chart::{Chart, Curve, Scale, Style, charts};
 pub use page::{Comparison, Page, Picture, Section, Table, files, page};

@@ -1,15 +1,15 @@
 //! Fonseca-Campos's Table 7 and figure 13 compared with the model's.
 
+use crate::drawing::{Chart, Curve, Picture, Scale, Style, Table, charts};
+use crate::welch::Spectrum;
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Scale, Style, Table, charts};
-use isostep_report::welch::Spectrum;
 use isostep_sim::analysis::Oscillator;
 
 use super::vibration::{
     DAMPING_RATIO, Drive, SAMPLE_HZ, deviation, drive, fine_deviation, instants_s, spectrum, waveforms, without_jumps,
 };
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// Standard deviations of Table 7, m/s², in the order of [`FrequencyLaw::ALL`].
 const TABLE_7: [f64; 4] = [0.025, 0.026, 0.022, 0.088];
@@ -176,7 +176,7 @@ fn sweep_picture(laws: &[Modelled]) -> Result<Picture> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::papers::row::Cell;
+    use crate::row::Cell;
 
     #[test]
     fn the_order_is_the_papers() {

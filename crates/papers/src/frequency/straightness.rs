@@ -1,11 +1,11 @@
 //! Why the linear law's speed over time is not a straight line (Fonseca-Campos 2023, section VI.A).
 
+use crate::drawing::{Chart, Curve, Picture, Style, charts};
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
-use isostep_report::pictures::papers::{Chart, Curve, Picture, Style, charts};
 
 use super::parameters::{Parameters, TABLE_1};
-use crate::papers::row::{Paper, Row};
+use crate::row::{Paper, Row};
 
 /// The acceleration phase of the linear law.
 struct Ramp {

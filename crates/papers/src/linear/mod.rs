@@ -6,8 +6,8 @@ mod planning;
 mod sequences;
 mod speed_error;
 
+use crate::drawing::Section;
 use anyhow::Result;
-use isostep_report::pictures::papers::Section;
 
 use super::Part;
 use super::row::Paper;

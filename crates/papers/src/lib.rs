@@ -1,0 +1,139 @@
+//! The figures that the three papers print, compared with ours. Nothing else needs it: the verb `isostep papers` prints it and writes
+//! it down.
+//!
+//! # Design
+//! ```text
+//! frequency, linear, gantry: a paper each --> rows: the paper's figure, ours, the difference
+//!                                         \-> sections: pictures and tables
+//!                        rows --> screen: a table;  JSON
+//! choice: the machine's seven laws --> a section
+//!             rows + sections --> page: HTML
+//! ```
+#![forbid(unsafe_code)]
+
+mod choice;
+mod drawing;
+mod frequency;
+mod gantry;
+mod linear;
+mod page;
+mod row;
+mod screen;
+pub mod welch;
+
+use anyhow::Result;
+use serde::Serialize;
+
+use self::drawing::{Section, Table};
+use self::row::{Paper, Row};
+
+/// The results for one paper.
+struct Part {
+    paper: Paper,
+    rows: Vec<Row>,
+    sections: Vec<Section>,
+}
+
+/// The results for all papers, and the comparison of the machine's laws.
+pub struct Report {
+    parts: Vec<Part>,
+    choice: Section,
+}
+
+/// The content of the JSON file.
+#[derive(Serialize)]
+struct Figures<'a> {
+    command: &'static str,
+    basis: &'static str,
+    rows: Vec<&'a Row>,
+    tables: Vec<&'a Table>,
+}
+
+/// The command that prints this report.
+const COMMAND: &str = "isostep papers";
+/// Where all figures come from.
+const BASIS: &str = "All figures are computed or simulated on a computer; nothing here is measured on hardware.";
+
+impl Report {
+    /// Computes all of it, which takes some seconds.
+    ///
+    /// # Errors
+    /// A profile or a run that cannot be made: a defect.
+    pub fn new() -> Result<Self> {
+        Ok(Self { parts: vec![frequency::part()?, linear::part()?, gantry::part()?], choice: choice::section()? })
+    }
+
+    /// The rows as a table for a screen.
+    #[must_use]
+    pub fn table(&self) -> String {
+        screen::table(self)
+    }
+
+    /// The page, one HTML file.
+    #[must_use]
+    pub fn html(&self) -> String {
+        drawing::page(&page::page(self))
+    }
+
+    /// The pictures of the page as files of their own: name and content.
+    #[must_use]
+    pub fn pictures(&self) -> Vec<(String, String)> {
+        drawing::files(&page::page(self))
+    }
+
+    /// The rows and tables in full precision.
+    ///
+    /// # Errors
+    /// None in normal use.
+    pub fn json(&self) -> Result<String> {
+        let rows = self.rows().collect();
+        let tables = self.sections().flat_map(|section| &section.tables).collect();
+        Ok(serde_json::to_string_pretty(&Figures { command: COMMAND, basis: BASIS, rows, tables })? + "\n")
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.parts.iter().flat_map(|part| &part.rows)
+    }
+
+    fn sections(&self) -> impl Iterator<Item = &Section> {
+        self.parts.iter().flat_map(|part| &part.sections).chain([&self.choice])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_has_the_papers_side_ours_and_the_difference() {
+        let report = Report::new().unwrap();
+        let papers: Vec<Paper> = report.parts.iter().map(|part| part.paper).collect();
+        assert_eq!(papers, [Paper::Frequency, Paper::Linear, Paper::Gantry]);
+        for row in report.rows() {
+            let texts = [row.theirs_text(), row.ours_text(), row.difference_text()];
+            assert!(texts.iter().all(|text| !text.is_empty() && !text.contains("NaN")), "{row:?}");
+        }
+    }
+
+    #[test]
+    fn the_page_has_every_row_and_picture() {
+        let report = Report::new().unwrap();
+        let html = report.html();
+        let pictures = report.sections().flat_map(|section| &section.pictures).count();
+        assert_eq!(html.matches("<svg").count(), pictures);
+        assert!(pictures > 10 && !html.contains("NaN") && !html.contains("inf"));
+        assert_eq!(html.matches("<table").count(), html.matches("</table>").count());
+        for row in report.rows() {
+            assert!(html.contains(&format!("<td>{}</td>", row.difference_text())), "{row:?}");
+        }
+    }
+
+    #[test]
+    fn json_has_every_row() {
+        let report = Report::new().unwrap();
+        let json: serde_json::Value = serde_json::from_str(&report.json().unwrap()).unwrap();
+        let rows = json["rows"].as_array().unwrap();
+        assert_eq!(rows.len(), report.rows().count());
+        assert!(rows.iter().all(|row| row["ours"] != serde_json::Value::Null && row["paper"].is_string()));
+    }
+}
