@@ -28,6 +28,11 @@ macro_rules! eprintln {
     ($($words:tt)*) => { $crate::screen::tell(format_args!("{}\n", format_args!($($words)*))) };
 }
 
+/// Prints which step of a longer task begins.
+pub fn announce(step: &str) {
+    crate::eprintln!("==> {step}");
+}
+
 /// Writes to standard output.
 pub fn show(words: Arguments) {
     if cfg!(test) {

@@ -8,11 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-
-/// Prints which step of a longer task begins.
-pub fn announce(step: &str) {
-    eprintln!("==> {step}");
-}
+pub use isostep::screen::announce;
 
 /// Runs `command` with its output passed through.
 pub fn run(command: &mut Command) -> Result<()> {

@@ -1,6 +1,7 @@
 //! The variants in which the gantry's firmware is built.
 
 use clap::ValueEnum;
+pub use isostep_bench::Port;
 
 /// The feature of every package that has axes.
 pub const FOUR_AXES: &str = "four-axes";
@@ -26,16 +27,6 @@ pub struct Variant {
     /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
     #[arg(long)]
     pub without_paper_laws: bool,
-}
-
-/// The step port.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Port {
-    /// PIO and DMA, to the clock cycle
-    #[default]
-    Pio,
-    /// the processor, a timer wake-up per step
-    Timer,
 }
 
 /// The stepper driver.

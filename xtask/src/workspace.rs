@@ -45,6 +45,11 @@ pub fn emulator_dir() -> PathBuf {
     root().join("tests").join("emulator")
 }
 
+/// The emulated board, which Node runs.
+pub fn emulator() -> PathBuf {
+    emulator_dir().join("run.mjs")
+}
+
 /// `path` as a user in the root folder would write it.
 pub fn shown(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string()

@@ -17,7 +17,6 @@ use super::edges::{self, Edge};
 use super::follow::{Astray, Followed, follow};
 use super::measured::Measured;
 use super::trial::{AXES, STEPS_PER_MM, Trial};
-use crate::workspace;
 
 /// Clock of the emulated core.
 pub const CLOCK_HZ: u32 = 125_000_000;
@@ -282,15 +281,15 @@ impl<'a> Board<'a> {
         };
         fs::write(&job_file, text).with_context(|| format!("cannot write {}", job_file.display()))?;
         let mut command = Command::new("node");
-        command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(&self.candidate.elf);
+        command.arg(&self.candidate.emulator).arg("--elf").arg(&self.candidate.elf);
         command
             .args(options)
             .arg(&job_file)
             .arg("--json")
             .arg(&json)
-            .args(["--driver", self.candidate.variant.driver_name()])
+            .args(["--driver", self.candidate.driver])
             .args(self.chip.options());
-        if self.candidate.variant.prove {
+        if self.candidate.proves {
             command.args(["--enable", "open"]);
         }
         if self.has_second {

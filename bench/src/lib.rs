@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: measures the firmware's step ports on the emulated board.
+//! Measures the firmware's step ports on the emulated board, for `cargo xtask bench`, which builds what is measured.
 //!
 //! # Design
 //! ```text
@@ -13,6 +13,12 @@
 //! All of this is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with costly misses.
 //! Nothing is asserted: a missed target is only marked in the figures. An error is returned only if a run cannot be
 //! made.
+
+#![forbid(unsafe_code)]
+
+// All modules print with its macros.
+#[macro_use]
+extern crate isostep;
 
 mod accuracy;
 mod beside;
@@ -33,6 +39,7 @@ mod measured;
 mod micro;
 mod moves;
 mod outputs;
+mod port;
 mod progress;
 mod rates;
 mod report;
@@ -51,16 +58,15 @@ use std::thread;
 use anyhow::{Context, Result, ensure};
 
 use self::board::{Board, CLOCK_HZ, POLL_HZ};
-use self::candidate::Candidate;
+pub use self::candidate::Candidate;
 use self::chip::Chip;
 use self::effort::Effort;
 use self::figures::{ChipFigures, Conditions, Figures, MachineFigures, PortFigures};
 use self::micro::MicroFigures;
+pub use self::port::Port;
 use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
-use crate::process::announce;
-use crate::variant::Port;
-use crate::{node, workspace};
 use isostep::files::Files;
+use isostep::screen::announce;
 
 /// Measure the firmware's step ports on the emulated board
 #[derive(clap::Args)]
@@ -121,27 +127,54 @@ pub struct Args {
 }
 
 impl Args {
-    fn has_mathematics(&self) -> bool {
+    /// Whether the files can be written: it is asked before anything is built.
+    ///
+    /// # Errors
+    /// A file or folder that cannot be written.
+    pub fn check(&self) -> Result<()> {
+        Files::default().page("--report", &self.report).written("--json", &self.json).check()
+    }
+
+    /// The ports that are measured, each of which needs a [`Candidate`].
+    #[must_use]
+    pub fn ports(&self) -> Vec<Port> {
+        self.port.map_or(Port::ALL.to_vec(), |port| vec![port])
+    }
+
+    /// Whether the mathematics is measured too.
+    #[must_use]
+    pub fn mathematics(&self) -> bool {
         self.port.is_none() && !self.prove
+    }
+
+    /// Whether it is the proving image that is measured.
+    #[must_use]
+    pub fn proves(&self) -> bool {
+        self.prove
     }
 }
 
-/// Runs the verb.
-pub fn run(args: Args) -> Result<()> {
-    Files::default().page("--report", &args.report).written("--json", &args.json).check()?;
-    let ports = args.port.map_or(Port::ALL.to_vec(), |port| vec![port]);
-    let folder = workspace::target_dir().join("bench");
-    fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    node::prepare()?;
-    let candidates = candidate::build(&ports, args.prove)?;
-    if args.has_mathematics() {
-        micro::build()?;
-    }
-    let miss_cycles = Board::new(&candidates[0], Chip::AsItIs, &folder).miss_cycles()?;
+/// What is measured.
+pub struct Images {
+    /// The firmware with each port.
+    pub candidates: Vec<Candidate>,
+    /// The firmware that times the mathematics.
+    pub mathematics: PathBuf,
+    /// The emulated board, which Node runs.
+    pub emulator: PathBuf,
+}
+
+/// Runs the verb. `folder` is for the files of the runs.
+///
+/// # Errors
+/// A run that cannot be made, or a file that cannot be written.
+pub fn run(args: &Args, images: &Images, folder: &Path) -> Result<()> {
+    let candidates = &images.candidates;
+    let miss_cycles = Board::new(&candidates[0], Chip::AsItIs, folder).miss_cycles()?;
     let on = |chip: Chip| {
         let folder = folder.join(chip.slug());
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        measure_on(chip, &candidates, &folder, &args)
+        measure_on(chip, images, &folder, args)
     };
     // Two threads may run at once, because no figure depends on how long it takes to measure.
     let (chip, others) = thread::scope(|scope| {
@@ -150,23 +183,23 @@ pub fn run(args: Args) -> Result<()> {
     });
     let [ideal_flash, miss_costs_twice] = others.expect("a measurement does not panic");
     let figures = Figures {
-        conditions: conditions(&args, miss_cycles),
+        conditions: conditions(args, candidates[0].driver, miss_cycles),
         chip: chip?,
         ideal_flash: ideal_flash?,
         miss_costs_twice: miss_costs_twice?,
     };
     print!("{}", table::table(&figures));
-    write_files(&args, &figures)?;
+    write_files(args, &figures)?;
     ensure!(figures.chip.ports.iter().any(PortFigures::moved), "no move went through on any port");
     Ok(())
 }
 
-fn measure_on(chip: Chip, candidates: &[Candidate], folder: &Path, args: &Args) -> Result<ChipFigures> {
+fn measure_on(chip: Chip, images: &Images, folder: &Path, args: &Args) -> Result<ChipFigures> {
     let effort = if args.quick { Effort::quick(chip) } else { Effort::full(chip) };
-    let ports = candidates.iter().map(|candidate| measure(candidate, chip, folder, &effort));
+    let ports = images.candidates.iter().map(|candidate| measure(candidate, chip, folder, &effort));
     let ports = ports.collect::<Result<Vec<_>>>()?;
-    let mathematics = effort.mathematics && args.has_mathematics();
-    Ok(ChipFigures::new(ports, mathematics.then(|| self::mathematics(chip, folder)).transpose()?))
+    let mathematics = effort.mathematics && args.mathematics();
+    Ok(ChipFigures::new(ports, mathematics.then(|| self::mathematics(images, chip, folder)).transpose()?))
 }
 
 fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) -> Result<PortFigures> {
@@ -184,7 +217,7 @@ fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) ->
     let outputs = outputs::measure(&board, port, effort)?;
     let highest_steps_s = rates::highest_steps_s(&machine.rates, AXES);
     // Nothing of a second motor is in flash, so the ideal one shows nothing new. A proving image does not drive it.
-    let has_second = chip != Chip::IdealFlash && !candidate.variant.prove;
+    let has_second = chip != Chip::IdealFlash && !candidate.proves;
     let with_second = has_second
         .then(|| measure_machine(&board.with_second(), port, &effort.with_second(highest_steps_s)))
         .transpose()?;
@@ -208,14 +241,14 @@ fn measure_machine(board: &Board, port: Port, effort: &Effort) -> Result<Machine
     Ok(MachineFigures { has_second: board.has_second, rates, accuracy, load, stops, moves })
 }
 
-fn mathematics(chip: Chip, folder: &Path) -> Result<MicroFigures> {
+fn mathematics(images: &Images, chip: Chip, folder: &Path) -> Result<MicroFigures> {
     announce(&format!("mathematics, {}", chip.name()));
-    let figures = micro::measure(chip, folder)?;
+    let figures = micro::measure(&images.mathematics, &images.emulator, chip, folder)?;
     eprintln!("    every result of the chip's is this computer's, to the bit");
     Ok(figures)
 }
 
-fn conditions(args: &Args, miss_cycles: u32) -> Conditions {
+fn conditions(args: &Args, driver: &'static str, miss_cycles: u32) -> Conditions {
     let quick = if args.quick { " --quick" } else { "" };
     let port = args.port.map_or("", |port| if port == Port::Pio { " --port pio" } else { " --port timer" });
     let prove = if args.prove { " --prove" } else { "" };
@@ -226,7 +259,7 @@ fn conditions(args: &Args, miss_cycles: u32) -> Conditions {
         flash: "read through the chip's cache, emulated too",
         miss_cycles,
         build: candidate::build_options(),
-        driver: candidate::driver_name(),
+        driver,
         poll_hz: POLL_HZ,
         ramp_s: rates::RAMP_S,
         accel_max_steps_s2: ACCEL_MAX_STEPS_S2,

@@ -20,7 +20,6 @@ use super::floats::{self, FloatFigures};
 use super::flow::{self, FlowFigures};
 use super::laws::{self, LawFigures};
 use super::lines::{AXES, CompileFigures, Lines};
-use crate::{build, workspace};
 
 /// Machine time that the firmware may take, s. It needs a quarter of it.
 const PATIENCE_S: u32 = 60;
@@ -85,14 +84,9 @@ pub struct Truth {
     pub drift_s: f64,
 }
 
-/// Builds the firmware that is measured.
-pub fn build() -> Result<()> {
-    build::build_firmware(workspace::BENCH_FIRMWARE, &[]).map(|_| ())
-}
-
-/// Runs the firmware on an emulated board with `chip` and verifies its results. The run's files go to `folder`.
-pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
-    let lines = Lines::parse(&run(chip, folder)?)?;
+/// Runs the firmware `elf` on an emulated board with `chip` and verifies its results. The run's files go to `folder`.
+pub fn measure(elf: &Path, emulator: &Path, chip: Chip, folder: &Path) -> Result<MicroFigures> {
+    let lines = Lines::parse(&run(elf, emulator, chip, folder)?)?;
     Ok(MicroFigures {
         ramp: RampFigures {
             steps: STEPS,
@@ -112,11 +106,11 @@ pub fn measure(chip: Chip, folder: &Path) -> Result<MicroFigures> {
 }
 
 /// The output of the firmware on the emulated board.
-fn run(chip: Chip, folder: &Path) -> Result<String> {
+fn run(elf: &Path, emulator: &Path, chip: Chip, folder: &Path) -> Result<String> {
     let (script, transcript) = (folder.join("micro.script"), folder.join("micro.transcript"));
     fs::write(&script, "expect end\n").with_context(|| format!("cannot write {}", script.display()))?;
     let mut command = Command::new("node");
-    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::elf(workspace::BENCH_FIRMWARE));
+    command.arg(emulator).arg("--elf").arg(elf);
     command.args(chip.options()).args(["--console", "uart"]).arg(format!("--timeout-s={PATIENCE_S}"));
     command.arg("--script").arg(script).arg("--transcript").arg(&transcript);
     let output = command.output().context("cannot start node")?;

@@ -9,10 +9,10 @@ use serde::Serialize;
 use super::board::{Board, Moving};
 use super::effort::Effort;
 use super::measured::Measured;
+use super::port::Port;
 use super::progress::Case;
 use super::rates::RAMP_S;
 use super::trial::{AXES, Machine, Trial};
-use crate::variant::Port;
 
 /// The load at one rate.
 #[derive(Clone, Debug, Serialize)]

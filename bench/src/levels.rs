@@ -11,9 +11,9 @@ use super::effort::Effort;
 use super::measured::Measured;
 use isostep::screen::grouped;
 
+use super::port::Port;
 use super::progress::Case;
 use super::statistics::{ErrorFigures, Errors};
-use crate::variant::Port;
 
 /// Of the X axis.
 const STEPS_PER_MM: usize = 80;

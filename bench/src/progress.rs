@@ -3,7 +3,7 @@
 use isostep::screen::grouped;
 
 use super::chip::Chip;
-use crate::variant::Port;
+use super::port::Port;
 use isostep::stopwatch::Stopwatch;
 
 /// A case that is running. Its line is printed in one piece at its end, because cases of several chips run at once.

@@ -11,10 +11,10 @@ use super::board::{Board, CLOCK_HZ, Summary};
 use super::edges::{Edge, NS_PER_CYCLE};
 use super::effort::Effort;
 use super::measured::Measured;
+use super::port::Port;
 use super::progress::Case;
 use super::rates::RAMP_S;
 use super::trial::{AXES, Machine};
-use crate::variant::Port;
 
 /// When a move is stopped, us after its line was accepted: in the second half of the ramp, or in the cruise after it.
 const WINDOW_US: std::ops::Range<f64> = 100_000.0..300_000.0;

@@ -6,11 +6,11 @@ use serde::Serialize;
 use super::board::Board;
 use super::effort::Effort;
 use super::measured::Measured;
+use super::port::Port;
 use super::progress::Case;
 use super::search::{self, Found};
 use super::statistics::ErrorFigures;
 use super::trial::{Machine, Trial};
-use crate::variant::Port;
 
 /// Time from rest to the rate, s. The ramp is longer where this time would need more than the highest acceleration.
 pub const RAMP_S: f64 = 0.2;

@@ -11,9 +11,9 @@ use super::effort::Effort;
 use super::measured::Measured;
 use isostep::screen::grouped;
 
+use super::port::Port;
 use super::progress::Case;
 use super::trial::AXES;
-use crate::variant::Port;
 
 /// The acceleration and the corner deviation are so large that neither limits the moves.
 const ACCEL_MM_S2: f64 = 10_000.0;

@@ -13,9 +13,9 @@ use super::edges::{Edge, NS_PER_CYCLE};
 use super::effort::Effort;
 use super::follow::follow;
 use super::measured::Measured;
+use super::port::Port;
 use super::progress::Case;
 use super::trial::{AXES, Machine, Trial, UNIT_STEPS};
-use crate::variant::Port;
 
 /// How long the machine rests before a line is sent, us.
 const REST_US: std::ops::Range<f64> = 1_000.0..100_000.0;

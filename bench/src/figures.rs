@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::accuracy::AccuracyFigures;
 use super::board::WITH_SECOND;
-use super::candidate;
 use super::laws;
 use super::levels::LevelFigures;
 use super::load::LoadFigures;
@@ -12,12 +11,12 @@ use super::measured::Measured;
 use super::micro::MicroFigures;
 use super::moves::{self, MoveFigures};
 use super::outputs::OffFigures;
+use super::port::Port;
 use super::rates::{self, RateFigures};
 use super::starts::StartMeasurement;
 use super::stops::{Input, StopMeasurement};
 use super::target::Target;
 use super::trial::AXES;
-use crate::variant::Port;
 use isostep::screen::grouped;
 
 /// Target for the time from an input to the last edge.
@@ -96,7 +95,7 @@ pub struct Conditions {
 /// The results of one port.
 #[derive(Clone, Debug, Serialize)]
 pub struct PortFigures {
-    #[serde(serialize_with = "candidate::serialize_port")]
+    #[serde(serialize_with = "super::port::serialize_port")]
     pub port: Port,
     /// The results on the machine with a motor on each axis.
     #[serde(flatten)]

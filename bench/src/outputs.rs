@@ -10,8 +10,8 @@ use serde::Serialize;
 use super::board::{Board, ToolFigures};
 use super::effort::Effort;
 use super::measured::Measured;
+use super::port::Port;
 use super::progress::Case;
-use crate::variant::Port;
 
 /// The latest instant of a stop, us after the laser was switched on.
 const WINDOW_US: u32 = 60_000;

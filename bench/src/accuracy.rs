@@ -6,11 +6,11 @@ use serde::Serialize;
 use super::board::Board;
 use super::effort::Effort;
 use super::measured::Measured;
+use super::port::Port;
 use super::progress::Case;
 use super::rates::RAMP_S;
 use super::statistics::{DriftFigures, ErrorFigures};
 use super::trial::{AXES, Machine, Trial};
-use crate::variant::Port;
 
 /// Bars of the histogram.
 const BINS: usize = 80;

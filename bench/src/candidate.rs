@@ -1,0 +1,52 @@
+//! The builds of the gantry's firmware that are compared. They have the same tasks and different step ports.
+
+use std::path::PathBuf;
+
+use super::port::Port;
+
+/// A firmware with one of the ports, in the release profile. Its drivers are fast enough not to limit the rate.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// What makes its steps.
+    pub port: Port,
+    /// The drivers that it is built for, by their name for the emulated board.
+    pub driver: &'static str,
+    /// It is the proving image, which keeps the drivers off.
+    pub proves: bool,
+    /// The image.
+    pub elf: PathBuf,
+    /// The emulated board, which Node runs.
+    pub emulator: PathBuf,
+}
+
+/// The compiler options of the release profile, from the workspace's manifest: `opt-level s, lto fat; opt-level 3 for
+/// ...`.
+pub fn build_options() -> String {
+    let manifest = include_str!("../../Cargo.toml");
+    let all = lines(manifest, "[profile.release]").filter(|(name, _)| ["opt-level", "lto"].contains(name));
+    let all: Vec<_> = all.map(|(name, value)| format!("{name} {value}")).collect();
+    let raised = lines(manifest, "[profile.release.package]").filter(|(_, value)| value.contains("opt-level = 3"));
+    let raised: Vec<_> = raised.map(|(package, _)| package).collect();
+    format!("{}; opt-level 3 for {}", all.join(", "), raised.join(", "))
+}
+
+/// Names and values in a section of the manifest.
+fn lines<'a>(manifest: &'a str, section: &str) -> impl Iterator<Item = (&'a str, &'a str)> {
+    let after = manifest.split_once(section).map_or("", |(_, after)| after);
+    let lines = after.lines().take_while(|line| !line.starts_with('['));
+    lines.filter_map(|line| line.split_once('=')).map(|(name, value)| (name.trim(), value.trim().trim_matches('"')))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::build_options;
+
+    #[test]
+    fn the_build_names_its_optimisation() {
+        let options = build_options();
+        assert!(
+            options.starts_with("opt-level s, lto fat; opt-level 3 for isostep-generators, isostep-profile, "),
+            "{options}"
+        );
+    }
+}

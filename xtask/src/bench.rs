@@ -1,0 +1,42 @@
+//! `cargo xtask bench`: builds the firmwares, and has them measured on the emulated board.
+
+use std::fs;
+
+use anyhow::{Context, Result};
+use isostep_bench::{Candidate, Images};
+
+use crate::variant::{Driver, Port, Variant};
+use crate::{build, node, workspace};
+
+pub use isostep_bench::Args;
+
+/// The drivers of every axis. They are fast enough not to limit the rate.
+const DRIVER: Driver = Driver::Tmc2209;
+
+pub fn run(args: Args) -> Result<()> {
+    args.check()?;
+    let folder = workspace::target_dir().join("bench");
+    fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    node::prepare()?;
+    let candidates = candidates(&args.ports(), args.proves())?;
+    if args.mathematics() {
+        build::build_firmware(workspace::BENCH_FIRMWARE, &[])?;
+    }
+    let mathematics = workspace::elf(workspace::BENCH_FIRMWARE);
+    isostep_bench::run(&args, &Images { candidates, mathematics, emulator: workspace::emulator() }, &folder)
+}
+
+/// Builds the firmware with each of `ports`, or its proving image. Builds the default variant last, because every other
+/// verb expects it in its place.
+fn candidates(ports: &[Port], proves: bool) -> Result<Vec<Candidate>> {
+    let candidates = ports.iter().map(|&port| candidate(port, proves)).collect();
+    build::firmware(Variant::default())?;
+    candidates
+}
+
+fn candidate(port: Port, proves: bool) -> Result<Candidate> {
+    let variant = Variant { port, driver: DRIVER, prove: proves, ..Variant::default() };
+    let of = if proves { "bench-prove" } else { "bench" };
+    let elf = build::kept_firmware(variant, &format!("{of}-{}", port.name().to_lowercase()))?;
+    Ok(Candidate { port, driver: variant.driver_name(), proves, elf, emulator: workspace::emulator() })
+}
