@@ -189,3 +189,12 @@ fn table_page_letter_and_comparison_have_every_figure() {
     let compared = compare::text(&proof, &other);
     assert!(compared.contains("B beside A") && compared.contains("as A (within"), "{compared}");
 }
+
+#[test]
+fn the_emulated_proof_of_this_tool_is_one_that_keeps_every_promise() {
+    let emulated = super::emulated().unwrap().unwrap();
+    assert!(emulated.is_emulated && emulated.broken().is_empty(), "{:?}", emulated.broken());
+    let missing = emulated.figures.iter().filter(|figure| figure.value.is_none()).map(|figure| figure.key.as_str());
+    // The image does not say how long it is copied, and has come to measure the wait of interrupts in another way.
+    assert_eq!(missing.collect::<Vec<_>>(), ["ready.copy", "mask"]);
+}
