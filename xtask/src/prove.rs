@@ -43,7 +43,7 @@ mod emulated {
     use std::process::Command;
 
     use anyhow::Result;
-    use isostep::prove::{self, Args, How, Jumper, Part, Proof, Virtual};
+    use isostep::prove::{self, Args, How, Jumper, Part, Progress, Proof, Virtual};
     use isostep::pty::{Emulated, Machine};
 
     use super::{PROVING, Port, Variant};
@@ -79,7 +79,7 @@ mod emulated {
         board.set_open(true)?;
         let proof = {
             let mut link = Virtual::new(&mut board);
-            prove::on(&mut link, how, &prove::interrupt()?, &mut |shown| eprintln!("{shown}"))?
+            prove::on(&mut link, how, &prove::interrupt()?, &Progress::begin())?
         };
         board.close()?;
         Ok(proof)

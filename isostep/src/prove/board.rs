@@ -45,8 +45,6 @@ pub struct Identity {
     pub window: usize,
     /// The chip's time when its consoles were ready, us.
     pub ready_us: Option<f64>,
-    /// The part of it in which the image was copied to RAM, us.
-    pub copy_us: Option<f64>,
 }
 
 /// Where the machine stands.
@@ -293,7 +291,6 @@ impl Identity {
             port: text("PORT"),
             window: window.context("the image does not say how many stamps it keeps ([WINDOW:n], 8 or more)")?,
             ready_us: number("READY"),
-            copy_us: number("COPY"),
         })
     }
 }

@@ -18,6 +18,7 @@ mod letter;
 mod link;
 mod measure;
 mod page;
+mod progress;
 mod proof;
 mod stamps;
 mod table;
@@ -36,6 +37,7 @@ use anyhow::{Context, Result, ensure};
 pub use self::link::Virtual;
 pub use self::link::{Link, Serial};
 pub use self::measure::{Effort, How, Jumper, Part};
+pub use self::progress::Progress;
 pub use self::proof::{EdgeErrors, Figure, Proof};
 pub use self::stamps::Stamps;
 
@@ -131,7 +133,7 @@ pub fn run(args: Args) -> Result<()> {
     };
     let proof = {
         let mut link = Serial::open(&port)?;
-        on(&mut link, &args.how(), &interrupt()?, &mut |shown| eprintln!("{shown}"))?
+        on(&mut link, &args.how(), &interrupt()?, &Progress::begin())?
     };
     let judged = conclude(&proof, args.quick, &args.out);
     if let Some(restore) = &args.restore
@@ -146,12 +148,7 @@ pub fn run(args: Args) -> Result<()> {
 ///
 /// # Errors
 /// When it is not the proving image, or goes away, or `interrupted` is set.
-pub fn on(
-    link: &mut dyn Link,
-    how: &How,
-    interrupted: &Arc<AtomicBool>,
-    progress: &mut dyn FnMut(&str),
-) -> Result<Proof> {
+pub fn on(link: &mut dyn Link, how: &How, interrupted: &Arc<AtomicBool>, progress: &Progress) -> Result<Proof> {
     let mut board = Board::new(link, interrupted.clone());
     let mut proof = Proof { version: proof::VERSION, tool: env!("CARGO_PKG_VERSION").to_owned(), ..Proof::default() };
     let measured = measured(&mut board, how, &mut proof, progress);
@@ -159,7 +156,7 @@ pub fn on(
     measured.map(|()| proof)
 }
 
-fn measured(board: &mut Board, how: &How, proof: &mut Proof, progress: &mut dyn FnMut(&str)) -> Result<()> {
+fn measured(board: &mut Board, how: &How, proof: &mut Proof, progress: &Progress) -> Result<()> {
     let identity = board.greet()?;
     proof.board = identity.clone();
     let settings = settings(board)?;

@@ -45,6 +45,8 @@ pub enum Better {
     /// Neither: the figure says how the chip is, not how good.
     #[default]
     Neither,
+    /// The figure says how much was measured, and is not compared.
+    Unjudged,
 }
 
 /// A figure.
@@ -128,7 +130,7 @@ impl Figure {
         let (Some(value), Some(promised)) = (self.value, self.promised) else { return false };
         match self.better {
             Better::Higher => value < promised,
-            Better::Lower | Better::Neither => value > promised,
+            Better::Lower | Better::Neither | Better::Unjudged => value > promised,
         }
     }
 
@@ -154,6 +156,9 @@ impl Figure {
         if let (true, Some(promised)) = (self.is_broken(), self.promised) {
             return format!("BROKEN: {promised} {} is promised", self.unit);
         }
+        if self.better == Better::Unjudged {
+            return self.resolution.clone();
+        }
         let Some(reference) = reference.and_then(|reference| reference.value) else {
             return "nothing to compare with".to_owned();
         };
@@ -164,7 +169,7 @@ impl Figure {
             Better::Neither => format!("{apart:+.3} {} ({within} would be as emulated)", self.unit),
             Better::Lower if apart < 0.0 => "better".to_owned(),
             Better::Higher if apart > 0.0 => "better".to_owned(),
-            Better::Lower | Better::Higher => {
+            Better::Lower | Better::Higher | Better::Unjudged => {
                 format!("worse: by {}, {within} would be as emulated", self.tolerance(apart.abs()))
             }
         }

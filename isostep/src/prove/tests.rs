@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Result;
 
 use self::fake::{Fake, Faults};
-use super::{Effort, How, Jumper, Part, Proof, compare, letter, on, page, table};
+use super::{Effort, How, Jumper, Part, Progress, Proof, compare, letter, on, page, table};
 
 fn effort() -> Effort {
     Effort {
@@ -29,7 +29,7 @@ fn how(jumpers: &[Jumper]) -> How {
 }
 
 fn prove(fake: &mut Fake, how: &How) -> Result<Proof> {
-    on(fake, how, &Arc::default(), &mut |_| {})
+    on(fake, how, &Arc::default(), &Progress::begin())
 }
 
 /// Proves these parts.
@@ -157,7 +157,7 @@ fn a_board_that_is_unplugged_ends_the_proof_with_words() {
 fn an_interrupted_proof_leaves_the_machine_at_rest() {
     let interrupted = Arc::new(AtomicBool::new(false));
     let mut fake = Fake::new(Faults { interrupts: Some((60, interrupted.clone())), ..Faults::default() });
-    let error = on(&mut fake, &how(&[]), &interrupted, &mut |_| {}).unwrap_err();
+    let error = on(&mut fake, &how(&[]), &interrupted, &Progress::begin()).unwrap_err();
     assert!(format!("{error:#}").contains("interrupted"), "{error:#}");
     assert!(fake.is_at_rest());
 }
@@ -195,6 +195,5 @@ fn the_emulated_proof_of_this_tool_is_one_that_keeps_every_promise() {
     let emulated = super::emulated().unwrap().unwrap();
     assert!(emulated.is_emulated && emulated.broken().is_empty(), "{:?}", emulated.broken());
     let missing = emulated.figures.iter().filter(|figure| figure.value.is_none()).map(|figure| figure.key.as_str());
-    // The image does not say how long it is copied.
-    assert_eq!(missing.collect::<Vec<_>>(), ["ready.copy"]);
+    assert_eq!(missing.collect::<Vec<_>>(), [""; 0]);
 }

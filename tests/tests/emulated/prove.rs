@@ -76,7 +76,7 @@ fn proved(name: &str, how: &How, options: &[&str]) -> Run {
     board.set_open(true).unwrap();
     let link = Virtual::new(&mut board);
     let mut link = Overheard { link, sent: Vec::new(), exchanges: Vec::new() };
-    let proof = prove::on(&mut link, how, &Arc::default(), &mut |_| {}).unwrap();
+    let proof = prove::on(&mut link, how, &Arc::default(), &prove::Progress::begin()).unwrap();
     let exchanges = link.exchanges;
     board.close().unwrap();
     let mut edges: [Vec<u64>; 3] = Default::default();

@@ -72,7 +72,7 @@ fn see(bench: &mut Bench, course: &Course, rate_steps_s: u32, fineness: Fineness
     for (index, &skip) in skips.iter().enumerate() {
         for axes in watched {
             let rate = grouped(rate_steps_s.into());
-            (bench.progress)(&format!(
+            bench.progress.step(&format!(
                 "edges at 3 x {rate} steps/s, by {:.0} ns: window {} of {}",
                 fineness.unit_ns(),
                 index + 1,
@@ -148,11 +148,11 @@ impl Seen {
         let seen = Figure::new(format!("{key}.seen"), of("edges that were stamped"), "");
         let unseen = made.saturating_sub(self.errors.count());
         let told = format!(
-            "each once, of {} in a move of three axes: {} were not looked at, or not seen",
+            "of {} in a move of three axes; {} were not looked at, or not seen",
             grouped(made),
             grouped(unseen)
         );
-        bench.add(seen.measured(self.errors.count() as f64, told).compared(Better::Neither, 1.0, 0.0));
+        bench.add(seen.measured(self.errors.count() as f64, told).compared(Better::Unjudged, 0.0, 0.0));
         if self.windows_lost > 0 {
             bench.proof.remarks.push(format!(
                 "in {} windows at 3 x {rate} steps/s the stampers themselves lost stamps: their edges were not seen; nothing is said of them",

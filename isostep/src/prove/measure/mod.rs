@@ -17,6 +17,7 @@ use anyhow::{Context, Result, ensure};
 use super::board::{Board, Identity};
 use super::course::{Course, Machine, PROVED, STEP};
 use super::edges::{Fineness, Window};
+use super::progress::Progress;
 use super::proof::{Figure, Proof};
 use super::stamps::{self, Stamps};
 
@@ -136,7 +137,7 @@ pub struct Bench<'b, 'l> {
     /// What was found.
     pub proof: &'b mut Proof,
     /// Shows how far a measurement is.
-    pub progress: &'b mut dyn FnMut(&str),
+    pub progress: &'b Progress,
 }
 
 /// A measurement, and its name in words.
@@ -169,7 +170,7 @@ pub fn all(bench: &mut Bench) -> Result<()> {
         ALL.into_iter().filter(|(part, ..)| only.is_empty() || only.contains(part)).collect();
     for (index, (_, name, measure)) in wanted.iter().enumerate() {
         let shown = format!("{}/{} {name}", index + 1, wanted.len());
-        (bench.progress)(&shown);
+        bench.progress.part(&shown);
         let measured = measure(bench);
         // The next one begins with a machine at rest and without an alarm.
         bench.settle().context("the board is not at rest after a measurement").or_else(|unsettled| {

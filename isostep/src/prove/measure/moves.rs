@@ -36,7 +36,7 @@ pub fn measure(bench: &mut Bench) -> Result<()> {
     for (key, what, word) in
         [("exact", "with exact corners", "G61".to_owned()), ("blends", "with blends", format!("G64P{BLEND_MM}"))]
     {
-        (bench.progress)(&format!("{count} short moves {what}"));
+        bench.progress.step(&format!("{count} short moves {what}"));
         bench.board.ask("G21G90G94")?;
         bench.board.ask(&format!("G92X{}Y{CENTRE_MM}Z{CENTRE_MM}", CENTRE_MM + RADIUS_MM))?;
         bench.board.ask(&format!("G1F{FEED_MM_MIN}{word}"))?;

@@ -19,7 +19,7 @@ pub fn measure(bench: &mut Bench) -> Result<()> {
         let (mut works, mut fails) = (0, RATE_MAX / step + 1);
         while fails - works > 1 {
             let middle = (works + fails) / 2;
-            (bench.progress)(&format!(
+            bench.progress.step(&format!(
                 "highest rate of {axes} axes: trying {} steps/s",
                 crate::screen::grouped((middle * step).into())
             ));

@@ -80,7 +80,7 @@ fn by(bench: &mut Bench, cause: Cause, figure: Figure) -> Result<()> {
         if latencies_us.len() as u32 == wanted {
             break;
         }
-        (bench.progress)(&format!("{}: {} of {wanted}", figure.what, latencies_us.len() + 1));
+        bench.progress.step(&format!("{}: {} of {wanted}", figure.what, latencies_us.len() + 1));
         let axes = others.next().unwrap_or([0, 1]);
         let stop = match one(bench, cause, &course, axes, skip)? {
             Ok(stop) => stop,

@@ -284,7 +284,6 @@ impl Fake {
                     "[PORT:PIO]",
                     "[WINDOW:1000]",
                     "[READY:345678]",
-                    "[COPY:300000]",
                 ] {
                     self.say(line);
                 }
