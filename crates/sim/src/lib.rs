@@ -87,7 +87,7 @@ pub use flash::Flash;
 pub use moves::MoveRecord;
 pub use outcome::Outcome;
 pub use plant::SwitchFault;
-pub use sim::{Came, Progress, Silencer, Sim, SimError, Stimulus, run, run_watched, run_with};
+pub use sim::{Came, Progress, Silencer, Sim, SimError, Stimulus, Streamed, run, run_watched, run_with};
 
 /// The examples of the README are run as those here are.
 #[cfg(doctest)]

@@ -10,6 +10,9 @@ use crate::measure::Way;
 
 /// Instants with a smaller difference count as the same.
 const SAME_S: f64 = 1e-9;
+/// A move that began this long before an edge has begun for good, and the one before it is over. It is far more than what
+/// edges may be out of order by.
+const SETTLED_NS: u64 = 1_000_000;
 /// Number of steps of a move that are checked.
 const PROBES: u32 = 64;
 
@@ -192,6 +195,11 @@ impl MoveRecord {
         self.start_ns + (self.begin_s() * 1e9).round() as u64
     }
 
+    /// Notes that it ended when its plan did.
+    fn end_as_planned(&mut self) {
+        self.end_ns = self.start_ns + (self.plan_s * 1e9).round() as u64;
+    }
+
     /// The single profile of the whole line, if there is one: of all that is made between the blends at its ends. This may
     /// be the first plan, or the first plan with its braking later or left out, because the moves after it became known
     /// only later.
@@ -357,6 +365,40 @@ impl Moves {
         }
     }
 
+    /// The moves so far, in order.
+    pub(crate) fn records(&self) -> &[MoveRecord] {
+        &self.records
+    }
+
+    /// How many moves nothing can change any more, if any: those before one that began well before the last edge, which
+    /// was at `edge_ns`. A shaped run is judged as a whole, and stays together.
+    pub(crate) fn settled(&self, edge_ns: u64) -> Option<usize> {
+        let has_begun = |record: &MoveRecord| record.begin_ns() + SETTLED_NS <= edge_ns;
+        let may_part = |index: usize| {
+            let [before, record] = [&self.records[index - 1], &self.records[index]];
+            record.shaping.is_none() || before.run != record.run
+        };
+        let begun = self.records.iter().rposition(has_begun)?;
+        (1..=begun).rev().find(|&index| may_part(index))
+    }
+
+    /// Takes the first moves, with the configurations that all moves so far were planned with.
+    pub(crate) fn take_first(&mut self, count: usize) -> Self {
+        let later = self.records.split_off(count);
+        let mut taken = self.none();
+        taken.records = std::mem::replace(&mut self.records, later);
+        if let Some(run) = &mut self.open {
+            taken.records.iter_mut().skip(run.first).for_each(MoveRecord::end_as_planned);
+            run.first = run.first.saturating_sub(count);
+        }
+        taken
+    }
+
+    /// No moves, with the configurations that all moves so far were planned with.
+    pub(crate) fn none(&self) -> Self {
+        Self { configs: self.configs.clone(), ..Self::default() }
+    }
+
     /// All moves, without their edges, and the configurations they were planned with, each from the run with that
     /// number on.
     pub fn into_records(self) -> (Vec<MoveRecord>, Vec<(usize, Config)>) {
@@ -405,9 +447,7 @@ impl OpenRun {
 
 /// Ends the moves of a run. All but the last end where the next begins.
 fn end(moves: &mut [MoveRecord], finish: Finish, (held_at_steps, plan_s): (f64, f64), place: [i32; AXES], t_ns: u64) {
-    for record in moves.iter_mut() {
-        record.end_ns = record.start_ns + (record.plan_s * 1e9).round() as u64;
-    }
+    moves.iter_mut().for_each(MoveRecord::end_as_planned);
     if let Some(last) = moves.last_mut() {
         (last.finish, last.held_at_steps, last.plan_s) = (finish, held_at_steps, plan_s);
         (last.end_steps, last.end_ns) = (place, t_ns);

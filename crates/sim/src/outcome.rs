@@ -117,15 +117,13 @@ impl Outcome {
         if !record.waves.is_sorted_by_key(|wave| wave.t_ns) {
             record.waves.sort_by_key(|wave| wave.t_ns);
         }
-        if !record.edges.is_sorted_by_key(|edge| edge.t_ns) {
-            record.edges.sort_by_key(|edge| edge.t_ns);
-        }
+        sort_edges(&mut record.edges);
         let machine_config = machine.config();
         let (moves, configs) = record.moves.into_records();
         let position_steps = machine.position_steps();
         Self {
             config: config.clone(),
-            moves: with_edges(moves, &mut record.edges, config.port.tolerance_ns()),
+            moves: with_edges(moves, &mut record.edges, config.port.tolerance_ns(), record.continues),
             capabilities: machine.capabilities(),
             configs,
             edges: record.edges,
@@ -224,29 +222,42 @@ impl Outcome {
     }
 }
 
+/// Puts edges in the order of their instants, in which they usually are.
+pub(crate) fn sort_edges(edges: &mut [Edge]) {
+    if !edges.is_sorted_by_key(|edge| edge.t_ns) {
+        edges.sort_by_key(|edge| edge.t_ns);
+    }
+}
+
 /// Assigns to each move all edges from its beginning to that of the next, including any that should not have risen. In a
 /// shaped run that is when the axes, which are late, come there.
 ///
 /// Around a corner that is a blend, edges of both moves may rise within the tolerance of instants. There they are put in the
-/// order of the moves, each axis's edges in theirs.
-fn with_edges(mut moves: Vec<MoveRecord>, edges: &mut [Edge], tolerance_ns: f64) -> Vec<MoveRecord> {
+/// order of the moves, each axis's edges in theirs. If the record `continues` an earlier one, the first move has all edges
+/// before those of the second.
+fn with_edges(mut moves: Vec<MoveRecord>, edges: &mut [Edge], tolerance_ns: f64, continues: bool) -> Vec<MoveRecord> {
     let mut last = edges.len();
     for index in (0..moves.len()).rev() {
-        let first = match index.checked_sub(1) {
-            Some(before) if moves[index].blend.is_some() && moves[index].shaping.is_none() => {
-                split_at_blend([&moves[before], &moves[index]], edges, tolerance_ns)
-            }
-            _ => {
-                // The first move of a run has all edges from its start on.
-                let is_first = index == 0 || moves[index - 1].run != moves[index].run;
-                let from_ns = if is_first { moves[index].begin_ns() } else { moves[index].reached_ns() };
-                edges.partition_point(|edge| edge.t_ns < from_ns)
-            }
-        };
+        let first = if index == 0 && continues { 0 } else { first_edge(&moves, index, edges, tolerance_ns) };
         moves[index].edges = first..last;
         last = first;
     }
     moves
+}
+
+/// The index of the first edge of a move.
+pub(crate) fn first_edge(moves: &[MoveRecord], index: usize, edges: &mut [Edge], tolerance_ns: f64) -> usize {
+    match index.checked_sub(1) {
+        Some(before) if moves[index].blend.is_some() && moves[index].shaping.is_none() => {
+            split_at_blend([&moves[before], &moves[index]], edges, tolerance_ns)
+        }
+        _ => {
+            // The first move of a run has all edges from its start on.
+            let is_first = index == 0 || moves[index - 1].run != moves[index].run;
+            let from_ns = if is_first { moves[index].begin_ns() } else { moves[index].reached_ns() };
+            edges.partition_point(|edge| edge.t_ns < from_ns)
+        }
+    }
 }
 
 /// Puts the edges of the first move before those of the second one, and returns where these begin.

@@ -1,11 +1,13 @@
 //! What is recorded during a run.
 
 use std::fmt;
+use std::mem::take;
 
 use isostep_motion::{Axis, Event, Motor};
 
 use crate::driver::Violation;
 use crate::moves::Moves;
+use crate::outcome::{first_edge, sort_edges};
 use crate::tool::ToolChange;
 
 /// A wire between the controller and its world.
@@ -124,4 +126,24 @@ pub struct Record {
     pub violations: Vec<Violation>,
     /// Every step that a carriage did not make.
     pub losses: Vec<Loss>,
+    /// Whether what came before was taken out already, so that all edges are of the moves here.
+    pub continues: bool,
+}
+
+impl Record {
+    /// Takes the moves that nothing can change any more, with their edges, and all else that was recorded so far. The last
+    /// edge was at `edge_ns`.
+    pub(crate) fn take_settled(&mut self, edge_ns: u64, tolerance_ns: f64) -> Self {
+        let continues = self.continues;
+        let (waves, tool, events) = (take(&mut self.waves), take(&mut self.tool), take(&mut self.events));
+        let (violations, losses) = (take(&mut self.violations), take(&mut self.losses));
+        let taken = Self { waves, tool, events, violations, losses, continues, ..Self::default() };
+        let Some(count) = self.moves.settled(edge_ns) else { return Self { moves: self.moves.none(), ..taken } };
+        sort_edges(&mut self.edges);
+        let first = first_edge(self.moves.records(), count, &mut self.edges, tolerance_ns);
+        let later = self.edges.split_off(first);
+        let edges = std::mem::replace(&mut self.edges, later);
+        self.continues = true;
+        Self { edges, moves: self.moves.take_first(count), ..taken }
+    }
 }

@@ -1,6 +1,7 @@
 //! The whole machine in virtual time: the controller's own tasks, a console, and the world around them.
 
 mod silence;
+mod streamed;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -25,12 +26,13 @@ use crate::plate::Plate;
 use crate::port::AxisPort;
 use crate::program::{self, ProgramError};
 use crate::record::{Record, Wire};
-use crate::stream::{Dialogue, Program, Sender};
+use crate::stream::{Dialogue, Program};
 use crate::suffering;
 use crate::tool::port::SimTool;
 use crate::world::{self, Shared, World};
 
 pub use self::silence::Silencer;
+pub use self::streamed::Streamed;
 
 const RESET: u8 = 0x18;
 
@@ -127,7 +129,7 @@ pub struct Progress {
 pub struct Sim {
     executor: Executor,
     world: Shared,
-    machine: &'static Machine,
+    machine: Rc<Machine>,
     config: Config,
     consoles: Vec<Console>,
 }
@@ -188,7 +190,7 @@ impl Sim {
             suffering::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
         }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
-        spawn_consoles(&mut executor, machine, store, &consoles, config.baud);
+        spawn_consoles(&mut executor, &machine, store, &consoles, config.baud);
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
         if let Some(section_max_ns) = config.section_max_ns {
             let changed = world.clone();
@@ -258,7 +260,7 @@ impl Sim {
     /// If tasks are not interrupted.
     pub fn after_sections(&mut self, sections: u64, stimulus: Stimulus) -> Rc<Cell<Option<Came>>> {
         let came = Rc::new(Cell::new(None));
-        let (reported, machine, clock) = (came.clone(), self.machine, self.executor.clock().clone());
+        let (reported, machine, clock) = (came.clone(), self.machine.clone(), self.executor.clock().clone());
         let (world, pipe) = (self.world.clone(), self.consoles[0].to_controller.clone());
         self.executor.after_sections(sections, move || {
             reported.set(Some(Came { at_ns: clock.now_ns(), state: machine.state() }));
@@ -303,7 +305,11 @@ impl Sim {
     /// # Errors
     /// [`RunError::TimeLimit`] when that takes longer than the configuration allows; [`RunError::Livelock`].
     pub fn run_until_idle(&mut self) -> Result<(), RunError> {
-        self.run_to_rest(&mut |_| {})
+        let limit = self.now() + self.config.time_limit;
+        match self.executor.run_until_quiescent(limit)? {
+            Rest::Quiescent => Ok(()),
+            Rest::Horizon => Err(RunError::TimeLimit { limit, waiting: self.executor.waiting() }),
+        }
     }
 
     /// Runs until the machine is in a state for which `wanted` is true.
@@ -312,7 +318,7 @@ impl Sim {
     /// [`RunError`]; a deadlock if the machine never reaches such a state.
     pub fn run_until_state(&mut self, wanted: impl Fn(State) -> bool) -> Result<(), RunError> {
         let limit = self.now() + self.config.time_limit;
-        let machine = self.machine;
+        let machine = self.machine.clone();
         self.executor.run_until(limit, || wanted(machine.state()))
     }
 
@@ -364,8 +370,8 @@ impl Sim {
     }
 
     /// The state that the controller's tasks share.
-    pub fn machine(&self) -> &'static Machine {
-        self.machine
+    pub fn machine(&self) -> &Machine {
+        &self.machine
     }
 
     /// The steps counted per axis, from power-up or since it was homed.
@@ -416,29 +422,28 @@ impl Sim {
         self.outcome_of(record, Default::default())
     }
 
+    /// What was recorded since this was asked last, of moves those that nothing can change any more, so that the memory of a
+    /// long run stays bounded: see [`verify::Gathered`](crate::verify::Gathered).
+    pub fn take_piece(&mut self) -> Outcome {
+        let record = self.world.borrow_mut().take_settled(self.config.port.tolerance_ns());
+        self.outcome_of(record, Default::default())
+    }
+
     /// Streams a program to its end, from the present state on. If it waits for the operator, it is resumed at once.
     ///
     /// # Errors
     /// [`SimError::Run`], [`SimError::Silenced`] and [`SimError::Unanswered`].
-    fn stream(mut self, program: Program, watch: &mut dyn FnMut(Progress)) -> Result<Outcome, SimError> {
-        let dialogue = Rc::new(RefCell::new(Dialogue::default()));
-        let clock = self.executor.clock().clone();
-        let pipes = (self.consoles[0].to_controller.clone(), self.consoles[0].from_controller.clone());
-        let sender = Sender::new(clock, self.config.clone(), pipes, program.clone(), dialogue.clone());
-        self.executor.spawn_at(Priority::World, "sender", sender.run());
-        self.run_to_rest(&mut |t_ns| watch(Progress { answered: dialogue.borrow().answered, t_ns }))?;
-        while dialogue.borrow().waiting_line().is_some() && self.machine.state() == (State::Hold { still: true }) {
-            dialogue.borrow_mut().note_pause(&program, self.now_ns());
-            self.send(b"~");
-            self.run_to_rest(&mut |t_ns| watch(Progress { answered: dialogue.borrow().answered, t_ns }))?;
+    fn stream(self, program: Program, watch: &mut dyn FnMut(Progress)) -> Result<Outcome, SimError> {
+        let mut horizon = self.now();
+        let mut streamed = Streamed::new(self, program);
+        loop {
+            // Not relative to the present time: while nothing is due, the clock stays at the last event.
+            horizon += WATCHED_EVERY;
+            if streamed.run_until(horizon)? {
+                return streamed.end();
+            }
+            watch(streamed.progress());
         }
-        let dialogue = dialogue.take();
-        if !dialogue.done && dialogue.alarm.is_none() {
-            return Err(self.unanswered(&program, &dialogue));
-        }
-        self.world.borrow_mut().come_to_rest();
-        let record = self.world.borrow_mut().take_record();
-        Ok(self.outcome_of(record, (program, dialogue)))
     }
 
     /// Why the line that waits for its answer has none.
@@ -451,39 +456,22 @@ impl Sim {
         }
     }
 
-    /// As [`run_until_idle`](Self::run_until_idle); also calls `watch` with the time once per second of virtual time.
-    fn run_to_rest(&mut self, watch: &mut dyn FnMut(u64)) -> Result<(), RunError> {
-        let mut next = self.now();
-        let limit = next + self.config.time_limit;
-        loop {
-            // Not relative to the present time: while nothing is due, the clock stays at the last event.
-            next = limit.min(next + WATCHED_EVERY);
-            match self.executor.run_until_quiescent(next)? {
-                Rest::Quiescent => return Ok(()),
-                Rest::Horizon if next == limit => {
-                    return Err(RunError::TimeLimit { limit, waiting: self.executor.waiting() });
-                }
-                Rest::Horizon => watch(self.now_ns()),
-            }
-        }
-    }
-
     fn outcome_of(&self, record: Record, dialogue: (Program, Dialogue)) -> Outcome {
         let world = self.world.borrow();
-        Outcome::new(&self.config, &world, record, self.machine, dialogue, self.executor.clock().now_ns())
+        Outcome::new(&self.config, &world, record, &self.machine, dialogue, self.executor.clock().now_ns())
     }
 }
 
 /// Spawns the tasks that run at high priority on a board, then the coordinator.
-fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'static Machine {
-    // The tasks need a machine that lives for ever, like a static on a board.
-    let machine: &'static Machine =
-        Box::leak(Box::new(Machine::new(isostep_controller::config(&config.settings), config.emergency_contact)));
-    world.borrow_mut().follow(machine);
+fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> Rc<Machine> {
+    // On a board it is a static. Here every task keeps it alive, and with the last of them it goes.
+    let machine = Rc::new(Machine::new(isostep_controller::config(&config.settings), config.emergency_contact));
+    world.borrow_mut().follow(machine.clone());
     let ports = AxisPort::all(config, executor, world);
     for ((axis, name), mut port) in Axis::ALL.into_iter().zip(["axis X", "axis Y", "axis Z", "axis A"]).zip(ports) {
+        let machine = machine.clone();
         executor.spawn_at(Priority::P2, name, async move {
-            axis::run(machine, axis, &mut port).await;
+            axis::run(&machine, axis, &mut port).await;
         });
     }
     // One input of the board, whichever axis has the second motor.
@@ -495,52 +483,55 @@ fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Config) -> &'s
             LimitInput::Of(axis) => ["limit X", "limit Y", "limit Z", "limit A"][axis as usize],
             LimitInput::Second => "second limit",
         };
-        let input = Input::new(world, Wire::Limit(motor));
+        let (machine, input) = (machine.clone(), Input::new(world, Wire::Limit(motor)));
         executor.spawn_at(Priority::P1, name, async move {
-            limit::watch(machine, limit, input).await;
+            limit::watch(&machine, limit, input).await;
         });
     }
-    let input = Input::new(world, Wire::EmergencyStop);
+    let (stopped, input) = (machine.clone(), Input::new(world, Wire::EmergencyStop));
     executor.spawn_at(Priority::P1, "emergency stop", async move {
-        limit::watch_emergency_stop(machine, input).await;
+        limit::watch_emergency_stop(&stopped, input).await;
     });
-    spawn_tool(executor, world, machine);
-    let (enable, world) = (Output::new(world, Wire::Enable), world.clone());
+    spawn_tool(executor, world, &machine);
+    let (enable, world, coordinated) = (Output::new(world, Wire::Enable), world.clone(), machine.clone());
     executor.spawn("coordinator", async move {
         let mut path = Box::new(PlanMemory::new());
-        let on_event = move |event| {
-            let config = matches!(event, Event::Run { .. }).then(|| machine.config());
+        let on_event = |event| {
+            let config = matches!(event, Event::Run { .. }).then(|| coordinated.config());
             let mut world = world.borrow_mut();
             config.into_iter().for_each(|config| world.on_config(config));
             world.on_event(event);
         };
-        coordinator::run(machine, &mut path, enable, on_event).await;
+        coordinator::run(&coordinated, &mut path, enable, on_event).await;
     });
     machine
 }
 
 /// Spawns the tasks for the tool, the probe and the buttons.
-fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &'static Machine) {
-    let port = SimTool::new(world);
+fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &Rc<Machine>) {
+    let (own, port) = (machine.clone(), SimTool::new(world));
     executor.spawn_at(Priority::P1, "tool", async move {
-        tool::run(machine, port).await;
+        tool::run(&own, port).await;
     });
     let [probe, hold, start] = [Wire::Probe, Wire::Hold, Wire::Start].map(|wire| Input::new(world, wire));
+    let own = machine.clone();
     executor.spawn_at(Priority::P1, "probe", async move {
-        probing::watch(machine, probe).await;
+        probing::watch(&own, probe).await;
     });
+    let own = machine.clone();
     executor.spawn_at(Priority::P1, "feed hold", async move {
-        buttons::watch_hold(machine, hold).await;
+        buttons::watch_hold(&own, hold).await;
     });
+    let own = machine.clone();
     executor.spawn_at(Priority::P1, "cycle start", async move {
-        buttons::watch_start(machine, start).await;
+        buttons::watch_start(&own, start).await;
     });
 }
 
 /// Spawns the task of the consoles.
 fn spawn_consoles(
     executor: &mut Executor,
-    machine: &'static Machine,
+    machine: &Rc<Machine>,
     store: Store<Flash>,
     consoles: &[Console],
     baud: Option<u32>,
@@ -549,19 +540,19 @@ fn spawn_consoles(
     match baud {
         None => {
             let links = pipes.map(|(rx, tx, opened)| (rx.clone(), tx.clone(), opened.clone())).collect();
-            executor.spawn("console", serve_all(machine, store, links));
+            executor.spawn("console", serve_all(machine.clone(), store, links));
         }
         Some(baud) => {
             let uart = |pipe: &Pipe| Uart::new(pipe.clone(), executor.clock().clone(), baud);
             let links = pipes.map(|(rx, tx, opened)| (uart(rx), uart(tx), opened.clone())).collect();
-            executor.spawn("console", serve_all(machine, store, links));
+            executor.spawn("console", serve_all(machine.clone(), store, links));
         }
     }
 }
 
 /// Serves one console, or two.
-async fn serve_all(machine: &'static Machine, store: Store<Flash>, links: Vec<(impl Read, impl Write, Pipe)>) {
-    let controller = Controller::new(machine, store.kept().settings, store);
+async fn serve_all(machine: Rc<Machine>, store: Store<Flash>, links: Vec<(impl Read, impl Write, Pipe)>) {
+    let controller = Controller::new(&machine, store.kept().settings, store);
     controller.load().await;
     let mut links = links.into_iter().map(|link| serve(&controller, link));
     match (links.next(), links.next()) {

@@ -2,13 +2,17 @@
 //!
 //! A move of a shaped run is not judged by itself: see [`shaped`].
 
+mod gathered;
 pub mod shaped;
 
-use isostep_motion::{AXES, Axis, Finish, State};
+pub use self::gathered::Gathered;
+
+use isostep_motion::{AXES, Axis, State};
 use isostep_profile::Profile;
 
 use crate::config::Port;
-use crate::losses;
+use crate::driver::Violation;
+use crate::losses::LossFigures;
 use crate::measure::{self, Intervals, Measured};
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
@@ -247,18 +251,7 @@ impl FromIterator<MoveCheck> for Findings {
 
 /// All promises of a run, with their results.
 pub fn verdicts(outcome: &Outcome, findings: &Findings) -> Vec<Verdict> {
-    let runs = shaped::Findings::of(outcome);
-    vec![
-        program(outcome),
-        counts(findings, &runs),
-        instants(findings.error_max_ns.max(runs.error_max_ns), outcome.config.port),
-        straight(findings),
-        equal(findings),
-        lasting(outcome),
-        timing(outcome),
-        no_loss(outcome),
-        position(outcome),
-    ]
+    Gathered::whole(outcome, *findings).verdicts(outcome)
 }
 
 fn program(outcome: &Outcome) -> Verdict {
@@ -308,14 +301,12 @@ fn equal(findings: &Findings) -> Verdict {
     Verdict { promise: "equal intervals on every axis", kept: unequal == 0, detail }
 }
 
-fn lasting(outcome: &Outcome) -> Verdict {
-    let pairs = outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held));
-    let pauses_ns: Vec<_> = pairs.map(|pair| pair[0].pause_ns(&pair[1])).collect();
-    let shortest_ns = pauses_ns.iter().copied().reduce(f64::min);
+/// The promise about the pauses between moves; `shortest_ns` is that of the shortest of them.
+fn lasting(shortest_ns: Option<f64>, pauses: usize) -> Verdict {
     let detail = match shortest_ns {
         Some(ns) => {
             let us = ns / 1e3;
-            format!("from the end of a plan to the next start at least {us:.2} us, over {} moves", pauses_ns.len() + 1)
+            format!("from the end of a plan to the next start at least {us:.2} us, over {} moves", pauses + 1)
         }
         None => "no move after another".to_owned(),
     };
@@ -323,23 +314,20 @@ fn lasting(outcome: &Outcome) -> Verdict {
     Verdict { promise: "every move as long as its plan", kept: shortest_ns.is_none_or(|ns| ns > -1.0), detail }
 }
 
-fn timing(outcome: &Outcome) -> Verdict {
-    let detail = match outcome.violations.first() {
-        Some(first) => format!("{} violations, the first: {first}", outcome.violations.len()),
-        None => format!("at each of {} edges", outcome.edges.len()),
+fn timing(first: Option<&Violation>, violations: usize, edges: usize) -> Verdict {
+    let detail = match first {
+        Some(first) => format!("{violations} violations, the first: {first}"),
+        None => format!("at each of {edges} edges"),
     };
-    Verdict { promise: "driver timing kept", kept: outcome.violations.is_empty(), detail }
+    Verdict { promise: "driver timing kept", kept: first.is_none(), detail }
 }
 
-fn no_loss(outcome: &Outcome) -> Verdict {
-    let detail = match losses::explained(outcome, 1).first() {
-        Some(first) => {
-            let total: u32 = outcome.losses.iter().map(|loss| loss.steps).sum();
-            format!("{total} lost, first at {first}")
-        }
-        None => format!("all {} made by the carriages", outcome.edges.len()),
+fn no_loss(first: Option<&LossFigures>, steps_lost: u32, edges: usize) -> Verdict {
+    let detail = match first {
+        Some(first) => format!("{steps_lost} lost, first at {first}"),
+        None => format!("all {edges} made by the carriages"),
     };
-    Verdict { promise: "no step lost", kept: outcome.losses.is_empty(), detail }
+    Verdict { promise: "no step lost", kept: first.is_none(), detail }
 }
 
 fn position(outcome: &Outcome) -> Verdict {

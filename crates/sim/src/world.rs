@@ -78,12 +78,14 @@ pub struct World {
     keep_record: bool,
     keep_waves: bool,
     steps: [u64; AXES],
+    /// When the last edge was, ns since power-up.
+    edge_ns: u64,
     /// The steps of each axis, by whichever motor, from power-up or since it was homed.
     counted_steps: [i32; AXES],
     mechanics: Mechanics,
     wiring: Wiring,
     /// The machine whose configuration the mechanics follow.
-    machine: Option<&'static Machine>,
+    machine: Option<Rc<Machine>>,
     motor: MotorData,
     loads: [Option<Load>; AXES],
     motion: Motion,
@@ -135,6 +137,7 @@ impl World {
             keep_record: config.keep_record,
             keep_waves: config.keep_record && config.keep_waves,
             steps: [0; AXES],
+            edge_ns: 0,
             counted_steps: [0; AXES],
             mechanics,
             wiring,
@@ -154,7 +157,7 @@ impl World {
     }
 
     /// Makes the mechanics follow the configuration of `machine`, which is checked each time an axis begins to move.
-    pub fn follow(&mut self, machine: &'static Machine) {
+    pub fn follow(&mut self, machine: Rc<Machine>) {
         self.machine = Some(machine);
     }
 
@@ -332,8 +335,7 @@ impl World {
 
     fn note_event(&mut self, event: Event) {
         let t_ns = self.clock.now_ns();
-        let edge_ns = self.record.edges.last().map_or(0, |edge| edge.t_ns);
-        self.record.moves.take(t_ns, edge_ns, event);
+        self.record.moves.take(t_ns, self.edge_ns, event);
         let is_of_move =
             matches!(event, Event::Move { .. } | Event::Blend { .. } | Event::Mark { .. } | Event::Replan { .. });
         if !is_of_move && !matches!(event, Event::Run { .. } | Event::RunEnd { .. }) {
@@ -391,6 +393,11 @@ impl World {
         std::mem::take(&mut self.record)
     }
 
+    /// Takes what nothing can change any more; the world continues with the rest.
+    pub fn take_settled(&mut self, tolerance_ns: f64) -> Record {
+        self.record.take_settled(self.edge_ns, tolerance_ns)
+    }
+
     /// Follows the rotors up to now.
     pub fn settle(&mut self) {
         self.follow_rotors(self.clock.now_ns());
@@ -411,7 +418,7 @@ impl World {
 
     /// Makes the mechanics follow the machine's configuration, which changes only while nothing moves.
     fn refit(&mut self) {
-        let Some(machine) = self.machine else { return };
+        let Some(machine) = &self.machine else { return };
         let mechanics = Mechanics::of(&machine.config(), self.motor, self.loads);
         if mechanics == self.mechanics {
             return;
@@ -458,6 +465,7 @@ impl World {
         }
         self.counted_steps[axis] += direction;
         self.steps[axis] += 1;
+        self.edge_ns = t_ns;
         if self.keep_record {
             self.record.edges.push(Edge { t_ns, axis, direction, position_steps: self.counted_steps[axis] });
         }

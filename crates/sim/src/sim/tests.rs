@@ -279,3 +279,13 @@ fn a_host_that_comes_back_finds_the_machine_where_it_stands() {
         assert_eq!(sim.machine().position_steps(), [x + 50, y, z], "{line}");
     }
 }
+
+#[test]
+fn a_machine_that_is_dropped_is_gone() {
+    let mut sim = Sim::new(&Config { second_console: true, section_max_ns: Some(1_000), ..Config::default() });
+    sim.send(b"G0 X5\n");
+    sim.run_for(Duration::from_millis(100)).unwrap();
+    let (machine, world) = (Rc::downgrade(&sim.machine), Rc::downgrade(&sim.world));
+    drop(sim);
+    assert!(machine.upgrade().is_none() && world.upgrade().is_none(), "something still holds it");
+}

@@ -87,6 +87,16 @@ impl Findings {
         })
     }
 
+    /// These results, and then those.
+    pub fn and(self, later: Self) -> Self {
+        Self {
+            runs: self.runs + later.runs,
+            exact: self.exact + later.exact,
+            error_max_ns: self.error_max_ns.max(later.error_max_ns),
+            missing: self.missing.or(later.missing),
+        }
+    }
+
     /// How many are exact, in words; `None` if no run is shaped.
     pub fn words(&self) -> Option<String> {
         let Self { runs, exact, missing, .. } = self;

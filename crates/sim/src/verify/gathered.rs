@@ -1,0 +1,92 @@
+//! What the promises of a run rest on, gathered from the whole of it or piece by piece.
+
+use isostep_motion::Finish;
+
+use super::{Findings, Verdict, shaped};
+use crate::driver::Violation;
+use crate::losses::{self, LossFigures};
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
+
+/// What was found so far. Pieces are those of [`Streamed`](crate::Streamed), in order; the last is what was left at the end.
+/// A piece does not know its program, so a loss is explained without its line.
+#[derive(Clone, Debug, Default)]
+pub struct Gathered {
+    findings: Findings,
+    runs: shaped::Findings,
+    /// The last move.
+    last: Option<MoveRecord>,
+    pauses: usize,
+    shortest_ns: Option<f64>,
+    edges: usize,
+    violations: usize,
+    first_violation: Option<Violation>,
+    steps_lost: u32,
+    first_loss: Option<LossFigures>,
+}
+
+impl Gathered {
+    /// What there is to find in a whole run, of whose moves the `findings` are.
+    pub(super) fn whole(outcome: &Outcome, findings: Findings) -> Self {
+        let mut gathered = Self::default();
+        gathered.add_all_but_moves(outcome);
+        gathered.findings = findings;
+        gathered
+    }
+
+    /// Adds the next piece.
+    pub fn add(&mut self, piece: &Outcome) {
+        self.add_all_but_moves(piece);
+        super::moves(piece).for_each(|check| self.findings.add(&check));
+    }
+
+    fn add_all_but_moves(&mut self, piece: &Outcome) {
+        self.runs = self.runs.and(shaped::Findings::of(piece));
+        let befores = self.last.iter().chain(&piece.moves);
+        // From the first move on, each with the one before it.
+        let nexts = piece.moves.iter().skip(usize::from(self.last.is_none()));
+        let pairs = befores.zip(nexts).filter(|(before, _)| matches!(before.finish, Finish::Done | Finish::Held));
+        let pauses_ns: Vec<_> = pairs.map(|(before, next)| before.pause_ns(next)).collect();
+        self.pauses += pauses_ns.len();
+        self.shortest_ns = self.shortest_ns.into_iter().chain(pauses_ns).reduce(f64::min);
+        self.last = piece.moves.last().cloned().or_else(|| self.last.take());
+        self.edges += piece.edges.len();
+        self.violations += piece.violations.len();
+        self.first_violation = self.first_violation.or_else(|| piece.violations.first().copied());
+        self.steps_lost += piece.losses.iter().map(|loss| loss.steps).sum::<u32>();
+        self.first_loss = self.first_loss.take().or_else(|| self.explained(piece));
+    }
+
+    /// The first loss of a piece, its move counted from the beginning of the program.
+    fn explained(&self, piece: &Outcome) -> Option<LossFigures> {
+        let mut loss = losses::explained(piece, 1).pop()?;
+        loss.move_number = loss.move_number.map(|number| self.findings.moves() + number);
+        Some(loss)
+    }
+
+    /// Steps of all axes so far.
+    pub fn edges(&self) -> usize {
+        self.edges
+    }
+
+    /// Moves of the program so far, without homing.
+    pub fn moves(&self) -> usize {
+        self.findings.moves()
+    }
+
+    /// All promises, with their results for a run that ended as `end` says.
+    pub fn verdicts(&self, end: &Outcome) -> Vec<Verdict> {
+        let error_max_ns = self.findings.error_max_ns.max(self.runs.error_max_ns);
+        vec![
+            super::program(end),
+            super::counts(&self.findings, &self.runs),
+            super::instants(error_max_ns, end.config.port),
+            super::straight(&self.findings),
+            super::equal(&self.findings),
+            super::lasting(self.shortest_ns, self.pauses),
+            super::timing(self.first_violation.as_ref(), self.violations, self.edges),
+            super::no_loss(self.first_loss.as_ref(), self.steps_lost, self.edges),
+            super::position(end),
+        ]
+    }
+}
