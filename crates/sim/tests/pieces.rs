@@ -51,7 +51,8 @@ fn pieces_together_are_the_whole() {
             assert_eq!(edges, whole.edges, "program {number}, every {every_ms} ms");
             let found = gathered.verdicts(&end);
             assert_eq!(found, expected, "program {number}, every {every_ms} ms");
-            assert_eq!((gathered.edges(), end.duration_ns), (whole.edges.len(), whole.duration_ns));
+            let totals = (gathered.edges(), gathered.homing_ns(), end.duration_ns);
+            assert_eq!(totals, (whole.edges.len(), whole.homing_ns(), whole.duration_ns));
             assert_eq!(
                 (end.refusals, end.pauses, end.alarm_code),
                 (whole.refusals.clone(), whole.pauses.clone(), whole.alarm_code)

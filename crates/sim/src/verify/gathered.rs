@@ -1,6 +1,6 @@
 //! What the promises of a run rest on, gathered from the whole of it or piece by piece.
 
-use isostep_motion::Finish;
+use isostep_motion::{Event, Finish, State};
 
 use super::{Findings, Verdict, shaped};
 use crate::driver::Violation;
@@ -23,6 +23,9 @@ pub struct Gathered {
     first_violation: Option<Violation>,
     steps_lost: u32,
     first_loss: Option<LossFigures>,
+    homing_ns: u64,
+    /// Since when it has been homing, if it is.
+    homing_since_ns: Option<u64>,
 }
 
 impl Gathered {
@@ -55,6 +58,13 @@ impl Gathered {
         self.first_violation = self.first_violation.or_else(|| piece.violations.first().copied());
         self.steps_lost += piece.losses.iter().map(|loss| loss.steps).sum::<u32>();
         self.first_loss = self.first_loss.take().or_else(|| self.explained(piece));
+        for &(t_ns, event) in &piece.events {
+            match event {
+                Event::State(State::Home) => self.homing_since_ns = Some(t_ns),
+                Event::State(_) => self.homing_ns += self.homing_since_ns.take().map_or(0, |since_ns| t_ns - since_ns),
+                _ => {}
+            }
+        }
     }
 
     /// The first loss of a piece, its move counted from the beginning of the program.
@@ -67,6 +77,11 @@ impl Gathered {
     /// Steps of all axes so far.
     pub fn edges(&self) -> usize {
         self.edges
+    }
+
+    /// Time spent homing so far, ns.
+    pub fn homing_ns(&self) -> u64 {
+        self.homing_ns
     }
 
     /// Moves of the program so far, without homing.

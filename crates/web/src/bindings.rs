@@ -1,0 +1,162 @@
+//! What JavaScript sees. Everything that can go wrong is thrown as JSON of a [`Trouble`](crate::Trouble).
+
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::{Job, Live, Motion, Trouble};
+
+type Thrown<T> = Result<T, String>;
+
+fn thrown(trouble: Trouble) -> String {
+    serde_json::to_string(&trouble).unwrap_or(trouble.words)
+}
+
+/// How the axes moved: see `Motion`.
+#[wasm_bindgen(js_name = Motion)]
+pub struct MotionColumns(Motion);
+
+#[wasm_bindgen(js_class = Motion)]
+impl MotionColumns {
+    /// When each stretch begins and ends, s.
+    #[wasm_bindgen(js_name = takeTimes)]
+    pub fn take_times(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.0.times_s)
+    }
+
+    /// What each belongs to.
+    #[wasm_bindgen(js_name = takeKinds)]
+    pub fn take_kinds(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.0.kinds)
+    }
+
+    /// Four numbers of each axis.
+    #[wasm_bindgen(js_name = takeValues)]
+    pub fn take_values(&mut self) -> Vec<f32> {
+        std::mem::take(&mut self.0.values)
+    }
+}
+
+/// A program under way.
+#[wasm_bindgen(js_name = Job)]
+pub struct JobHandle {
+    job: Option<Job>,
+    rest: Option<(Motion, Vec<u8>)>,
+}
+
+#[wasm_bindgen(js_class = Job)]
+impl JobHandle {
+    /// A program for a machine with these settings.
+    #[wasm_bindgen(constructor)]
+    pub fn new(program: &[u8], settings: &str, with_trace: bool) -> Thrown<Self> {
+        let job = Job::new(program, settings).map_err(thrown)?;
+        Ok(Self { job: Some(if with_trace { job.with_trace() } else { job }), rest: None })
+    }
+
+    /// Runs until this time, us, and returns whether it has ended.
+    pub fn advance(&mut self, until_us: f64) -> Thrown<bool> {
+        self.job.as_mut().map_or(Ok(true), |job| job.advance(until_us)).map_err(thrown)
+    }
+
+    /// Machine time, us.
+    #[wasm_bindgen(getter, js_name = nowUs)]
+    pub fn now_us(&self) -> f64 {
+        self.job.as_ref().map_or(0.0, Job::now_us)
+    }
+
+    /// Lines answered.
+    #[wasm_bindgen(getter)]
+    pub fn answered(&self) -> usize {
+        self.job.as_ref().map_or(0, Job::answered)
+    }
+
+    /// Lines of the program.
+    #[wasm_bindgen(getter)]
+    pub fn lines(&self) -> usize {
+        self.job.as_ref().map_or(0, Job::lines)
+    }
+
+    /// How the axes moved since the last call.
+    #[wasm_bindgen(js_name = takeMotion)]
+    pub fn take_motion(&mut self) -> MotionColumns {
+        let rest = self.rest.as_mut().map(|(motion, _)| std::mem::take(motion));
+        MotionColumns(self.job.as_mut().map(Job::take_motion).or(rest).unwrap_or_default())
+    }
+
+    /// The rows of the trace since the last call.
+    #[wasm_bindgen(js_name = takeTrace)]
+    pub fn take_trace(&mut self) -> Vec<u8> {
+        let rest = self.rest.as_mut().map(|(_, rows)| std::mem::take(rows));
+        self.job.as_mut().map(Job::take_trace).or(rest).unwrap_or_default()
+    }
+
+    /// How it ended, as JSON. What is left of motion and trace can be taken after it.
+    pub fn end(&mut self) -> Thrown<String> {
+        let job = self.job.take().ok_or("the program has ended already")?;
+        let (summary, motion, rows) = job.end_with().map_err(thrown)?;
+        self.rest = Some((motion, rows));
+        Ok(summary)
+    }
+}
+
+/// A machine to operate.
+#[wasm_bindgen(js_name = Live)]
+pub struct LiveHandle(Live);
+
+#[wasm_bindgen(js_class = Live)]
+impl LiveHandle {
+    /// A machine with these settings.
+    #[wasm_bindgen(constructor)]
+    pub fn new(settings: &str) -> Thrown<Self> {
+        Live::new(settings).map(Self).map_err(thrown)
+    }
+
+    /// Sends bytes to its console.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.0.send(bytes);
+    }
+
+    /// The bytes from its console since the last call.
+    #[wasm_bindgen(js_name = takeOutput)]
+    pub fn take_output(&mut self) -> Vec<u8> {
+        self.0.take_output()
+    }
+
+    /// Runs to this time, us.
+    pub fn advance(&mut self, until_us: f64) -> Thrown<()> {
+        self.0.advance(until_us).map_err(thrown)
+    }
+
+    /// Machine time, us.
+    #[wasm_bindgen(getter, js_name = nowUs)]
+    pub fn now_us(&self) -> f64 {
+        self.0.now_us()
+    }
+
+    /// How the axes moved since the last call.
+    #[wasm_bindgen(js_name = takeMotion)]
+    pub fn take_motion(&mut self) -> MotionColumns {
+        MotionColumns(self.0.take_motion())
+    }
+
+    /// Where the carriages are, mm.
+    #[wasm_bindgen(js_name = positionMm)]
+    pub fn position_mm(&self) -> Vec<f64> {
+        self.0.position_mm().to_vec()
+    }
+
+    /// Presses or releases the emergency stop.
+    #[wasm_bindgen(js_name = setEmergencyStop)]
+    pub fn set_emergency_stop(&mut self, is_pressed: bool) {
+        self.0.set_emergency_stop(is_pressed);
+    }
+
+    /// Presses or releases a limit switch.
+    #[wasm_bindgen(js_name = setLimit)]
+    pub fn set_limit(&mut self, axis: usize, is_pressed: bool) {
+        self.0.set_limit(axis, is_pressed);
+    }
+
+    /// The promises so far, as JSON.
+    pub fn verdicts(&self) -> String {
+        serde_json::to_string(&self.0.verdicts()).unwrap_or_default()
+    }
+}

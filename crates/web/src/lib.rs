@@ -1,0 +1,51 @@
+//! The simulated machine for a page: it runs piece by piece of machine time, is checked on the way, and forgets what was
+//! taken, so that memory does not grow with the program.
+//!
+//! ```text
+//!             program, settings                       bytes, contacts
+//!                    |                                      |
+//! Streamed <------- Job                                    Live -------> Sim
+//!                    |                                      |
+//!                    +-- pieces -- Watch: Gathered, Motion, trace
+//! ```
+//! - [`Job`] runs a whole program, with the sender of isostep-sim: its edges are those of [`isostep_sim::run`].
+//! - [`Live`] is a machine to operate.
+//! - [`Motion`] is how axes move, in stretches that a page can draw.
+//!
+//! Only `bindings` knows JavaScript. All else runs, and is tested, on a computer.
+#![forbid(unsafe_code)]
+
+#[cfg(target_arch = "wasm32")]
+mod bindings;
+mod job;
+mod live;
+mod motion;
+#[cfg(target_arch = "wasm32")]
+mod panic;
+mod summary;
+mod trouble;
+mod watch;
+
+pub use job::Job;
+pub use live::Live;
+pub use motion::{COLUMNS, Kind, Motion};
+pub use trouble::Trouble;
+
+use isostep_sim::Config;
+use isostep_sim::settings;
+
+/// The examples of the README are run as those here are.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+/// The default machine with these settings, lines of `$n=v`; none for all defaults.
+fn config(lines: &str) -> Result<Config, Trouble> {
+    // Changes of wires are most of a record, and nothing here shows them.
+    let mut config = Config { keep_waves: false, ..Config::default() };
+    if !lines.trim().is_empty() {
+        config.settings = settings::read("settings", lines.as_bytes(), config.port, config.driver)?;
+    }
+    config.check()?;
+    Ok(config)
+}

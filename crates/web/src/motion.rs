@@ -1,0 +1,145 @@
+//! How the axes move by their plans, in stretches of time in each of which the acceleration of every axis changes evenly.
+//!
+//! So one row is enough to draw a place, a speed, an acceleration or a jerk anywhere within it. A ramp by a curved speed law is
+//! divided, and drawn to within what a screen shows. In a shaped run plans are what goes into the shapers.
+
+use isostep_motion::AXES;
+use isostep_sim::{MoveRecord, Outcome};
+
+/// Numbers of one axis in a row: place, mm; speed, mm/s; acceleration at the beginning and at the end, mm/s².
+pub const COLUMNS: usize = 4;
+/// Stretches of a ramp whose acceleration is not constant.
+const PARTS_OF_RAMP: u32 = 16;
+/// A stretch that is shorter than this cannot be seen, s.
+const SHORTEST_S: f64 = 1e-9;
+
+/// What a stretch belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Kind {
+    /// A blend round a corner.
+    Blend = 0,
+    /// The first interval of a line, the same for every axis.
+    Accelerate = 1,
+    /// The second.
+    Cruise = 2,
+    /// The third.
+    Decelerate = 3,
+}
+
+impl Kind {
+    /// Added if the move is of homing.
+    pub const HOMING: u8 = 8;
+    /// Added if the run is shaped.
+    pub const SHAPED: u8 = 16;
+}
+
+/// Stretches, in order, as columns that a page takes as they are.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// When each begins and ends, s since power-up.
+    pub times_s: Vec<f64>,
+    /// [`Kind`], and what is added to it.
+    pub kinds: Vec<u8>,
+    /// [`COLUMNS`] numbers of each axis.
+    pub values: Vec<f32>,
+}
+
+/// An interval of one plan, within which one formula holds.
+struct Interval {
+    /// From and to, s from the start of the run.
+    span_s: [f64; 2],
+    kind: Kind,
+    /// The number of the plan that holds: 0 for the first, then those that replaced it.
+    plan: usize,
+}
+
+impl Motion {
+    /// Adds the moves of a piece of a run.
+    pub(crate) fn add(&mut self, piece: &Outcome) {
+        for record in &piece.moves {
+            let flags = [(record.homing, Kind::HOMING), (record.shaping.is_some(), Kind::SHAPED)];
+            let flags = flags.iter().filter(|(is_so, _)| *is_so).map(|(_, flag)| flag).sum::<u8>();
+            for interval in intervals(record) {
+                let [from_s, to_s] = interval.span_s;
+                let parts = if is_even(record, &interval) { 1 } else { PARTS_OF_RAMP };
+                for part in 0..parts {
+                    let at_s = |part: u32| from_s + (to_s - from_s) * f64::from(part) / f64::from(parts);
+                    self.push(piece, record, &interval, [at_s(part), at_s(part + 1)], flags);
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, piece: &Outcome, record: &MoveRecord, interval: &Interval, [from_s, to_s]: [f64; 2], flags: u8) {
+        let start_s = record.start_ns as f64 * 1e-9;
+        let steps_per_mm = piece.config_of(record).steps_per_mm;
+        self.times_s.extend([start_s + from_s, start_s + to_s]);
+        self.kinds.push(interval.kind as u8 + flags);
+        // Just within the stretch, because at its ends other formulas may hold.
+        let aside_s = (to_s - from_s) * 1e-6;
+        for (axis, steps_per_mm) in steps_per_mm.into_iter().enumerate() {
+            let (speed, _) = motion_steps(record, interval, axis, from_s + aside_s);
+            let [begins, ends] =
+                [from_s + aside_s, to_s - aside_s].map(|t_s| motion_steps(record, interval, axis, t_s).1);
+            let values = [record.place_steps(axis, from_s), speed, begins, ends];
+            self.values.extend(values.map(|steps| (steps / steps_per_mm) as f32));
+        }
+    }
+}
+
+/// The intervals of a move: its blend, and those of its line, by each plan for as long as it held.
+fn intervals(record: &MoveRecord) -> Vec<Interval> {
+    let line_s = record.plan.begin_s();
+    let end_s = record.plan_s.min((record.end_ns - record.start_ns) as f64 * 1e-9 + SHORTEST_S);
+    let blend = record.blend.map(|blend| Interval { span_s: [blend.begin_s(), line_s], kind: Kind::Blend, plan: 0 });
+    let mut found: Vec<_> = blend.into_iter().collect();
+    let plans = || std::iter::once(&record.plan).chain(&record.parts);
+    for (number, plan) in plans().enumerate().filter(|(_, plan)| plan.profile.distance_steps() > 0.0) {
+        let until_s = plans().nth(number + 1).map_or(end_s, |next| next.begin_s().min(end_s));
+        let origin_s = plan.end_s() - plan.profile.duration_s();
+        let accelerated_s = origin_s + plan.profile.t_accel_s();
+        let braking_s = accelerated_s + plan.profile.t_cruise_s();
+        let bounds = [f64::NEG_INFINITY, accelerated_s, braking_s, f64::INFINITY];
+        for (kind, bounds_s) in [Kind::Accelerate, Kind::Cruise, Kind::Decelerate].into_iter().zip(bounds.windows(2)) {
+            let span_s = [plan.begin_s().max(bounds_s[0]), until_s.min(bounds_s[1])];
+            found.push(Interval { span_s, kind, plan: number });
+        }
+    }
+    found.retain(|interval| interval.span_s[1] - interval.span_s[0] > SHORTEST_S);
+    found
+}
+
+/// Whether one acceleration holds throughout.
+fn is_even(record: &MoveRecord, interval: &Interval) -> bool {
+    if matches!(interval.kind, Kind::Blend | Kind::Cruise) {
+        return true;
+    }
+    let [from_s, to_s] = interval.span_s;
+    let accel_at = |share: f64| master(record, interval, from_s + (to_s - from_s) * share).1;
+    let [low, middle, high] = [0.01, 0.4, 0.99].map(accel_at);
+    let near = |other: f64| (other - middle).abs() <= 1e-6 * middle.abs();
+    near(low) && near(high)
+}
+
+/// Speed and acceleration of the longest axis on the line, steps.
+fn master(record: &MoveRecord, interval: &Interval, t_s: f64) -> (f64, f64) {
+    let plan = interval.plan.checked_sub(1).map_or(&record.plan, |replan| &record.parts[replan]);
+    let origin_s = plan.end_s() - plan.profile.duration_s();
+    (plan.profile.speed_at(t_s - origin_s), plan.profile.accel_at(t_s - origin_s))
+}
+
+/// Speed and acceleration of an axis at `t_s` from the start of the run, steps/s and steps/s².
+fn motion_steps(record: &MoveRecord, interval: &Interval, axis: usize, t_s: f64) -> (f64, f64) {
+    match record.blend {
+        Some(blend) if interval.kind == Kind::Blend => (blend.speed_at(axis, t_s), blend.accel_steps_s2(axis)),
+        _ => {
+            let share = record.plan.axis_steps(axis) / record.plan.distance_steps();
+            let (speed, accel) = master(record, interval, t_s);
+            (speed * share, accel * share)
+        }
+    }
+}
+
+/// The rows of one axis are as many as this.
+const _: () = assert!(AXES >= 3, "a plane has two axes, and the page shows a third");

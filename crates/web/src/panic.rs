@@ -1,0 +1,22 @@
+//! What a panic said. It is a defect, and ends the machine; the page lives, and tells it.
+
+use std::cell::RefCell;
+use std::panic;
+
+use wasm_bindgen::prelude::wasm_bindgen;
+
+thread_local! {
+    static LAST: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Keeps the words of panics from now on.
+#[wasm_bindgen(start)]
+pub fn listen() {
+    panic::set_hook(Box::new(|said| LAST.set(Some(said.to_string()))));
+}
+
+/// The words of the last panic, with its place.
+#[wasm_bindgen(js_name = lastPanic)]
+pub fn last_panic() -> Option<String> {
+    LAST.take()
+}

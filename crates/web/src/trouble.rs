@@ -1,0 +1,72 @@
+//! What goes wrong, for a page: a sentence, and the line it is about.
+
+use std::fmt;
+
+use isostep_sim::program::ProgramError;
+use isostep_sim::settings::Refused;
+use isostep_sim::{RunError, SimError, StartOutside};
+use serde::Serialize;
+
+/// Why there is no machine, or no result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Trouble {
+    /// The line that it is about, from 1: of the program, or of the settings if they were refused.
+    pub line: Option<usize>,
+    /// The value, the limit and the remedy.
+    pub words: String,
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.words)
+    }
+}
+
+impl std::error::Error for Trouble {}
+
+impl Trouble {
+    fn without_line(words: &impl ToString) -> Self {
+        Self { line: None, words: words.to_string() }
+    }
+}
+
+impl From<ProgramError> for Trouble {
+    fn from(error: ProgramError) -> Self {
+        let line = match error {
+            ProgramError::Empty => None,
+            ProgramError::Binary { line, .. } | ProgramError::RealTime { line, .. } => Some(line),
+        };
+        Self { line, words: error.to_string() }
+    }
+}
+
+impl From<Refused> for Trouble {
+    fn from(refused: Refused) -> Self {
+        Self { line: refused.line.as_ref().map(|(line, _)| *line), words: refused.to_string() }
+    }
+}
+
+impl From<StartOutside> for Trouble {
+    fn from(error: StartOutside) -> Self {
+        Self::without_line(&error)
+    }
+}
+
+impl From<RunError> for Trouble {
+    fn from(error: RunError) -> Self {
+        Self::without_line(&error)
+    }
+}
+
+impl From<SimError> for Trouble {
+    fn from(error: SimError) -> Self {
+        match error {
+            SimError::Program(error) => error.into(),
+            SimError::Start(error) => error.into(),
+            SimError::Run(error) => error.into(),
+            SimError::Unanswered { line, .. } | SimError::Silenced { line, .. } => {
+                Self { line: Some(line), words: error.to_string() }
+            }
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! A machine to operate answers as a board does.
+
+use isostep_web::Live;
+
+/// Runs it for a time, in slices as a page does, and returns what it said.
+fn said(live: &mut Live, for_s: f64) -> String {
+    let end_us = live.now_us() + for_s * 1e6;
+    let mut bytes = Vec::new();
+    while live.now_us() < end_us {
+        live.advance((live.now_us() + 16_667.0).min(end_us)).unwrap();
+        bytes.extend(live.take_output());
+    }
+    String::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn it_homes_jogs_and_stops_where_the_jog_is_cancelled() {
+    let mut live = Live::new("").unwrap();
+    assert!(said(&mut live, 0.1).contains("Grbl 1.1"));
+    live.send(b"$H\n");
+    assert!(said(&mut live, 30.0).contains("ok"));
+    assert_eq!(live.position_mm(), [0.0; 3]);
+    live.send(b"$J=G91 X100 F1200\n");
+    said(&mut live, 1.5);
+    live.send(&[0x85]);
+    said(&mut live, 2.0);
+    let [x_mm, ..] = live.position_mm();
+    assert!((20.0..60.0).contains(&x_mm), "{x_mm} mm");
+    live.send(b"?");
+    assert!(said(&mut live, 0.1).contains(&format!("<Idle|MPos:{x_mm:.3},")));
+    assert!(live.verdicts().iter().all(|verdict| verdict.kept), "{:?}", live.verdicts());
+    assert!(!live.take_motion().times_s.is_empty());
+}
+
+#[test]
+fn an_emergency_stop_is_an_alarm_until_it_is_released_and_unlocked() {
+    let mut live = Live::new("").unwrap();
+    said(&mut live, 0.1);
+    live.set_emergency_stop(true);
+    assert!(said(&mut live, 0.1).contains("ALARM:"));
+    live.set_emergency_stop(false);
+    live.send(b"$X\n");
+    assert!(said(&mut live, 0.1).contains("ok"));
+}
+
+#[test]
+fn settings_are_those_asked_for() {
+    let mut live = Live::new("$100=80\n").unwrap();
+    live.send(b"$100\n$$\n");
+    assert!(said(&mut live, 1.0).contains("$100=80"));
+    assert!(Live::new("$100=x\n").is_err());
+}

@@ -1,0 +1,28 @@
+// Writes the page into a folder: `node build.mjs FOLDER`. The module and its JavaScript are in `machine/` already.
+import { build } from "esbuild";
+import { copyFile, mkdir, readdir, rm } from "node:fs/promises";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const out = process.argv[2];
+if (!out) throw new Error("say into which folder");
+
+await rm(out, { recursive: true, force: true });
+await mkdir(join(out, "programs"), { recursive: true });
+await build({
+  entryPoints: [join(here, "src/main.ts"), join(here, "src/worker.ts")],
+  outdir: out,
+  bundle: true,
+  minify: true,
+  format: "esm",
+  target: "es2022",
+  legalComments: "eof",
+  logLevel: "warning",
+});
+for (const file of ["index.html", "style.css", "icon.svg"]) await copyFile(join(here, "src", file), join(out, file));
+await copyFile(join(here, "machine/machine_bg.wasm"), join(out, "machine_bg.wasm"));
+const programs = join(here, "../programs");
+for (const file of (await readdir(programs)).filter((name) => name.endsWith(".nc"))) {
+  await copyFile(join(programs, file), join(out, "programs", file));
+}

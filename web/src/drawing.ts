@@ -1,0 +1,51 @@
+// A canvas in the pixels of the screen and the colours of the page.
+
+export interface Pen {
+  context: CanvasRenderingContext2D;
+  width: number;
+  height: number;
+}
+
+/** Clears a canvas, fits it to its place on the page, and returns what draws on it in CSS pixels. */
+export function pen(canvas: HTMLCanvasElement): Pen {
+  const { clientWidth: width, clientHeight: height } = canvas;
+  const scale = window.devicePixelRatio || 1;
+  canvas.width = Math.round(width * scale);
+  canvas.height = Math.round(height * scale);
+  const context = canvas.getContext("2d");
+  if (!context) throw new Error("this browser has no canvas");
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  context.clearRect(0, 0, width, height);
+  context.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+  return { context, width, height };
+}
+
+const probe = document.createElement("span");
+
+/** A colour of the style sheet, as it is in the present light. */
+export function colour(name: string): string {
+  if (!probe.isConnected) {
+    probe.hidden = true;
+    document.body.append(probe);
+  }
+  probe.style.color = `var(--${name})`;
+  return getComputedStyle(probe).color;
+}
+
+/** A round step that divides a span into at most so many. */
+export function roundStep(span: number, most: number): number {
+  const raw = Math.max(span / most, 1e-12);
+  const power = 10 ** Math.floor(Math.log10(raw));
+  return ([1, 2, 5, 10].find((digit) => digit * power >= raw) ?? 10) * power;
+}
+
+/** A number of such a step, without digits that say nothing. */
+export function label(value: number, step: number): string {
+  return (Math.abs(value) < step / 1e6 ? 0 : value).toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+}
+
+/** Draws anew whenever the size of a canvas or the light changes. */
+export function onChange(canvas: HTMLCanvasElement, draw: () => void): void {
+  new ResizeObserver(draw).observe(canvas);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+}

@@ -1,0 +1,140 @@
+// The motion of a run, stretch by stretch, and what it is at any time.
+
+import type { Columns } from "./messages";
+
+export const AXES = 3;
+export const AXIS_NAMES = ["X", "Y", "Z"] as const;
+const COLUMNS = 4;
+
+export enum Kind {
+  Blend = 0,
+  Accelerate = 1,
+  Cruise = 2,
+  Decelerate = 3,
+}
+const KIND_MASK = 7;
+const HOMING = 8;
+const SHAPED = 16;
+
+/** Place, speed, acceleration and jerk of an axis, in mm and s. */
+export interface AxisMotion {
+  place: number;
+  speed: number;
+  accel: number;
+  jerk: number;
+}
+
+/** A column that grows. */
+class Column<A extends Float64Array | Float32Array | Uint8Array> {
+  length = 0;
+  constructor(private array: A) {}
+
+  push(more: A): void {
+    if (this.length + more.length > this.array.length) {
+      const wider = new (this.array.constructor as new (length: number) => A)(2 * (this.length + more.length));
+      wider.set(this.array);
+      this.array = wider;
+    }
+    this.array.set(more, this.length);
+    this.length += more.length;
+  }
+
+  at(index: number): number {
+    return this.array[index] ?? 0;
+  }
+}
+
+export class Motion {
+  private readonly times = new Column<Float64Array>(new Float64Array(1024));
+  private readonly kinds = new Column<Uint8Array>(new Uint8Array(512));
+  private readonly values = new Column<Float32Array>(new Float32Array(8192));
+  isShaped = false;
+  topSpeed = 0;
+
+  add(columns: Columns): void {
+    const from = this.length;
+    this.times.push(columns.times);
+    this.kinds.push(columns.kinds);
+    this.values.push(columns.values);
+    for (let row = from; row < this.length; row++) {
+      this.isShaped ||= (this.kinds.at(row) & SHAPED) !== 0;
+      if (!this.isHoming(row)) this.topSpeed = Math.max(this.topSpeed, this.speed(row));
+    }
+  }
+
+  get length(): number {
+    return this.kinds.length;
+  }
+
+  from(row: number): number {
+    return this.times.at(2 * row);
+  }
+
+  to(row: number): number {
+    return this.times.at(2 * row + 1);
+  }
+
+  get end(): number {
+    return this.length ? this.to(this.length - 1) : 0;
+  }
+
+  kind(row: number): Kind {
+    return this.kinds.at(row) & KIND_MASK;
+  }
+
+  isHoming(row: number): boolean {
+    return (this.kinds.at(row) & HOMING) !== 0;
+  }
+
+  /** The mean speed along the path in a stretch, mm/s. */
+  speed(row: number): number {
+    const span = this.to(row) - this.from(row);
+    let squares = 0;
+    for (let axis = 0; axis < AXES; axis++) {
+      squares += (this.axis(row, axis, span).place - this.axis(row, axis, 0).place) ** 2;
+    }
+    return span > 0 ? Math.sqrt(squares) / span : 0;
+  }
+
+  /** An axis in a stretch, so long after its beginning. */
+  axis(row: number, axis: number, after: number): AxisMotion {
+    const at = (row * AXES + axis) * COLUMNS;
+    const [place, speed] = [this.values.at(at), this.values.at(at + 1)];
+    const [begins, ends] = [this.values.at(at + 2), this.values.at(at + 3)];
+    const jerk = (ends - begins) / (this.to(row) - this.from(row));
+    return {
+      place: place + after * (speed + after * (begins / 2 + (after * jerk) / 6)),
+      speed: speed + after * (begins + (after * jerk) / 2),
+      accel: begins + after * jerk,
+      jerk,
+    };
+  }
+
+  /** The last stretch that has begun at a time; -1 before the first. */
+  rowAt(time: number): number {
+    let [low, high] = [0, this.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.from(middle) <= time) low = middle + 1;
+      else high = middle;
+    }
+    return low - 1;
+  }
+
+  /** Where the axes are at a time. */
+  places(time: number): number[] {
+    const row = Math.max(0, this.rowAt(time));
+    if (!this.length) return new Array(AXES).fill(0);
+    const after = Math.min(Math.max(0, time - this.from(row)), this.to(row) - this.from(row));
+    return Array.from({ length: AXES }, (_, axis) => this.axis(row, axis, after).place);
+  }
+
+  /** The speed along the path at a time, mm/s. */
+  speedAt(time: number): number {
+    const row = this.rowAt(time);
+    if (row < 0 || time >= this.to(row)) return 0;
+    let squares = 0;
+    for (let axis = 0; axis < AXES; axis++) squares += this.axis(row, axis, time - this.from(row)).speed ** 2;
+    return Math.sqrt(squares);
+  }
+}

@@ -1,0 +1,55 @@
+// What the page needs of a machine: bytes both ways. A simulated one has them, and a serial port has them.
+
+import { worker } from "./job";
+import type { FromWorker, ToWorker, Trouble } from "./messages";
+
+export interface Port {
+  send(bytes: Uint8Array): void;
+  close(): void;
+}
+
+export interface Listener {
+  bytes(bytes: Uint8Array): void;
+  lost(trouble: Trouble): void;
+}
+
+/** The machine in virtual time, paced to the wall clock. */
+export class SimulatedPort implements Port {
+  private readonly worker = worker();
+  /** Where the carriages are, which a board cannot tell so often. */
+  positionMm: number[] = [];
+
+  constructor(settings: string, listener: Listener) {
+    this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
+      if (data.is === "output") {
+        this.positionMm = data.positionMm;
+        if (data.bytes.length) listener.bytes(data.bytes);
+      } else if (data.is === "trouble") {
+        this.close();
+        listener.lost(data.trouble);
+      }
+    };
+    this.worker.onerror = (event) => listener.lost({ line: null, words: event.message || "the machine did not start" });
+    this.tell({ do: "operate", settings, speed: 1 });
+  }
+
+  send(bytes: Uint8Array): void {
+    this.tell({ do: "send", bytes });
+  }
+
+  setSpeed(speed: number): void {
+    this.tell({ do: "speed", speed });
+  }
+
+  setStopButton(pressed: boolean): void {
+    this.tell({ do: "stop-button", pressed });
+  }
+
+  close(): void {
+    this.worker.terminate();
+  }
+
+  private tell(message: ToWorker): void {
+    this.worker.postMessage(message);
+  }
+}

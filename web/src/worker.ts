@@ -1,0 +1,115 @@
+// The machine, apart from the page, so that the page never waits for it.
+
+import init, { Job, Live, lastPanic } from "../machine/machine.js";
+import type { Motion } from "../machine/machine.js";
+import type { Columns, FromWorker, ToWorker, Trouble } from "./messages";
+
+/** Machine time in one go, us. */
+const SLICE_US = 100_000;
+/** Time between two messages about a program, ms. */
+const TELL_EVERY_MS = 60;
+/** Time between two looks at a machine that is operated, ms. */
+const TICK_MS = 16;
+/** A machine that is further behind than this no longer tries to catch up, ms. */
+const BEHIND_MAX_MS = 250;
+
+let live: Live | undefined;
+let speed = 1;
+
+function tell(message: FromWorker, transfer: Transferable[] = []): void {
+  self.postMessage(message, { transfer });
+}
+
+/** What was thrown, as words and a line: the machine throws JSON; a panic is a defect, and says where. */
+function trouble(error: unknown): Trouble {
+  if (typeof error === "string") {
+    try {
+      return JSON.parse(error) as Trouble;
+    } catch {
+      return { line: null, words: error };
+    }
+  }
+  const panic = error instanceof WebAssembly.RuntimeError ? lastPanic() : undefined;
+  return { line: null, words: panic ? `this is a defect of Isostep: ${panic}` : String(error) };
+}
+
+function columns(motion: Motion): Columns {
+  const taken = { times: motion.takeTimes(), kinds: motion.takeKinds(), values: motion.takeValues() };
+  motion.free();
+  return taken;
+}
+
+function buffers(motion: Columns, trace: Uint8Array): Transferable[] {
+  return [motion.times.buffer, motion.kinds.buffer, motion.values.buffer, trace.buffer] as Transferable[];
+}
+
+function run(program: Uint8Array, settings: string, withTrace: boolean): void {
+  const began = performance.now();
+  const job = new Job(program, settings, withTrace);
+  let [until, toldAt, hasEnded] = [0, began, false];
+  while (!hasEnded) {
+    until += SLICE_US;
+    hasEnded = job.advance(until);
+    if (performance.now() - toldAt > TELL_EVERY_MS) {
+      toldAt = performance.now();
+      const [motion, trace] = [columns(job.takeMotion()), job.takeTrace()];
+      const { answered, lines } = job;
+      tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, trace }, buffers(motion, trace));
+    }
+  }
+  // What is left of before the end is taken first.
+  const [motion, trace] = [columns(job.takeMotion()), job.takeTrace()];
+  const { answered, lines } = job;
+  tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, trace }, buffers(motion, trace));
+  const summary = JSON.parse(job.end());
+  const [rest, rows] = [columns(job.takeMotion()), job.takeTrace()];
+  const wallSeconds = (performance.now() - began) * 1e-3;
+  tell({ is: "ended", summary, wallSeconds, motion: rest, trace: rows }, buffers(rest, rows));
+}
+
+function operate(machine: Live): void {
+  let last = performance.now();
+  const tick = (): void => {
+    const now = performance.now();
+    const passedMs = Math.min(now - last, BEHIND_MAX_MS);
+    last = now;
+    try {
+      machine.advance(machine.nowUs + passedMs * 1e3 * speed);
+      columns(machine.takeMotion());
+      const bytes = machine.takeOutput();
+      tell({ is: "output", bytes, positionMm: [...machine.positionMm()], seconds: machine.nowUs * 1e-6 });
+      setTimeout(tick, TICK_MS);
+    } catch (error) {
+      tell({ is: "trouble", trouble: trouble(error) });
+    }
+  };
+  tick();
+}
+
+async function obey(message: ToWorker): Promise<void> {
+  await ready;
+  switch (message.do) {
+    case "run":
+      run(message.program, message.settings, message.withTrace);
+      break;
+    case "operate":
+      speed = message.speed;
+      live = new Live(message.settings);
+      operate(live);
+      break;
+    case "send":
+      live?.send(message.bytes);
+      break;
+    case "speed":
+      speed = message.speed;
+      break;
+    case "stop-button":
+      live?.setEmergencyStop(message.pressed);
+  }
+}
+
+const ready = init({ module_or_path: new URL("machine_bg.wasm", self.location.href) });
+
+self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
+  obey(data).catch((error: unknown) => tell({ is: "trouble", trouble: trouble(error) }));
+};
