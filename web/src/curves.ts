@@ -7,7 +7,8 @@ import { AXES, AXIS_NAMES, type AxisMotion, Kind, type Motion } from "./motion";
 const LEFT = 62;
 const RIGHT = 10;
 const BOTTOM = 34;
-const GAP = 16;
+/** Room above each panel, for its name. */
+const GAP = 26;
 /** Points of a stretch that is not narrow. */
 const POINTS = 12;
 const SHADES: Partial<Record<Kind, string>> = {
@@ -92,9 +93,9 @@ export class Curves {
   }
 
   private draw(): void {
-    const { context, width, height } = pen(this.canvas);
-    const motion = this.motion;
-    if (!motion?.length) return;
+    const [drawn, motion] = [pen(this.canvas), this.motion];
+    if (!drawn || !motion?.length) return;
+    const { context, width, height } = drawn;
     const x = (time: number): number => LEFT + ((time - this.span[0]) / (this.span[1] - this.span[0])) * (width - LEFT - RIGHT);
     const tall = (height - BOTTOM - GAP * PANELS.length) / PANELS.length;
     const first = Math.max(0, motion.rowAt(this.span[0]));
@@ -166,9 +167,9 @@ export class Curves {
     });
     context.restore();
     context.textAlign = "left";
-    context.textBaseline = "top";
+    context.textBaseline = "bottom";
     context.fillStyle = colour("ink");
-    context.fillText(name, LEFT + 6, top + 3);
+    context.fillText(name, LEFT, top - 5);
   }
 
   /** The points of a curve. Of stretches narrower than a pixel only the lowest and the highest values of each pixel. */
@@ -210,7 +211,7 @@ export class Curves {
   }
 
   private timeAxis(context: CanvasRenderingContext2D, x: (time: number) => number, height: number): void {
-    const step = roundStep(this.span[1] - this.span[0], Math.max(2, Math.floor(this.canvas.clientWidth / 90)));
+    const step = roundStep(this.span[1] - this.span[0], Math.max(2, Math.floor(this.canvas.clientWidth / 60)));
     context.fillStyle = colour("muted");
     context.textAlign = "center";
     context.textBaseline = "top";

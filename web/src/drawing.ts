@@ -6,9 +6,13 @@ export interface Pen {
   height: number;
 }
 
-/** Clears a canvas, fits it to its place on the page, and returns what draws on it in CSS pixels. */
-export function pen(canvas: HTMLCanvasElement): Pen {
+/** A canvas that is smaller, or on a hidden part of the page, is not drawn on. */
+const LEAST_PX = 120;
+
+/** Clears a canvas, fits it to its place on the page, and returns what draws on it in CSS pixels; nothing if there is no room. */
+export function pen(canvas: HTMLCanvasElement): Pen | undefined {
   const { clientWidth: width, clientHeight: height } = canvas;
+  if (width < LEAST_PX || height < LEAST_PX) return undefined;
   const scale = window.devicePixelRatio || 1;
   canvas.width = Math.round(width * scale);
   canvas.height = Math.round(height * scale);

@@ -151,7 +151,8 @@ export class Operate {
     if (name !== "Alarm" && part("alarm").textContent?.startsWith("The machine is gone") !== true) this.alarm("");
     part("homed-now").textContent = this.isHomed ? "yes" : "no";
     button("unlock").disabled = name !== "Alarm";
-    button("resume").disabled = name !== "Hold" && name !== "Door";
+    // While it brakes still, it does not resume.
+    button("resume").disabled = state !== "Hold:0" && state !== "Door:0";
     button("hold").disabled = !["Run", "Jog", "Home"].includes(name);
     button("home").disabled = !["Idle", "Alarm"].includes(name);
     button("zero").disabled = name !== "Idle" || !this.isHomed;

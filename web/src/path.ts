@@ -57,9 +57,9 @@ export class PathPicture {
   }
 
   private draw(): void {
-    const { context, width, height } = pen(this.under);
-    const motion = this.motion;
-    if (!motion?.length) return;
+    const [drawn, motion] = [pen(this.under), this.motion];
+    if (!drawn || !motion?.length) return;
+    const { context, width, height } = drawn;
     const bounds = this.bounds(motion);
     if (!bounds) return;
     const inner = { width: width - MARGIN.left - MARGIN.right, height: height - MARGIN.top - MARGIN.bottom };
@@ -161,8 +161,8 @@ export class PathPicture {
   }
 
   private drawTool(): void {
-    const { context } = pen(this.over);
-    if (!this.view || !this.motion?.length) return;
+    const context = pen(this.over)?.context;
+    if (!context || !this.view || !this.motion?.length) return;
     const places = this.motion.places(this.time);
     const [x, y] = this.axes.map((axis) => places[axis] ?? 0);
     context.beginPath();

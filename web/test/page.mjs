@@ -9,7 +9,7 @@ import { serve } from "./server.mjs";
 
 const options = Object.fromEntries(["page", "trace", "shots", "chromium"].map((name) => [name, { type: "string" }]));
 const { values: paths } = parseArgs({ options });
-const PATIENCE_MS = 60_000;
+const PATIENCE_MS = 30_000;
 const WIDE = { width: 1440, height: 1000 };
 const PHONE = { width: 390, height: 844 };
 
@@ -35,11 +35,18 @@ async function opened(address = "", { viewport = WIDE, colorScheme = "light" } =
 
 const hasEnded = (page) => page.locator("#results[data-state=ended]").waitFor();
 
+/** Puts a text where a person would paste it. */
+const put = (page, id, text) => page.evaluate(([id, text]) => {
+  const place = document.getElementById(id);
+  place.value = text;
+  place.dispatchEvent(new Event("input"));
+}, [id, text]);
+
 /** Runs a program on a page, and waits for its end, whatever it is. */
 async function run(page, program, settings = "") {
   await page.locator("#run:enabled").waitFor();
-  await page.fill("#program", program);
-  await page.evaluate((text) => (document.getElementById("settings").value = text), settings);
+  await put(page, "program", program);
+  await put(page, "settings", settings);
   await page.click("#run");
   await page.locator("#run:enabled").waitFor();
 }
@@ -100,7 +107,7 @@ const tests = {
     const page = await opened();
     await hasEnded(page);
     const lines = Array.from({ length: 200_000 }, (_, line) => `G1 ${["X", "Y"][line % 2]}${line % 4 < 2 ? "" : "-"}0.2`);
-    await page.evaluate((text) => (document.getElementById("program").value = text), `G21 G91 F2400\n${lines.join("\n")}\n`);
+    await put(page, "program", `G21 G91 F2400\n${lines.join("\n")}\n`);
     await page.click("#run");
     await page.waitForFunction(() => document.getElementById("progress").value > 0);
     await page.click("#cancel");
@@ -144,7 +151,7 @@ const tests = {
     const page = await opened("#operate");
     const is = (state) => page.locator(`#state[data-state=${state}]`).waitFor();
     await is("Idle");
-    await page.evaluate(() => (document.getElementById("program").value = "G21 G91\nG1 X20 F1200\nG1 X-10\n(end)\n"));
+    await put(page, "program", "G21 G91\nG1 X20 F1200\nG1 X-10\n(end)\n");
     await page.click("#send-program");
     await is("Run");
     await page.click("#hold");

@@ -8,7 +8,7 @@ use crate::other_chip;
 use crate::process::{announce, run as run_command};
 use crate::toolchain::{Toolchain, cargo};
 use crate::variant::{Axes, Contact, Driver, Port, Variant};
-use crate::workspace;
+use crate::{web, workspace};
 
 /// Check formatting, clippy and the documentation; warnings are errors
 #[derive(clap::Args)]
@@ -35,6 +35,7 @@ pub fn run(Args {}: Args) -> Result<()> {
     let tests =
         ["--package=isostep", "--package=isostep-tests", "--lib", "--bins", "--test=four_axes", "--test=emulated"];
     run_command(cargo("clippy").args(crates).args(tests).arg("--features=four-axes").args(DENY_WARNINGS))?;
+    for_browsers()?;
     firmware()?;
     another_chip()
 }
@@ -50,6 +51,19 @@ fn another_chip() -> Result<()> {
     }
     announce("rustdoc, examples/stm32g474");
     run_command(other_chip::cargo("doc", &[]).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn for_browsers() -> Result<()> {
+    match web::clippy() {
+        Some(mut clippy) => {
+            announce("clippy, isostep-web for browsers");
+            run_command(clippy.args(DENY_WARNINGS))
+        }
+        None => {
+            announce("isostep-web for browsers: not checked; `cargo xtask web` adds the target that it needs");
+            Ok(())
+        }
+    }
 }
 
 fn firmware() -> Result<()> {

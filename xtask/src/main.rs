@@ -34,6 +34,7 @@ mod toolchain;
 mod tools;
 mod uf2;
 mod variant;
+mod web;
 mod workspace;
 
 use std::process::ExitCode;
@@ -57,6 +58,7 @@ Examples:
   cargo xtask dist                                       UF2 files for others, with checksums and licences
   cargo xtask emulate programs/parking.nc --trace b.csv  run a program on the emulated board
   cargo xtask sim --pty                                  a machine without hardware, for any sender of G-code
+  cargo xtask web                                        a page with that machine, for any browser
   cargo xtask console                                    talk to the board, or to that machine
   cargo xtask prove                                      measure this very board, beside the emulated one
   cargo xtask test --fast                                host tests only
@@ -89,6 +91,7 @@ enum Verb {
     Audit(audit::Args),
     Fuzz(fuzz::Args),
     Mutants(mutants::Args),
+    Web(web::Args),
 }
 
 fn main() -> ExitCode {
@@ -109,6 +112,7 @@ fn main() -> ExitCode {
         Verb::Audit(args) => audit::run(args),
         Verb::Fuzz(args) => fuzz::run(args),
         Verb::Mutants(args) => mutants::run(args),
+        Verb::Web(args) => web::run(args),
         // It needs images, which this can build.
         Verb::Tool(isostep::Verb::Prove(args)) => prove::run(args),
         Verb::Tool(verb) => verb.run(),

@@ -11,7 +11,7 @@ use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::{Toolchain, cargo};
 use crate::variant::{Axes, Contact, Driver, Port, Variant};
-use crate::{build, cpu, node, other_chip, suites, workspace};
+use crate::{build, cpu, node, other_chip, suites, web, workspace};
 use isostep::stopwatch::Stopwatch;
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
@@ -26,6 +26,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   another chip     the firmwares of examples/stm32g474 link for a Cortex-M4F; skipped where rustup cannot add that target
   slow clock       the machine by a clock of 32,768 Hz; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
+  page             the page with the simulated machine, in Chromium; only with --all; skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
 
@@ -74,11 +75,12 @@ const SLOW_CLOCK: Stage = ("slow clock", slow_clock);
 const FOUR_AXES: Stage = ("four axes", four_axes);
 
 /// These need more than Rust and Node.
+const PAGE: Stage = ("page", |_| web::test());
 const ANOTHER_BOARD: Stage = ("another board", another_board);
 const ANOTHER_CHIP: Stage = ("another chip", another_chip);
 const SENDERS: Stage = ("real senders", senders);
 
-const STAGES: [Stage; 9] = [
+const STAGES: [Stage; 10] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
@@ -87,6 +89,7 @@ const STAGES: [Stage; 9] = [
     ANOTHER_CHIP,
     SLOW_CLOCK,
     FOUR_AXES,
+    PAGE,
     SENDERS,
 ];
 
@@ -130,8 +133,14 @@ pub fn run(args: Args) -> Result<()> {
             summary += &format!("{name:<16} skipped: {why}\n");
             continue;
         }
-        if [SLOW_CLOCK.0, FOUR_AXES.0].contains(name) && cases == Cases::Few {
+        if [SLOW_CLOCK.0, FOUR_AXES.0, PAGE.0].contains(name) && cases == Cases::Few {
             summary += &format!("{name:<16} skipped: --all runs it\n");
+            continue;
+        }
+        if *name == PAGE.0
+            && let Some(remedy) = web::missing()
+        {
+            summary += &format!("{name:<16} skipped: {remedy}\n");
             continue;
         }
         announce(&format!("{name}, stage {} of {}", index + 1, stages.len()));

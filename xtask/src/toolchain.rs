@@ -113,7 +113,7 @@ fn from_source(verb: &str, bin_dir: &Path, linker: &Path) -> Command {
 
 /// Flags that remove the path of the registry on this computer from panic messages. The paths would take flash, and
 /// would make the firmware's size depend on who builds it.
-fn short_paths() -> OsString {
+pub fn short_paths() -> OsString {
     let cargo_home = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
     let registries = cargo_home.and_then(|home| home.join("registry/src").read_dir().ok());
     let mut flags = OsString::new();
@@ -140,7 +140,8 @@ pub fn has_target(target: &str) -> bool {
     has_core_library(target)
 }
 
-fn has_core_library(target: &str) -> bool {
+/// Whether the default toolchain can build for `target`.
+pub fn has_core_library(target: &str) -> bool {
     let mut rustc = Command::new("rustc");
     rustc.current_dir(workspace::root()).args(["--print", "target-libdir", "--target", target]);
     let Some(dir) = process::printed(&mut rustc) else { return false };
@@ -148,7 +149,8 @@ fn has_core_library(target: &str) -> bool {
     files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
 }
 
-fn path_dirs() -> impl Iterator<Item = PathBuf> {
+/// The folders of PATH.
+pub fn path_dirs() -> impl Iterator<Item = PathBuf> {
     let path = env::var_os("PATH").unwrap_or_default();
     env::split_paths(&path).collect::<Vec<_>>().into_iter()
 }
