@@ -32,6 +32,8 @@ export class Operate {
   private readonly flight = new Flight((line) => this.write(`${line}\n`));
   private state = "";
   private isHomed = false;
+  /** The alarm whose words come next, if one has just been raised. */
+  private alarmed = "";
   private travel: (number | undefined)[] = [];
   private jogging: string | undefined;
   private sending: Sending | undefined;
@@ -128,9 +130,11 @@ export class Operate {
     if (line.startsWith("ALARM:")) {
       this.isHomed = false;
       this.sending = undefined;
+      this.alarmed = line;
       this.alarm(line);
-    } else if (line.startsWith("[MSG:") && this.state.startsWith("Alarm")) {
-      this.alarm(line.slice(5, -1));
+    } else if (this.alarmed && line.startsWith("[MSG:")) {
+      this.alarm(`${this.alarmed}: ${line.slice(5, -1)}`);
+      this.alarmed = "";
     }
     this.log(line, line.startsWith("ALARM:") ? "wrong" : "");
   }
@@ -143,12 +147,12 @@ export class Operate {
   }
 
   private showState(state: string): void {
+    const name = state.split(":")[0] ?? "";
+    if (this.state.startsWith("Alarm") && name !== "Alarm") this.alarm("");
     this.state = state;
     const badge = part("state");
-    const name = state.split(":")[0] ?? "";
     badge.textContent = state;
     badge.dataset["state"] = name;
-    if (name !== "Alarm" && part("alarm").textContent?.startsWith("The machine is gone") !== true) this.alarm("");
     part("homed-now").textContent = this.isHomed ? "yes" : "no";
     button("unlock").disabled = name !== "Alarm";
     // While it brakes still, it does not resume.
@@ -161,8 +165,7 @@ export class Operate {
 
   private alarm(words: string): void {
     const place = part("alarm");
-    if (words && place.textContent && words !== place.textContent && !words.startsWith("The machine")) words = `${place.textContent}: ${words}`;
-    if (place.textContent !== words) place.textContent = words;
+    place.textContent = words;
     place.hidden = !words;
   }
 
@@ -198,7 +201,10 @@ export class Operate {
       if (!event.repeat) this.jog(...jog, event.key);
     });
     pad.addEventListener("keyup", (event) => this.letGo(event.key));
-    pad.addEventListener("focusout", () => this.letGo());
+    pad.addEventListener("focusout", (event) => {
+      // The first of a press moves the focus from one button to another.
+      if (!(event.relatedTarget instanceof Node && pad.contains(event.relatedTarget))) this.letGo();
+    });
     window.addEventListener("blur", () => this.letGo());
     document.addEventListener("visibilitychange", () => document.hidden && this.letGo());
   }

@@ -5,7 +5,7 @@ import { mkdir, readFile } from "node:fs/promises";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
-import { serve } from "./server.mjs";
+import { serve } from "../serve.mjs";
 
 const options = Object.fromEntries(["page", "trace", "shots", "chromium"].map((name) => [name, { type: "string" }]));
 const { values: paths } = parseArgs({ options });
@@ -13,8 +13,7 @@ const PATIENCE_MS = 30_000;
 const WIDE = { width: 1440, height: 1000 };
 const PHONE = { width: 390, height: 844 };
 
-const asked = [];
-const server = await serve(paths.page, asked);
+const server = await serve(paths.page);
 const browser = await chromium.launch({ executablePath: paths.chromium ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
 await mkdir(paths.shots, { recursive: true });
 const complaints = [];
@@ -138,7 +137,14 @@ const tests = {
     assert.ok(stopped > 1 && stopped < 80, `${stopped} mm`);
     await page.waitForTimeout(500);
     assert.equal(await place("x"), stopped);
-    await jog.focus();
+    await page.locator("#pad .yp").focus();
+    await jog.hover();
+    await page.mouse.down();
+    await is("Jog");
+    await page.waitForTimeout(300);
+    assert.equal(await page.locator("#state").textContent(), "Jog", "the focus went to another button of the pad");
+    await page.mouse.up();
+    await is("Idle");
     await page.keyboard.down("ArrowUp");
     await is("Jog");
     await page.waitForTimeout(300);
@@ -164,10 +170,11 @@ const tests = {
     await page.locator("#log", { hasText: "> $E20" }).waitFor();
     await page.check("#stop-button");
     await is("Alarm");
-    assert.match(await page.locator("#alarm").textContent(), /ALARM:/);
+    assert.match(await page.locator("#alarm").textContent(), /^ALARM:10: emergency stop pressed: release it/);
     await page.uncheck("#stop-button");
     await page.click("#unlock");
     await is("Idle");
+    assert.ok(await page.locator("#alarm").isHidden());
     await page.click("#reset");
     await page.locator("#log", { hasText: "Grbl 1.1" }).first().waitFor();
   },

@@ -22,13 +22,12 @@ const CHROMIUMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// Build the page: the simulated machine in a browser
 #[derive(clap::Args)]
 #[command(after_help = "\
-A folder of static files, which any file server may have, and which loads nothing from elsewhere. To look at it:
-  cargo xtask web
-  python3 -m http.server --bind 127.0.0.1 --directory target/web 8000      then http://127.0.0.1:8000
+A folder of static files, target/web, which any file server may have, and which loads nothing from elsewhere.
 
 It needs the Rust target wasm32-unknown-unknown, which it adds by rustup, and Node.js 20 or later with npm.
 
 Examples:
+  cargo xtask web --serve            and serve it on this computer: http://127.0.0.1:8000
   cargo xtask web --out page         into another folder, which is emptied first
   cargo xtask web --test             and the tests of the page in Chromium; pictures of it in target/web-shots")]
 pub struct Args {
@@ -38,6 +37,9 @@ pub struct Args {
     /// Test the page in Chromium too
     #[arg(long)]
     test: bool,
+    /// Serve the page on the loopback address, until Ctrl-C [default port: 8000]
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "8000")]
+    serve: Option<u16>,
 }
 
 pub fn run(args: Args) -> Result<()> {
@@ -47,7 +49,10 @@ pub fn run(args: Args) -> Result<()> {
     };
     build(&out)?;
     println!("{}: {:.0} kB", workspace::shown(&out), size_bytes(&out)? as f64 / 1e3);
-    if args.test { in_chromium(&out) } else { Ok(()) }
+    if args.test {
+        in_chromium(&out)?;
+    }
+    args.serve.map_or(Ok(()), |port| serve(&out, port))
 }
 
 /// A stage of `cargo xtask test`.
@@ -81,6 +86,10 @@ fn build(out: &Path) -> Result<()> {
     announce("types of the page, and its files");
     process::run(&mut npm("check"))?;
     process::run(npm("build").arg("--").arg(out))
+}
+
+fn serve(page: &Path, port: u16) -> Result<()> {
+    process::run(Command::new("node").arg(dir().join("serve.mjs")).arg(page).arg(port.to_string()))
 }
 
 /// The folder is emptied, so it must be new, or hold a page.

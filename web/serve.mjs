@@ -1,15 +1,15 @@
-// A plain file server on the loopback address, as anybody may have one.
+// A plain file server on the loopback address, as anybody may have one: `node serve.mjs FOLDER [PORT]`.
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { extname, join, normalize } from "node:path";
+import { fileURLToPath } from "node:url";
 
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml", ".nc": "text/plain" };
 
-/** Serves a folder; `asked` gets every path that was asked for. */
-export async function serve(folder, asked) {
+/** Serves a folder on a port, or on any that is free. */
+export async function serve(folder, port = 0) {
   const server = createServer(async (request, answer) => {
     const path = normalize(new URL(request.url, "http://here").pathname);
-    asked.push(path);
     try {
       const content = await readFile(join(folder, path === "/" ? "index.html" : path));
       answer.writeHead(200, { "content-type": TYPES[extname(path)] ?? "text/html" }).end(content);
@@ -17,6 +17,12 @@ export async function serve(folder, asked) {
       answer.writeHead(404).end();
     }
   });
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  await new Promise((resolve, reject) => server.once("error", reject).listen(port, "127.0.0.1", resolve));
   return { address: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  const [folder = ".", port = "8000"] = process.argv.slice(2);
+  const { address } = await serve(folder, Number(port));
+  console.log(`${address} until Ctrl-C`);
 }
