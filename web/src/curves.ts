@@ -29,6 +29,7 @@ interface Point {
 
 export class Curves {
   private readonly canvas = canvas("curves");
+  private readonly over = canvas("cursor");
   private motion: Motion | undefined;
   private span: [number, number] = [0, 1];
   private cursor = 0;
@@ -56,7 +57,7 @@ export class Curves {
 
   at(time: number): void {
     this.cursor = time;
-    this.draw();
+    this.drawCursor();
   }
 
   /** The first stretch of time that the program moves in, without homing, to the end. */
@@ -106,14 +107,20 @@ export class Curves {
       this.panel(context, motion, [first, last], x, { ...panel, top, tall, width });
     });
     this.timeAxis(context, x, height);
-    if (this.inSpan(this.cursor)) {
-      context.strokeStyle = colour("tool");
-      context.lineWidth = 1.5;
-      context.beginPath();
-      context.moveTo(x(this.cursor), GAP);
-      context.lineTo(x(this.cursor), height - BOTTOM);
-      context.stroke();
-    }
+    this.drawCursor();
+  }
+
+  private drawCursor(): void {
+    const drawn = pen(this.over);
+    if (!drawn || !this.inSpan(this.cursor)) return;
+    const { context, width, height } = drawn;
+    const x = LEFT + ((this.cursor - this.span[0]) / (this.span[1] - this.span[0])) * (width - LEFT - RIGHT);
+    context.strokeStyle = colour("tool");
+    context.lineWidth = 1.5;
+    context.beginPath();
+    context.moveTo(x, GAP);
+    context.lineTo(x, height - BOTTOM);
+    context.stroke();
   }
 
   private shade(context: CanvasRenderingContext2D, motion: Motion, [first, last]: [number, number], x: (time: number) => number, top: number, tall: number): void {

@@ -25,15 +25,22 @@ export function pen(canvas: HTMLCanvasElement): Pen | undefined {
 }
 
 const probe = document.createElement("span");
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const known = new Map<string, string>();
+dark.addEventListener("change", () => known.clear());
 
 /** A colour of the style sheet, as it is in the present light. */
 export function colour(name: string): string {
+  const found = known.get(name);
+  if (found) return found;
   if (!probe.isConnected) {
     probe.hidden = true;
     document.body.append(probe);
   }
   probe.style.color = `var(--${name})`;
-  return getComputedStyle(probe).color;
+  const { color } = getComputedStyle(probe);
+  known.set(name, color);
+  return color;
 }
 
 /** A round step that divides a span into at most so many. */
@@ -51,5 +58,5 @@ export function label(value: number, step: number): string {
 /** Draws anew whenever the size of a canvas or the light changes. */
 export function onChange(canvas: HTMLCanvasElement, draw: () => void): void {
   new ResizeObserver(draw).observe(canvas);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  dark.addEventListener("change", draw);
 }

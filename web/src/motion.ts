@@ -91,7 +91,7 @@ export class Motion {
     const span = this.to(row) - this.from(row);
     let squares = 0;
     for (let axis = 0; axis < AXES; axis++) {
-      squares += (this.axis(row, axis, span).place - this.axis(row, axis, 0).place) ** 2;
+      squares += (this.place(row, axis, span) - this.place(row, axis, 0)) ** 2;
     }
     return span > 0 ? Math.sqrt(squares) / span : 0;
   }
@@ -110,6 +110,15 @@ export class Motion {
     };
   }
 
+  /** The place of an axis in a stretch, so long after its beginning, mm. */
+  place(row: number, axis: number, after: number): number {
+    const at = (row * AXES + axis) * COLUMNS;
+    const begins = this.values.at(at + 2);
+    const span = this.to(row) - this.from(row);
+    const jerk = (this.values.at(at + 3) - begins) / span;
+    return this.values.at(at) + after * (this.values.at(at + 1) + after * (begins / 2 + (after * jerk) / 6));
+  }
+
   /** The last stretch that has begun at a time; -1 before the first. */
   rowAt(time: number): number {
     let [low, high] = [0, this.length];
@@ -126,15 +135,19 @@ export class Motion {
     const row = Math.max(0, this.rowAt(time));
     if (!this.length) return new Array(AXES).fill(0);
     const after = Math.min(Math.max(0, time - this.from(row)), this.to(row) - this.from(row));
-    return Array.from({ length: AXES }, (_, axis) => this.axis(row, axis, after).place);
+    return Array.from({ length: AXES }, (_, axis) => this.place(row, axis, after));
   }
 
   /** The speed along the path at a time, mm/s. */
   speedAt(time: number): number {
     const row = this.rowAt(time);
-    if (row < 0 || time >= this.to(row)) return 0;
+    return row < 0 || time >= this.to(row) ? 0 : this.speedIn(row, time - this.from(row));
+  }
+
+  /** The speed along the path in a stretch, so long after its beginning, mm/s. */
+  speedIn(row: number, after: number): number {
     let squares = 0;
-    for (let axis = 0; axis < AXES; axis++) squares += this.axis(row, axis, time - this.from(row)).speed ** 2;
+    for (let axis = 0; axis < AXES; axis++) squares += this.axis(row, axis, after).speed ** 2;
     return Math.sqrt(squares);
   }
 }

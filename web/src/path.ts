@@ -7,8 +7,37 @@ import { AXIS_NAMES, Kind, type Motion } from "./motion";
 /** Speeds have as many colours; slow places are drawn over fast ones. */
 const CLASSES = 8;
 const MARGIN = { left: 44, right: 12, top: 12, bottom: 30 };
-/** Pieces of a stretch that is no straight line. */
+/** Pieces of a stretch along which the speed changes. */
 const PIECES_OF_BEND = 6;
+/** A stretch that is shorter has one colour. */
+const SHORT_PX = 6;
+/** Nothing is drawn more finely. */
+const FINE_PX = 0.5;
+
+/** Lines by classes of speed. What lies on a line that is there already is left out, as is what is finer than a pixel. */
+class Strokes {
+  private readonly classes: number[][] = Array.from({ length: CLASSES }, () => []);
+  private readonly seen = new Set<number>();
+
+  add(index: number, from: [number, number], to: [number, number]): void {
+    // Places of up to 4096 half pixels, four of them, and a class fit into the 53 bits of a number.
+    const [left, low, right, high] = [...from, ...to].map((px) => Math.min(4095, Math.max(0, Math.round(px / FINE_PX))));
+    if (left === undefined || low === undefined || right === undefined || high === undefined) return;
+    const key = (((left * 4096 + low) * 4096 + right) * 4096 + high) * CLASSES + index;
+    if (this.seen.has(key)) return;
+    this.seen.add(key);
+    this.classes[index]?.push(left * FINE_PX, low * FINE_PX, right * FINE_PX, high * FINE_PX);
+  }
+
+  /** Puts the lines of a class on a path. */
+  lay(index: number, context: CanvasRenderingContext2D): void {
+    const points = this.classes[index] ?? [];
+    for (let at = 0; at < points.length; at += 4) {
+      context.moveTo(points[at] ?? 0, points[at + 1] ?? 0);
+      context.lineTo(points[at + 2] ?? 0, points[at + 3] ?? 0);
+    }
+  }
+}
 
 interface View {
   x: (mm: number) => number;
@@ -86,7 +115,7 @@ export class PathPicture {
       if (motion.isHoming(row)) continue;
       for (const after of [0, motion.to(row) - motion.from(row)]) {
         this.axes.forEach((axis, index) => {
-          const { place } = motion.axis(row, axis, after);
+          const place = motion.place(row, axis, after);
           low[index] = Math.min(low[index] ?? 0, place);
           high[index] = Math.max(high[index] ?? 0, place);
         });
@@ -130,32 +159,30 @@ export class PathPicture {
   }
 
   private lines(context: CanvasRenderingContext2D, view: View, motion: Motion): void {
-    const classes: number[][] = Array.from({ length: CLASSES }, () => []);
+    const strokes = new Strokes();
+    const [right, up] = this.axes;
+    const point = (row: number, after: number): [number, number] => [view.x(motion.place(row, right, after)), view.y(motion.place(row, up, after))];
     for (let row = 0; row < motion.length; row++) {
       if (motion.isHoming(row)) continue;
       const span = motion.to(row) - motion.from(row);
-      const isRamp = motion.kind(row) !== Kind.Cruise;
-      const pieces = isRamp ? PIECES_OF_BEND : 1;
-      for (let piece = 0; piece < pieces; piece++) {
-        const [from, to] = [(span * piece) / pieces, (span * (piece + 1)) / pieces];
-        const speed = motion.speedAt(motion.from(row) + (from + to) / 2);
-        const index = Math.min(CLASSES - 1, Math.floor((CLASSES * speed) / motion.topSpeed));
-        for (const after of [from, to]) {
-          const [x, y] = this.axes.map((axis) => motion.axis(row, axis, after).place);
-          classes[index]?.push(view.x(x ?? 0), view.y(y ?? 0));
-        }
+      let from = point(row, 0);
+      const end = point(row, span);
+      const long = Math.abs(end[0] - from[0]) + Math.abs(end[1] - from[1]);
+      const isStraight = motion.kind(row) === Kind.Cruise || long < SHORT_PX;
+      const pieces = isStraight ? 1 : PIECES_OF_BEND;
+      for (let piece = 1; piece <= pieces; piece++) {
+        const to = piece === pieces ? end : point(row, (span * piece) / pieces);
+        const speed = motion.speedIn(row, (span * (piece - 0.5)) / pieces);
+        strokes.add(Math.min(CLASSES - 1, Math.floor((CLASSES * speed) / motion.topSpeed)), from, to);
+        from = to;
       }
     }
     context.lineWidth = 2;
     context.lineCap = "round";
     for (let index = CLASSES - 1; index >= 0; index--) {
-      const points = classes[index] ?? [];
       context.strokeStyle = colour(`speed-${index + 1}`);
       context.beginPath();
-      for (let at = 0; at < points.length; at += 4) {
-        context.moveTo(points[at] ?? 0, points[at + 1] ?? 0);
-        context.lineTo(points[at + 2] ?? 0, points[at + 3] ?? 0);
-      }
+      strokes.lay(index, context);
       context.stroke();
     }
   }

@@ -20,6 +20,7 @@ const PROGRAMS: [string, string][] = [
 ];
 /** Problems that are told one by one. */
 const TOLD_MAX = 50;
+/** While a program runs, its path is drawn this often, and for no more than a tenth of the time. */
 const PICTURE_EVERY_MS = 300;
 
 export class Run {
@@ -34,7 +35,7 @@ export class Run {
   });
   private motion = new Motion();
   private name = "program.nc";
-  private drawnAt = 0;
+  private drawNextAt = 0;
 
   constructor() {
     const list = select("programs");
@@ -104,9 +105,10 @@ export class Run {
       progress: (answered, lines, seconds) => {
         element("progress", HTMLProgressElement).value = lines ? answered / lines : 0;
         this.say(`${answered} of ${lines} lines, ${duration(seconds)} of machine time`);
-        if (performance.now() - this.drawnAt > PICTURE_EVERY_MS) {
+        const now = performance.now();
+        if (now > this.drawNextAt) {
           this.path.show(this.motion, []);
-          this.drawnAt = performance.now();
+          this.drawNextAt = performance.now() + Math.max(PICTURE_EVERY_MS, 9 * (performance.now() - now));
         }
       },
       motion: (columns) => this.motion.add(columns),

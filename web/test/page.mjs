@@ -32,6 +32,12 @@ async function opened(address = "", { viewport = WIDE, colorScheme = "light" } =
   return page;
 }
 
+/** A chain of short moves that does not stop. */
+function longProgram(moves) {
+  const lines = Array.from({ length: moves }, (_, line) => `G1 ${["X", "Y"][line % 2]}${line % 4 < 2 ? "" : "-"}0.2`);
+  return `G21 G91 F2400\n${lines.join("\n")}\n`;
+}
+
 const hasEnded = (page) => page.locator("#results[data-state=ended]").waitFor();
 
 /** Puts a text where a person would paste it. */
@@ -102,11 +108,21 @@ const tests = {
     assert.ok(Number(await page.inputValue("#time")) < before);
   },
 
+  async "a program of 20,000 moves is run to its end and drawn"() {
+    const page = await opened();
+    await hasEnded(page);
+    await run(page, longProgram(20_000));
+    assert.match(await page.locator("#checks-total").textContent(), /all 9 kept/);
+    assert.match(await page.locator("#figures").textContent(), /moves20,000/);
+    for (const button of ["zoom-in", "later", "zoom-all"]) await page.click(`#${button}`);
+    await page.locator("#time").fill("1000");
+    assert.match(await page.locator("#time-now").textContent(), /^999\.|^1000\./);
+  },
+
   async "a long program can be cancelled, and the page lives on"() {
     const page = await opened();
     await hasEnded(page);
-    const lines = Array.from({ length: 200_000 }, (_, line) => `G1 ${["X", "Y"][line % 2]}${line % 4 < 2 ? "" : "-"}0.2`);
-    await put(page, "program", `G21 G91 F2400\n${lines.join("\n")}\n`);
+    await put(page, "program", longProgram(200_000));
     await page.click("#run");
     await page.waitForFunction(() => document.getElementById("progress").value > 0);
     await page.click("#cancel");
