@@ -57,23 +57,25 @@ mod emulated {
             Some(elf) => elf.clone(),
             None => build::kept_firmware(Variant::proving(Port::Pio), PROVING)?,
         };
-        let mut proof = on_board(&elf, &args.how())?;
+        let factor = args.miss_factor;
+        let mut proof = on_board(&elf, factor, &args.how())?;
         let has_stops = args.only.is_empty() || args.only.contains(&Part::Stops);
         for jumper in Jumper::ALL.into_iter().filter(|_| args.jumper.is_empty() && has_stops) {
             let how = How { jumpers: vec![jumper], only: vec![Part::Stops], ..args.how() };
-            proof.fill(on_board(&elf, &how)?);
+            proof.fill(on_board(&elf, factor, &how)?);
         }
         prove::conclude(&Proof { is_emulated: true, ..proof }, args.quick, &args.out)
     }
 
     /// Proves a board at power-up, with a wire to each of the jumpers.
-    fn on_board(elf: &Path, how: &How) -> Result<Proof> {
+    fn on_board(elf: &Path, miss_factor: Option<f64>, how: &How) -> Result<Proof> {
         let mut command = Command::new("node");
         command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(elf);
         // Beside an image that keeps ENABLE off the emulated drivers would make no step.
         command.args(["--driver", "tmc2209", "--enable", "open"]);
         // A carriage that moves beyond its switch presses it.
         command.args(["--start", "900,900,900"]);
+        command.args(miss_factor.map(|factor| format!("--miss-factor={factor}")));
         command.args(how.jumpers.iter().flat_map(|jumper| ["--jumper".to_owned(), format!("28:{}", jumper.pad())]));
         let mut board = Emulated::start(&mut command, true, &[])?;
         board.set_open(true)?;

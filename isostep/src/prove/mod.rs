@@ -100,6 +100,9 @@ pub struct Args {
     /// Prove the emulated board instead (of `cargo xtask prove` only)
     #[arg(long, conflicts_with_all = ["port", "restore", "yes"])]
     pub emulated: bool,
+    /// On the emulated board a word that is not in flash's cache costs so many times the reckoned cycles
+    #[arg(long, value_name = "N", requires = "emulated")]
+    pub miss_factor: Option<f64>,
     /// Compare two proofs, and end
     #[arg(long, num_args = 2, value_names = ["A.json", "B.json"], exclusive = true)]
     pub compare: Vec<PathBuf>,

@@ -179,3 +179,16 @@ fn a_second_reset_is_measured_and_the_crystal_is_found() {
     assert!((0.5..=6.0).contains(&value("stop.reset")), "{}", value("stop.reset"));
     assert!((value("crystal") - 40.0).abs() < 1.0, "{}", value("crystal"));
 }
+
+/// The board knows what its flash costs, whatever that is: within a twentieth.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn what_a_miss_costs_is_measured_by_the_board_itself() {
+    const MISS_CYCLES: f64 = 48.0;
+    for factor in [1.0, 2.0, 4.0] {
+        let run = proved("prove-miss", &how(Part::Cache), &[&format!("--miss-factor={factor}")]);
+        let measured = run.proof.figure("cache.miss").and_then(|figure| figure.value).unwrap();
+        let ratio = measured / (MISS_CYCLES * factor);
+        assert!((0.95..=1.05).contains(&ratio), "{measured} cycles at {factor} times");
+    }
+}
