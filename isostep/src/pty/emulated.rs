@@ -6,6 +6,8 @@ use std::os::unix::process::CommandExt;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use isostep_console::AXIS_NAMES;
+use isostep_sim::AXES;
 use serde_json::Value;
 
 use super::{Closing, Machine};
@@ -174,18 +176,18 @@ impl Drop for Emulated {
 }
 
 fn closing(summary: &Value) -> Option<Closing> {
-    let axes = ["X", "Y", "Z"].map(|axis| &summary["axes"][axis]);
+    let axes = AXIS_NAMES.map(|name| &summary["axes"][name.to_string()]);
     let status = summary["final_status"].as_str().unwrap_or("<unknown|>");
     let (state, rest) = status.trim_start_matches('<').split_once('|')?;
     let places = rest.strip_prefix("MPos:").and_then(|rest| rest.split('|').next()).unwrap_or("");
     let places: Vec<f64> = places.split(',').filter_map(|place| place.parse().ok()).collect();
-    let [x, y, z] = axes.map(|axis| axis["position_steps"].as_i64());
-    let [sx, sy, sz] = axes.map(|axis| axis["edges"].as_u64());
+    let position_steps = axes.iter().map(|axis| Some(axis["position_steps"].as_i64()? as i32));
+    let steps = axes.iter().map(|axis| axis["edges"].as_u64());
     Some(Closing {
         state: summary["alarm"].as_str().filter(|_| state == "Alarm").unwrap_or(state).to_owned(),
-        position_mm: places.try_into().unwrap_or([f64::NAN; 3]),
-        position_steps: [x? as i32, y? as i32, z? as i32],
-        steps: [sx?, sy?, sz?],
+        position_mm: places.try_into().unwrap_or([f64::NAN; AXES]),
+        position_steps: position_steps.collect::<Option<Vec<_>>>()?.try_into().ok()?,
+        steps: steps.collect::<Option<Vec<_>>>()?.try_into().ok()?,
         steps_lost: None,
         timing_violations: summary["driver_timing"]["violations"].as_u64()?,
     })

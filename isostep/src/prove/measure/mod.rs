@@ -24,7 +24,7 @@ use super::stamps::{self, Stamps};
 /// The pad of the image that pulls an input down.
 pub const OUT: u8 = 28;
 
-/// An input that a wire connects with [`OUT`].
+/// An input that a wire connects with GP28.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Jumper {
     /// X's limit switch, GP9
