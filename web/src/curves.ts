@@ -65,7 +65,8 @@ export class Curves {
     const motion = this.motion;
     let row = 0;
     while (motion && row < motion.length && motion.isHoming(row)) row++;
-    this.span = motion?.length ? [motion.from(Math.min(row, motion.length - 1)), motion.end] : [0, 1];
+    const hasMoves = motion !== undefined && row < motion.length;
+    this.span = hasMoves ? [motion.from(row), motion.end] : [0, Math.max(1, motion?.end ?? 1)];
     this.draw();
   }
 
@@ -125,9 +126,13 @@ export class Curves {
 
   private shade(context: CanvasRenderingContext2D, motion: Motion, [first, last]: [number, number], x: (time: number) => number, top: number, tall: number): void {
     const [from, to] = [x(this.span[0]), x(this.span[1])];
-    for (let row = first; row <= last; row++) {
+    let next = first;
+    for (let row = first; row <= last; row = next) {
+      // Stretches of one interval are shaded together, so that no seams show.
+      next = row + 1;
+      while (next <= last && motion.kind(next) === motion.kind(row) && motion.from(next) <= motion.to(next - 1) + 1e-9) next++;
       const shade = SHADES[motion.kind(row)];
-      const [left, right] = [Math.max(from, x(motion.from(row))), Math.min(to, x(motion.to(row)))];
+      const [left, right] = [Math.max(from, x(motion.from(row))), Math.min(to, x(motion.to(next - 1)))];
       if (!shade || motion.isHoming(row) || right - left < 0.5) continue;
       context.fillStyle = colour(shade);
       context.fillRect(left, top, right - left, tall);

@@ -130,6 +130,11 @@ export class Motion {
     return low - 1;
   }
 
+  /** Whether the machine is homing at a time, and so does not know where it is. */
+  isHomingAt(time: number): boolean {
+    return this.length > 0 && this.isHoming(Math.max(0, this.rowAt(time)));
+  }
+
   /** Where the axes are at a time. */
   places(time: number): number[] {
     const row = Math.max(0, this.rowAt(time));

@@ -20,6 +20,16 @@ const JOG_KEYS: Record<string, [number, number]> = {
   PageUp: [2, 1],
 };
 
+/** The letters of inputs that are pressed; all others are limit switches of their axes. */
+const PINS: Record<string, string> = {
+  P: "probe",
+  "2": "second motor's limit",
+  D: "door open",
+  R: "emergency stop",
+  H: "feed hold",
+  S: "cycle start",
+};
+
 interface Sending {
   lines: string[];
   next: number;
@@ -142,7 +152,7 @@ export class Operate {
   private show(report: Status): void {
     this.showState(report.state);
     part("feed-now").textContent = `${report.feed ?? 0} mm/min`;
-    part("pins-now").textContent = report.pins || "none";
+    part("pins-now").textContent = [...report.pins].map((pin) => PINS[pin] ?? `${pin} limit`).join(", ") || "none";
     if (report.override) part("override-now").textContent = `${report.override.split(",")[0]} %`;
   }
 

@@ -87,10 +87,11 @@ export class PathPicture {
 
   private draw(): void {
     const [drawn, motion] = [pen(this.under), this.motion];
-    if (!drawn || !motion?.length) return;
+    const bounds = motion && this.bounds(motion);
+    part("path-key").hidden = !bounds;
+    this.view = undefined;
+    if (!drawn || !bounds) return this.drawTool();
     const { context, width, height } = drawn;
-    const bounds = this.bounds(motion);
-    if (!bounds) return;
     const inner = { width: width - MARGIN.left - MARGIN.right, height: height - MARGIN.top - MARGIN.bottom };
     const [spanX, spanY] = [bounds.high[0] - bounds.low[0], bounds.high[1] - bounds.low[1]];
     const scale = Math.min(inner.width / spanX, inner.height / spanY);
@@ -102,7 +103,6 @@ export class PathPicture {
     this.view = view;
     this.grid(context, view, bounds, 70 / scale);
     this.lines(context, view, motion);
-    part("path-key").hidden = motion.topSpeed <= 0;
     part("path-top").textContent = `${label(motion.topSpeed, 0.1)} mm/s`;
     this.drawTool();
   }
@@ -189,7 +189,7 @@ export class PathPicture {
 
   private drawTool(): void {
     const context = pen(this.over)?.context;
-    if (!context || !this.view || !this.motion?.length) return;
+    if (!context || !this.view || !this.motion?.length || this.motion.isHomingAt(this.time)) return;
     const places = this.motion.places(this.time);
     const [x, y] = this.axes.map((axis) => places[axis] ?? 0);
     context.beginPath();

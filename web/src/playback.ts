@@ -29,7 +29,7 @@ export class Playback {
     const places = this.motion.places(this.time).map((mm, axis) => `${AXIS_NAMES[axis]} ${mm.toFixed(2)}`);
     const speed = this.motion.speedAt(this.time).toFixed(1);
     part("time-now").textContent = `${this.time.toFixed(3)} s`;
-    part("place-now").textContent = `${places.join("  ")} mm, ${speed} mm/s`;
+    part("place-now").textContent = this.motion.isHomingAt(this.time) ? "homing" : `${places.join("  ")} mm, ${speed} mm/s`;
     this.slider.setAttribute("aria-valuetext", `${this.time.toFixed(2)} seconds`);
     this.onTime(this.time);
   }

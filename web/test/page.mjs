@@ -97,7 +97,10 @@ const tests = {
     const page = await opened();
     await hasEnded(page);
     await page.locator("#time").fill("0");
-    assert.match(await page.locator("#place-now").textContent(), /0\.0 mm\/s/);
+    assert.equal(await page.locator("#place-now").textContent(), "homing");
+    await page.locator("#time").fill("50");
+    assert.match(await page.locator("#place-now").textContent(), /^X 325\.00 {2}Y 320\.00 {2}Z \d+\.\d\d mm, 30\.0 mm\/s$/);
+    await page.locator("#time").fill("0");
     await page.selectOption("#rate", "100");
     await page.click("#play");
     await page.waitForFunction(() => Number(document.getElementById("time").value) > 5);

@@ -4,12 +4,19 @@
 //! divided, and drawn to within what a screen shows. In a shaped run plans are what goes into the shapers.
 
 use isostep_motion::AXES;
+use isostep_profile::SyncMove;
 use isostep_sim::{MoveRecord, Outcome};
 
 /// Numbers of one axis in a row: place, mm; speed, mm/s; acceleration at the beginning and at the end, mm/s².
 pub const COLUMNS: usize = 4;
-/// Stretches of a ramp whose acceleration is not constant.
+/// Stretches of a ramp whose jerk changes all the time.
 const PARTS_OF_RAMP: u32 = 16;
+/// The jerk of an S-curve jumps no more often within a ramp; one more, as a ramp may have been cut short.
+const JUMPS_MAX: usize = 3;
+/// How often the time in which the jerk jumps is halved to find when.
+const HALVINGS: u32 = 40;
+/// Just within a stretch, as a fraction of its length.
+const ASIDE: f64 = 1e-6;
 /// A stretch that is shorter than this cannot be seen, s.
 const SHORTEST_S: f64 = 1e-9;
 
@@ -61,11 +68,8 @@ impl Motion {
             let flags = [(record.homing, Kind::HOMING), (record.shaping.is_some(), Kind::SHAPED)];
             let flags = flags.iter().filter(|(is_so, _)| *is_so).map(|(_, flag)| flag).sum::<u8>();
             for interval in intervals(record) {
-                let [from_s, to_s] = interval.span_s;
-                let parts = if is_even(record, &interval) { 1 } else { PARTS_OF_RAMP };
-                for part in 0..parts {
-                    let at_s = |part: u32| from_s + (to_s - from_s) * f64::from(part) / f64::from(parts);
-                    self.push(piece, record, &interval, [at_s(part), at_s(part + 1)], flags);
+                for bounds_s in bounds_s(record, &interval).windows(2) {
+                    self.push(piece, record, &interval, [bounds_s[0], bounds_s[1]], flags);
                 }
             }
         }
@@ -77,7 +81,7 @@ impl Motion {
         self.times_s.extend([start_s + from_s, start_s + to_s]);
         self.kinds.push(interval.kind as u8 + flags);
         // Just within the stretch, because at its ends other formulas may hold.
-        let aside_s = (to_s - from_s) * 1e-6;
+        let aside_s = (to_s - from_s) * ASIDE;
         for (axis, steps_per_mm) in steps_per_mm.into_iter().enumerate() {
             let (speed, _) = motion_steps(record, interval, axis, from_s + aside_s);
             let [begins, ends] =
@@ -97,8 +101,7 @@ fn intervals(record: &MoveRecord) -> Vec<Interval> {
     let plans = || std::iter::once(&record.plan).chain(&record.parts);
     for (number, plan) in plans().enumerate().filter(|(_, plan)| plan.profile.distance_steps() > 0.0) {
         let until_s = plans().nth(number + 1).map_or(end_s, |next| next.begin_s().min(end_s));
-        let origin_s = plan.end_s() - plan.profile.duration_s();
-        let accelerated_s = origin_s + plan.profile.t_accel_s();
+        let accelerated_s = origin_s(plan) + plan.profile.t_accel_s();
         let braking_s = accelerated_s + plan.profile.t_cruise_s();
         let bounds = [f64::NEG_INFINITY, accelerated_s, braking_s, f64::INFINITY];
         for (kind, bounds_s) in [Kind::Accelerate, Kind::Cruise, Kind::Decelerate].into_iter().zip(bounds.windows(2)) {
@@ -110,23 +113,56 @@ fn intervals(record: &MoveRecord) -> Vec<Interval> {
     found
 }
 
-/// Whether one acceleration holds throughout.
-fn is_even(record: &MoveRecord, interval: &Interval) -> bool {
-    if matches!(interval.kind, Kind::Blend | Kind::Cruise) {
-        return true;
-    }
+/// Where the stretches of an interval begin and end, s from the start of the run: where the jerk jumps, or, where it changes
+/// all the time, at equal distances.
+fn bounds_s(record: &MoveRecord, interval: &Interval) -> Vec<f64> {
     let [from_s, to_s] = interval.span_s;
-    let accel_at = |share: f64| master(record, interval, from_s + (to_s - from_s) * share).1;
-    let [low, middle, high] = [0.01, 0.4, 0.99].map(accel_at);
-    let near = |other: f64| (other - middle).abs() <= 1e-6 * middle.abs();
-    near(low) && near(high)
+    if matches!(interval.kind, Kind::Blend | Kind::Cruise) {
+        return vec![from_s, to_s];
+    }
+    let at_s = |share: f64| from_s + (to_s - from_s) * share;
+    let equal = |part: u32| f64::from(part) / f64::from(PARTS_OF_RAMP);
+    let middles = (0..PARTS_OF_RAMP).map(|part| equal(part) + 0.5 * equal(1));
+    let probes: Vec<_> = [ASIDE].into_iter().chain(middles).chain([1.0 - ASIDE]).map(at_s).collect();
+    let is_same = |one_s: f64, other_s: f64| {
+        let [one, other] = [one_s, other_s].map(|t_s| jerk(record, interval, t_s));
+        (one - other).abs() <= 1e-6 * one.abs().max(other.abs())
+    };
+    let jumps: Vec<_> = probes.windows(2).filter(|pair| !is_same(pair[0], pair[1])).collect();
+    if jumps.len() > JUMPS_MAX {
+        return (0..=PARTS_OF_RAMP).map(|part| at_s(equal(part))).collect();
+    }
+    let jumps_s = jumps.into_iter().map(|pair| {
+        let (mut before_s, mut behind_s) = (pair[0], pair[1]);
+        for _ in 0..HALVINGS {
+            let middle_s = 0.5 * (before_s + behind_s);
+            if is_same(pair[0], middle_s) { before_s = middle_s } else { behind_s = middle_s }
+        }
+        behind_s
+    });
+    [from_s].into_iter().chain(jumps_s).chain([to_s]).collect()
+}
+
+/// The jerk of the longest axis on the line, steps/s³.
+fn jerk(record: &MoveRecord, interval: &Interval, t_s: f64) -> f64 {
+    let plan = plan(record, interval);
+    plan.profile.jerk_at(t_s - origin_s(plan))
+}
+
+fn plan<'a>(record: &'a MoveRecord, interval: &Interval) -> &'a SyncMove<AXES> {
+    interval.plan.checked_sub(1).map_or(&record.plan, |replan| &record.parts[replan])
+}
+
+/// When the profile of a plan begins, s from the start of the run.
+fn origin_s(plan: &SyncMove<AXES>) -> f64 {
+    plan.end_s() - plan.profile.duration_s()
 }
 
 /// Speed and acceleration of the longest axis on the line, steps.
 fn master(record: &MoveRecord, interval: &Interval, t_s: f64) -> (f64, f64) {
-    let plan = interval.plan.checked_sub(1).map_or(&record.plan, |replan| &record.parts[replan]);
-    let origin_s = plan.end_s() - plan.profile.duration_s();
-    (plan.profile.speed_at(t_s - origin_s), plan.profile.accel_at(t_s - origin_s))
+    let plan = plan(record, interval);
+    let passed_s = t_s - origin_s(plan);
+    (plan.profile.speed_at(passed_s), plan.profile.accel_at(passed_s))
 }
 
 /// Speed and acceleration of an axis at `t_s` from the start of the run, steps/s and steps/s².

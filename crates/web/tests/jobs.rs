@@ -93,6 +93,26 @@ fn the_motion_drawn_is_the_motion_made() {
     }
 }
 
+/// Of a trapezoid and of an S-curve, along X.
+#[test]
+fn a_jerk_is_drawn_as_it_is() {
+    let expected: [(&str, &[f64]); 2] = [("", &[0.0; 3]), ("$940=1\n", &[1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])];
+    for (settings, expected) in expected {
+        let mut job = Job::new(b"G21 G91\nG1 X40 F2400\n", settings).unwrap();
+        while !job.advance(job.now_us() + 1e6).unwrap() {}
+        let mut motion = job.take_motion();
+        let (_, rest, _) = job.end_with().unwrap();
+        motion.times_s.extend(rest.times_s);
+        motion.values.extend(rest.values);
+        let jerks: Vec<_> = (motion.values.chunks_exact(COLUMNS * 3).zip(motion.times_s.chunks_exact(2)))
+            .map(|(values, times_s)| f64::from(values[3] - values[2]) / (times_s[1] - times_s[0]))
+            .collect();
+        let most = jerks.iter().copied().fold(0.0, f64::max);
+        let signs: Vec<_> = jerks.iter().map(|jerk| (jerk / most.max(1e-9) * 100.0).round() / 100.0).collect();
+        assert_eq!(signs, expected, "{settings:?}: {jerks:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_told_at_its_line() {
     let trouble = |program: &[u8], settings| Job::new(program, settings).err().unwrap();

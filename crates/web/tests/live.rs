@@ -38,7 +38,10 @@ fn an_emergency_stop_is_an_alarm_until_it_is_released_and_unlocked() {
     said(&mut live, 0.1);
     live.set_emergency_stop(true);
     assert!(said(&mut live, 0.1).contains("ALARM:"));
+    live.send(b"$X\n");
+    assert!(!said(&mut live, 0.1).contains("ok"), "it is pressed still");
     live.set_emergency_stop(false);
+    said(&mut live, 0.1);
     live.send(b"$X\n");
     assert!(said(&mut live, 0.1).contains("ok"));
 }
