@@ -63,7 +63,7 @@ emulated and measured, with a verdict. The exit code is 1 if a promise is broken
 
 Examples:
   isostep prove                                  a board that has the proving image
-  isostep prove --quick                          a minute or two instead of twenty: a part of the edges
+  isostep prove --quick                          in less time: a part of the edges
   isostep prove --jumper limit                   with a wire from GP28 to GP9
   isostep prove --image rp2040-prove.uf2 --restore rp2040-gantry.uf2      puts the image on it first, and the other one back
   isostep prove --compare a/proof.json b/proof.json
