@@ -70,13 +70,23 @@ impl<'l> Board<'l> {
         Self { link, interrupted, alarm: None }
     }
 
-    /// Resets the machine, which may be in any state, and asks who it is.
+    /// Asks who it is, and resets it if it is the proving image, or does not answer. A machine that is at work with
+    /// another image goes on undisturbed.
     ///
     /// # Errors
     /// When nothing answers, or something that is not the proving image.
     pub fn greet(&mut self) -> Result<Identity> {
+        // It does not answer while it sleeps, or waits for something.
+        if let Ok(refused @ Answer::Refused(_)) = self.tell("$PROVE") {
+            return Self::identified(refused);
+        }
         self.restart()?;
-        match self.tell("$PROVE")? {
+        let answer = self.tell("$PROVE")?;
+        Self::identified(answer)
+    }
+
+    fn identified(answer: Answer) -> Result<Identity> {
+        match answer {
             Answer::Done(said) => Identity::read(&said),
             Answer::Refused(why) => bail!(
                 "this board answers, but not as the proving image ({}): put that on it first, with `cargo xtask prove`, or name \

@@ -147,21 +147,22 @@ pub fn run(args: Args) -> Result<()> {
     judged
 }
 
-/// Makes all measurements on the board at the other end of `link`. Whatever happens, the machine is reset at the end.
+/// Makes all measurements on the board at the other end of `link`. If it has the proving image, the machine is reset at
+/// the end, whatever happens.
 ///
 /// # Errors
 /// When it is not the proving image, or goes away, or `interrupted` is set.
 pub fn on(link: &mut dyn Link, how: &How, interrupted: &Arc<AtomicBool>, progress: &Progress) -> Result<Proof> {
     let mut board = Board::new(link, interrupted.clone());
     let mut proof = Proof { version: proof::VERSION, tool: env!("CARGO_PKG_VERSION").to_owned(), ..Proof::default() };
+    proof.board = board.greet()?;
     let measured = measured(&mut board, how, &mut proof, progress);
     board.calm();
     measured.map(|()| proof)
 }
 
 fn measured(board: &mut Board, how: &How, proof: &mut Proof, progress: &Progress) -> Result<()> {
-    let identity = board.greet()?;
-    proof.board = identity.clone();
+    let identity = proof.board.clone();
     let settings = settings(board)?;
     let measured = measure::all(&mut Bench { board: &mut *board, identity, how, proof, progress });
     put_back(board, &settings);

@@ -76,7 +76,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Everything: some twenty minutes.
+    /// Everything.
     pub fn full() -> Self {
         Self {
             rates: vec![100_000, 1_000_000, 2_000_000],

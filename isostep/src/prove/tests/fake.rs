@@ -65,6 +65,7 @@ pub struct Fake {
     falls_s: Option<f64>,
     is_low: bool,
     braking_since_s: Option<f64>,
+    resets: u32,
 }
 
 /// A move under way.
@@ -101,7 +102,13 @@ impl Fake {
             falls_s: None,
             is_low: false,
             braking_since_s: None,
+            resets: 0,
         }
+    }
+
+    /// How many reset bytes have come.
+    pub fn resets(&self) -> u32 {
+        self.resets
     }
 
     pub fn is_at_rest(&self) -> bool {
@@ -186,7 +193,10 @@ impl Fake {
                 let [x, y, z] = self.place_steps.map(|steps| steps as f64 / f64::from(self.settings.steps_per_mm[0]));
                 self.say(format!("<{state}|MPos:{x:.3},{y:.3},{z:.3}|FS:0,0>"));
             }
-            _ => self.reset(),
+            _ => {
+                self.resets += 1;
+                self.reset();
+            }
         }
     }
 
