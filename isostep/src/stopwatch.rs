@@ -1,7 +1,11 @@
-//! Measures how long the user has waited. This is the tools' only clock: no measured or simulated result depends on it.
+//! Measures how long the user has waited, or is to wait. This is the tools' only clock: no measured or simulated result depends on it.
 #![expect(clippy::disallowed_types, reason = "durations shown to the user are wall-clock time")]
 
-use std::time::Instant;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// The time between two looks at what is waited for.
+const LOOK_AGAIN: Duration = Duration::from_millis(200);
 
 /// A stopwatch that runs from its creation.
 pub struct Stopwatch(Instant);
@@ -15,5 +19,17 @@ impl Stopwatch {
     /// Time since the start, s.
     pub fn elapsed_s(&self) -> f64 {
         self.0.elapsed().as_secs_f64()
+    }
+}
+
+/// The result of `look` as soon as there is one; `None` after `limit_s`.
+#[expect(clippy::disallowed_methods, reason = "the user's computer takes its time to mount a drive")]
+pub fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
+    let stopwatch = Stopwatch::start();
+    loop {
+        match look() {
+            None if stopwatch.elapsed_s() < limit_s => thread::sleep(LOOK_AGAIN),
+            found => return found,
+        }
     }
 }

@@ -3,21 +3,18 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::thread;
-use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
 use crate::process::{self, announce};
 use crate::variant::Variant;
 use crate::{build, workspace};
-use isostep::stopwatch::Stopwatch;
+use isostep::stopwatch::within;
 use isostep::{boot_drive, touch};
 
 const CHIP: &str = "RP2040";
 /// A board takes up to two seconds to enter its boot loader, and a desktop takes longer to mount the drive.
 const MOUNTING_S: f64 = 15.0;
-const LOOK_AGAIN: Duration = Duration::from_millis(200);
 
 /// Put the firmware on a board
 #[derive(clap::Args)]
@@ -95,18 +92,6 @@ fn not_mounted(no_picotool: &str) -> String {
          Switched off and on, the board runs as before",
         workspace::shown(&workspace::firmware_uf2())
     )
-}
-
-/// The result of `look` as soon as there is one; `None` after `limit_s`.
-#[expect(clippy::disallowed_methods, reason = "the user's computer takes its time to mount a drive")]
-fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
-    let stopwatch = Stopwatch::start();
-    loop {
-        match look() {
-            None if stopwatch.elapsed_s() < limit_s => thread::sleep(LOOK_AGAIN),
-            found => return found,
-        }
-    }
 }
 
 /// Each method, why it did not work, and how to make it work.

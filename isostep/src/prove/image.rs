@@ -2,22 +2,19 @@
 
 use std::fs;
 use std::path::Path;
-use std::thread;
-use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
 use crate::boot_drive;
 use crate::console::port;
 use crate::project;
-use crate::stopwatch::Stopwatch;
+use crate::stopwatch::within;
 use crate::touch;
 
 /// A board takes up to two seconds to enter its boot loader, and a desktop takes longer to mount the drive.
 const MOUNTING_S: f64 = 15.0;
 /// A board that starts is on USB after a second or two.
 const STARTING_S: f64 = 15.0;
-const LOOK_AGAIN: Duration = Duration::from_millis(200);
 
 /// Puts `image` on the board on `port`, or on the only one that runs Isostep or is in its boot loader already. Returns
 /// the port on which it is afterwards.
@@ -53,17 +50,5 @@ pub fn put(image: &Path, port: Option<&str>) -> Result<String> {
         None => bail!(
             "the board has not come back on USB within {STARTING_S} s: unplug it, plug it in, and start anew without --image"
         ),
-    }
-}
-
-/// The result of `look` as soon as there is one; `None` after `limit_s`.
-#[expect(clippy::disallowed_methods, reason = "the user's computer takes its time to mount a drive")]
-fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
-    let stopwatch = Stopwatch::start();
-    loop {
-        match look() {
-            None if stopwatch.elapsed_s() < limit_s => thread::sleep(LOOK_AGAIN),
-            found => return found,
-        }
     }
 }
