@@ -23,7 +23,7 @@ const CRATES_IN_RAM: [&str; 10] = [
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
 /// about the device; plans by the curved laws, ahead of time; homes; probes, at the contact and after it; takes an override;
 /// gets a run ready; runs once before anything moves; or is named by a table of functions and called by nobody.
-const MAY_WAIT: [&str; 60] = [
+const MAY_WAIT: [&str; 59] = [
     "isostep_console",
     "isostep_controller",
     "rp2040_gantry..flash..Flash",
@@ -58,7 +58,6 @@ const MAY_WAIT: [&str; 60] = [
     "libm4math4atan",
     "libm4math3exp",
     "libm4math5log1p",
-    "____embassy_main_task",
     "rp2040_gantry5start",
     "rp2040_gantry5aside4poll",
     "rp2040_gantry5touch",
