@@ -81,7 +81,7 @@ pub struct MoveComparison {
     /// the axis's own edges, ns. `None` if the edges of fewer than two axes resolve 10 us, or if one deviates too far
     /// from its instant.
     pub apart_ns: Option<f64>,
-    /// The time from the end of the previous plan to the start of this one, both computed from the first edges of their
+    /// The time from the end of the previous plan to the start of this one, both computed from the first moves of their
     /// runs, ns. Negative if the previous move was cut short. `None` for the first move.
     pub pause_ns: Option<f64>,
 }
@@ -234,16 +234,12 @@ fn instants_of(number: usize, dues: &[Vec<Due>; AXES], left: &mut [Vec<&Edge>; A
     Ok(instants)
 }
 
-/// The edge that is due first: its instants in the trace and in closed form, ns.
-fn first_of(instants: &Instants) -> (f64, f64) {
-    let all = instants.iter().flatten().copied();
-    all.reduce(|first, next| if next.1 < first.1 { next } else { first }).unwrap_or_default()
-}
-
-/// The start of the run, computed from its first edge, ns.
+/// The start of the run, as the edges of its first move say in the median, ns. One edge would not do: where tasks make
+/// the steps the first may be microseconds later than most.
 fn start_of(instants: &Instants) -> f64 {
-    let (traced, exact) = first_of(instants);
-    traced - exact
+    let mut starts: Vec<f64> = instants.iter().flatten().map(|(traced, exact)| traced - exact).collect();
+    starts.sort_by(f64::total_cmp);
+    starts.get(starts.len() / 2).copied().unwrap_or_default()
 }
 
 /// How late each edge was in a run that started at `start_ns`, ns.
