@@ -310,7 +310,7 @@ fn nothing_is_stored_while_steps_are_made() {
     let rest = "send G4 P0\nexpect ok\n";
     let (plain, stored) = (moves("store-plain", rest, 0), moves("store-moving", "send G10 L2 P2 X5\nexpect ok\n", 5));
     assert_eq!(plain.len(), stored.len());
-    // The edges of each run are compared relative to the median of its first move.
+    // The edges of each move are compared relative to its first edge.
     for half in [0..plain.len() / 2, plain.len() / 2..plain.len()] {
         let from_first = |edges: &[isostep_sim::world::Edge]| -> Vec<_> {
             edges[half.clone()].iter().map(|edge| (edge.t_ns - edges[half.start].t_ns, edge.axis)).collect()
