@@ -170,10 +170,10 @@ fn compare(program: &[u8], trace: &Path, args: &Args) -> Result<Comparison> {
 
 fn table(comparison: &Comparison) -> String {
     let mut text = String::from(
-        "\nEvery step, direction and position is as in the simulation. Emulated, at 125 MHz: step instants, from the first\n\
-         of their move, against the closed form; and how far apart the accelerating, cruising and decelerating intervals of\n\
+        "\nEvery step, direction and position is as in the simulation. Emulated, at 125 MHz: step instants, from the start\n\
+         that the median of a run's first move says, against the closed form; and how far apart the accelerating, cruising and decelerating intervals of\n\
          the axes are, each measured from the axis's own edges (a clock cycle is 8 ns; -: the edges do not tell). Pause: from\n\
-         the end of one plan to the start of the next, by the first edge of each:\n  \
+         the end of one plan to the start of the next:\n  \
          move    steps    median ns    p99 ns    max ns  apart ns  pause us\n",
     );
     for (number, each) in (1..).zip(&comparison.moves) {
