@@ -80,7 +80,7 @@ fn build(out: &Path) -> Result<()> {
     add_target()?;
     announce(&format!("isostep-web for {TARGET}"));
     process::run(&mut machine("rustc"))?;
-    let module = workspace::target_dir().join(TARGET).join("web").join("isostep_web.wasm");
+    let module = workspace::target_dir().join(TARGET).join("browser").join("isostep_web.wasm");
     write_bindings(&module)?;
     node::install(&dir())?;
     announce("types of the page, and its files");
@@ -106,7 +106,7 @@ fn ensure_replaceable(out: &Path) -> Result<()> {
 /// Cargo for the machine on the page. Paths of this computer are left out of what panics say.
 fn machine(verb: &str) -> Command {
     let mut command = cargo(verb);
-    command.args(["--package=isostep-web", "--lib", "--profile=web", "--target", TARGET]);
+    command.args(["--package=isostep-web", "--lib", "--profile=browser", "--target", TARGET]);
     if verb == "rustc" {
         command.args(["--crate-type", "cdylib"]);
     }
