@@ -1,13 +1,11 @@
-//! Values of each axis for machines of three axes and of four.
+//! Values of each axis for machines of two, three and four axes.
 
 use isostep_sim::{AXES, Axis};
 
-/// Values of X, Y and Z, and that of A if there is a fourth axis.
+/// Values of X, Y and Z, and that of A, as far as there are these axes.
 #[must_use]
 pub const fn xyz_a<T: Copy>([x, y, z]: [T; 3], a: T) -> [T; AXES] {
-    let mut values = [a; AXES];
-    (values[0], values[1], values[2]) = (x, y, z);
-    values
+    *[x, y, z, a].first_chunk().expect("there are four axes at most")
 }
 
 /// `X1 Y2 Z3`.

@@ -40,7 +40,12 @@ struct Edge {
 impl Board {
     /// Switches the board on. `test` names the file of its trace.
     fn new(test: &str) -> Self {
-        let elf = env::var_os("ISOSTEP_QEMU_ELF").expect("`cargo xtask test` sets ISOSTEP_QEMU_ELF");
+        Self::with("ISOSTEP_QEMU_ELF", test)
+    }
+
+    /// The board with the image that this variable names.
+    fn with(elf_variable: &str, test: &str) -> Self {
+        let elf = env::var_os(elf_variable).expect("`cargo xtask test` sets it");
         let trace = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("qemu-{test}.trace"));
         let mut qemu = Command::new("qemu-system-arm");
         qemu.args(["-M", "lm3s6965evb", "-nographic", "-monitor", "none", "-icount", "shift=3,sleep=off,align=off"]);
@@ -263,4 +268,24 @@ fn a_hold_and_a_reset_lose_no_step() {
     let [x_mm, y_mm] = [x, y].map(|steps| f64::from(steps) / 50.0);
     let status = board.until("<Idle");
     assert!(status.starts_with(&format!("<Idle|MPos:{x_mm:.3},{y_mm:.3},0.000")), "{status}");
+}
+
+/// Whatever is there in the place of the third axis takes no part in what the first two do.
+#[test]
+#[ignore = "needs QEMU and the board's image"]
+fn the_steps_of_two_axes_are_those_of_three_of_which_one_stands() {
+    let lines = ["$H", "G1 X8 Y3 F1200", "X8.5 Y6", "G2 X4 Y6 I-2.25", "G64 P0.05 G1 X0 Y0"];
+    let [two, three] = ["ISOSTEP_QEMU_TWO_AXES_ELF", "ISOSTEP_QEMU_ELF"].map(|elf| {
+        let mut board = Board::with(elf, elf);
+        for line in lines {
+            assert_eq!(board.say(line), ["ok"], "{elf}: {line}");
+        }
+        assert!(board.until("<Idle").starts_with("<Idle|MPos:0.000,0.000,0.000"));
+        assert_eq!(board.say("G1 Z0").last().unwrap() == "ok", elf == "ISOSTEP_QEMU_ELF", "{elf}");
+        by_axis(&board.edges())
+    });
+    assert!(two[2].is_empty() && !three[2].is_empty());
+    for axis in [0, 1] {
+        assert_eq!(two[axis].len(), three[axis].len());
+    }
 }

@@ -23,13 +23,10 @@ async fn drive() -> ! {
     BANK.drive(core::array::from_fn(AxisPins::new), Delay, WAKE_UP).await
 }
 
-const BRAKES: [fn(bool); AXES] = [
-    brake::<0>,
-    brake::<1>,
-    brake::<2>,
-    #[cfg(feature = "four-axes")]
-    brake::<3>,
-];
+const BRAKES: [fn(bool); AXES] = {
+    let of_four: [fn(bool); 4] = [brake::<0>, brake::<1>, brake::<2>, brake::<3>];
+    *of_four.first_chunk().unwrap()
+};
 
 fn brake<const AXIS: usize>(engaged: bool) {
     BANK.brake(AXIS, engaged);

@@ -7,19 +7,15 @@ pub use chords::Chords;
 use core::f64::consts::{PI, TAU};
 use core::fmt;
 
-use crate::axes::A;
+use crate::axes::{A, Z, of_each};
 use crate::{AXES, Coordinate, Error, length};
 
 /// The axes of the planes G17, G18 and G19. The first two span the plane: the quarter turn from first to second is
-/// counter-clockwise. The third is perpendicular to it. The fourth, A, goes evenly along, as the third does.
-pub(crate) const PLANES: [[usize; AXES]; 3] = [plane([0, 1, 2]), plane([2, 0, 1]), plane([1, 2, 0])];
-
-/// The axes of a plane, then those that a plane cannot have.
-const fn plane([first, second, across]: [usize; 3]) -> [usize; AXES] {
-    let mut axes = [A; AXES];
-    (axes[0], axes[1], axes[2]) = (first, second, across);
-    axes
-}
+/// counter-clockwise. The third is perpendicular to it. The fourth, A, goes evenly along, as the third does. Without Z there is G17 alone.
+pub(crate) const PLANES: [[usize; AXES]; if AXES > Z { 3 } else { 1 }] = {
+    let planes = [of_each([0, 1, Z, A]), of_each([Z, 0, 1, A]), of_each([1, Z, 0, A])];
+    *planes.first_chunk().expect("there are three planes at most")
+};
 
 /// An arc that turns by less than this is a full circle, rad. Grbl's value.
 const FULL_CIRCLE_RAD: f64 = 5e-7;
@@ -147,16 +143,17 @@ impl Arc {
     /// Length of the path, including the rise of a helix. A degree of A counts as a millimetre.
     #[must_use]
     pub fn length_mm(&self) -> f64 {
-        self.axes()[3..]
+        self.axes()
             .iter()
+            .skip(3)
             .fold(self.linear_mm(), |length_mm, &axis| hypotenuse([length_mm, self.ends.distance_mm(axis)]))
     }
 
     /// Length of the path without what A turns.
     pub(crate) fn linear_mm(&self) -> f64 {
-        let [_, _, across, ..] = self.axes();
         let around_mm = 0.5 * (self.radius_mm + self.target_radius_mm) * self.travel_rad.abs();
-        hypotenuse([around_mm, self.ends.distance_mm(across)])
+        let across_mm = self.axes().get(2).map_or(0.0, |&across| self.ends.distance_mm(across));
+        hypotenuse([around_mm, across_mm])
     }
 
     /// The least and the greatest coordinate on the arc, axis by axis.

@@ -1,16 +1,21 @@
-//! The axes of the machine: X, Y and Z, and with the feature `four-axes` A.
+//! The axes of the machine: X, Y and Z; with the feature `four-axes` A too, with `two-axes` X and Y alone.
 
 /// How many axes the machine has.
-pub const AXES: usize = if cfg!(feature = "four-axes") { 4 } else { 3 };
+pub const AXES: usize = if cfg!(feature = "four-axes") {
+    4
+} else if cfg!(feature = "two-axes") {
+    2
+} else {
+    3
+};
+
+/// What each axis has of these, which are for X, Y, Z and A.
+pub(crate) const fn of_each<T: Copy>(of_four: [T; 4]) -> [T; AXES] {
+    *of_four.first_chunk().expect("there are four axes at most")
+}
 
 /// The letters of the axes, in their order.
-pub const AXIS_NAMES: [&str; AXES] = [
-    "X",
-    "Y",
-    "Z",
-    #[cfg(feature = "four-axes")]
-    "A",
-];
+pub const AXIS_NAMES: [&str; AXES] = of_each(["X", "Y", "Z", "A"]);
 
 /// A mask of all axes: bit 0 is X.
 pub(crate) const ALL_AXES: u16 = (1 << AXES) - 1;

@@ -3,7 +3,7 @@
 
 use crate::{
     AXES, Error, Modal,
-    axes::A,
+    axes::{A, Z, of_each},
     length,
     modal::{Coolant, MotionMode, PathControl, Spindle},
     rotary::Rotary,
@@ -14,13 +14,7 @@ use crate::{
 const VALUE_LETTERS: u32 = letters(b"FLNPST");
 const AXIS_LETTERS: u32 = letters(AXES_BYTES.as_slice());
 /// The letters of the axes.
-const AXES_BYTES: [u8; AXES] = [
-    b'X',
-    b'Y',
-    b'Z',
-    #[cfg(feature = "four-axes")]
-    b'A',
-];
+const AXES_BYTES: [u8; AXES] = of_each(*b"XYZA");
 /// Letters whose value must not be negative.
 const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
 /// How many letters give a length: I, J, K and R, and those of the axes.
@@ -243,6 +237,7 @@ impl Words {
             3850 => self.motion(MotionMode::ProbeAwayIfAny)?,
             400 => self.non_modal(NonModal::Dwell),
             1000 => self.non_modal_with_axes(NonModal::SetWorkOffset)?,
+            1800 | 1900 if AXES <= Z => return Err(Error::Unsupported),
             1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; Group::Plane }
             2000 | 2100 => { modal.inches = code == 20; Group::Units }
             2800 | 3000 => self.non_modal_with_axes(NonModal::GoTo(usize::from(code == 30)))?,
@@ -363,8 +358,8 @@ impl Words {
 const fn length_index(letter: u8) -> usize {
     match letter {
         b'I'..=b'K' => (letter - b'I') as usize,
-        b'X'..=b'Z' => 3 + (letter - b'X') as usize,
-        b'R' => 6,
+        b'R' => 3,
+        b'X'..=b'Z' => 4 + (letter - b'X') as usize,
         _ => LENGTHS - 1,
     }
 }

@@ -71,7 +71,9 @@ impl Interpreter {
     pub fn work_offset_pm(&self) -> [i64; AXES] {
         let system_pm = self.coordinates.work_offsets_pm[usize::from(self.modal.system)];
         let mut offset_pm = core::array::from_fn(|axis| system_pm[axis] + self.shift_pm[axis]);
-        offset_pm[Z] += self.tool_length_pm;
+        if let Some(z_pm) = offset_pm.get_mut(Z) {
+            *z_pm += self.tool_length_pm;
+        }
         offset_pm
     }
 
@@ -250,9 +252,10 @@ impl Interpreter {
 
     fn tool_length(&mut self, words: &Words) -> Result<(), Error> {
         if words.axis_command == Some(AxisCommand::ToolLength) {
-            self.tool_length_pm = match words.axes_pm() {
+            let mut given_pm = coordinates::given_pm(words);
+            self.tool_length_pm = match (given_pm.next(), given_pm.next()) {
                 _ if !words.lengthens_tool => 0,
-                [None, None, Some(z_pm), others @ ..] if others.iter().all(Option::is_none) => within(z_pm)?,
+                (Some((Z, z_pm)), None) => within(z_pm)?,
                 _ => return Err(Error::ToolAxis),
             };
         }

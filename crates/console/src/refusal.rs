@@ -9,6 +9,7 @@ use crate::{Error, Modal, block::Words, decimal::Decimal, rotary::Rotary};
 // A constant rather than a static: then it has no symbol name, and data without a name stays in the chip's flash.
 const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'G', 5, 5, "no splines here: let the CAM program give lines and arcs"),
+    (b'G', 18, 19, "no plane with Z here: remove it"),
     (b'G', 33, 33, "no threads here, the spindle does not say where it stands: remove it"),
     (b'G', 38, 38, "probing is G38.2 to G38.5: give one of them"),
     (b'G', 41, 42, CUTTER),
@@ -29,14 +30,15 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'U', 0, 0, AXES),
     (b'V', 0, 0, AXES),
     (b'W', 0, 0, AXES),
+    (b'Z', 0, 0, AXES),
 ];
 const CUTTER: &str = "no cutter compensation here: let the CAM program compensate";
 const TOOLS: &str = "no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in";
 const CYCLES: &str = "no canned cycles here: let the post-processor expand them";
-const AXES: &str = if cfg!(feature = "four-axes") {
-    "four axes only, X Y Z A: remove it"
-} else {
-    "three axes only, X Y Z: remove it"
+const AXES: &str = match crate::AXES {
+    2 => "two axes only, X Y: remove it",
+    3 => "three axes only, X Y Z: remove it",
+    _ => "four axes only, X Y Z A: remove it",
 };
 const EXPRESSIONS: &str = "no variables, expressions, checksums here: let the post-processor write plain numbers";
 

@@ -58,9 +58,9 @@ pub mod messages {
 pub fn build(out: &mut impl Write, text: &str) -> Result {
     let name = if text.is_empty() { BUILD } else { text };
     write!(out, "[VER:1.1h.20190830:{name}]\r\n{OPTIONS}\r\n")?;
-    if AXES > 3 {
-        // As grblHAL says it; Grbl has no more than three.
-        out.write_str("[AXS:4:XYZA]\r\n")?;
+    if AXES != 3 {
+        // As grblHAL says it; Grbl has three.
+        out.write_str(if AXES > 3 { "[AXS:4:XYZA]\r\n" } else { "[AXS:2:XY]\r\n" })?;
     }
     if text.is_empty() { Ok(()) } else { message(out, BUILD) }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{AXIS_NAMES, Error, Fixed};
+use crate::{AXES, AXIS_NAMES, Error, Fixed};
 
 /// Why a setting was refused. Nothing has changed then. Displays as the text of a `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,8 +79,12 @@ fn plain(value: f32) -> Fixed {
     Fixed { value, decimals: if value % 1.0 == 0.0 { 0 } else { 3 } }
 }
 
-/// What a homing order may also have.
-const AND_A: &str = if cfg!(feature = "four-axes") { ", and 4 (A) if it homes" } else { "" };
+/// What a homing order has.
+const HOMING_ORDER: &str = match AXES {
+    2 => "each of 1 (X) and 2 (Y) once, as in 12",
+    3 => "each of 1 (X), 2 (Y) and 3 (Z) once, as in 312",
+    _ => "each of 1 (X), 2 (Y) and 3 (Z) once, and 4 (A) if it homes, as in 312",
+};
 
 /// A limit and its unit, if it has one.
 struct Limit(f32, &'static str);
@@ -110,7 +114,7 @@ impl fmt::Display for SettingError {
             }
             Self::SoftLimitsNeedHoming => f.write_str("$20=1 needs a homed machine: set $22=1 first"),
             Self::HomingOrder { digits } => {
-                write!(f, "$901={digits} is no order: give each of 1 (X), 2 (Y) and 3 (Z) once{AND_A}, as in 312")
+                write!(f, "$901={digits} is no order: give {HOMING_ORDER}")
             }
             Self::LeastSpeedNotBelowFull { least_rpm, full_rpm } => {
                 let (least, full) = (plain(least_rpm), plain(full_rpm));

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::axes::ALL_AXES;
+use crate::axes::{A, ALL_AXES};
 use crate::settings::TRAVEL_LEAST_MM;
 use crate::{AXES, Fixed, SettingError, Settings};
 
@@ -46,19 +46,23 @@ const fn row(
 }
 
 /// What depends on the number of axes. Only a rotary axis may have no travel: see [`Settings::is_endless`].
-const HAS_A: bool = cfg!(feature = "four-axes");
+const HAS_A: bool = AXES > A;
 const TRAVEL: &str = if HAS_A { "travel; 0 for a rotary axis without an end" } else { "travel" };
 const TRAVEL_MIN_MM: f32 = if HAS_A { 0.0 } else { TRAVEL_LEAST_MM };
-const HOMING_ORDER: &str = if HAS_A {
-    "homing order, axis digits: 1 X, 2 Y, 3 Z, 4 A, which may be left out"
-} else {
-    "homing order, axis digits: 1 X, 2 Y, 3 Z"
+const HOMING_ORDER: &str = match AXES {
+    2 => "homing order, axis digits: 1 X, 2 Y",
+    3 => "homing order, axis digits: 1 X, 2 Y, 3 Z",
+    _ => "homing order, axis digits: 1 X, 2 Y, 3 Z, 4 A, which may be left out",
 };
-const HOMING_ORDER_MAX: f32 = if HAS_A { 4321.0 } else { 321.0 };
-const SECOND_MOTOR: &str = if HAS_A {
-    "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z, 4 A"
-} else {
-    "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z"
+const HOMING_ORDERS: (f32, f32) = match AXES {
+    2 => (12.0, 21.0),
+    3 => (123.0, 321.0),
+    _ => (123.0, 4321.0),
+};
+const SECOND_MOTOR: &str = match AXES {
+    2 => "axis with a second motor: 0 none, 1 X, 2 Y",
+    3 => "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z",
+    _ => "axis with a second motor: 0 none, 1 X, 2 Y, 3 Z, 4 A",
 };
 
 #[rustfmt::skip]
@@ -101,7 +105,7 @@ const ROWS: &[(Setting, &str)] = &[
     #[cfg(feature = "four-axes")]
     row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, Int(|s| &mut s.rotary_feed_mask)),
     row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
-    row(901, "", HOMING_ORDER, 123.0, HOMING_ORDER_MAX, Int(|s| &mut s.homing_order_digits)),
+    row(901, "", HOMING_ORDER, HOMING_ORDERS.0, HOMING_ORDERS.1, Int(|s| &mut s.homing_order_digits)),
     row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, Flag(|s| &mut s.hold_input_is_door)),
     row(904, "mm", "blend deviation of G64; 0 for corners as with G61", 0.0, 10.0, Float(|s| &mut s.blend_deviation_mm)),
     row(905, "", SECOND_MOTOR, 0.0, AXES as f32, Int(|s| &mut s.second_motor_axis)),

@@ -1,6 +1,6 @@
 //! The machine's settings, and the rules between them.
 
-use crate::axes::A;
+use crate::axes::{A, Z, of_each};
 use crate::rotary::Rotary;
 use crate::{AXES, SettingError, axes, setting_table};
 
@@ -14,13 +14,7 @@ const FIRST_LAW_OVER_DISPLACEMENT: u16 = 3;
 /// The least travel of an axis that has an end.
 pub(crate) const TRAVEL_LEAST_MM: f32 = 1.0;
 const TURN_DEGREES: f32 = 360.0;
-const DEFAULT_TRAVEL_MM: [f32; AXES] = [
-    350.0,
-    400.0,
-    100.0,
-    #[cfg(feature = "four-axes")]
-    0.0,
-];
+const DEFAULT_TRAVEL_MM: [f32; AXES] = of_each([350.0, 400.0, 100.0, 0.0]);
 
 /// Every setting, as `$$` lists them. Values per axis are in the order X, Y, Z and, if there are four, A. Bit 0 of a mask
 /// is X.
@@ -170,7 +164,7 @@ impl Settings {
         spin_up_s: 0.0,
         interval_thirds: false,
         speed_law: 0,
-        homing_order_digits: 312,
+        homing_order_digits: if AXES > Z { 312 } else { 12 },
         hold_input_is_door: false,
         blend_deviation_mm: 0.01,
         second_motor_axis: 0,

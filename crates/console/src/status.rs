@@ -127,12 +127,15 @@ fn due(reports_left: &mut u8, period: u8) -> bool {
     due
 }
 
-/// `x,y,z`, in the units of the reports; a rotary axis is in degrees.
+/// `x,y,z`, in the units of the reports; a rotary axis is in degrees. Senders read three, so without Z it is 0.
 pub(crate) fn write_coordinates(out: &mut impl Write, pm: [i64; AXES], settings: &Settings) -> Result {
-    let [x, y, z, others @ ..] =
-        core::array::from_fn::<_, AXES, _>(|axis| Coordinate { pm: pm[axis], inches: settings.reports_inches(axis) });
+    let of = |axis| Coordinate {
+        pm: pm.get(axis).copied().unwrap_or_default(),
+        inches: settings.reports_inches(axis),
+    };
+    let (x, y, z) = (of(0), of(1), of(2));
     write!(out, "{x},{y},{z}")?;
-    others.iter().try_for_each(|other| write!(out, ",{other}"))
+    (3..AXES).try_for_each(|axis| write!(out, ",{}", of(axis)))
 }
 
 fn write_pins(out: &mut impl Write, status: &Status) -> Result {

@@ -39,7 +39,8 @@ fn word(letter: u8, number: Decimal) -> Result<Word, Error> {
     match letter {
         b'G' => code().map(Word::G),
         b'M' => code().map(Word::M),
-        b'I'..=b'K' | b'R' | b'X'..=b'Z' => length(),
+        b'I'..=b'K' | b'R' | b'X' | b'Y' => length(),
+        b'Z' if AXES > axes::Z => length(),
         b'A' if AXES > axes::A => length(),
         _ => number.value().map(|value| Word::Value(letter, value)).ok_or(Error::BadNumber),
     }

@@ -7,13 +7,7 @@ use isostep_motion::{AXES, Alarm, Axis, Config, Motor, Side, Spindle, Unplannabl
 pub(crate) const ADVERTISED_BYTES: usize = 128;
 
 /// The names of an axis's second motor, and of its switch.
-const SECOND_NAMES: [&str; AXES] = [
-    "X2",
-    "Y2",
-    "Z2",
-    #[cfg(feature = "four-axes")]
-    "A2",
-];
+const SECOND_NAMES: [&str; 4] = ["X2", "Y2", "Z2", "A2"];
 
 /// The console's alarm, and what it is about: the axis, or the reason why a move cannot be planned.
 pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
@@ -38,8 +32,8 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
 }
 
 fn name(motor: Motor) -> &'static str {
-    let names = if motor.side == Side::Second { SECOND_NAMES } else { AXIS_NAMES };
-    names[motor.axis as usize]
+    let axis = motor.axis as usize;
+    if motor.side == Side::Second { SECOND_NAMES[axis] } else { AXIS_NAMES[axis] }
 }
 
 fn why_not(reason: Unplannable) -> &'static str {
@@ -47,6 +41,7 @@ fn why_not(reason: Unplannable) -> &'static str {
         Unplannable::NoSteps => "the move has no steps - correct its target",
         Unplannable::Limits { axis: Axis::X } => "X has no speed or acceleration - set $110 and $120",
         Unplannable::Limits { axis: Axis::Y } => "Y has no speed or acceleration - set $111 and $121",
+        #[cfg(any(not(feature = "two-axes"), feature = "four-axes"))]
         Unplannable::Limits { axis: Axis::Z } => "Z has no speed or acceleration - set $112 and $122",
         #[cfg(feature = "four-axes")]
         Unplannable::Limits { axis: Axis::A } => "A has no speed or acceleration - set $113 and $123",

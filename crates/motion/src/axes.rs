@@ -3,7 +3,13 @@
 use core::fmt;
 
 /// Number of axes of a machine.
-pub const AXES: usize = if cfg!(feature = "four-axes") { 4 } else { 3 };
+pub const AXES: usize = if cfg!(feature = "four-axes") {
+    4
+} else if cfg!(feature = "two-axes") {
+    2
+} else {
+    3
+};
 
 /// An axis of the gantry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,6 +20,7 @@ pub enum Axis {
     /// Up.
     Y = 1,
     /// Into the rack.
+    #[cfg(any(not(feature = "two-axes"), feature = "four-axes"))]
     Z = 2,
     /// The fourth, which may be rotary.
     #[cfg(feature = "four-axes")]
@@ -25,6 +32,7 @@ impl Axis {
     pub const ALL: [Self; AXES] = [
         Self::X,
         Self::Y,
+        #[cfg(any(not(feature = "two-axes"), feature = "four-axes"))]
         Self::Z,
         #[cfg(feature = "four-axes")]
         Self::A,
@@ -36,6 +44,7 @@ impl fmt::Display for Axis {
         f.write_str(match self {
             Self::X => "X",
             Self::Y => "Y",
+            #[cfg(any(not(feature = "two-axes"), feature = "four-axes"))]
             Self::Z => "Z",
             #[cfg(feature = "four-axes")]
             Self::A => "A",

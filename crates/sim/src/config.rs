@@ -157,13 +157,7 @@ pub struct Config {
 }
 
 /// Where the carriages stand at power-up, mm from their switches.
-const START_MM: [f64; AXES] = [
-    35.0,
-    40.0,
-    15.0,
-    #[cfg(feature = "four-axes")]
-    15.0,
-];
+const START_MM: [f64; AXES] = *[35.0, 40.0, 15.0, 15.0].first_chunk().expect("there are four axes at most");
 
 impl Default for Config {
     fn default() -> Self {

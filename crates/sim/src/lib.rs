@@ -78,7 +78,11 @@ pub use isostep_console::Error as ConsoleError;
 pub use isostep_motion::{AXES, Axis, Contact, Motor, State};
 
 /// The letters of the axes, for a sentence.
-pub const NAMES_OF_AXES: &str = if AXES == 4 { "X, Y, Z or A" } else { "X, Y or Z" };
+pub const NAMES_OF_AXES: &str = match AXES {
+    2 => "X or Y",
+    3 => "X, Y or Z",
+    _ => "X, Y, Z or A",
+};
 
 pub use config::{Config, Gantry, Port, StartOutside, Streaming};
 pub use executor::RunError;

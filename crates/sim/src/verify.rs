@@ -147,7 +147,8 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
     let n: [f64; AXES] = std::array::from_fn(|axis| record.plan.axis_steps(axis).abs());
     let begins: [f64; AXES] =
         std::array::from_fn(|axis| record.plan.axis_place(axis, 0.0) * record.plan.axis_steps(axis).signum());
-    let pairs: Vec<_> = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
+    let pairs = (0..AXES).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let pairs: Vec<_> = pairs.filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
     // A move that was held continues where it was held.
     let mut made: [f64; AXES] = std::array::from_fn(|axis| f64::from(record.plan.step_numbers(axis).start - 1));
     let mut deviation = 0.0_f64;

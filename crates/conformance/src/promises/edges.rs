@@ -115,10 +115,10 @@ pub fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused(ports:
         config.wiring = [Wiring::default(); AXES];
         config.limits = [limits; AXES];
         assert_eq!(config.check([Some(capabilities); AXES]), Ok(()), "{rig}");
-        config.limits[2].top_speed_steps_s = rate + 1.0;
+        config.limits[1].top_speed_steps_s = rate + 1.0;
         let refused = config.check([Some(capabilities); AXES]);
         assert!(
-            matches!(refused, Err(ConfigError::Rate { axis: Axis::Z, max, .. }) if max == rate),
+            matches!(refused, Err(ConfigError::Rate { axis: Axis::Y, max, .. }) if max == rate),
             "{rig}: {refused:?}"
         );
     }

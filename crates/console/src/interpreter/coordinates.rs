@@ -102,7 +102,7 @@ impl Interpreter {
 }
 
 /// The named axes, with their values.
-fn given_pm(words: &Words) -> impl Iterator<Item = (usize, i64)> {
+pub(super) fn given_pm(words: &Words) -> impl Iterator<Item = (usize, i64)> {
     let axes = words.axes_pm().into_iter().enumerate();
     axes.filter_map(|(axis, pm)| pm.map(|pm| (axis, pm)))
 }

@@ -151,10 +151,11 @@ impl<'a> Panel<'a> {
 
     /// The sentences of the caption.
     fn told(&self) -> String {
-        let Self { rule, highest: Stretch { ratio, to_mm: [x, y, z, ..], .. }, motion_s, above_s, .. } = self;
+        let Self { rule, highest: Stretch { ratio, to_mm, .. }, motion_s, above_s, .. } = self;
         let (name, whose, place) = (&rule.name, rule.whose(), self.place());
+        let at: String = Axis::ALL.iter().zip(to_mm).take(3).map(|(axis, mm)| format!(" {axis}{mm:.2}")).collect();
         format!(
-            "{name}, {whose}: at most {ratio:.2} times the limit ({place}, at X{x:.2} Y{y:.2} Z{z:.2}), and above the limit for \
+            "{name}, {whose}: at most {ratio:.2} times the limit ({place}, at{at}), and above the limit for \
              {above_s:.3} s of {motion_s:.3} s in motion."
         )
     }

@@ -37,7 +37,7 @@ pub const SIDES: [Axes; 2] = [[0, 2], [1, 2]];
 
 /// Whether the program moves Z, so that it has sides to look at.
 pub fn has_sides(outcome: &Outcome) -> bool {
-    program(outcome).any(|record| record.plan.steps[2] != 0)
+    program(outcome).any(|record| record.plan.steps.get(2).is_some_and(|&steps| steps != 0))
 }
 
 /// A picture and how it was drawn.

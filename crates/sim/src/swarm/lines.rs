@@ -6,6 +6,7 @@ use isostep_console::{AXIS_NAMES, Settings};
 use isostep_motion::AXES;
 
 use super::random::Random;
+use super::scenario::PROBED;
 
 /// Generates lines for one machine.
 pub(super) struct Lines {
@@ -96,7 +97,8 @@ impl Lines {
 
     fn probe(&self, random: &mut Random) -> String {
         let how = random.of(&["G38.2", "G38.3", "G38.4", "G38.5"]);
-        format!("G90 {how} Z{:.3} F{:.0}", self.place(2, random), random.between(60.0, 600.0))
+        let place_mm = self.place(PROBED as usize, random);
+        format!("G90 {how} {PROBED}{place_mm:.3} F{:.0}", random.between(60.0, 600.0))
     }
 }
 

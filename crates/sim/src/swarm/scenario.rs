@@ -14,6 +14,8 @@ use crate::plant::SwitchFault;
 use crate::plate::Plate;
 use crate::sim::Stimulus;
 
+/// The axis along which it probes: Z, if there is one.
+pub(super) const PROBED: Axis = Axis::ALL[if AXES > 2 { 2 } else { AXES - 1 }];
 /// Number of acts of a scenario.
 const ACTS: std::ops::Range<u64> = 8..60;
 
@@ -151,7 +153,7 @@ impl Random {
         let settings = self.settings(port);
         let start_mm =
             std::array::from_fn(|axis| f64::from(settings.travel_mm[axis]) * (0.3 + 0.4 * self.0.rand_float()));
-        let plate_mm = f64::from(settings.travel_mm[2]) * 0.2;
+        let plate_mm = f64::from(settings.travel_mm[PROBED as usize]) * 0.2;
         let gantry = self.gantry();
         Config {
             settings,
@@ -160,7 +162,7 @@ impl Random {
             port,
             seed,
             emergency_contact: if seed.is_multiple_of(2) { Contact::NormallyOpen } else { Contact::NormallyClosed },
-            plate: self.one_in(2).then_some(Plate { axis: Axis::Z, place_mm: plate_mm, is_below: true }),
+            plate: self.one_in(2).then_some(Plate { axis: PROBED, place_mm: plate_mm, is_below: true }),
             bounce_us: self.of(&[0, 500, 1_000]),
             baud: self.of(&[None, None, Some(115_200)]),
             second_console: self.one_in(2),
@@ -197,7 +199,7 @@ impl Random {
             interval_thirds: self.one_in(4),
             speed_law: self.of(&[0, 0, 0, 1, 2, 3, 4, 5, 6]),
             report_mask: self.of(&[1, 3]),
-            second_motor_axis: self.of(&[0, 0, 1, 2, 3]),
+            second_motor_axis: self.of(&[0, 0, 1, 2, 3]).min(AXES as u16),
             second_invert_mask: self.below(1 << AXES) as u16,
             ..Settings::DEFAULT
         };
