@@ -16,7 +16,7 @@ impl Register {
 
     #[inline(always)]
     pub fn read(self) -> u32 {
-        // SAFETY: the addresses in this package are registers of the chip, which may be read at any time.
+        // SAFETY: the addresses in this package are registers and flash of the chip, which may be read at any time.
         unsafe { (self.0 as *const u32).read_volatile() }
     }
 

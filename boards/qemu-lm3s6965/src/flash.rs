@@ -1,12 +1,17 @@
-//! Flash for settings. QEMU's has none that a program can change, so it reads as erased and refuses to be written: a
-//! setting is in force until power-down, and `error:7` says so.
+//! Flash for settings: the last 16 KiB of the chip's. QEMU has no controller that would program it, so it refuses to be
+//! written: a setting is in force until power-down, and `error:7` says so.
+//!
+//! QEMU's flash begins as zeros, where a chip's is erased. So it is read inverted.
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use isostep_controller::{Settings, Store};
 
-/// Erased sectors.
+use crate::chip::Register;
+
+/// Flash that can be read only.
 pub struct Flash;
 
+const BEGIN: u32 = 0x3_C000;
 const SECTOR_BYTES: usize = 4096;
 const SECTORS: u32 = 4;
 
@@ -32,8 +37,10 @@ impl ErrorType for Flash {
 impl ReadNorFlash for Flash {
     const READ_SIZE: usize = 4;
 
-    async fn read(&mut self, _offset: u32, bytes: &mut [u8]) -> Result<(), ReadOnly> {
-        bytes.fill(0xFF);
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), ReadOnly> {
+        for (at, word) in (BEGIN + offset..).step_by(4).zip(bytes.chunks_exact_mut(4)) {
+            word.copy_from_slice(&(!Register::at(at, 0).read()).to_le_bytes());
+        }
         Ok(())
     }
 
