@@ -1,16 +1,15 @@
 //! `cargo xtask build`: builds the release firmware as ELF and UF2.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
 use crate::firmware::Firmware;
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
-use crate::toolchain::Toolchain;
 use crate::variant::Variant;
-use crate::{uf2, workspace};
+use crate::{toolchain, uf2, workspace};
 
 /// Build the release firmware as ELF and UF2, and print its sizes
 #[derive(clap::Args)]
@@ -26,7 +25,7 @@ Examples:
   cargo xtask build --port timer          steps by the processor
   cargo xtask build --without-paper-laws  1.9 KiB less RAM; see docs/speed-laws.md
 
-The compiler is found or installed as `cargo xtask setup --help` says.")]
+What the compiler needs is installed as `cargo xtask setup --help` says.")]
 pub struct Args {
     #[command(flatten)]
     variant: Variant,
@@ -49,9 +48,14 @@ pub fn firmware(variant: Variant) -> Result<Firmware> {
 /// once.
 pub fn kept_firmware(variant: Variant, name: &str) -> Result<PathBuf> {
     firmware(variant)?;
-    let (from, to) = (workspace::firmware_elf(), kept_elf(name));
+    keep(&workspace::firmware_elf(), name)
+}
+
+/// Keeps a copy of an ELF under this name.
+pub fn keep(elf: &Path, name: &str) -> Result<PathBuf> {
+    let to = kept_elf(name);
     fs::create_dir_all(workspace::target_dir().join("firmware"))?;
-    fs::copy(&from, &to).with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))?;
+    fs::copy(elf, &to).with_context(|| format!("cannot copy {} to {}", elf.display(), to.display()))?;
     Ok(to)
 }
 
@@ -63,10 +67,10 @@ pub fn kept_elf(name: &str) -> PathBuf {
 /// Builds a board's package with these `features` and writes its UF2 file beside the ELF. Each build of a package
 /// overwrites the previous one, whatever its features.
 pub fn build_firmware(package: &str, features: &[&str]) -> Result<Firmware> {
-    let toolchain = Toolchain::ensure()?;
+    toolchain::add_target(workspace::FIRMWARE_TARGET)?;
     let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
-    announce(&format!("{package}{with} for {}, with {}", workspace::FIRMWARE_TARGET, toolchain.description()));
-    process::run(&mut toolchain.cargo("build", package, features))?;
+    announce(&format!("{package}{with} for {}", workspace::FIRMWARE_TARGET));
+    process::run(&mut toolchain::firmware_cargo("build", package, features))?;
     let firmware = Firmware::read(&workspace::elf(package))?;
     let uf2 = workspace::uf2(package);
     fs::write(&uf2, uf2::from_loads(&firmware.loads)).with_context(|| format!("cannot write {}", uf2.display()))?;

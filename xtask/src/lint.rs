@@ -6,16 +6,15 @@ use anyhow::Result;
 
 use crate::other_chip;
 use crate::process::{announce, run as run_command};
-use crate::toolchain::{Toolchain, cargo};
+use crate::toolchain::{self, cargo, firmware_cargo};
 use crate::variant::{Axes, Contact, Driver, Port, Variant};
 use crate::{web, workspace};
 
 /// Check formatting, clippy and the documentation; warnings are errors
 #[derive(clap::Args)]
 #[command(after_help = "\
-The same checks run over the host's packages and over the firmware. Clippy for the firmware needs the target in the
-default toolchain (`rustup target add thumbv6m-none-eabi`); without it lint says so, and compiles the firmware instead.
-The firmwares of examples/stm32g474 need thumbv7em-none-eabihf, and are left out in words where it cannot be had.")]
+The same checks run over the host's packages, over the firmware and over the page. The targets of examples/stm32g474 and
+of the page are left out in words where rustup cannot add them.")]
 pub struct Args {}
 
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
@@ -30,14 +29,20 @@ pub fn run(Args {}: Args) -> Result<()> {
     announce("clippy, crates without paper-laws");
     let crates = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
     run_command(cargo("clippy").args(crates).args(["--no-default-features", "--all-targets"]).args(DENY_WARNINGS))?;
-    announce("clippy, crates with four axes");
-    let crates = ["console", "motion", "controller", "sim", "report"].map(|name| format!("--package=isostep-{name}"));
-    let tests =
-        ["--package=isostep", "--package=isostep-tests", "--lib", "--bins", "--test=four_axes", "--test=emulated"];
-    run_command(cargo("clippy").args(crates).args(tests).arg("--features=four-axes").args(DENY_WARNINGS))?;
+    with_axes("four-axes", &["--test=four_axes", "--test=emulated"])?;
+    with_axes("two-axes", &["--test=two_axes"])?;
     for_browsers()?;
     firmware()?;
     another_chip()
+}
+
+/// The crates and these tests with another number of axes.
+fn with_axes(feature: &str, tests: &[&str]) -> Result<()> {
+    announce(&format!("clippy, crates with {feature}"));
+    let crates = ["console", "motion", "controller", "sim", "report"].map(|name| format!("--package=isostep-{name}"));
+    let mut clippy = cargo("clippy");
+    clippy.args(crates).args(["--package=isostep", "--package=isostep-tests", "--lib", "--bins"]).args(tests);
+    run_command(clippy.arg(format!("--features={feature}")).args(DENY_WARNINGS))
 }
 
 fn another_chip() -> Result<()> {
@@ -55,19 +60,19 @@ fn another_chip() -> Result<()> {
 
 fn for_browsers() -> Result<()> {
     match web::clippy() {
-        Some(mut clippy) => {
+        Ok(mut clippy) => {
             announce("clippy, isostep-web for browsers");
             run_command(clippy.args(DENY_WARNINGS))
         }
-        None => {
-            announce("isostep-web for browsers: not checked; `cargo xtask web` adds the target that it needs");
+        Err(why) => {
+            announce(&format!("isostep-web for browsers: left out, because {why:#}"));
             Ok(())
         }
     }
 }
 
 fn firmware() -> Result<()> {
-    let toolchain = Toolchain::ensure()?;
+    toolchain::add_target(workspace::FIRMWARE_TARGET)?;
     let other = Variant {
         port: Port::Timer,
         driver: Driver::Tmc2209,
@@ -76,26 +81,23 @@ fn firmware() -> Result<()> {
         prove: false,
         without_paper_laws: true,
     };
-    check_firmware(&toolchain, workspace::FIRMWARE, &Variant::default().features())?;
-    check_firmware(&toolchain, workspace::FIRMWARE, &other.features())?;
+    check_firmware(workspace::FIRMWARE, &Variant::default().features())?;
+    check_firmware(workspace::FIRMWARE, &other.features())?;
     for port in [Port::Pio, Port::Timer] {
-        check_firmware(&toolchain, workspace::FIRMWARE, &Variant::proving(port).features())?;
+        check_firmware(workspace::FIRMWARE, &Variant::proving(port).features())?;
     }
-    check_firmware(&toolchain, workspace::BENCH_FIRMWARE, &[])?;
-    check_firmware(&toolchain, "qemu-lm3s6965", &[])?;
-    check_firmware(&toolchain, "qemu-lm3s6965", &["four-axes"])?;
+    check_firmware(workspace::BENCH_FIRMWARE, &[])?;
+    for features in [&[][..], &["two-axes"], &["four-axes"]] {
+        check_firmware("qemu-lm3s6965", features)?;
+    }
     Ok(())
 }
 
-fn check_firmware(toolchain: &Toolchain, package: &str, features: &[&str]) -> Result<()> {
-    if let Toolchain::FromSource { .. } = toolchain {
-        announce(&format!("{package}: compiled only; clippy and rustdoc need the target in the default toolchain"));
-        return run_command(&mut toolchain.cargo("check", package, features));
-    }
+fn check_firmware(package: &str, features: &[&str]) -> Result<()> {
     let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
     announce(&format!("clippy, {package}{with}"));
-    run_command(toolchain.cargo("clippy", package, features).args(DENY_WARNINGS))?;
+    run_command(firmware_cargo("clippy", package, features).args(DENY_WARNINGS))?;
     announce(&format!("rustdoc, {package}{with}"));
-    let mut doc = toolchain.cargo("doc", package, features);
+    let mut doc = firmware_cargo("doc", package, features);
     run_command(doc.args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"))
 }

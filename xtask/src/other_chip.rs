@@ -7,13 +7,13 @@ use crate::toolchain;
 
 const PACKAGE: &str = "stm32g474";
 /// A Cortex-M4 that computes floats of 32 bits.
-const TARGET: &str = "thumbv7em-none-eabihf";
+pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// Measuring takes the place of making steps, so it is a build of its own.
 pub const FEATURES: [&[&str]; 2] = [&[], &["measure-wake-up"]];
 
-/// What to do where the target cannot be had. It is installed if rustup can do that.
+/// What to do where the target cannot be had. It is added if rustup can do that.
 pub fn missing() -> Option<String> {
-    (!toolchain::has_target(TARGET)).then(|| format!("`rustup target add {TARGET}` does not work here"))
+    toolchain::add_target(TARGET).err().map(|error| format!("{error:#}"))
 }
 
 /// `cargo VERB` for the firmwares.

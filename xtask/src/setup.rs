@@ -4,24 +4,20 @@ use anyhow::Result;
 
 use crate::node;
 use crate::process::announce;
-use crate::toolchain::Toolchain;
+use crate::toolchain;
+use crate::workspace::FIRMWARE_TARGET;
 
 /// Find or install what building and emulating need
 #[derive(clap::Args)]
 #[command(after_help = "\
-The compiler is the first of these that works, and setup says which:
-  1. the Rust toolchain in use already has thumbv6m-none-eabi
-  2. `rustup target add thumbv6m-none-eabi`
-  3. a rustc on PATH with its library's sources, from which core is built
-  4. on Debian as root: apt-get install rustc-web rust-web-src cargo-web, then as 3
-
+For the chip: `rustup target add thumbv6m-none-eabi`, unless rustup has installed it by rust-toolchain.toml already.
 For the emulated board: Node.js 20 or later, and `npm ci` in tests/emulator.
 The other verbs do all this themselves; setup is for doing it ahead, for example before going offline.")]
 pub struct Args {}
 
 pub fn run(Args {}: Args) -> Result<()> {
-    let toolchain = Toolchain::set_up()?;
-    announce(&format!("firmware compiler: {}", toolchain.description()));
+    toolchain::add_target(FIRMWARE_TARGET)?;
+    announce(&format!("firmware compiler: the Rust toolchain in use, which has {FIRMWARE_TARGET}"));
     node::prepare()?;
     announce("emulated board: its Node packages are installed");
     Ok(())

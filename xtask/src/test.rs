@@ -9,7 +9,7 @@ use anyhow::{Result, anyhow};
 use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
-use crate::toolchain::{Toolchain, cargo};
+use crate::toolchain::{self, cargo, firmware_cargo};
 use crate::variant::{Axes, Contact, Driver, Port, Variant};
 use crate::{build, cpu, node, other_chip, suites, web, workspace};
 use isostep::stopwatch::Stopwatch;
@@ -22,9 +22,10 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040
-  another board    the firmware of boards/qemu-lm3s6965 in QEMU; skipped without qemu-system-arm
+  another board    the firmware of boards/qemu-lm3s6965 in QEMU, of three axes and of two; skipped without qemu-system-arm
   another chip     the firmwares of examples/stm32g474 link for a Cortex-M4F; skipped where rustup cannot add that target
   slow clock       the machine by a clock of 32,768 Hz; only with --all
+  two axes         the machine of X and Y alone; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   page             the page with the simulated machine, in Chromium; only with --all; skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
@@ -70,8 +71,9 @@ impl Cases {
     }
 }
 
-/// Everything is compiled once more for each of these two.
+/// Everything is compiled once more for each of these three.
 const SLOW_CLOCK: Stage = ("slow clock", slow_clock);
+const TWO_AXES: Stage = ("two axes", two_axes);
 const FOUR_AXES: Stage = ("four axes", four_axes);
 
 /// These need more than Rust and Node.
@@ -80,7 +82,7 @@ const ANOTHER_BOARD: Stage = ("another board", another_board);
 const ANOTHER_CHIP: Stage = ("another chip", another_chip);
 const SENDERS: Stage = ("real senders", senders);
 
-const STAGES: [Stage; 10] = [
+const STAGES: [Stage; 11] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
@@ -88,6 +90,7 @@ const STAGES: [Stage; 10] = [
     ANOTHER_BOARD,
     ANOTHER_CHIP,
     SLOW_CLOCK,
+    TWO_AXES,
     FOUR_AXES,
     PAGE,
     SENDERS,
@@ -133,7 +136,7 @@ pub fn run(args: Args) -> Result<()> {
             summary += &format!("{name:<16} skipped: {why}\n");
             continue;
         }
-        if [SLOW_CLOCK.0, FOUR_AXES.0, PAGE.0].contains(name) && cases == Cases::Few {
+        if [SLOW_CLOCK.0, TWO_AXES.0, FOUR_AXES.0, PAGE.0].contains(name) && cases == Cases::Few {
             summary += &format!("{name:<16} skipped: --all runs it\n");
             continue;
         }
@@ -243,10 +246,13 @@ fn on_board(cases: Cases, elves: &[PathBuf; 3]) -> Command {
 
 fn another_board(cases: Cases) -> Result<()> {
     const BOARD: &str = "qemu-lm3s6965";
-    process::run(&mut Toolchain::ensure()?.cargo("build", BOARD, &[]))?;
+    toolchain::add_target(workspace::FIRMWARE_TARGET)?;
+    process::run(&mut firmware_cargo("build", BOARD, &["two-axes"]))?;
+    let two_axes = build::keep(&workspace::elf(BOARD), "qemu-two-axes")?;
+    process::run(&mut firmware_cargo("build", BOARD, &[]))?;
     let tests = || {
         let mut tests = cases.cargo_test();
-        tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD));
+        tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD)).env("ISOSTEP_QEMU_TWO_AXES_ELF", &two_axes);
         tests
     };
     suites::run("another board", tests, &["--package=isostep-tests", "--test=qemu", "--", "--ignored"])
@@ -259,6 +265,11 @@ fn another_chip(_: Cases) -> Result<()> {
 fn slow_clock(cases: Cases) -> Result<()> {
     let args = ["--package=isostep-tests", "--features=tick-hz-32_768", "--test=tick_rate"];
     suites::run("slow clock", || cases.cargo_test(), &args)
+}
+
+fn two_axes(cases: Cases) -> Result<()> {
+    let args = ["--package=isostep-tests", "--features=two-axes", "--test=two_axes"];
+    suites::run("two axes", || cases.cargo_test(), &args)
 }
 
 /// Few random cases are enough here: that they hold at random places is seen with three axes.

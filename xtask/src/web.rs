@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use isostep_sim::{Config, trace};
@@ -13,9 +12,7 @@ use crate::toolchain::{self, cargo};
 use crate::{node, workspace};
 
 /// What browsers run.
-const TARGET: &str = "wasm32-unknown-unknown";
-/// Without a network, rustup retries for minutes. The download itself is some 20 MB.
-const RUSTUP_PATIENCE: Duration = Duration::from_secs(120);
+pub const TARGET: &str = "wasm32-unknown-unknown";
 /// Chromium by the names that it has on systems.
 const CHROMIUMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
@@ -77,7 +74,7 @@ fn dir() -> PathBuf {
 
 fn build(out: &Path) -> Result<()> {
     ensure_replaceable(out)?;
-    add_target()?;
+    toolchain::add_target(TARGET)?;
     announce(&format!("isostep-web for {TARGET}"));
     process::run(&mut machine("rustc"))?;
     let module = workspace::target_dir().join(TARGET).join("browser").join("isostep_web.wasm");
@@ -114,21 +111,13 @@ fn machine(verb: &str) -> Command {
     command
 }
 
-/// Clippy for what only a browser sees; `None` without the target.
-pub fn clippy() -> Option<Command> {
-    toolchain::has_core_library(TARGET).then(|| machine("clippy"))
-}
-
-fn add_target() -> Result<()> {
-    if toolchain::has_core_library(TARGET) {
-        return Ok(());
-    }
-    announce(&format!("rustup target add {TARGET}"));
-    let mut rustup = Command::new("rustup");
-    rustup.current_dir(workspace::root()).env("RUSTUP_MAX_RETRIES", "0").args(["target", "add", TARGET]);
-    process::run_within(&mut rustup, RUSTUP_PATIENCE).with_context(|| {
-        format!("no Rust library for {TARGET} was found: `rustup target add {TARGET}`, or on Debian `apt-get install libstd-rust-dev-wasm32`")
-    })
+/// Clippy for what only a browser sees.
+///
+/// # Errors
+/// Without the target.
+pub fn clippy() -> Result<Command> {
+    toolchain::add_target(TARGET)?;
+    Ok(machine("clippy"))
 }
 
 /// Writes what JavaScript sees of the module, by a tool that has packages of its own.
