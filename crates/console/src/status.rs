@@ -129,10 +129,7 @@ fn due(reports_left: &mut u8, period: u8) -> bool {
 
 /// `x,y,z`, in the units of the reports; a rotary axis is in degrees. Senders read three, so without Z it is 0.
 pub(crate) fn write_coordinates(out: &mut impl Write, pm: [i64; AXES], settings: &Settings) -> Result {
-    let of = |axis| Coordinate {
-        pm: pm.get(axis).copied().unwrap_or_default(),
-        inches: settings.reports_inches(axis),
-    };
+    let of = |axis| Coordinate { pm: pm.get(axis).copied().unwrap_or_default(), inches: settings.reports_inches(axis) };
     let (x, y, z) = (of(0), of(1), of(2));
     write!(out, "{x},{y},{z}")?;
     (3..AXES).try_for_each(|axis| write!(out, ",{}", of(axis)))
