@@ -48,7 +48,8 @@ fn check_chain(bench: &mut Bench, outcome: &Outcome, first: usize, moves: &Moves
             assert!(kept::are_rests(&pair[0], config)[1], "case {case}: {exit_mm_s} mm/s at an exact stop");
         }
     }
-    let since = Outcome { moves: records.to_vec(), ..outcome.clone() };
+    let mut since = outcome.clone();
+    since.moves = records.to_vec();
     let at = |record: &MoveRecord| records.iter().position(|each| each == record).expect("one of them");
     highest.add(bench.ratios(&since, |record| moves.asked[found[at(record)]].feed_mm_min), case);
 }

@@ -208,6 +208,7 @@ impl Arc {
 /// Why an arc was refused whose centre was given: its start and its target are not equally far from that centre. Displays
 /// as the text of a `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Misfit {
     /// The distance of the start from the centre.
     pub start_radius_mm: f64,

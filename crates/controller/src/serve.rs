@@ -39,6 +39,7 @@ const CHUNK_BYTES: usize = 64;
 
 /// Why a console ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum LinkError<R, W> {
     /// Reading failed.
     Read(R),

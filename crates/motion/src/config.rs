@@ -91,6 +91,7 @@ pub struct HomingConfig {
 
 /// Why a configuration was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ConfigError {
     /// An axis's limits do not work.
     Limits {

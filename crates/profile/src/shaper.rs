@@ -77,6 +77,7 @@ pub const DAMPING_RATIO: RangeInclusive<f64> = 0.0..=0.5;
 
 /// Why a shaper was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ShaperError {
     /// Its frequency is outside [`NATURAL_HZ`].
     Frequency {

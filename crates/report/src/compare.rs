@@ -19,6 +19,7 @@ use isostep_sim::world::Edge;
 
 /// Why a trace does not match the run.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Mismatch {
     /// The file cannot be read as a trace.
     #[error("not a step trace with the header t_ns,axis,direction,position_steps: {0}")]

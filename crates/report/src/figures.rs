@@ -19,6 +19,7 @@ use isostep_sim::verify::{self, Findings, MoveCheck, Verdict};
 
 /// One move of the program.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct MoveFigures {
     /// Number of the move, from 1, in the order made.
     pub number: usize,
@@ -92,6 +93,7 @@ pub struct Lengths {
 
 /// The figures of a run.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Figures {
     /// Name of the program.
     pub program: String,

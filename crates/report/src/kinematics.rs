@@ -20,6 +20,7 @@ pub struct OfLimit {
 
 /// The largest jump of an axis's speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct JumpFigures {
     /// Size of the jump, mm/s.
     pub mm_s: f64,
@@ -33,6 +34,7 @@ pub struct JumpFigures {
 
 /// The motion of an axis in a program. Homing is excluded because it stops abruptly at switches.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AxisFigures {
     /// Name of the axis.
     pub axis: String,

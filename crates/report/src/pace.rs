@@ -33,6 +33,7 @@ pub use self::slow::{LEAST_SHOWN_S, SlowKind, SlowPlace, SlowPlaces, Why};
 
 /// The time of a program, divided by what limits it, s. The sum is the total: [`Pace::total_s`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Shares {
     /// At the feed that the lines ask for, and on ramps between feeds.
     pub feed_s: f64,
@@ -77,6 +78,7 @@ pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> 
 
 /// The pace of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AxisPace {
     /// Its highest planned speed, mm/s.
     pub highest_mm_s: f64,
@@ -90,6 +92,7 @@ pub struct AxisPace {
 
 /// The pace of a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Pace {
     /// Whether the program sets steps/mm, or anything that limits speed, after its first move. Then the times in motion
     /// and at standstill are given, but not what limits them: [`slow`](Self::slow) is empty, [`axes`](Self::axes) are

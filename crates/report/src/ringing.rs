@@ -45,6 +45,7 @@ pub struct Deviation {
 
 /// The ringing of an axis in a program: see [`ringing`](self).
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RingingFigures {
     /// Name of the axis.
     pub axis: String,
@@ -85,6 +86,7 @@ pub fn figures(outcome: &Outcome, sources: &[Option<Source>]) -> Vec<RingingFigu
 
 /// What is left of the vibration of one load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Residual {
     /// The largest amplitude after a stop, mm, and the index of the move that ends there.
     pub after_stops: Option<(f64, usize)>,

@@ -24,6 +24,7 @@ const PIECES: u32 = 8;
 
 /// What shaping costs in a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ShapingFigures {
     /// Number of shaped runs that came to their end: each ends with a stop.
     pub stops: usize,

@@ -32,6 +32,7 @@ const SAME_MM: f64 = 0.5e-4;
 
 /// A line that the controller would refuse.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Refused {
     /// Line number in the program, from 1.
     pub line: usize,
@@ -47,6 +48,7 @@ pub struct Refused {
 
 /// The first move that leaves the travel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Outside {
     /// Line number in the program, from 1.
     pub line: usize,
@@ -66,6 +68,7 @@ pub struct Outside {
 
 /// What is known about a program without running it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Survey {
     /// Number of lines, including empty ones.
     pub lines: usize,

@@ -288,6 +288,7 @@ impl Config {
 /// The start position of a carriage is beyond its end stops.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{}: start place {asked_mm} mm is beyond the end stops at {min_mm} and {max_mm} mm from its switch", Axis::ALL[*.axis])]
+#[non_exhaustive]
 pub struct StartOutside {
     /// Index of the axis.
     pub axis: usize,

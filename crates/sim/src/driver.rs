@@ -68,6 +68,7 @@ impl fmt::Display for Rule {
 
 /// An edge that the driver may misread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Violation {
     /// Time since power-up.
     pub t_ns: u64,

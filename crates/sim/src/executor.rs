@@ -32,6 +32,7 @@ const POLLS_PER_INSTANT_MAX: u32 = 1_000_000;
 
 /// Why [`Executor::run_until`] ended early.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RunError {
     /// Nothing is ready and no deadline is pending: only an event from outside could continue the run.
     #[error("deadlock at {}: nothing is due, and these tasks wait: {}", Seconds(*.at), .waiting.join(", "))]

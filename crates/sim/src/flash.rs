@@ -43,6 +43,7 @@ struct Fault {
 
 /// Why an operation failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FlashError {
     /// The range is not whole sectors.
     Unaligned,

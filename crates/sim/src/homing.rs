@@ -29,6 +29,7 @@ impl Latch {
 
 /// Why there are no results.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum HomingError {
     /// The machine did not come to rest.
     #[error(transparent)]

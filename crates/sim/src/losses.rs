@@ -22,6 +22,7 @@ const MARGIN: f64 = 0.5;
 
 /// A loss, and what to do about it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct LossFigures {
     /// The loss.
     #[serde(flatten)]

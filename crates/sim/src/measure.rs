@@ -41,6 +41,7 @@ const EDGES_MIN: usize = 4;
 
 /// Durations of acceleration, cruise and deceleration of an axis, s.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Intervals {
     /// Acceleration.
     pub accel_s: f64,
@@ -60,6 +61,7 @@ impl Intervals {
 
 /// Intervals and their resolution.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Measured {
     /// The measured intervals.
     #[serde(flatten)]

@@ -18,6 +18,7 @@ const PROBES: u32 = 64;
 
 /// One move, with its plan and its end.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MoveRecord {
     /// The instant the plan counts from: the start of its run, ns since power-up.
     pub start_ns: u64,

@@ -13,6 +13,7 @@ use crate::world::World;
 
 /// The result of a run: everything recorded, and the final state.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Outcome {
     /// The configuration that was simulated.
     pub config: Config,
@@ -85,6 +86,7 @@ pub struct Outcome {
 
 /// The side of a second motor at the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SecondSide {
     /// The axis that has the motor.
     pub axis: Axis,

@@ -54,6 +54,7 @@ impl FromStr for Plate {
 
 /// A text that does not describe a plate.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NoPlate {
     /// It does not have the parts of a plate.
     #[error("`{0}` is not an axis, a place and a side: say it as Z,12.5,below")]

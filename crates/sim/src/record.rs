@@ -81,6 +81,7 @@ pub enum LossCause {
 
 /// Consecutive steps lost for one reason.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Loss {
     /// When the first step was lost, since power-up.
     pub t_ns: u64,

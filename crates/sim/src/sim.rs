@@ -107,6 +107,7 @@ pub fn run_watched(
 
 /// Progress of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Progress {
     /// Lines answered.
     pub answered: usize,

@@ -29,6 +29,7 @@ pub struct Said {
 
 /// A line that the controller refused.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Refusal {
     /// Line number in the program, from 1.
     pub line: usize,

@@ -20,6 +20,7 @@ use crate::record::Edge;
 
 /// The results for one move.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct MoveCheck {
     /// Index in [`Outcome::moves`].
     pub index: usize,

@@ -7,6 +7,7 @@ use crate::axes::AXES;
 
 /// The result of the last motion that probed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Probed {
     /// The contact changed during the motion.
     pub touched: bool,

@@ -14,6 +14,7 @@ use crate::tool::spindle::Outputs;
 
 /// The machine's status at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Status {
     /// What it is doing.
     pub state: State,

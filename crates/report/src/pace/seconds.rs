@@ -16,6 +16,7 @@ const MISSING_S: f64 = 1e-6;
 
 /// A second of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Second {
     /// When it begins, s from the start of the first move.
     pub start_s: f64,

@@ -76,6 +76,7 @@ impl Why {
 
 /// A place where the program is slow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SlowPlace {
     /// The reason.
     pub why: Why,
@@ -104,6 +105,7 @@ pub struct SlowPlace {
 
 /// All slow places with one reason.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SlowKind {
     /// The reason.
     pub why: Why,
@@ -117,6 +119,7 @@ pub struct SlowKind {
 
 /// The slow places of a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SlowPlaces {
     /// The places by reason.
     pub kinds: [SlowKind; Why::ALL.len()],

@@ -39,6 +39,7 @@ pub fn moves_in(record: &MoveRecord, axes: Axes) -> bool {
 
 /// The room that a plane may take.
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub struct Room {
     /// Size of the area inside the labels, in fine pixels; a flat path is lower.
     pub inner: (f64, f64),

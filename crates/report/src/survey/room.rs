@@ -47,6 +47,7 @@ impl Bounds {
 
 /// The positions that each axis can reach, machine coordinates, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Room {
     /// The least and the greatest position of each axis.
     pub mm: [(f64, f64); AXES],

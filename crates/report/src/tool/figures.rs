@@ -11,6 +11,7 @@ use isostep_sim::tool::ToolOutput;
 
 /// What the tool did.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ToolFigures {
     /// Whether the tool is a laser at the end of the run.
     pub laser: bool,
@@ -30,6 +31,7 @@ pub struct ToolFigures {
 
 /// A duty over some time, from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DutyFigures {
     /// The least.
     pub least: f64,
@@ -41,6 +43,7 @@ pub struct DutyFigures {
 
 /// What a laser's beam did.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BeamFigures {
     /// Length of the path with the beam on, mm.
     pub path_mm: f64,

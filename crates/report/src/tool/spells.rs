@@ -4,6 +4,7 @@ use isostep_sim::tool::{ToolChange, ToolOutput};
 
 /// A time in which an output is on and does not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Spell {
     /// When it begins, ns since power-up.
     pub begin_ns: u64,

@@ -23,6 +23,7 @@ pub struct Oscillator {
 
 /// Why an oscillator was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum OscillatorError {
     /// The natural frequency is not a positive number, Hz.
     #[error("natural frequency {asked} Hz must be a number above 0")]

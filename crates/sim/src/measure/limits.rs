@@ -30,6 +30,7 @@ const ORDERS: usize = 3;
 
 /// The highest measured values, each as a fraction of its limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct LimitRatios {
     /// Fraction of the speed limit in force.
     pub speed: f64,

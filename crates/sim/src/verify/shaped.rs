@@ -29,6 +29,7 @@ const HALVINGS: u32 = 10;
 
 /// The results for one shaped run.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RunCheck {
     /// Index of its first move in [`Outcome::moves`].
     pub first: usize,
