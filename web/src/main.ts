@@ -1,7 +1,7 @@
 // The page: a program on the machine, and the machine to operate.
 
 import { button, part } from "./elements";
-import { Operate } from "./operate";
+import { Operate } from "./operate/operate";
 import { Run } from "./run";
 
 const VIEWS = ["run", "operate"] as const;

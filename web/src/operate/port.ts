@@ -1,7 +1,7 @@
 // What the page needs of a machine: bytes both ways. A simulated one has them, and a serial port has them.
 
-import { worker } from "./job";
-import type { FromWorker, ToWorker, Trouble } from "./messages";
+import { worker } from "../job";
+import type { FromWorker, ToWorker, Trouble } from "../messages";
 
 export interface Port {
   send(bytes: Uint8Array): void;

@@ -1,0 +1,71 @@
+// Lines under way: no more bytes are sent than the controller takes.
+
+/** Bytes that the controller takes before it has answered. */
+const WINDOW_BYTES = 128;
+
+interface Line {
+  text: string;
+  /** Its answer, `ok` or `error:N`. */
+  answered(answer: string): void;
+  /** What is printed before the answer; `undefined` lets everybody hear it. */
+  printed: ((line: string) => void) | undefined;
+}
+
+export class Flight {
+  private readonly waiting: Line[] = [];
+  private readonly sent: Line[] = [];
+  private bytes = 0;
+
+  constructor(private readonly send: (line: string) => void) {}
+
+  /** Sends a line as soon as there is room. */
+  push(text: string, answered: (answer: string) => void, printed?: (line: string) => void): void {
+    this.waiting.push({ text, answered, printed });
+    this.fill();
+  }
+
+  /** How many lines wait or are under way. */
+  get length(): number {
+    return this.waiting.length + this.sent.length;
+  }
+
+  /** A line was printed before an answer; whether it was asked for by a line that keeps what it hears. */
+  hears(line: string): boolean {
+    const printed = this.sent[0]?.printed;
+    printed?.(line);
+    return printed !== undefined;
+  }
+
+  /** An answer has come. */
+  answer(answer: string): void {
+    const first = this.sent.shift();
+    if (!first) return;
+    this.bytes -= first.text.length + 1;
+    first.answered(answer);
+    this.fill();
+  }
+
+  /** Nothing more is sent; what is under way is answered still. */
+  forgetWaiting(): void {
+    this.waiting.length = 0;
+  }
+
+  /** The controller begins anew, and answers nothing of before. */
+  restart(): void {
+    this.forgetWaiting();
+    this.sent.length = this.bytes = 0;
+  }
+
+  private fill(): void {
+    for (;;) {
+      const next = this.waiting[0];
+      if (!next) return;
+      const length = next.text.length + 1;
+      if (this.sent.length && this.bytes + length > WINDOW_BYTES) return;
+      this.waiting.shift();
+      this.sent.push(next);
+      this.bytes += length;
+      this.send(next.text);
+    }
+  }
+}

@@ -1,0 +1,79 @@
+// Jogging: held down jogs, let go cancels.
+
+import { input, part } from "../elements";
+import { AXIS_NAMES } from "../motion";
+import { JOG_CANCEL } from "./dialect";
+import type { Machine } from "./machine";
+
+/** How far a jog goes at most on an axis whose zero is not known, mm. */
+const BLIND_MM = 100;
+/** Keys on the jog pad: the axis and the direction. */
+const KEYS: Record<string, [number, number]> = {
+  ArrowLeft: [0, -1],
+  ArrowRight: [0, 1],
+  ArrowDown: [1, -1],
+  ArrowUp: [1, 1],
+  PageDown: [2, -1],
+  PageUp: [2, 1],
+};
+/** The setting with the travel of the first axis. */
+const TRAVEL = 130;
+
+export class Jog {
+  /** What is held down. */
+  private by: string | undefined;
+
+  constructor(private readonly machine: Machine) {
+    const pad = part("pad");
+    for (const key of pad.querySelectorAll<HTMLButtonElement>("button[data-axis]")) this.readKey(key);
+    pad.addEventListener("keydown", (event) => {
+      const jog = KEYS[event.key];
+      if (!jog) return;
+      event.preventDefault();
+      if (!event.repeat) this.start(...jog, event.key);
+    });
+    pad.addEventListener("keyup", (event) => this.letGo(event.key));
+    pad.addEventListener("focusout", (event) => {
+      // The first of a press moves the focus from one button to another.
+      if (!(event.relatedTarget instanceof Node && pad.contains(event.relatedTarget))) this.letGo();
+    });
+    window.addEventListener("blur", () => this.letGo());
+    document.addEventListener("visibilitychange", () => document.hidden && this.letGo());
+    machine.watch({ began: () => (this.by = undefined) });
+  }
+
+  private readKey(key: HTMLButtonElement): void {
+    const [axis, direction] = [Number(key.dataset["axis"]), Number(key.dataset["direction"])];
+    key.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      key.setPointerCapture(event.pointerId);
+      this.start(axis, direction, "pointer");
+    });
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) key.addEventListener(end, () => this.letGo("pointer"));
+    key.addEventListener("contextmenu", (event) => event.preventDefault());
+    key.addEventListener("keydown", (event) => {
+      if (![" ", "Enter"].includes(event.key)) return;
+      event.preventDefault();
+      if (!event.repeat) this.start(axis, direction, event.key);
+    });
+  }
+
+  /** Jogs to the end of the axis, if that is known; whoever holds the key down ends it before. */
+  private start(axis: number, direction: number, by: string): void {
+    if (this.by || !["Idle", "Jog"].includes(this.machine.state)) return;
+    this.by = by;
+    const [name, feed] = [AXIS_NAMES[axis], input("jog-feed").value || "1000"];
+    const travel = Number(this.machine.settings.get(TRAVEL + axis));
+    const end = this.machine.isHomed && travel ? `G90 G53 ${name}${direction > 0 ? travel : 0}` : `G91 ${name}${direction * BLIND_MM}`;
+    const line = `$J=${end} F${feed}`;
+    this.machine.log(line, "sent");
+    this.machine.ask(line, (answer) => answer !== "ok" && this.machine.log(answer, "wrong"));
+  }
+
+  private letGo(by = this.by): void {
+    if (!this.by || this.by !== by) return;
+    this.by = undefined;
+    this.machine.forgetWaiting();
+    this.machine.byte(JOG_CANCEL);
+  }
+}

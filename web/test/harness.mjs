@@ -1,0 +1,54 @@
+// What the tests of the page share: a browser, pages in it, and what a person does there.
+import { mkdir } from "node:fs/promises";
+import { parseArgs } from "node:util";
+import { chromium } from "playwright-core";
+import { serve } from "../serve.mjs";
+
+const options = Object.fromEntries(["page", "trace", "shots", "chromium"].map((name) => [name, { type: "string" }]));
+export const { values: paths } = parseArgs({ options });
+const PATIENCE_MS = 30_000;
+export const WIDE = { width: 1440, height: 1000 };
+export const PHONE = { width: 390, height: 844 };
+
+export const server = await serve(paths.page);
+export const browser = await chromium.launch({ executablePath: paths.chromium ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
+await mkdir(paths.shots, { recursive: true });
+export const complaints = [];
+
+/** A page of its own, of which nothing may be complained. */
+export async function opened(address = "", { viewport = WIDE, colorScheme = "light" } = {}) {
+  const context = await browser.newContext({ viewport, colorScheme, acceptDownloads: true });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("request", (request) => {
+    if (!request.url().startsWith(server.address) && !request.url().startsWith("blob:")) complaints.push(`loaded from elsewhere: ${request.url()}`);
+  });
+  await page.goto(server.address + address);
+  return page;
+}
+
+/** A chain of short moves that does not stop. */
+export function longProgram(moves) {
+  const lines = Array.from({ length: moves }, (_, line) => `G1 ${["X", "Y"][line % 2]}${line % 4 < 2 ? "" : "-"}0.2`);
+  return `G21 G91 F2400\n${lines.join("\n")}\n`;
+}
+
+export const hasEnded = (page) => page.locator("#results[data-state=ended]").waitFor();
+
+/** Puts a text where a person would paste it. */
+export const put = (page, id, text) => page.evaluate(([id, text]) => {
+  const place = document.getElementById(id);
+  place.value = text;
+  place.dispatchEvent(new Event("input"));
+}, [id, text]);
+
+/** Runs a program on a page, and waits for its end, whatever it is. */
+export async function run(page, program, settings = "") {
+  await page.locator("#run:enabled").waitFor();
+  await put(page, "program", program);
+  await put(page, "settings", settings);
+  await page.click("#run");
+  await page.locator("#run:enabled").waitFor();
+}
