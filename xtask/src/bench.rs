@@ -11,7 +11,7 @@ use crate::{build, node, workspace};
 pub use isostep_bench::Args;
 
 /// The drivers of every axis. They are fast enough not to limit the rate.
-const DRIVER: Driver = Driver::Tmc2209;
+const DRIVER: Option<Driver> = Some(Driver::Tmc2209);
 
 pub fn run(args: Args) -> Result<()> {
     args.check()?;

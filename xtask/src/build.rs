@@ -21,6 +21,7 @@ The files, for a probe and for the boot drive:
 Examples:
   cargo xtask build                       steps by PIO and DMA, for DRV8825 drivers
   cargo xtask build --driver tmc2209      faster drivers, shorter pulses
+  cargo xtask build --board skr-pico      for a BIGTREETECH SKR Pico; see docs/bring-up.md
   cargo xtask build --estop nc            an emergency stop that opens when pressed; see docs/bring-up.md
   cargo xtask build --port timer          steps by the processor
   cargo xtask build --without-paper-laws  1.9 KiB less RAM; see docs/speed-laws.md
@@ -41,6 +42,7 @@ pub fn run(args: Args) -> Result<()> {
 
 /// Builds the gantry's firmware.
 pub fn firmware(variant: Variant) -> Result<Firmware> {
+    variant.check()?;
     build_firmware(workspace::FIRMWARE, &variant.features())
 }
 

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use crate::process;
-use crate::variant::{Axes, Contact, Driver, Port, Variant};
+use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
 use crate::{build, workspace};
 
 /// Make the files of a release: UF2 files, checksums, licences
@@ -20,6 +20,7 @@ use crate::{build, workspace};
 #[command(after_help = "\
 The files, in target/dist:
   isostep-VERSION-PORT-DRIVER.uf2    one for each step port and driver; copied onto the boot drive of a Pico
+  isostep-VERSION-PORT-skr-pico.uf2  the same for an SKR Pico
   isostep-VERSION-PORT-DRIVER-estop-nc.uf2
                                      the same for an emergency stop that is wired normally closed
   isostep-VERSION-PORT-DRIVER[-estop-nc]-4-axes.uf2
@@ -50,26 +51,32 @@ pub fn run(Args {}: Args) -> Result<()> {
     Ok(())
 }
 
-/// Every port with every driver, every contact of the emergency stop and every number of axes.
+/// Every port with every driver and board, every contact of the emergency stop and every number of axes.
 fn variants() -> impl Iterator<Item = Variant> {
-    let drivers = |port| Driver::value_variants().iter().map(move |&driver| (port, driver));
-    let of = |(port, driver)| {
-        let with = move |estop| move |&axes| Variant { port, driver, estop, axes, ..Variant::default() };
-        Contact::value_variants().iter().flat_map(move |&estop| Axes::value_variants().iter().map(with(estop)))
-    };
-    Port::value_variants().iter().copied().flat_map(drivers).flat_map(of)
+    let on_pico = Driver::value_variants().iter().map(|&driver| (Board::Pico, Some(driver)));
+    let machines = on_pico.chain([(Board::SkrPico, None)]);
+    machines.flat_map(|(board, driver)| {
+        Port::value_variants().iter().flat_map(move |&port| {
+            Contact::value_variants().iter().flat_map(move |&estop| {
+                let with = move |&axes| Variant { board, port, driver, estop, axes, ..Variant::default() };
+                Axes::value_variants().iter().map(with)
+            })
+        })
+    })
 }
 
-fn name(Variant { port, driver, estop, axes, prove, .. }: Variant) -> String {
-    let word = |value: clap::builder::PossibleValue| value.get_name().to_owned();
-    let (port, driver) = (port.to_possible_value().map(word), driver.to_possible_value().map(word));
-    let (port, driver) = (port.unwrap_or_default(), driver.unwrap_or_default());
-    if prove {
+fn name(variant: Variant) -> String {
+    let port = variant.port.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+    if variant.prove {
         return format!("isostep-{}-prove-{port}.uf2", env!("CARGO_PKG_VERSION"));
     }
-    let contact = if estop == Contact::Nc { "-estop-nc" } else { "" };
-    let axes = if axes == Axes::Four { "-4-axes" } else { "" };
-    format!("isostep-{}-{port}-{driver}{contact}{axes}.uf2", env!("CARGO_PKG_VERSION"))
+    let machine = match variant.board {
+        Board::Pico => variant.driver_name(),
+        Board::SkrPico => variant.board_name(),
+    };
+    let contact = if variant.estop == Contact::Nc { "-estop-nc" } else { "" };
+    let axes = if variant.axes == Axes::Four { "-4-axes" } else { "" };
+    format!("isostep-{}-{port}-{machine}{contact}{axes}.uf2", env!("CARGO_PKG_VERSION"))
 }
 
 fn written(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
@@ -243,10 +250,11 @@ mod tests {
 
     #[test]
     fn a_file_says_what_it_is_for() {
-        let name = name(Variant { port: Port::Timer, driver: Driver::Tmc2209, ..Variant::default() });
+        let name = name(Variant { port: Port::Timer, driver: Some(Driver::Tmc2209), ..Variant::default() });
         assert_eq!(name, format!("isostep-{}-timer-tmc2209.uf2", env!("CARGO_PKG_VERSION")));
         let names: BTreeSet<_> = variants().map(super::name).collect();
-        assert_eq!(names.len(), 16, "{names:?}");
+        assert_eq!(names.len(), 24, "{names:?}");
+        assert!(names.contains(&name.replace("tmc2209", "skr-pico")), "{names:?}");
         for end in [".uf2", "-estop-nc.uf2", "-4-axes.uf2", "-estop-nc-4-axes.uf2"] {
             assert!(names.contains(&name.replace(".uf2", end)), "{names:?}");
         }

@@ -7,7 +7,7 @@ use anyhow::Result;
 use crate::other_chip;
 use crate::process::{announce, run as run_command};
 use crate::toolchain::{self, cargo, firmware_cargo};
-use crate::variant::{Axes, Contact, Driver, Port, Variant};
+use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
 use crate::{web, workspace};
 
 /// Check formatting, clippy and the documentation; warnings are errors
@@ -74,8 +74,9 @@ fn for_browsers() -> Result<()> {
 fn firmware() -> Result<()> {
     toolchain::add_target(workspace::FIRMWARE_TARGET)?;
     let other = Variant {
+        board: Board::Pico,
         port: Port::Timer,
-        driver: Driver::Tmc2209,
+        driver: Some(Driver::Tmc2209),
         estop: Contact::Nc,
         axes: Axes::Four,
         prove: false,
@@ -83,6 +84,8 @@ fn firmware() -> Result<()> {
     };
     check_firmware(workspace::FIRMWARE, &Variant::default().features())?;
     check_firmware(workspace::FIRMWARE, &other.features())?;
+    let skr_pico = Variant { board: Board::SkrPico, ..Variant::default() };
+    check_firmware(workspace::FIRMWARE, &skr_pico.features())?;
     for port in [Port::Pio, Port::Timer] {
         check_firmware(workspace::FIRMWARE, &Variant::proving(port).features())?;
     }

@@ -10,7 +10,7 @@ use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::{self, cargo, firmware_cargo};
-use crate::variant::{Axes, Contact, Driver, Port, Variant};
+use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
 use crate::{build, cpu, node, other_chip, suites, web, workspace};
 use isostep::stopwatch::Stopwatch;
 
@@ -196,8 +196,9 @@ fn emulator(cases: Cases) -> Result<()> {
 /// The firmware with the other step port, tested like the default one.
 const TIMER_PORT_ELF: &str = "timer-port";
 const TIMER_PORT: Variant = Variant {
+    board: Board::Pico,
     port: Port::Timer,
-    driver: Driver::Drv8825,
+    driver: Some(Driver::Drv8825),
     estop: Contact::No,
     axes: Axes::Three,
     prove: false,

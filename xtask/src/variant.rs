@@ -1,5 +1,6 @@
 //! The variants in which the gantry's firmware is built.
 
+use anyhow::{Result, ensure};
 use clap::ValueEnum;
 pub use isostep_bench::Port;
 
@@ -9,12 +10,15 @@ pub const FOUR_AXES: &str = "four-axes";
 /// What the firmware is built for.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub struct Variant {
+    /// The board
+    #[arg(long, value_enum, default_value_t)]
+    pub board: Board,
     /// What makes the steps
     #[arg(long, value_enum, default_value_t)]
     pub port: Port,
-    /// The stepper drivers whose timing is kept
-    #[arg(long, value_enum, default_value_t)]
-    pub driver: Driver,
+    /// The stepper drivers whose timing is kept [default: drv8825; those of an SKR Pico are tmc2209]
+    #[arg(long, value_enum)]
+    pub driver: Option<Driver>,
     /// How the emergency stop is wired to ground
     #[arg(long, value_enum, default_value_t)]
     pub estop: Contact,
@@ -27,6 +31,16 @@ pub struct Variant {
     /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
     #[arg(long)]
     pub without_paper_laws: bool,
+}
+
+/// The board, and with it the use of each pin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Board {
+    /// A Raspberry Pi Pico with a bare driver for each motor
+    #[default]
+    Pico,
+    /// A BIGTREETECH SKR Pico V1.0
+    SkrPico,
 }
 
 /// The stepper driver.
@@ -64,18 +78,43 @@ pub enum Contact {
 impl Variant {
     /// The image that measures itself. Its pulses are as short as they may be, for the highest rates: no motor is driven.
     pub fn proving(port: Port) -> Self {
-        Self { port, driver: Driver::Tmc2209, prove: true, ..Self::default() }
+        Self { port, driver: Some(Driver::Tmc2209), prove: true, ..Self::default() }
+    }
+
+    /// # Errors
+    /// What the board does not have.
+    pub fn check(self) -> Result<()> {
+        let is_skr_pico = self.board == Board::SkrPico;
+        ensure!(
+            !is_skr_pico || self.driver() == Driver::Tmc2209,
+            "--driver drv8825: the drivers of an SKR Pico are TMC2209, and cannot be changed: leave --driver out"
+        );
+        ensure!(!is_skr_pico || !self.prove, "--prove: the image that measures itself is for --board pico");
+        Ok(())
+    }
+
+    pub fn driver(self) -> Driver {
+        self.driver.unwrap_or(if self.board == Board::SkrPico { Driver::Tmc2209 } else { Driver::Drv8825 })
+    }
+
+    /// The board's name for the emulated board's options.
+    pub fn board_name(self) -> &'static str {
+        match self.board {
+            Board::Pico => "pico",
+            Board::SkrPico => "skr-pico",
+        }
     }
 
     /// The board's cargo features. These and no others are to be built, its default ones neither.
     pub fn features(self) -> Vec<&'static str> {
+        let board = (self.board == Board::SkrPico).then_some("skr-pico");
         let port = (self.port == Port::Timer).then_some("timer-port");
-        let driver = (self.driver == Driver::Tmc2209).then_some("tmc2209");
+        let driver = (self.driver() == Driver::Tmc2209).then_some("tmc2209");
         let estop = (self.estop == Contact::Nc).then_some("estop-nc");
         let axes = (self.axes == Axes::Four).then_some(FOUR_AXES);
         let laws = (!self.without_paper_laws).then_some("paper-laws");
         let prove = self.prove.then_some("prove");
-        port.into_iter().chain(prove).chain(driver).chain(estop).chain(axes).chain(laws).collect()
+        board.into_iter().chain(port).chain(prove).chain(driver).chain(estop).chain(axes).chain(laws).collect()
     }
 
     /// The name of the emergency stop's contact for the emulated board's options.
@@ -88,7 +127,7 @@ impl Variant {
 
     /// The driver's name for the emulated board's options.
     pub fn driver_name(self) -> &'static str {
-        match self.driver {
+        match self.driver() {
             Driver::Drv8825 => "drv8825",
             Driver::Tmc2209 => "tmc2209",
         }

@@ -102,7 +102,9 @@ async fn start(spawner: Spawner) {
     motion::spawn_coordinator(spawner, machine, enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
     spawner.spawn(boot::make_way(machine, controller).unwrap());
-    spawner.spawn(led::show(machine, board.led).unwrap());
+    if let Some(led) = board.led {
+        spawner.spawn(led::show(machine, led).unwrap());
+    }
     #[cfg(feature = "prove")]
     prove::ready();
 }

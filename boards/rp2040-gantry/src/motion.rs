@@ -19,7 +19,7 @@ const DRIVERS: DriverTiming = if cfg!(feature = "tmc2209") { DriverTiming::TMC22
 
 /// What the coordinator switches the motors by.
 #[cfg(not(feature = "prove"))]
-pub type Enable = embassy_rp::gpio::Output<'static>;
+pub type Enable = crate::pins::Enables;
 #[cfg(feature = "prove")]
 pub type Enable = crate::prove::MotorsOff;
 
@@ -34,10 +34,9 @@ pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPin
 
 /// Spawns the tasks that stop the axes, and starts the guard that engages the brake before them.
 pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: SwitchPins) {
-    for (axis, limit) in Axis::ALL.into_iter().zip(pins.limits) {
-        spawner.spawn(watch_limit(machine, LimitInput::Of(axis), limit).unwrap());
+    for (which, limit) in guard::LIMIT_INPUTS.into_iter().zip(pins.limits) {
+        spawner.spawn(watch_limit(machine, which, limit).unwrap());
     }
-    spawner.spawn(watch_limit(machine, guard::FOURTH, pins.fourth_limit).unwrap());
     spawner.spawn(watch_emergency_stop(machine, pins.emergency_stop).unwrap());
     guard::start(machine, pins.pio);
 }

@@ -21,15 +21,16 @@ const WAKE_UP: Duration = Duration::from_micros(10);
 
 /// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
+    let ((x, y, z, fourth), (x_dir, y_dir, z_dir, fourth_dir)) = (pins.step, pins.dir);
     let outputs: [Peri<'static, AnyPin>; 2 * pins::STEP.len()] = [
-        pins.x.into(),
-        pins.x_dir.into(),
-        pins.y.into(),
-        pins.y_dir.into(),
-        pins.z.into(),
-        pins.z_dir.into(),
-        pins.fourth.into(),
-        pins.fourth_dir.into(),
+        x.into(),
+        x_dir.into(),
+        y.into(),
+        y_dir.into(),
+        z.into(),
+        z_dir.into(),
+        fourth.into(),
+        fourth_dir.into(),
     ];
     for pin in outputs {
         // Never dropped: dropping it would release the pin.
@@ -103,7 +104,7 @@ fn step(motor: usize) -> u32 {
 }
 
 fn dir(motor: usize) -> u32 {
-    2 << pins::STEP[motor]
+    1 << pins::DIR[motor]
 }
 
 #[inline(always)]

@@ -19,7 +19,9 @@ use crate::dead_man;
 use crate::pins::{self, ToolPins};
 
 const CLOCK_HZ: u32 = 125_000_000;
-const SLICE: usize = 6;
+const SLICE: usize = pins::TOOL_PWM / 2 % 8;
+/// The second output of each slice is on the odd pins.
+const IS_SECOND: bool = pins::TOOL_PWM % 2 == 1;
 /// The longest period: the counter has 16 bits and is compared with a value that may be one more than its end.
 const PERIOD_MAX: u32 = 65_535;
 
@@ -33,6 +35,7 @@ const PWM_FUNCTION: u8 = 4;
 /// The outputs of the tool.
 pub struct Tool {
     _slice: Pwm<'static>,
+    _pwm: Output<'static>,
     enable: Output<'static>,
     direction: Output<'static>,
     flood: Output<'static>,
@@ -48,14 +51,17 @@ impl Tool {
         let ToolPins { slice, pwm, enable, direction, flood, mist } = pins;
         let config = Config::default();
         let period = u32::from(config.top) + 1;
-        let slice = Pwm::new_output_b(slice, pwm, config);
-        Self { _slice: slice, enable, direction, flood, mist, period, duty: 0 }
+        // The pad is the slice's when the brake is released first.
+        let slice = Pwm::new_free(slice, config);
+        Self { _slice: slice, _pwm: pwm, enable, direction, flood, mist, period, duty: 0 }
     }
 
     fn compare(&self) {
         // Full duty is one more than the counter's end: always high.
         let ticks = (self.period * u32::from(self.duty)).div_ceil(u32::from(u16::MAX));
-        pac::PWM.ch(SLICE).cc().write(|compare| compare.set_b(ticks as u16));
+        pac::PWM.ch(SLICE).cc().write(|compare| {
+            if IS_SECOND { compare.set_b(ticks as u16) } else { compare.set_a(ticks as u16) }
+        });
     }
 }
 
@@ -121,7 +127,7 @@ fn override_pads(low: bool) {
         });
     };
     drive(pins::TOOL_PWM, PWM_FUNCTION);
-    pins::TOOL_SWITCHES.for_each(|pin| drive(pin, SIO_FUNCTION));
+    pins::TOOL_SWITCHES.into_iter().for_each(|pin| drive(pin, SIO_FUNCTION));
 }
 
 /// Enables or disables the pull-up of the probe's input.

@@ -4,7 +4,7 @@ import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { Estop } from './estop.mjs';
 import { Jumper } from './jumper.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
-import { AXES, AXES_USUAL, ENABLE_PIN, ESTOP_PIN, PINS, SECOND, SECOND_PINS, TOOL_INPUTS } from './pins.mjs';
+import { AXES, AXES_USUAL, BOARDS, SECOND } from './pins.mjs';
 import { Probe } from './probe.mjs';
 import { SecondMotor } from './second-motor.mjs';
 import { StepStatistics } from './statistics.mjs';
@@ -17,27 +17,30 @@ const HIGH = 1;
 /** The plant: drivers, carriages and switches, the tool, its probe and the buttons, wired to the chip's pins. */
 export class Gantry {
   #estop;
+  /** The ENABLE pins that are high. */
+  #disabled = new Set();
 
   /**
    * @param {import('./clock.mjs').MachineClock} clock
-   * @param {{axes?: number, startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
+   * @param {{board?: string, axes?: number, startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
    *   driver?: string, estop?: 'no' | 'nc', enable?: 'wired' | 'open', second?: {axis: string, skewMm: number} | null,
    *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    * @param {{from: number, to: number}[]} [options.jumpers] wires between the chip's pads
    */
   constructor(clock, options) {
     this.clock = clock;
+    this.board = BOARDS[options.board ?? 'pico'];
     this.timing = new DriverTiming(DRIVERS[options.driver ?? 'drv8825']);
     this.enable = options.enable ?? 'wired';
     this.statistics = new StepStatistics();
-    this.tool = new ToolOutputs(clock);
+    this.tool = new ToolOutputs(clock, this.board.tool);
     this.stops = new Stops(clock, this.tool.offTimes);
     this.toolStops = new ToolStops(clock, this.tool.offTimes);
     this.#estop = new Estop(options.estop ?? 'no');
-    this.levels = new Map(Object.values(TOOL_INPUTS).map((pin) => [pin, true]));
-    this.levels.set(ESTOP_PIN, this.#estop.high);
+    this.levels = new Map(Object.values(this.board.contacts).map((pin) => [pin, true]));
+    this.levels.set(this.board.estop, this.#estop.high);
     /** What a stop by an input is called. */
-    this.stopNames = new Map(options.estop === 'nc' ? [] : [[ESTOP_PIN, 'ESTOP']]);
+    this.stopNames = new Map(options.estop === 'nc' ? [] : [[this.board.estop, 'ESTOP']]);
     this.inputWatchers = new Set();
     this.directions = {};
     this.carriages = {};
@@ -48,7 +51,7 @@ export class Gantry {
     this.axes = AXES.slice(0, options.axes ?? AXES_USUAL);
     this.axes.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
     this.second = options.second ? this.#secondMotor(options, random) : null;
-    this.probe = new Probe(clock, this.carriages, (high) => this.#drive(TOOL_INPUTS.probe, high));
+    this.probe = new Probe(clock, this.carriages, (high) => this.#drive(this.board.contacts.probe, high));
     this.probe.setPlate(options.probePlate ?? null);
     this.jumpers = (options.jumpers ?? []).map((pads) => new Jumper(pads, (jumper) => this.#jumped(jumper)));
     // An input that nothing else is wired to reads high, as an open switch does.
@@ -56,14 +59,14 @@ export class Gantry {
   }
 
   #addAxis(axis, startMm, { bounceMicros, switches }, random) {
-    const limitSwitch = this.#limitSwitch(axis, PINS[axis].limit, bounceMicros, random);
+    const limitSwitch = this.#limitSwitch(axis, this.board.axes[axis].limit, bounceMicros, random);
     this.carriages[axis] = new Carriage(startMm, limitSwitch);
     limitSwitch.setMode(switches[axis] ?? 'normal');
     this.directions[axis] = -1;
   }
 
   #secondMotor({ second, startMm, bounceMicros, switches }, random) {
-    const limitSwitch = this.#limitSwitch(SECOND, SECOND_PINS.limit, bounceMicros, random);
+    const limitSwitch = this.#limitSwitch(SECOND, this.board.axes.A.limit, bounceMicros, random);
     const motor = new SecondMotor(this, second, startMm[AXES.indexOf(second.axis)], limitSwitch);
     limitSwitch.setMode(switches[SECOND] ?? 'normal');
     return motor;
@@ -95,25 +98,30 @@ export class Gantry {
     for (const axis of this.axes) {
       // A chip that has just been reset drives no pin: the driver's own pull-down holds DIR low.
       this.directions[axis] = -1;
-      chip.gpio[PINS[axis].step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
-      chip.gpio[PINS[axis].dir].addListener((state, before) => this.#onDirPin(axis, state === HIGH, before === HIGH));
+      const { step, dir } = this.board.axes[axis];
+      chip.gpio[step].addListener((state, before) => this.#onStepPin(axis, state === HIGH, before === HIGH));
+      chip.gpio[dir].addListener((state, before) => this.#onDirPin(axis, state === HIGH, before === HIGH));
     }
     this.second?.attach(chip);
-    if (this.enable === 'wired') chip.gpio[ENABLE_PIN].addListener((state) => this.#onEnablePin(state !== HIGH));
     // Until the firmware drives it, the driver's own pull-down holds ENABLE low.
-    this.#onEnablePin(true);
+    this.#disabled.clear();
+    this.#onEnable();
+    if (this.enable === 'open') return;
+    for (const pin of new Set(Object.values(this.board.axes).map(({ enable }) => enable))) {
+      chip.gpio[pin].addListener((state) => this.#onEnablePin(pin, state === HIGH));
+    }
   }
 
   /** Presses the emergency stop or lets it go, cuts its wire or mends it. */
   changeEstop(change) {
     const stops = this.#estop.change(change);
-    this.#drive(ESTOP_PIN, this.#estop.high);
+    this.#drive(this.board.estop, this.#estop.high);
     if (stops) this.#stop('ESTOP');
   }
 
   /** @param {'hold' | 'start'} button */
   pressButton(button, pressed) {
-    this.#drive(TOOL_INPUTS[button], !pressed);
+    this.#drive(this.board.contacts[button], !pressed);
   }
 
   /** A reset byte has arrived. */
@@ -189,7 +197,15 @@ export class Gantry {
     this.stops.turn();
   }
 
-  #onEnablePin(energised) {
+  #onEnablePin(pin, high) {
+    if (high) this.#disabled.add(pin);
+    else this.#disabled.delete(pin);
+    this.#onEnable();
+  }
+
+  /** The motors are on when every driver is. */
+  #onEnable() {
+    const energised = this.#disabled.size === 0;
     if (energised !== this.timing.energised) this.timing.enable(energised, this.nanos);
   }
 }

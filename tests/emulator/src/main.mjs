@@ -9,7 +9,7 @@ import { programLines } from './lines.mjs';
 import { Live, serve } from './live.mjs';
 import { HELP, parseOptions } from './options.mjs';
 import { OutputTrace } from './output-trace.mjs';
-import { NAMED_INPUTS, namedOutputs, TOOL_OUTPUTS } from './pins.mjs';
+import { namedInputs, namedOutputs } from './pins.mjs';
 import { ProgramRun } from './program.mjs';
 import { Profile } from './profile.mjs';
 import { Progress } from './progress.mjs';
@@ -126,9 +126,9 @@ function record(board, options) {
     board.gantry.tool.watchers.add((cycle, output, value) => recorders.outputs.change(cycle * NANOS_PER_CYCLE, output, value));
   }
   if (options.vcd) {
-    recorders.waveform = new Waveform(namedOutputs(board.gantry.axes), NAMED_INPUTS);
+    recorders.waveform = new Waveform(namedOutputs(board.gantry.board, board.gantry.axes), namedInputs(board.gantry.board));
     board.watchChips((chip) => {
-      chip.pwm.showEdges(TOOL_OUTPUTS.pwm);
+      chip.pwm.showEdges(board.gantry.board.tool.pwm);
       recorders.waveform.attach(chip, () => board.nanos);
     });
     board.gantry.watchInputs((pin, high) => recorders.waveform.input(board.nanos, pin, high));

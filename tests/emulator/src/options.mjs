@@ -4,7 +4,7 @@ import { ESTOP_CONTACTS } from './estop.mjs';
 import { jumperOption } from './jumper.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { padFaultOptions } from './pad-faults.mjs';
-import { AXES, AXES_USUAL, SECOND } from './pins.mjs';
+import { AXES, AXES_USUAL, BOARDS, SECOND } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
 
@@ -26,6 +26,7 @@ What to run
   --timeout-s N        machine time to wait for a reply or for Idle (default 300)
 
 The machine
+  --board NAME         ${Object.keys(BOARDS).join(' or ')}: whose pins are wired, as the firmware was built for (default pico)
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --axes N             3 or 4, as the firmware was built (default 3)
@@ -99,6 +100,7 @@ const SPEC = {
   'poll-hz': { type: 'string' },
   set: { type: 'string', multiple: true, default: [] },
   'timeout-s': { type: 'string' },
+  board: { type: 'string', default: 'pico' },
   driver: { type: 'string', default: 'drv8825' },
   start: { type: 'string' },
   axes: { type: 'string', default: '3' },
@@ -146,6 +148,7 @@ export function parseOptions(args) {
     settings: values.set.map(settingLine),
     pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
     timeoutSeconds: number('--timeout-s', values['timeout-s'] ?? '300', 0.001, 1e6),
+    board: choice('--board', Object.keys(BOARDS), values.board),
     driver: choice('--driver', Object.keys(DRIVERS), values.driver),
     estop: choice('--estop', ESTOP_CONTACTS, values.estop),
     enable: choice('--enable', ['wired', 'open'], values.enable),

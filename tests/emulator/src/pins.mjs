@@ -1,37 +1,56 @@
-/** Which pin is connected to what: the pin table of the gantry board. */
+/** Which pin is connected to what: the tables of the boards, as in boards/rp2040-gantry/src/pins. */
 export const AXES = ['X', 'Y', 'Z', 'A'];
 /** How many of them a firmware has that was not built for four. */
 export const AXES_USUAL = 3;
-export const PINS = {
-  X: { step: 2, dir: 3, limit: 9 },
-  Y: { step: 4, dir: 5, limit: 10 },
-  Z: { step: 6, dir: 7, limit: 11 },
-  A: { step: 21, dir: 22, limit: 26 },
-};
-/** The second motor of an axis: its name, and its pins, which are those of A. Which axis it is on is a setting of the firmware. */
+/** The second motor of an axis: its name; its pins are those of A. Which axis it is on is a setting of the firmware. */
 export const SECOND = '2';
-export const SECOND_PINS = PINS.A;
-export const ENABLE_PIN = 8;
-export const ESTOP_PIN = 12;
-export const LED_PIN = 25;
-/** Outputs of the chip to the tool. */
-export const TOOL_OUTPUTS = { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 };
-/** Contacts to ground: the tool's probe, and the buttons for feed hold and cycle start. */
-export const TOOL_INPUTS = { probe: 18, hold: 19, start: 20 };
 export const STEPS_PER_MM = 50;
 
-/** Every output that is recorded as a waveform, by name. @param {string[]} axes those that the firmware has */
-export const namedOutputs = (axes) => new Map([
-  [SECOND_PINS.step, 'SECOND_STEP'],
-  [SECOND_PINS.dir, 'SECOND_DIR'],
+/**
+ * For each axis its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
+ * the outputs to the tool, and contacts to ground: the tool's probe, and the buttons for feed hold and cycle start.
+ */
+export const BOARDS = {
+  pico: {
+    axes: {
+      X: { step: 2, dir: 3, limit: 9, enable: 8 },
+      Y: { step: 4, dir: 5, limit: 10, enable: 8 },
+      Z: { step: 6, dir: 7, limit: 11, enable: 8 },
+      A: { step: 21, dir: 22, limit: 26, enable: 8 },
+    },
+    estop: 12,
+    led: 25,
+    tool: { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 },
+    contacts: { probe: 18, hold: 19, start: 20 },
+  },
+  'skr-pico': {
+    axes: {
+      X: { step: 11, dir: 10, limit: 4, enable: 12 },
+      Y: { step: 6, dir: 5, limit: 3, enable: 7 },
+      Z: { step: 19, dir: 28, limit: 25, enable: 2 },
+      A: { step: 14, dir: 13, limit: 16, enable: 15 },
+    },
+    estop: 24,
+    led: null,
+    tool: { pwm: 20, enable: 17, direction: 18, flood: 21, mist: 23 },
+    contacts: { probe: 22, hold: 26, start: 27 },
+  },
+};
+/** The outputs to the tool, by name. */
+export const TOOL_OUTPUTS = Object.keys(BOARDS.pico.tool);
+
+/** Every output of a board that is recorded as a waveform, by name. @param {string[]} axes those that the firmware has */
+export const namedOutputs = (board, axes) => new Map([
+  [board.axes.A.step, 'SECOND_STEP'],
+  [board.axes.A.dir, 'SECOND_DIR'],
   ...axes.flatMap((axis) => [
-    [PINS[axis].step, `${axis}_STEP`],
-    [PINS[axis].dir, `${axis}_DIR`],
+    [board.axes[axis].step, `${axis}_STEP`],
+    [board.axes[axis].dir, `${axis}_DIR`],
   ]),
-  [ENABLE_PIN, 'ENABLE_n'],
-  [LED_PIN, 'LED'],
-  ...Object.entries(TOOL_OUTPUTS).map(([output, pin]) => [pin, `TOOL_${output.toUpperCase()}`]),
+  [board.axes.X.enable, 'ENABLE_n'],
+  ...(board.led === null ? [] : [[board.led, 'LED']]),
+  ...TOOL_OUTPUTS.map((output) => [board.tool[output], `TOOL_${output.toUpperCase()}`]),
 ]);
 
-/** The inputs that are recorded as waveforms, by name. */
-export const NAMED_INPUTS = new Map(Object.entries(TOOL_INPUTS).map(([input, pin]) => [pin, `${input.toUpperCase()}_n`]));
+/** The inputs of a board that are recorded as waveforms, by name. */
+export const namedInputs = (board) => new Map(Object.entries(board.contacts).map(([input, pin]) => [pin, `${input.toUpperCase()}_n`]));

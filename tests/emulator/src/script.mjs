@@ -22,7 +22,7 @@ export const COMMANDS = {
   'wait-ms': { usage: 'wait-ms MILLISECONDS', parse: positive, run: (script, millis) => script.waitMicros(millis * 1000) },
   'wait-us': { usage: 'wait-us MICROSECONDS', parse: positive, run: (script, micros) => script.waitMicros(micros) },
   'wait-edge': { usage: 'wait-edge', parse: nothing, run: (script) => script.waitEdge() },
-  'wait-output': { usage: `wait-output ${Object.keys(TOOL_OUTPUTS).join('|')} on|off`, parse: outputState, run: (script, [output, on]) => script.waitOutput(output, on) },
+  'wait-output': { usage: `wait-output ${TOOL_OUTPUTS.join('|')} on|off`, parse: outputState, run: (script, [output, on]) => script.waitOutput(output, on) },
   'wait-arrival': { usage: 'wait-arrival', parse: nothing, run: (script) => script.waitArrival() },
   'stop-within': { usage: 'stop-within MICROSECONDS', parse: positive, run: (script, micros) => script.stopWithin(micros) },
   'check-stopped': { usage: 'check-stopped', parse: nothing, run: (script) => script.checkStopped() },
@@ -331,7 +331,7 @@ function estopState(rest) {
 
 function outputState(rest) {
   const [output, state] = rest.trim().split(/\s+/);
-  return [oneOf(Object.keys(TOOL_OUTPUTS), output ?? ''), onOff(state ?? '')];
+  return [oneOf(TOOL_OUTPUTS, output ?? ''), onOff(state ?? '')];
 }
 
 function switchMode(rest) {

@@ -1,5 +1,5 @@
 import { Carriage } from './carriage.mjs';
-import { SECOND, SECOND_PINS, STEPS_PER_MM } from './pins.mjs';
+import { SECOND, STEPS_PER_MM } from './pins.mjs';
 
 const HIGH = 1;
 
@@ -29,8 +29,9 @@ export class SecondMotor {
 
   attach(chip) {
     this.direction = -1;
-    chip.gpio[SECOND_PINS.step].addListener((state, before) => this.#onStepPin(state === HIGH, before === HIGH));
-    chip.gpio[SECOND_PINS.dir].addListener((state, before) => this.#onDirPin(state === HIGH, before === HIGH));
+    const { step, dir } = this.gantry.board.axes.A;
+    chip.gpio[step].addListener((state, before) => this.#onStepPin(state === HIGH, before === HIGH));
+    chip.gpio[dir].addListener((state, before) => this.#onDirPin(state === HIGH, before === HIGH));
   }
 
   /** How many steps farther from its switch it stands than the axis's first side does from its own. */

@@ -10,14 +10,19 @@ const PARTS = 1e6;
 /** The tool's outputs as devices connected to the chip's pads see them. A pad that the chip does not drive is off. */
 export class ToolOutputs {
   #clock;
+  #pins;
   #chip = null;
   #changes = 0;
-  #values = Object.fromEntries(Object.keys(TOOL_OUTPUTS).map((output) => [output, 0]));
+  #values = Object.fromEntries(TOOL_OUTPUTS.map((output) => [output, 0]));
   #onTime = new OnTime();
 
-  /** @param {import('./clock.mjs').MachineClock} clock */
-  constructor(clock) {
+  /**
+   * @param {import('./clock.mjs').MachineClock} clock
+   * @param {Record<string, number>} pins of the board, by output
+   */
+  constructor(clock, pins) {
     this.#clock = clock;
+    this.#pins = pins;
     this.offTimes = new OffTimes(clock);
     /** Called with (cycle, output, value) at every change: a duty from 0 to 1, or 0 or 1. */
     this.watchers = new Set();
@@ -26,7 +31,7 @@ export class ToolOutputs {
   /** Connects the tool to a chip that has just been powered or reset. */
   attach(chip) {
     this.#chip = chip;
-    for (const [output, index] of Object.entries(TOOL_OUTPUTS)) this.#follow(output, chip.gpio[index]);
+    for (const [output, index] of Object.entries(this.#pins)) this.#follow(output, chip.gpio[index]);
   }
 
   /** A rising edge of STEP. */

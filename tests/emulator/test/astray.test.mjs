@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Board } from '../src/board.mjs';
 import { Console } from '../src/console.mjs';
-import { PINS } from '../src/pins.mjs';
+import { BOARDS } from '../src/pins.mjs';
 import { parseScript, ScriptRun } from '../src/script.mjs';
 import { Transcript } from '../src/transcript.mjs';
 
@@ -89,7 +89,7 @@ test('after a reset DIR is low again, whatever it was', () => {
   const board = new Board(firmware(program), OPTIONS);
   board.gantry.stepWatchers.add((_cycle, _axis, direction) => steps.push(direction));
   board.run(1000);
-  board.chip.writeUint32(0xd0000014, 1 << PINS.X.dir);
+  board.chip.writeUint32(0xd0000014, 1 << BOARDS.pico.axes.X.dir);
   board.powerCycle();
   board.run(2000);
   assert.deepEqual(steps, [-1, -1]);

@@ -1,10 +1,12 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Gantry } from '../src/gantry.mjs';
-import { AXES, NAMED_INPUTS, namedOutputs, PINS, TOOL_INPUTS, TOOL_OUTPUTS } from '../src/pins.mjs';
+import { AXES, BOARDS, namedInputs, namedOutputs } from '../src/pins.mjs';
 import { ProbePlate } from '../src/probe-plate.mjs';
 import { Waveform } from '../src/waveform.mjs';
 import { FUNCTION, PwmBench } from '../support/pwm-bench.mjs';
+
+const { axes: PINS, contacts: TOOL_INPUTS, tool: TOOL_OUTPUTS } = BOARDS.pico;
 
 const OPTIONS = { startMm: [35, 40, 15], bounceMicros: 0, seed: 1, switches: {} };
 const [OUT_SET, OUT_CLEAR, OUTPUTS_SET] = [0xd0000014, 0xd0000018, 0xd0000024];
@@ -123,7 +125,7 @@ test('buttons pull their pins to ground', () => {
 
 test('a wave shows every edge of the PWM, and the inputs', () => {
   const { bench, gantry } = new Rig(null);
-  const wave = new Waveform(namedOutputs(AXES.slice(0, 3)), NAMED_INPUTS);
+  const wave = new Waveform(namedOutputs(BOARDS.pico, AXES.slice(0, 3)), namedInputs(BOARDS.pico));
   bench.chip.pwm.showEdges(TOOL_OUTPUTS.pwm);
   wave.attach(bench.chip, () => bench.clock.nanos);
   gantry.watchInputs((pin, high) => wave.input(bench.clock.nanos, pin, high));

@@ -8,6 +8,7 @@ import { OnTime } from '../src/on-time.mjs';
 import { HEADER, OutputTrace } from '../src/output-trace.mjs';
 import { ToolOutputs } from '../src/tool.mjs';
 import { ToolStops } from '../src/tool-stops.mjs';
+import { BOARDS } from '../src/pins.mjs';
 import { CC, CSR, CTR, FUNCTION, PIN, PwmBench } from '../support/pwm-bench.mjs';
 
 const [ENABLE, MIST] = [14, 17];
@@ -18,7 +19,7 @@ const OUTPUT = { inverted: 1 << 8, low: 2 << 8, high: 3 << 8, disabled: 2 << 12 
 
 function tool() {
   const bench = new PwmBench();
-  const outputs = new ToolOutputs(bench.clock);
+  const outputs = new ToolOutputs(bench.clock, BOARDS.pico.tool);
   const changes = [];
   outputs.watchers.add((...change) => changes.push(change));
   outputs.attach(bench.chip);

@@ -19,12 +19,11 @@ use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
 use embassy_rp::pac::io::regs::GpioCtrl;
 use embassy_rp::pac::io::vals::{Oeover, Outover};
 use embassy_rp::pac::{DMA, IO_BANK0, PIO1};
-use embassy_rp::{Peri, peripherals};
 use embassy_time::Duration;
 use isostep_motion::Machine;
 
 use self::program::{ORIGIN, forced};
-use crate::pins;
+use crate::pins::{self, Group};
 
 const CYCLES_PER_US: u32 = 125;
 /// How long the tool stays on without a core. Longer than anything masks interrupts in motion, and four times as long
@@ -35,14 +34,23 @@ const FLASH_PATIENCE: Duration = Duration::from_millis(450);
 
 /// The guard has the first.
 const STATE_MACHINE: usize = 1;
+/// Of the first group; each other has the channel before.
 const CHANNEL: usize = 11;
-/// The registers CTRL of the tool's pads, and STATUS between two of them, which ignores what is written.
-const REGISTERS: u32 = 2 * pins::TOOL_PADS.len() as u32 - 1;
+/// The tool's pads.
+const PADS: [usize; 5] = pins::ascending([
+    pins::TOOL_PWM,
+    pins::TOOL_SWITCHES[0],
+    pins::TOOL_SWITCHES[1],
+    pins::TOOL_SWITCHES[2],
+    pins::TOOL_SWITCHES[3],
+]);
+const GROUPS: [Group; pins::count_groups(&PADS)] = pins::groups(&PADS);
+const _: () = assert!(GROUPS.len() == pins::CUT_OFF_CHANNELS, "each group of the tool's pads needs a channel");
 /// Of no peripheral.
 const NO_FUNCTION: u8 = 31;
 
 /// Starts to count. From now on it is to be [fed](feed).
-pub fn start(channel: Peri<'static, peripherals::DMA_CH11>) {
+pub fn start(channels: pins::CutOffChannels) {
     let count_down = program::count_down();
     for (address, &instruction) in (usize::from(ORIGIN)..).zip(&count_down.code) {
         PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(instruction));
@@ -56,8 +64,8 @@ pub fn start(channel: Peri<'static, peripherals::DMA_CH11>) {
     force(forced::SET_WORD);
     set();
     PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << STATE_MACHINE));
-    // The switch keeps the channel for ever.
-    let _ = channel;
+    // The switch keeps the channels for ever.
+    let _ = channels;
 }
 
 /// The core is well, as far as the caller knows. If the switch has run out, `machine` is told, and the switch is set
@@ -94,28 +102,44 @@ fn force_low() -> GpioCtrl {
 
 /// Sets the switch, which may have run out.
 fn set() {
-    // What it does when it runs out must be over.
-    while DMA.ch(CHANNEL).ctrl_trig().read().busy() {}
+    // What it does when it runs out must be over: the channels start each other in this order.
+    for group in 0..GROUPS.len() {
+        while DMA.ch(CHANNEL - group).ctrl_trig().read().busy() {}
+    }
     set_patience(PATIENCE);
     force(forced::COUNT);
     // Both drop what is in the FIFO.
     PIO1.sm(STATE_MACHINE).shiftctrl().modify(|shift| shift.set_fjoin_rx(true));
     PIO1.sm(STATE_MACHINE).shiftctrl().modify(|shift| shift.set_fjoin_rx(false));
-    let [first, ..] = pins::TOOL_PADS;
-    let channel = DMA.ch(CHANNEL);
+    // The first is started last.
+    for group in (0..GROUPS.len()).rev() {
+        arm(group);
+    }
+}
+
+/// Has a channel write the registers CTRL of a group of pads, and STATUS between two of them, which ignores what is written.
+/// Then it starts that of the next group.
+fn arm(group: usize) {
+    let Group { first, pins } = GROUPS[group];
+    let channel = DMA.ch(CHANNEL - group);
     channel.read_addr().write_value(PIO1.rxf(STATE_MACHINE).as_ptr() as u32);
     channel.write_addr().write_value(IO_BANK0.gpio(first).ctrl().as_ptr() as u32);
-    channel.trans_count().write_value(REGISTERS);
-    channel.ctrl_trig().write(|ctrl: &mut CtrlTrig| {
-        ctrl.set_en(true);
-        ctrl.set_high_priority(true);
-        ctrl.set_data_size(DataSize::SIZE_WORD);
-        ctrl.set_incr_write(true);
-        ctrl.set_treq_sel(TreqSel::PIO1_RX1);
-        ctrl.set_irq_quiet(true);
-        // To itself: to none.
-        ctrl.set_chain_to(CHANNEL as u8);
-    });
+    channel.trans_count().write_value(2 * pins as u32 - 1);
+    let mut ctrl = CtrlTrig(0);
+    ctrl.set_en(true);
+    ctrl.set_high_priority(true);
+    ctrl.set_data_size(DataSize::SIZE_WORD);
+    ctrl.set_incr_write(true);
+    ctrl.set_treq_sel(TreqSel::PIO1_RX1);
+    ctrl.set_irq_quiet(true);
+    // The last starts itself, which means none.
+    let is_last = group + 1 == GROUPS.len();
+    ctrl.set_chain_to((CHANNEL - group - usize::from(!is_last)) as u8);
+    if group == 0 {
+        channel.ctrl_trig().write_value(ctrl);
+    } else {
+        channel.al1_ctrl().write_value(ctrl.0);
+    }
 }
 
 /// Counts from this time on, now and at every feed.

@@ -2,13 +2,13 @@
 //!
 //! # Design
 //! Through the HAL's GPIO interrupt, an executor and a task, an edge takes 9 us to stop the steps, and longer while the
-//! core is busy. So a state machine of PIO1 watches all inputs (`program`). At every change it raises an interrupt that
+//! core is busy. So state machines of PIO1 watch all inputs (`program`). At every change they raise an interrupt that
 //! has the highest priority. The handler reports the change to the machine, which engages the brake immediately. Only a
 //! critical section delays it. The tasks that watch the same inputs do the rest: debouncing, and what takes time.
 //!
 //! A press counts however short it is: the handler is told the levels that came with each change, not those that there
-//! are by then. The fourth motor's switch is on a pin apart from the others, so it has a state machine of its own with
-//! the same program, and its levels come through its own FIFO.
+//! are by then. Each group of pins next to each other has a state machine of its own with the same program, and its levels
+//! come through its own FIFO.
 
 mod edges;
 mod program;
@@ -24,36 +24,71 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use isostep_motion::{Axis, Contact, LimitInput, Machine};
 
 use self::edges::Changes;
-use crate::{pins, priority};
+use crate::pins::{self, Group};
+use crate::priority;
 
-/// The limit switches of X, Y and Z, then the emergency stop.
-static SWITCHES: Watcher = Watcher::new(0, 0, pins::LIMIT_X, EMERGENCY_STOP as u8 + 1, SWITCHES_AT_REST);
-const EMERGENCY_STOP: usize = 3;
-/// Limit switches that are open, and an emergency stop that is not pressed.
-const SWITCHES_AT_REST: u32 = match pins::EMERGENCY_CONTACT {
-    Contact::NormallyOpen => (1 << (EMERGENCY_STOP + 1)) - 1,
-    Contact::NormallyClosed => (1 << EMERGENCY_STOP) - 1,
-};
+/// The pins that are watched: a proving image has no fourth motor, and other work for its state machine.
+const PINS: [usize; if cfg!(feature = "prove") { 4 } else { 5 }] = pins::ascending([
+    pins::LIMITS[0],
+    pins::LIMITS[1],
+    pins::LIMITS[2],
+    pins::EMERGENCY_STOP,
+    pins::LIMITS[3],
+]);
+const GROUPS: [Group; pins::count_groups(&PINS)] = pins::groups(&PINS);
+/// One for each group. The dead man's switch has the second.
+const STATE_MACHINES: [usize; 3] = [0, 2, 3];
+/// The instructions of a state machine's program.
+const INSTRUCTIONS: u8 = 6;
 
-/// The fourth motor's limit switch. Its program stands behind that of the others.
-static FOURTH_SWITCH: Watcher = Watcher::new(2, 6, pins::FOURTH_LIMIT, 1, 1);
-/// A proving image has no fourth motor, and other work for the state machine.
-const WATCHERS: usize = if cfg!(feature = "prove") { 1 } else { 2 };
-/// Whose it is.
+/// Whose the switches on `pins::LIMITS` are.
+pub const LIMIT_INPUTS: [LimitInput; 4] =
+    [LimitInput::Of(Axis::X), LimitInput::Of(Axis::Y), LimitInput::Of(Axis::Z), FOURTH];
 #[cfg(not(feature = "four-axes"))]
-pub const FOURTH: LimitInput = LimitInput::Second;
+const FOURTH: LimitInput = LimitInput::Second;
 #[cfg(feature = "four-axes")]
-pub const FOURTH: LimitInput = LimitInput::Of(Axis::A);
+const FOURTH: LimitInput = LimitInput::Of(Axis::A);
+const LIMITS: [Place; PINS.len() - 1] = {
+    let (mut places, mut limit) = ([Place { group: 0, bit: 0 }; PINS.len() - 1], 0);
+    while limit < places.len() {
+        places[limit] = Place::of(pins::LIMITS[limit]);
+        limit += 1;
+    }
+    places
+};
+const EMERGENCY_STOP: Place = Place::of(pins::EMERGENCY_STOP);
+
+static WATCHERS: [Watcher; GROUPS.len()] = {
+    let (mut watchers, mut index) = ([const { Watcher::of(0) }; GROUPS.len()], 0);
+    while index < GROUPS.len() {
+        watchers[index] = Watcher::of(index);
+        index += 1;
+    }
+    watchers
+};
 
 static GUARDED: Mutex<CriticalSectionRawMutex, Cell<Option<&Machine>>> = Mutex::new(Cell::new(None));
 
-/// A state machine that watches consecutive pins.
+/// Where the level of an input is told.
+#[derive(Clone, Copy)]
+struct Place {
+    group: usize,
+    bit: usize,
+}
+
+impl Place {
+    const fn of(pin: usize) -> Self {
+        let mut group = 0;
+        while pin >= GROUPS[group].first + GROUPS[group].pins {
+            group += 1;
+        }
+        Self { group, bit: pin - GROUPS[group].first }
+    }
+}
+
+/// A state machine that watches a group of pins.
 struct Watcher {
-    state_machine: usize,
-    /// The address of its program.
-    origin: u8,
-    first_pin: u8,
-    pins: u8,
+    index: usize,
     /// The levels that were reported last; at first those at rest.
     told: AtomicU32,
 }
@@ -61,8 +96,7 @@ struct Watcher {
 /// Guards `machine` from now on.
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     GUARDED.lock(|guarded| guarded.set(Some(machine)));
-    // One call, so that it is inlined into code that runs once.
-    [&SWITCHES, &FOURTH_SWITCH].into_iter().take(WATCHERS).for_each(Watcher::start);
+    WATCHERS.iter().for_each(Watcher::start);
     priority::enable_guard();
     // The guard keeps the PIO for ever.
     let _ = pio;
@@ -78,16 +112,27 @@ pub fn reset_heard() {
 }
 
 impl Watcher {
-    const fn new(state_machine: usize, origin: u8, first_pin: u8, pins: u8, at_rest: u32) -> Self {
-        Self { state_machine, origin, first_pin, pins, told: AtomicU32::new(at_rest) }
+    /// Limit switches are open at rest, and the emergency stop is not pressed.
+    const fn of(index: usize) -> Self {
+        let open = (1 << GROUPS[index].pins) - 1;
+        let at_rest = match pins::EMERGENCY_CONTACT {
+            Contact::NormallyClosed if EMERGENCY_STOP.group == index => open & !(1 << EMERGENCY_STOP.bit),
+            _ => open,
+        };
+        Self { index, told: AtomicU32::new(at_rest) }
+    }
+
+    const fn state_machine(&self) -> usize {
+        STATE_MACHINES[self.index]
     }
 
     fn start(&self) {
-        let (origin, watch) = (self.origin, program::watch(self.pins));
+        let Group { first, pins } = GROUPS[self.index];
+        let (origin, watch) = (INSTRUCTIONS * self.index as u8, program::watch(pins as u8));
         for (address, &instruction) in (usize::from(origin)..).zip(watch.code.iter()) {
             PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(program::moved(instruction, origin)));
         }
-        let watcher = PIO1.sm(self.state_machine);
+        let watcher = PIO1.sm(self.state_machine());
         watcher.execctrl().write(|exec| {
             exec.set_wrap_bottom(origin + watch.wrap.target);
             exec.set_wrap_top(origin + watch.wrap.source);
@@ -96,18 +141,18 @@ impl Watcher {
             shift.set_in_shiftdir(false);
             shift.set_fjoin_rx(true);
         });
-        watcher.pinctrl().write(|pins| pins.set_in_base(self.first_pin));
+        watcher.pinctrl().write(|pins| pins.set_in_base(first as u8));
         for instruction in [program::KNOW_NOTHING, program::go_to(origin + watch.wrap.target)] {
             watcher.instr().write(|slot| slot.set_instr(instruction));
         }
-        PIO1.irqs(1).inte().modify(|sources| sources.0 |= 1 << self.state_machine);
-        PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << self.state_machine));
+        PIO1.irqs(1).inte().modify(|sources| sources.0 |= 1 << self.state_machine());
+        PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << self.state_machine()));
     }
 
     /// The inputs that have changed, and the levels that came with the change.
     #[inline(always)]
     fn take(&self) -> Option<(u32, u32)> {
-        edges::take(&mut Seen(self.state_machine), &self.told)
+        edges::take(&mut Seen(self.state_machine()), &self.told)
     }
 }
 
@@ -124,23 +169,21 @@ impl Changes for Seen {
     }
 }
 
-/// Handles a change of each state machine. If there are more, it is called again.
+/// Handles a change of each group. If there are more, it is called again.
 #[interrupt]
 fn PIO1_IRQ_1() {
     let Some(machine) = GUARDED.lock(Cell::get) else { return };
-    if let Some((changed, levels)) = SWITCHES.take() {
-        let has_changed = |input: usize| changed & 1 << input != 0;
-        let is_low = |input: usize| levels & 1 << input == 0;
-        if has_changed(EMERGENCY_STOP) {
-            machine.emergency_stop_edge(is_low(EMERGENCY_STOP));
-        }
-        for axis in [Axis::X, Axis::Y, Axis::Z].into_iter().filter(|&axis| has_changed(axis as usize)) {
-            machine.limit_edge(LimitInput::Of(axis), is_low(axis as usize));
-        }
+    let seen = WATCHERS.each_ref().map(|watcher| watcher.take().unwrap_or_default());
+    let edge = |Place { group, bit }: Place| {
+        let (changed, levels) = seen[group];
+        (changed & 1 << bit != 0).then_some(levels & 1 << bit == 0)
+    };
+    if let Some(is_low) = edge(EMERGENCY_STOP) {
+        machine.emergency_stop_edge(is_low);
     }
-    if WATCHERS > 1
-        && let Some((_, levels)) = FOURTH_SWITCH.take()
-    {
-        machine.limit_edge(FOURTH, levels == 0);
+    for (which, place) in LIMIT_INPUTS.into_iter().zip(LIMITS) {
+        if let Some(is_low) = edge(place) {
+            machine.limit_edge(which, is_low);
+        }
     }
 }

@@ -102,10 +102,11 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
 
     let Pio { mut common, mut sm0, mut sm1, mut sm2, mut sm3, .. } = Pio::new(pins.pio, interrupts::Irqs);
     let program = common.load_program(&program::steps());
-    let (x, x_dir) = (common.make_pio_pin(pins.x), common.make_pio_pin(pins.x_dir));
-    let (y, y_dir) = (common.make_pio_pin(pins.y), common.make_pio_pin(pins.y_dir));
-    let (z, z_dir) = (common.make_pio_pin(pins.z), common.make_pio_pin(pins.z_dir));
-    let (fourth, fourth_dir) = (common.make_pio_pin(pins.fourth), common.make_pio_pin(pins.fourth_dir));
+    let ((x, y, z, fourth), (x_dir, y_dir, z_dir, fourth_dir)) = (pins.step, pins.dir);
+    let (x, x_dir) = (common.make_pio_pin(x), common.make_pio_pin(x_dir));
+    let (y, y_dir) = (common.make_pio_pin(y), common.make_pio_pin(y_dir));
+    let (z, z_dir) = (common.make_pio_pin(z), common.make_pio_pin(z_dir));
+    let (fourth, fourth_dir) = (common.make_pio_pin(fourth), common.make_pio_pin(fourth_dir));
     sm0.set_config(&config(&program, &x, &x_dir));
     sm1.set_config(&config(&program, &y, &y_dir));
     sm2.set_config(&config(&program, &z, &z_dir));

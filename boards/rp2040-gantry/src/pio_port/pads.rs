@@ -14,7 +14,7 @@ pub fn set(axis: usize, motors: &Motors) {
     if motors.second.is_some() {
         let dir = if motors.is_second_inverted() { Outover::INVERT } else { Outover::NORMAL };
         set_override(pins::STEP[pins::SECOND], held(Side::Second));
-        set_override(pins::STEP[pins::SECOND] + 1, dir);
+        set_override(pins::DIR[pins::SECOND], dir);
     }
 }
 

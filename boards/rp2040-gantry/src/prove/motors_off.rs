@@ -2,18 +2,20 @@
 
 use core::convert::Infallible;
 
-use embassy_rp::gpio::{Level, Output};
+use embassy_rp::gpio::Level;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use isostep_motion::Machine;
 
+use crate::pins::Enables;
+
 /// ENABLE at the level that frees the motors, by setting `$4`.
 pub struct MotorsOff {
-    enable: Output<'static>,
+    enable: Enables,
     machine: &'static Machine,
 }
 
 impl MotorsOff {
-    pub fn new(enable: Output<'static>, machine: &'static Machine) -> Self {
+    pub fn new(enable: Enables, machine: &'static Machine) -> Self {
         Self { enable, machine }
     }
 

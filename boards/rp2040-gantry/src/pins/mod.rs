@@ -1,0 +1,184 @@
+//! The use of each pin. A board is one file: which pins are what. Everything else follows from it.
+
+#[macro_use]
+mod table;
+mod enables;
+mod number;
+#[cfg(not(feature = "skr-pico"))]
+mod pico;
+#[cfg(feature = "skr-pico")]
+mod skr_pico;
+
+use embassy_rp::Peri;
+use embassy_rp::gpio::{Input, Output};
+#[cfg(not(feature = "timer-port"))]
+use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, DMA_CH6, DMA_CH7, PIO0};
+use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIO1, UART0, USB, WATCHDOG};
+#[cfg(feature = "prove")]
+use embassy_rp::peripherals::{PIN_27, PIN_28};
+use isostep_motion::{AXES, Contact};
+
+pub use self::enables::Enables;
+#[cfg(not(feature = "skr-pico"))]
+pub use self::pico::*;
+#[cfg(feature = "skr-pico")]
+pub use self::skr_pico::*;
+
+#[cfg(all(feature = "skr-pico", feature = "prove"))]
+compile_error!("a proving image is for a Pico, whose pads it reads");
+
+pub const STEP_MASK: u32 = mask(&STEP);
+pub const ENABLE_MASK: u32 = mask(&ENABLE);
+pub const LED_MASK: u32 = mask(LED);
+/// The fourth motor is the second one of an axis, or that of A.
+pub const HAS_SECOND: bool = AXES == 3 && cfg!(not(feature = "prove"));
+/// The index of the second motor.
+pub const SECOND: usize = 3;
+/// The contact between the emergency stop's pin and ground. It is a property of the image: no console can change it.
+pub const EMERGENCY_CONTACT: Contact =
+    if cfg!(feature = "estop-nc") { Contact::NormallyClosed } else { Contact::NormallyOpen };
+
+/// The pins for steps, and the hardware that drives them for a hardware-timed port.
+pub struct StepPins {
+    pub step: StepTypes,
+    /// High is the positive direction, unless the axis is inverted.
+    pub dir: DirTypes,
+    #[cfg(not(feature = "timer-port"))]
+    pub pio: Peri<'static, PIO0>,
+    /// Two channels for each motor. Holding these values reserves the channels.
+    #[cfg(not(feature = "timer-port"))]
+    pub channels: DmaChannels,
+}
+
+/// DMA channels 0 to 7.
+#[cfg(not(feature = "timer-port"))]
+pub type DmaChannels = (
+    Peri<'static, DMA_CH0>,
+    Peri<'static, DMA_CH1>,
+    Peri<'static, DMA_CH2>,
+    Peri<'static, DMA_CH3>,
+    Peri<'static, DMA_CH4>,
+    Peri<'static, DMA_CH5>,
+    Peri<'static, DMA_CH6>,
+    Peri<'static, DMA_CH7>,
+);
+
+/// Inputs that stop the machine; they are connected to ground when pressed, or until then.
+pub struct SwitchPins {
+    /// X, Y, Z, and the fourth motor's.
+    pub limits: [Input<'static>; 4],
+    pub emergency_stop: Input<'static>,
+    /// The PIO block that watches all of them. The dead man's switch has another of its state machines.
+    pub pio: Peri<'static, PIO1>,
+}
+
+/// The outputs of the tool, active high.
+pub struct ToolPins {
+    pub slice: Peri<'static, ToolSlice>,
+    pub pwm: Output<'static>,
+    pub enable: Output<'static>,
+    pub direction: Output<'static>,
+    pub flood: Output<'static>,
+    pub mist: Output<'static>,
+}
+
+/// Inputs that switch to ground: the probe, and the buttons of feed hold and cycle start.
+pub struct ControlPins {
+    pub probe: Input<'static>,
+    pub hold: Input<'static>,
+    pub start: Input<'static>,
+}
+
+/// The wired console.
+pub struct UartPins {
+    pub uart: Peri<'static, UART0>,
+    pub tx: Peri<'static, PIN_0>,
+    pub rx: Peri<'static, PIN_1>,
+}
+
+/// The pads that only a proving image uses.
+#[cfg(feature = "prove")]
+pub struct ProvePins {
+    /// At it the stampers begin.
+    pub marker: Peri<'static, PIN_27>,
+    /// A jumper leads it to a switch's input.
+    pub out: Peri<'static, PIN_28>,
+}
+
+/// All pins and peripherals that the firmware uses.
+pub struct Board {
+    #[cfg(feature = "prove")]
+    pub prove: ProvePins,
+    pub steps: StepPins,
+    pub switches: SwitchPins,
+    pub enable: Enables,
+    pub tool: ToolPins,
+    pub controls: ControlPins,
+    /// Not every board has one.
+    pub led: Option<Output<'static>>,
+    pub usb: Peri<'static, USB>,
+    pub uart: UartPins,
+    pub watchdog: Peri<'static, WATCHDOG>,
+    /// The DMA channels of the dead man's switch.
+    pub dead_man: CutOffChannels,
+    pub flash: Peri<'static, FLASH>,
+}
+
+const fn mask(pins: &[usize]) -> u32 {
+    let (mut mask, mut next) = (0, 0);
+    while next < pins.len() {
+        mask |= 1 << pins[next];
+        next += 1;
+    }
+    mask
+}
+
+/// The first of some pins, in ascending order.
+pub const fn ascending<const ALL: usize, const FIRST: usize>(pins: [usize; ALL]) -> [usize; FIRST] {
+    let (mut sorted, mut count) = ([0; FIRST], 0);
+    while count < FIRST {
+        let mut place = count;
+        while place > 0 && sorted[place - 1] > pins[count] {
+            sorted[place] = sorted[place - 1];
+            place -= 1;
+        }
+        sorted[place] = pins[count];
+        count += 1;
+    }
+    sorted
+}
+
+/// Pins next to each other.
+#[derive(Clone, Copy)]
+pub struct Group {
+    pub first: usize,
+    pub pins: usize,
+}
+
+/// The groups of pins that ascend.
+pub const fn groups<const COUNT: usize>(pins: &[usize]) -> [Group; COUNT] {
+    let (mut groups, mut group, mut first) = ([Group { first: 0, pins: 0 }; COUNT], 0, 0);
+    while first < pins.len() {
+        let end = group_end(pins, first);
+        groups[group] = Group { first: pins[first], pins: end - first };
+        (group, first) = (group + 1, end);
+    }
+    groups
+}
+
+pub const fn count_groups(pins: &[usize]) -> usize {
+    let (mut count, mut first) = (0, 0);
+    while first < pins.len() {
+        (count, first) = (count + 1, group_end(pins, first));
+    }
+    count
+}
+
+/// Where the group ends that begins at `first`: at the first pin that is not next to the one before.
+const fn group_end(pins: &[usize], first: usize) -> usize {
+    let mut end = first + 1;
+    while end < pins.len() && pins[end] == pins[end - 1] + 1 {
+        end += 1;
+    }
+    end
+}

@@ -1,0 +1,24 @@
+//! The gantry on a Raspberry Pi Pico, with a bare driver for each motor; see the table in `docs/bring-up.md`.
+
+board! {
+    step: [PIN_2, PIN_4, PIN_6, PIN_21],
+    dir: [PIN_3, PIN_5, PIN_7, PIN_22],
+    enable: [PIN_8],
+    limits: [PIN_9, PIN_10, PIN_11, PIN_26],
+    emergency_stop: PIN_12,
+    tool: {
+        pwm: PIN_13 of PWM_SLICE6,
+        enable: PIN_14,
+        direction: PIN_15,
+        flood: PIN_16,
+        mist: PIN_17,
+        cut_off: [DMA_CH11],
+    },
+    probe: PIN_18,
+    hold: PIN_19,
+    start: PIN_20,
+    led: [PIN_25],
+}
+
+/// `None` for the board that an image is for if it does not say so.
+pub const NAME: Option<&str> = None;
