@@ -1,5 +1,6 @@
 //! Runs the unmodified firmware in an emulated RP2040: starts the program `tests/emulator`.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
@@ -54,7 +55,8 @@ impl OutputChange {
 }
 
 impl Board {
-    /// A board at power-up, with the firmware that `cargo xtask test` built.
+    /// A board at power-up, with the firmware that `cargo xtask test` built. `ISOSTEP_BOARD` names whose pins it has, if not
+    /// those of a Pico.
     ///
     /// # Panics
     /// When `ISOSTEP_ELF` is not set to the path of the firmware.
@@ -81,6 +83,7 @@ impl Board {
         fs::create_dir_all(&folder).expect("a folder for the run's files");
         let mut command = Command::new("node");
         command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf).arg(format!("--axes={AXES}"));
+        command.args(env::var_os("ISOSTEP_BOARD").iter().flat_map(|board| [OsStr::new("--board"), board]));
         Self { folder, command }
     }
 

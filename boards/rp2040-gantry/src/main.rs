@@ -81,7 +81,7 @@ async fn start(spawner: Spawner) {
     let flash = flash::take(board.flash);
     #[cfg(feature = "prove")]
     let flash = prove::start(spawner, board.prove, flash);
-    let controller = Controller::new(machine, settings, flash::open(flash)).with_boot_loader();
+    let controller = Controller::new(machine, settings, flash::open(flash)).with_boot_loader().on_board(pins::NAME);
     #[cfg(feature = "prove")]
     let controller = controller.with_prove(prove::answer);
     let controller = if pins::HAS_SECOND { controller } else { controller.without_second_motor() };

@@ -1,4 +1,4 @@
-//! Preparing for new firmware: what a board asks of its consoles before it goes to a boot loader.
+//! What a board says of itself; and preparing for new firmware: what it asks of its consoles before it goes to a boot loader.
 
 use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -6,6 +6,13 @@ use embedded_storage_async::nor_flash::NorFlash;
 use crate::controller::{Controller, Mode};
 
 impl<F: NorFlash> Controller<'_, F> {
+    /// Names the board, for `$I`.
+    #[must_use]
+    pub fn on_board(mut self, name: &'static str) -> Self {
+        self.board = name;
+        self
+    }
+
     /// Says that there is a boot loader, which is started by the caller of [`boot_asked`](Self::boot_asked). Without
     /// one `$BOOT` is refused.
     #[must_use]

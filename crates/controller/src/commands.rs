@@ -289,6 +289,10 @@ impl<F: NorFlash> Controller<'_, F> {
 
     fn show_build(&self, text: &mut Message) {
         self.with(|program| text.print(|text| report::build(text, &program.build_text)));
+        if !self.board.is_empty() {
+            // As grblHAL says it.
+            text.print(|text| write!(text, "[BOARD:{}]\r\n", self.board));
+        }
         text.say(match self.machine.emergency_contact() {
             Contact::NormallyOpen => "Emergency stop: normally open",
             Contact::NormallyClosed => "Emergency stop: normally closed",

@@ -29,6 +29,8 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
     pub(crate) resets: Resets,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
+    /// The board's name; empty if it has none.
+    pub(crate) board: &'static str,
     pub(crate) has_boot_loader: bool,
     pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
@@ -115,6 +117,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             turn: Mutex::new(()),
             resets: Resets::new(),
             store: Mutex::new(store),
+            board: "",
             has_boot_loader: false,
             has_second_motor: true,
             boot: Signal::new(),

@@ -27,7 +27,7 @@ What to run
 
 The machine
   --board NAME         ${Object.keys(BOARDS).join(' or ')}: whose pins are wired, as the firmware was built for (default pico)
-  --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default drv8825)
+  --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default: the board's)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --axes N             3 or 4, as the firmware was built (default 3)
   --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first side, such as Y,1.5
@@ -101,7 +101,7 @@ const SPEC = {
   set: { type: 'string', multiple: true, default: [] },
   'timeout-s': { type: 'string' },
   board: { type: 'string', default: 'pico' },
-  driver: { type: 'string', default: 'drv8825' },
+  driver: { type: 'string' },
   start: { type: 'string' },
   axes: { type: 'string', default: '3' },
   second: { type: 'string' },
@@ -149,7 +149,7 @@ export function parseOptions(args) {
     pollHz: number('--poll-hz', values['poll-hz'] ?? (values.program ? '10' : '0'), 0, 1000),
     timeoutSeconds: number('--timeout-s', values['timeout-s'] ?? '300', 0.001, 1e6),
     board: choice('--board', Object.keys(BOARDS), values.board),
-    driver: choice('--driver', Object.keys(DRIVERS), values.driver),
+    driver: choice('--driver', Object.keys(DRIVERS), values.driver ?? BOARDS[values.board]?.driver ?? ''),
     estop: choice('--estop', ESTOP_CONTACTS, values.estop),
     enable: choice('--enable', ['wired', 'open'], values.enable),
     axes: Number(choice('--axes', ['3', '4'], values.axes)),

@@ -7,11 +7,12 @@ export const SECOND = '2';
 export const STEPS_PER_MM = 50;
 
 /**
- * For each axis its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
+ * Whose drivers it has, or is taken to have. For each axis its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
  * the outputs to the tool, and contacts to ground: the tool's probe, and the buttons for feed hold and cycle start.
  */
 export const BOARDS = {
   pico: {
+    driver: 'drv8825',
     axes: {
       X: { step: 2, dir: 3, limit: 9, enable: 8 },
       Y: { step: 4, dir: 5, limit: 10, enable: 8 },
@@ -24,13 +25,14 @@ export const BOARDS = {
     contacts: { probe: 18, hold: 19, start: 20 },
   },
   'skr-pico': {
+    driver: 'tmc2209',
     axes: {
       X: { step: 11, dir: 10, limit: 4, enable: 12 },
       Y: { step: 6, dir: 5, limit: 3, enable: 7 },
       Z: { step: 19, dir: 28, limit: 25, enable: 2 },
-      A: { step: 14, dir: 13, limit: 16, enable: 15 },
+      A: { step: 14, dir: 13, limit: 24, enable: 15 },
     },
-    estop: 24,
+    estop: 16,
     led: null,
     tool: { pwm: 20, enable: 17, direction: 18, flood: 21, mist: 23 },
     contacts: { probe: 22, hold: 26, start: 27 },

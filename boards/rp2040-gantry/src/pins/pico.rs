@@ -20,5 +20,4 @@ board! {
     led: [PIN_25],
 }
 
-/// `None` for the board that an image is for if it does not say so.
-pub const NAME: Option<&str> = None;
+pub const NAME: &str = "Raspberry Pi Pico";

@@ -1,15 +1,16 @@
 //! The BIGTREETECH SKR Pico V1.0, with four TMC2209; see the table in `docs/bring-up.md`.
 //!
-//! The maker's names of its terminals: X, Y, Z and E0 motors and stops; FAN3 is the spindle's or laser's PWM, FAN1 its enable,
-//! FAN2 its direction, HB flood, HE0 mist; PROBE the probe; RGB the emergency stop, next to the Z stop so that one state
-//! machine watches both; THB feed hold and TH0 cycle start, whose pull-ups and filters are on the board. It has no plain LED.
+//! By the maker's names of the terminals: the motors X, Y, Z and E0, and the stops X, Y and Z. The emergency stop is on E0-STOP,
+//! and the fourth motor's switch on RGB, next to Z-STOP, so that three state machines watch all. LASER is the PWM, FAN1 enable,
+//! FAN2 direction, HB flood, HE0 mist. THB is feed hold and TH0 cycle start: the board pulls them up and filters them. It has no
+//! plain LED.
 
 board! {
     step: [PIN_11, PIN_6, PIN_19, PIN_14],
     dir: [PIN_10, PIN_5, PIN_28, PIN_13],
     enable: [PIN_12, PIN_7, PIN_2, PIN_15],
-    limits: [PIN_4, PIN_3, PIN_25, PIN_16],
-    emergency_stop: PIN_24,
+    limits: [PIN_4, PIN_3, PIN_25, PIN_24],
+    emergency_stop: PIN_16,
     tool: {
         pwm: PIN_20 of PWM_SLICE2,
         enable: PIN_17,
@@ -24,4 +25,4 @@ board! {
     led: [],
 }
 
-pub const NAME: Option<&str> = Some("BTT SKR Pico V1.0");
+pub const NAME: &str = "BTT SKR Pico V1.0";
