@@ -27,6 +27,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   slow clock       the machine by a clock of 32,768 Hz; only with --all
   two axes         the machine of X and Y alone; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
+  SKR Pico         its firmware on the emulated board, with its pins and drivers; only with --all
   page             the page with the simulated machine, in Chromium; only with --all; skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
@@ -75,6 +76,8 @@ impl Cases {
 const SLOW_CLOCK: Stage = ("slow clock", slow_clock);
 const TWO_AXES: Stage = ("two axes", two_axes);
 const FOUR_AXES: Stage = ("four axes", four_axes);
+/// Its firmware has pins of its own.
+const SKR_PICO: Stage = ("SKR Pico", skr_pico);
 
 /// These need more than Rust and Node.
 const PAGE: Stage = ("page", |_| web::test());
@@ -82,7 +85,7 @@ const ANOTHER_BOARD: Stage = ("another board", another_board);
 const ANOTHER_CHIP: Stage = ("another chip", another_chip);
 const SENDERS: Stage = ("real senders", senders);
 
-const STAGES: [Stage; 11] = [
+const STAGES: [Stage; 12] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
@@ -92,6 +95,7 @@ const STAGES: [Stage; 11] = [
     SLOW_CLOCK,
     TWO_AXES,
     FOUR_AXES,
+    SKR_PICO,
     PAGE,
     SENDERS,
 ];
@@ -136,7 +140,7 @@ pub fn run(args: Args) -> Result<()> {
             summary += &format!("{name:<16} skipped: {why}\n");
             continue;
         }
-        if [SLOW_CLOCK.0, TWO_AXES.0, FOUR_AXES.0, PAGE.0].contains(name) && cases == Cases::Few {
+        if [SLOW_CLOCK.0, TWO_AXES.0, FOUR_AXES.0, SKR_PICO.0, PAGE.0].contains(name) && cases == Cases::Few {
             summary += &format!("{name:<16} skipped: --all runs it\n");
             continue;
         }
@@ -289,6 +293,25 @@ fn four_axes(_: Cases) -> Result<()> {
 }
 
 const FEATURE: &str = "--features=four-axes";
+
+/// The proving image is for a Pico only.
+fn skr_pico(_: Cases) -> Result<()> {
+    let variant = Variant { board: Board::SkrPico, ..Variant::default() };
+    let variants =
+        [variant, Variant { port: Port::Timer, ..variant }, Variant { estop: Contact::Nc, ..variant }];
+    let names = ["skr-pico", "skr-pico-timer-port", "skr-pico-estop-nc"];
+    check_footprint(variant)?;
+    for (variant, name) in variants.into_iter().zip(names) {
+        build::kept_firmware(variant, name)?;
+    }
+    let elves = names.map(build::kept_elf);
+    let tests = || {
+        let mut tests = on_board(Cases::Few, &elves);
+        tests.env("ISOSTEP_BOARD", variant.board_name());
+        tests
+    };
+    suites::run("SKR Pico", tests, &["--test=emulated", "--", "--ignored", "--skip=prove::"])
+}
 
 fn senders(_: Cases) -> Result<()> {
     grbl_streamer()
