@@ -287,7 +287,7 @@ impl<'a> Board<'a> {
             .arg(&job_file)
             .arg("--json")
             .arg(&json)
-            .args(["--driver", self.candidate.driver])
+            .args(["--board", self.candidate.model.name(), "--driver", self.candidate.driver])
             .args(self.chip.options());
         if self.candidate.proves {
             command.args(["--enable", "open"]);

@@ -2,11 +2,36 @@
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
+
 use super::port::Port;
+
+/// A board that can be had, and with it the use of each pin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Model {
+    /// A Raspberry Pi Pico with a bare driver for each motor
+    #[default]
+    Pico,
+    /// A BIGTREETECH SKR Pico V1.0
+    SkrPico,
+}
+
+impl Model {
+    /// Its name for the emulated board's options, and in file names.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pico => "pico",
+            Self::SkrPico => "skr-pico",
+        }
+    }
+}
 
 /// A firmware with one of the ports, in the release profile. Its drivers are fast enough not to limit the rate.
 #[derive(Clone, Debug)]
 pub struct Candidate {
+    /// The board whose pins it has.
+    pub model: Model,
     /// What makes its steps.
     pub port: Port,
     /// The drivers that it is built for, by their name for the emulated board.

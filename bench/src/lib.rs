@@ -58,7 +58,7 @@ use std::thread;
 use anyhow::{Context, Result, ensure};
 
 use self::board::{Board, CLOCK_HZ, POLL_HZ};
-pub use self::candidate::Candidate;
+pub use self::candidate::{Candidate, Model};
 use self::chip::Chip;
 use self::effort::Effort;
 use self::figures::{ChipFigures, Conditions, Figures, MachineFigures, PortFigures};
@@ -118,6 +118,9 @@ pub struct Args {
     /// Measure less, in less time: three axes only, rates of one digit, moves of 1 s
     #[arg(long)]
     quick: bool,
+    /// The board
+    #[arg(long, value_enum, default_value_t, conflicts_with = "prove")]
+    board: Model,
     /// Only this port, and not the mathematics
     #[arg(long)]
     port: Option<Port>,
@@ -139,6 +142,12 @@ impl Args {
     #[must_use]
     pub fn ports(&self) -> Vec<Port> {
         self.port.map_or(Port::ALL.to_vec(), |port| vec![port])
+    }
+
+    /// The board that is measured.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        self.board
     }
 
     /// Whether the mathematics is measured too.
@@ -252,9 +261,13 @@ fn conditions(args: &Args, driver: &'static str, miss_cycles: u32) -> Conditions
     let quick = if args.quick { " --quick" } else { "" };
     let port = args.port.map_or("", |port| if port == Port::Pio { " --port pio" } else { " --port timer" });
     let prove = if args.prove { " --prove" } else { "" };
+    let (board, name) = match args.board {
+        Model::Pico => ("", "emulated"),
+        Model::SkrPico => (" --board skr-pico", "emulated SKR Pico"),
+    };
     Conditions {
-        command: format!("cargo xtask bench{quick}{port}{prove}"),
-        board: "emulated",
+        command: format!("cargo xtask bench{quick}{board}{port}{prove}"),
+        board: name,
         clock_hz: CLOCK_HZ,
         flash: "read through the chip's cache, emulated too",
         miss_cycles,

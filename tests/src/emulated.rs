@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
+use isostep_motion::DriverTiming;
 use isostep_report::compare;
 use isostep_sim::world::Edge;
-use isostep_sim::{AXES, Port};
+use isostep_sim::{AXES, Config, Port};
 use serde_json::Value;
 
 use crate::root;
@@ -54,9 +55,22 @@ impl OutputChange {
     }
 }
 
+/// The simulated machine that is to do the same: it has the drivers of the emulated board.
+#[must_use]
+pub fn config() -> Config {
+    let driver = if env::var_os(BOARD).is_some_and(|board| board == "skr-pico") {
+        DriverTiming::TMC2209
+    } else {
+        DriverTiming::DRV8825
+    };
+    Config { driver, ..Config::default() }
+}
+
+/// The environment variable that names whose pins the emulated board has, if not those of a Pico.
+const BOARD: &str = "ISOSTEP_BOARD";
+
 impl Board {
-    /// A board at power-up, with the firmware that `cargo xtask test` built. `ISOSTEP_BOARD` names whose pins it has, if not
-    /// those of a Pico.
+    /// A board at power-up, with the firmware that `cargo xtask test` built.
     ///
     /// # Panics
     /// When `ISOSTEP_ELF` is not set to the path of the firmware.
@@ -83,7 +97,7 @@ impl Board {
         fs::create_dir_all(&folder).expect("a folder for the run's files");
         let mut command = Command::new("node");
         command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf).arg(format!("--axes={AXES}"));
-        command.args(env::var_os("ISOSTEP_BOARD").iter().flat_map(|board| [OsStr::new("--board"), board]));
+        command.args(env::var_os(BOARD).iter().flat_map(|board| [OsStr::new("--board"), board]));
         Self { folder, command }
     }
 

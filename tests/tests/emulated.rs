@@ -43,8 +43,8 @@ use std::path::PathBuf;
 use isostep_console::AXIS_NAMES;
 use isostep_profile::SpeedLaw;
 use isostep_report::compare::{self, Comparison};
-use isostep_sim::{AXES, Config, Port, run};
-use isostep_tests::emulated::{Board, Run};
+use isostep_sim::{AXES, Port, run};
+use isostep_tests::emulated::{self, Board, Run};
 use isostep_tests::rig::{Emulated, Pace, position_steps};
 use isostep_tests::{cases, root};
 
@@ -59,7 +59,7 @@ fn held_against_simulation(board: Board, name: &str) -> (Run, Comparison) {
     let emulated = board.program(&program(name));
     assert!(emulated.ok, "{}", emulated.printed);
     assert_eq!(emulated.figures["driver_timing"]["violations"], 0, "{}", emulated.printed);
-    let simulated = run(&fs::read(program(name)).unwrap(), &Config::default()).unwrap();
+    let simulated = run(&fs::read(program(name)).unwrap(), &emulated::config()).unwrap();
     for (axis, position) in AXIS_NAMES.into_iter().zip(simulated.position_steps) {
         assert_eq!(emulated.figures["axes"][axis]["position_steps"], position, "{axis}");
     }
@@ -146,7 +146,7 @@ fn bad_input_moves_nothing() {
     let long = "X".repeat(10_000);
     let script = format!(
         "expect Grbl\nsend G0 Q5\nexpect error:20\nsend {long}\nexpect error:11\nsend G0 X99999999999\nexpect error:2\n\
-         send $110=297619\nexpect error:12\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
+         send $110=9999999\nexpect error:12\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
          bytes 01 7f c2 96 ff 0a\nexpect error:1\nsend\nexpect ok\nsend $X\nexpect ok\nbytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"
     );
     let run = Board::new("bad-input").script(&script);

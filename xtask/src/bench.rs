@@ -3,7 +3,7 @@
 use std::fs;
 
 use anyhow::{Context, Result};
-use isostep_bench::{Candidate, Images};
+use isostep_bench::{Candidate, Images, Model};
 
 use crate::variant::{Driver, Port, Variant};
 use crate::{build, node, workspace};
@@ -18,7 +18,7 @@ pub fn run(args: Args) -> Result<()> {
     let folder = workspace::target_dir().join("bench");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     node::prepare()?;
-    let candidates = candidates(&args.ports(), args.proves())?;
+    let candidates = candidates(args.model(), &args.ports(), args.proves())?;
     if args.mathematics() {
         build::build_firmware(workspace::BENCH_FIRMWARE, &[])?;
     }
@@ -28,15 +28,15 @@ pub fn run(args: Args) -> Result<()> {
 
 /// Builds the firmware with each of `ports`, or its proving image. Builds the default variant last, because every other
 /// verb expects it in its place.
-fn candidates(ports: &[Port], proves: bool) -> Result<Vec<Candidate>> {
-    let candidates = ports.iter().map(|&port| candidate(port, proves)).collect();
+fn candidates(model: Model, ports: &[Port], proves: bool) -> Result<Vec<Candidate>> {
+    let candidates = ports.iter().map(|&port| candidate(model, port, proves)).collect();
     build::firmware(Variant::default())?;
     candidates
 }
 
-fn candidate(port: Port, proves: bool) -> Result<Candidate> {
-    let variant = Variant { port, driver: DRIVER, prove: proves, ..Variant::default() };
+fn candidate(model: Model, port: Port, proves: bool) -> Result<Candidate> {
+    let variant = Variant { board: model, port, driver: DRIVER, prove: proves, ..Variant::default() };
     let of = if proves { "bench-prove" } else { "bench" };
-    let elf = build::kept_firmware(variant, &format!("{of}-{}", port.name().to_lowercase()))?;
-    Ok(Candidate { port, driver: variant.driver_name(), proves, elf, emulator: workspace::emulator() })
+    let elf = build::kept_firmware(variant, &format!("{of}-{}-{}", model.name(), port.name().to_lowercase()))?;
+    Ok(Candidate { model, port, driver: variant.driver_name(), proves, elf, emulator: workspace::emulator() })
 }

@@ -72,7 +72,7 @@ fn name(variant: Variant) -> String {
     }
     let machine = match variant.board {
         Board::Pico => variant.driver_name(),
-        Board::SkrPico => variant.board_name(),
+        Board::SkrPico => variant.board.name(),
     };
     let contact = if variant.estop == Contact::Nc { "-estop-nc" } else { "" };
     let axes = if variant.axes == Axes::Four { "-4-axes" } else { "" };

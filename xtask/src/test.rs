@@ -297,8 +297,7 @@ const FEATURE: &str = "--features=four-axes";
 /// The proving image is for a Pico only.
 fn skr_pico(_: Cases) -> Result<()> {
     let variant = Variant { board: Board::SkrPico, ..Variant::default() };
-    let variants =
-        [variant, Variant { port: Port::Timer, ..variant }, Variant { estop: Contact::Nc, ..variant }];
+    let variants = [variant, Variant { port: Port::Timer, ..variant }, Variant { estop: Contact::Nc, ..variant }];
     let names = ["skr-pico", "skr-pico-timer-port", "skr-pico-estop-nc"];
     check_footprint(variant)?;
     for (variant, name) in variants.into_iter().zip(names) {
@@ -307,7 +306,7 @@ fn skr_pico(_: Cases) -> Result<()> {
     let elves = names.map(build::kept_elf);
     let tests = || {
         let mut tests = on_board(Cases::Few, &elves);
-        tests.env("ISOSTEP_BOARD", variant.board_name());
+        tests.env("ISOSTEP_BOARD", variant.board.name());
         tests
     };
     suites::run("SKR Pico", tests, &["--test=emulated", "--", "--ignored", "--skip=prove::"])

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
-pub use isostep_bench::Port;
+pub use isostep_bench::{Model as Board, Port};
 
 /// The feature of every package that has axes.
 pub const FOUR_AXES: &str = "four-axes";
@@ -31,16 +31,6 @@ pub struct Variant {
     /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
     #[arg(long)]
     pub without_paper_laws: bool,
-}
-
-/// The board, and with it the use of each pin.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Board {
-    /// A Raspberry Pi Pico with a bare driver for each motor
-    #[default]
-    Pico,
-    /// A BIGTREETECH SKR Pico V1.0
-    SkrPico,
 }
 
 /// The stepper driver.
@@ -95,14 +85,6 @@ impl Variant {
 
     pub fn driver(self) -> Driver {
         self.driver.unwrap_or(if self.board == Board::SkrPico { Driver::Tmc2209 } else { Driver::Drv8825 })
-    }
-
-    /// The board's name for the emulated board's options.
-    pub fn board_name(self) -> &'static str {
-        match self.board {
-            Board::Pico => "pico",
-            Board::SkrPico => "skr-pico",
-        }
     }
 
     /// The board's cargo features. These and no others are to be built, its default ones neither.

@@ -22,16 +22,8 @@ const WAKE_UP: Duration = Duration::from_micros(10);
 /// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
     let ((x, y, z, fourth), (x_dir, y_dir, z_dir, fourth_dir)) = (pins.step, pins.dir);
-    let outputs: [Peri<'static, AnyPin>; 2 * pins::STEP.len()] = [
-        x.into(),
-        x_dir.into(),
-        y.into(),
-        y_dir.into(),
-        z.into(),
-        z_dir.into(),
-        fourth.into(),
-        fourth_dir.into(),
-    ];
+    let outputs: [Peri<'static, AnyPin>; 2 * pins::STEP.len()] =
+        [x.into(), x_dir.into(), y.into(), y_dir.into(), z.into(), z_dir.into(), fourth.into(), fourth_dir.into()];
     for pin in outputs {
         // Never dropped: dropping it would release the pin.
         core::mem::forget(Output::new(pin, Level::Low));

@@ -59,9 +59,10 @@ impl Tool {
     fn compare(&self) {
         // Full duty is one more than the counter's end: always high.
         let ticks = (self.period * u32::from(self.duty)).div_ceil(u32::from(u16::MAX));
-        pac::PWM.ch(SLICE).cc().write(|compare| {
-            if IS_SECOND { compare.set_b(ticks as u16) } else { compare.set_a(ticks as u16) }
-        });
+        pac::PWM
+            .ch(SLICE)
+            .cc()
+            .write(|compare| if IS_SECOND { compare.set_b(ticks as u16) } else { compare.set_a(ticks as u16) });
     }
 }
 

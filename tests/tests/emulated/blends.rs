@@ -7,7 +7,7 @@ use std::fs;
 use isostep_report::compare;
 use isostep_sim::world::Edge;
 use isostep_sim::{Config, Port, run};
-use isostep_tests::emulated::{Board, Run};
+use isostep_tests::emulated::{self, Board, Run};
 use isostep_tests::root;
 
 /// The settings of each axis: F6000 is reached within 5 mm.
@@ -49,7 +49,7 @@ pub fn streamed(name: &str, port: Port, program: &str) -> Run {
 
 fn are_exact(port: Port, jitter_max_ns: f64) {
     let emulated = streamed("blends", port, &program());
-    let simulated = run(program().as_bytes(), &Config { port, ..Config::default() }).unwrap();
+    let simulated = run(program().as_bytes(), &Config { port, ..emulated::config() }).unwrap();
     let blends = simulated.moves.iter().filter(|record| record.blend.is_some()).count();
     let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
     println!("{port}: {blends} blends, edges at most {:.0} ns off (emulated)", comparison.all.max_ns);
@@ -101,7 +101,7 @@ fn brief_pieces_of_lines_between_bends_are_made_in_time() {
     let lines = legs.map(|[x, y]| format!("X{x}Y{y}"));
     let begin = (0..3).map(|axis| format!("${}=10000", 120 + axis)).chain(["G64 P0.05 G91 G1 F6000 X20".into()]);
     let program = settings().chain(begin).chain(lines).fold(String::new(), |text, line| text + &line + "\n");
-    let simulated = run(program.as_bytes(), &Config::default()).unwrap();
+    let simulated = run(program.as_bytes(), &emulated::config()).unwrap();
     let emulated = streamed("brief-pieces", Port::Pio, &program);
     let lasts_s = |edges: &[Edge]| (edges[edges.len() - 1].t_ns - edges[0].t_ns) as f64 * 1e-9;
     let [there_s, here_s] = [&emulated.edges, &simulated.edges].map(|edges| lasts_s(edges));

@@ -8,7 +8,7 @@ use isostep_profile::SpeedLaw;
 use isostep_report::compare;
 use isostep_sim::world::Edge;
 use isostep_sim::{AXES, Config, Port, run};
-use isostep_tests::emulated::Board;
+use isostep_tests::emulated::{self, Board};
 use isostep_tests::root;
 use isostep_trials::stride;
 
@@ -77,7 +77,7 @@ fn are_even(port: Port, feed_mm_min: u32, jitter_max_ns: f64) {
         let emulated = board.program(&path);
         assert!(emulated.ok, "{law}: {}", emulated.printed);
 
-        let simulated = run(text.as_bytes(), &Config { port, ..Config::default() }).unwrap();
+        let simulated = run(text.as_bytes(), &Config { port, ..emulated::config() }).unwrap();
         let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
         assert!(comparison.all.max_ns <= jitter_max_ns, "{law}: {:?}", comparison.all);
         // Where X is, in steps, when moves of another kind begin. The first of them may be faster, or slower.
@@ -126,7 +126,7 @@ fn long_moves_of_every_law_by_the_timer_port_are_as_slow_as_their_steps() {
         let board = Board::stepped_by(Port::Timer, &test).with(&["--start", "300,300,300"]);
         let emulated = board.program(&path);
         assert!(emulated.ok, "{law}: {}", emulated.printed);
-        let mut config = Config { port: Port::Timer, start_mm: [300.0; AXES], ..Config::default() };
+        let mut config = Config { port: Port::Timer, start_mm: [300.0; AXES], ..emulated::config() };
         config.settings.travel_mm = [900.0; AXES];
         let simulated = run(&fs::read(&path).unwrap(), &config).unwrap();
         let comparison = compare::compare(&simulated, &emulated.edges).unwrap();

@@ -7,9 +7,9 @@ use std::fmt::Write as _;
 use std::fs;
 
 use isostep_report::compare;
+use isostep_sim::run;
 use isostep_sim::world::Edge;
-use isostep_sim::{Config, run};
-use isostep_tests::emulated::{Board, Run};
+use isostep_tests::emulated::{self, Board, Run};
 use isostep_tests::root;
 use isostep_trials::cases;
 
@@ -116,7 +116,7 @@ fn flowing_moves_are_the_simulations_and_within_50_ns() {
     program.line([0.0, 0.0, 2.0]);
     program.curve(300);
     let emulated = program.stream("flowing", &[]);
-    let simulated = run(program.text.as_bytes(), &Config::default()).unwrap();
+    let simulated = run(program.text.as_bytes(), &emulated::config()).unwrap();
     let runs: BTreeSet<_> = simulated.moves.iter().map(|record| record.run).collect();
     assert_eq!(runs.len(), 1, "one clock");
     let comparison = compare::compare(&simulated, &emulated.edges).unwrap();

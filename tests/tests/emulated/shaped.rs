@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use isostep_sim::world::Edge;
 use isostep_sim::{AXES, Config, Port, run};
-use isostep_tests::emulated::Board;
+use isostep_tests::emulated::{self, Board};
 
 use super::blends::{settings, streamed, wave};
 
@@ -42,7 +42,7 @@ fn instants(edges: &[Edge], axis: usize) -> Vec<(u64, i32)> {
 
 fn are_exact(port: Port, off_max_ns: u64) {
     let emulated = streamed("shaped", port, &program());
-    let simulated = run(program().as_bytes(), &Config { port, ..Config::default() }).unwrap();
+    let simulated = run(program().as_bytes(), &Config { port, ..emulated::config() }).unwrap();
     let mut worst_ns = 0;
     for axis in 0..AXES {
         let [made, expected] = [&emulated.edges, &simulated.edges].map(|edges| instants(edges, axis));

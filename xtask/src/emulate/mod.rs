@@ -203,7 +203,7 @@ fn command(args: &Args) -> Command {
     command.args(args.switch.iter().flat_map(|switch| ["--switch", switch]));
     command.args(args.ideal_flash.then_some("--ideal-flash"));
     command.args(args.miss_factor.iter().map(|factor| format!("--miss-factor={factor}")));
-    command.args(["--board", args.variant.board_name(), "--driver", args.variant.driver_name()]);
+    command.args(["--board", args.variant.board.name(), "--driver", args.variant.driver_name()]);
     command.args(["--estop", args.variant.contact_name()]);
     command.args(&args.more);
     command

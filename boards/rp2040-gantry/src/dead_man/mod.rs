@@ -45,7 +45,10 @@ const PADS: [usize; 5] = pins::ascending([
     pins::TOOL_SWITCHES[3],
 ]);
 const GROUPS: [Group; pins::count_groups(&PADS)] = pins::groups(&PADS);
-const _: () = assert!(GROUPS.len() == pins::CUT_OFF_CHANNELS, "each group of the tool's pads needs a channel");
+const _: () = assert!(
+    GROUPS.len() == pins::CUT_OFF_CHANNELS && GROUPS.len() <= 3,
+    "each group of the tool's pads needs a channel, and `set` arms three"
+);
 /// Of no peripheral.
 const NO_FUNCTION: u8 = 31;
 
@@ -111,17 +114,21 @@ fn set() {
     // Both drop what is in the FIFO.
     PIO1.sm(STATE_MACHINE).shiftctrl().modify(|shift| shift.set_fjoin_rx(true));
     PIO1.sm(STATE_MACHINE).shiftctrl().modify(|shift| shift.set_fjoin_rx(false));
-    // The first is started last.
-    for group in (0..GROUPS.len()).rev() {
-        arm(group);
+    // The first is started last. One by one: a loop would read its table from flash.
+    if GROUPS.len() > 2 {
+        arm::<2>();
     }
+    if GROUPS.len() > 1 {
+        arm::<1>();
+    }
+    arm::<0>();
 }
 
 /// Has a channel write the registers CTRL of a group of pads, and STATUS between two of them, which ignores what is written.
 /// Then it starts that of the next group.
-fn arm(group: usize) {
-    let Group { first, pins } = GROUPS[group];
-    let channel = DMA.ch(CHANNEL - group);
+fn arm<const GROUP: usize>() {
+    let Group { first, pins } = const { if GROUP < GROUPS.len() { GROUPS[GROUP] } else { GROUPS[0] } };
+    let channel = DMA.ch(CHANNEL - GROUP);
     channel.read_addr().write_value(PIO1.rxf(STATE_MACHINE).as_ptr() as u32);
     channel.write_addr().write_value(IO_BANK0.gpio(first).ctrl().as_ptr() as u32);
     channel.trans_count().write_value(2 * pins as u32 - 1);
@@ -133,9 +140,9 @@ fn arm(group: usize) {
     ctrl.set_treq_sel(TreqSel::PIO1_RX1);
     ctrl.set_irq_quiet(true);
     // The last starts itself, which means none.
-    let is_last = group + 1 == GROUPS.len();
-    ctrl.set_chain_to((CHANNEL - group - usize::from(!is_last)) as u8);
-    if group == 0 {
+    let is_last = GROUP + 1 == GROUPS.len();
+    ctrl.set_chain_to((CHANNEL - GROUP - usize::from(!is_last)) as u8);
+    if GROUP == 0 {
         channel.ctrl_trig().write_value(ctrl);
     } else {
         channel.al1_ctrl().write_value(ctrl.0);

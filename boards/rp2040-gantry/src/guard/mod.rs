@@ -28,13 +28,8 @@ use crate::pins::{self, Group};
 use crate::priority;
 
 /// The pins that are watched: a proving image has no fourth motor, and other work for its state machine.
-const PINS: [usize; if cfg!(feature = "prove") { 4 } else { 5 }] = pins::ascending([
-    pins::LIMITS[0],
-    pins::LIMITS[1],
-    pins::LIMITS[2],
-    pins::EMERGENCY_STOP,
-    pins::LIMITS[3],
-]);
+const PINS: [usize; if cfg!(feature = "prove") { 4 } else { 5 }] =
+    pins::ascending([pins::LIMITS[0], pins::LIMITS[1], pins::LIMITS[2], pins::EMERGENCY_STOP, pins::LIMITS[3]]);
 const GROUPS: [Group; pins::count_groups(&PINS)] = pins::groups(&PINS);
 /// One for each group. The dead man's switch has the second.
 const STATE_MACHINES: [usize; 3] = [0, 2, 3];
@@ -89,6 +84,7 @@ impl Place {
 /// A state machine that watches a group of pins.
 struct Watcher {
     index: usize,
+    state_machine: usize,
     /// The levels that were reported last; at first those at rest.
     told: AtomicU32,
 }
@@ -119,11 +115,7 @@ impl Watcher {
             Contact::NormallyClosed if EMERGENCY_STOP.group == index => open & !(1 << EMERGENCY_STOP.bit),
             _ => open,
         };
-        Self { index, told: AtomicU32::new(at_rest) }
-    }
-
-    const fn state_machine(&self) -> usize {
-        STATE_MACHINES[self.index]
+        Self { index, state_machine: STATE_MACHINES[index], told: AtomicU32::new(at_rest) }
     }
 
     fn start(&self) {
@@ -132,7 +124,7 @@ impl Watcher {
         for (address, &instruction) in (usize::from(origin)..).zip(watch.code.iter()) {
             PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(program::moved(instruction, origin)));
         }
-        let watcher = PIO1.sm(self.state_machine());
+        let watcher = PIO1.sm(self.state_machine);
         watcher.execctrl().write(|exec| {
             exec.set_wrap_bottom(origin + watch.wrap.target);
             exec.set_wrap_top(origin + watch.wrap.source);
@@ -145,14 +137,14 @@ impl Watcher {
         for instruction in [program::KNOW_NOTHING, program::go_to(origin + watch.wrap.target)] {
             watcher.instr().write(|slot| slot.set_instr(instruction));
         }
-        PIO1.irqs(1).inte().modify(|sources| sources.0 |= 1 << self.state_machine());
-        PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << self.state_machine()));
+        PIO1.irqs(1).inte().modify(|sources| sources.0 |= 1 << self.state_machine);
+        PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << self.state_machine));
     }
 
     /// The inputs that have changed, and the levels that came with the change.
     #[inline(always)]
     fn take(&self) -> Option<(u32, u32)> {
-        edges::take(&mut Seen(self.state_machine()), &self.told)
+        edges::take(&mut Seen(self.state_machine), &self.told)
     }
 }
 
@@ -174,16 +166,28 @@ impl Changes for Seen {
 fn PIO1_IRQ_1() {
     let Some(machine) = GUARDED.lock(Cell::get) else { return };
     let seen = WATCHERS.each_ref().map(|watcher| watcher.take().unwrap_or_default());
-    let edge = |Place { group, bit }: Place| {
-        let (changed, levels) = seen[group];
-        (changed & 1 << bit != 0).then_some(levels & 1 << bit == 0)
-    };
-    if let Some(is_low) = edge(EMERGENCY_STOP) {
+    if let Some(is_low) = edge(&seen, EMERGENCY_STOP.group, EMERGENCY_STOP.bit) {
         machine.emergency_stop_edge(is_low);
     }
-    for (which, place) in LIMIT_INPUTS.into_iter().zip(LIMITS) {
-        if let Some(is_low) = edge(place) {
-            machine.limit_edge(which, is_low);
-        }
+    // One by one: a loop would read its table from flash.
+    tell_limit::<0>(machine, &seen);
+    tell_limit::<1>(machine, &seen);
+    tell_limit::<2>(machine, &seen);
+    #[cfg(not(feature = "prove"))]
+    tell_limit::<3>(machine, &seen);
+}
+
+#[inline(always)]
+fn tell_limit<const LIMIT: usize>(machine: &Machine, seen: &[(u32, u32); GROUPS.len()]) {
+    let Place { group, bit } = const { LIMITS[LIMIT] };
+    if let Some(is_low) = edge(seen, group, bit) {
+        machine.limit_edge(const { LIMIT_INPUTS[LIMIT] }, is_low);
     }
+}
+
+/// Whether the input is low, if it has changed.
+#[inline(always)]
+fn edge(seen: &[(u32, u32); GROUPS.len()], group: usize, bit: usize) -> Option<bool> {
+    let (changed, levels) = seen[group];
+    (changed & 1 << bit != 0).then_some(levels & 1 << bit == 0)
 }
