@@ -3,11 +3,15 @@
 import { button, part } from "./elements";
 import { Operate } from "./operate/operate";
 import { Run } from "./run";
+import { SettingsView } from "./settings/settings";
 
-const VIEWS = ["run", "operate"] as const;
+const VIEWS = ["run", "operate", "settings"] as const;
+/** Those of the machine, which have its bar of buttons. */
+const OF_MACHINE = ["operate", "settings"];
 
 const run = new Run();
 const operate = new Operate(() => run.editor.value, () => run.settingsLines);
+new SettingsView(operate.machine);
 
 function look(view: (typeof VIEWS)[number]): void {
   for (const name of VIEWS) {
@@ -16,7 +20,8 @@ function look(view: (typeof VIEWS)[number]): void {
     tab.setAttribute("aria-selected", String(name === view));
     tab.tabIndex = name === view ? 0 : -1;
   }
-  if (view === "operate") operate.look();
+  part("bar").hidden = !OF_MACHINE.includes(view);
+  if (OF_MACHINE.includes(view)) operate.look();
 }
 
 for (const name of VIEWS) {
@@ -26,12 +31,13 @@ for (const name of VIEWS) {
   };
   tab.onkeydown = (event) => {
     if (!["ArrowLeft", "ArrowRight"].includes(event.key)) return;
-    const other = VIEWS.find((view) => view !== name) ?? name;
+    const step = event.key === "ArrowLeft" ? VIEWS.length - 1 : 1;
+    const other = VIEWS[(VIEWS.indexOf(name) + step) % VIEWS.length] ?? name;
     location.hash = other;
     button(`tab-${other}`).focus();
   };
 }
 
-const fromAddress = (): void => look(location.hash === "#operate" ? "operate" : "run");
+const fromAddress = (): void => look(VIEWS.find((view) => location.hash === `#${view}`) ?? "run");
 window.addEventListener("hashchange", fromAddress);
 fromAddress();

@@ -12,13 +12,33 @@ export type ToWorker =
   | { do: "operate"; settings: string; speed: number }
   | { do: "send"; bytes: Uint8Array }
   | { do: "speed"; speed: number }
-  | { do: "stop-button"; pressed: boolean };
+  | { do: "stop-button"; pressed: boolean }
+  | { do: "estimate"; program: Uint8Array; settings: string }
+  | { do: "setting-rows" }
+  | { do: "check-settings"; lines: string };
 
 export type FromWorker =
   | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns; trace: Uint8Array }
   | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns; trace: Uint8Array }
   | { is: "trouble"; trouble: Trouble }
-  | { is: "output"; bytes: Uint8Array; positionMm: number[]; seconds: number };
+  | { is: "output"; bytes: Uint8Array; seconds: number }
+  | { is: "estimated"; answeredAtS: Float64Array; totalS: number }
+  | { is: "setting-rows"; rows: SettingRow[] }
+  | { is: "settings-checked"; refusal: Trouble | null };
+
+/** A setting: see `Row` in crates/web. */
+export interface SettingRow {
+  number: number;
+  group: string;
+  name: string;
+  remark: string;
+  unit: string;
+  min: number;
+  max: number;
+  default: string;
+  kind: "switch" | "mask" | "choice" | "whole" | "number";
+  options: [number, string][];
+}
 
 export interface Trouble {
   line: number | null;

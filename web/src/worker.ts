@@ -1,6 +1,6 @@
 // The machine, apart from the page, so that the page never waits for it.
 
-import init, { Job, Live, lastPanic } from "../machine/machine.js";
+import init, { Job, Live, lastPanic, settingRows, settingsRefusal } from "../machine/machine.js";
 import type { Motion } from "../machine/machine.js";
 import type { Columns, FromWorker, ToWorker, Trouble } from "./messages";
 
@@ -67,6 +67,21 @@ function run(program: Uint8Array, settings: string, withTrace: boolean): void {
   tell({ is: "ended", summary, wallSeconds, motion: rest, trace: rows }, buffers(rest, rows));
 }
 
+/** When each line would be answered, to a slice of time, and how long all takes. */
+function estimate(program: Uint8Array, settings: string): void {
+  const job = new Job(program, settings, false);
+  const answeredAtS = new Float64Array(job.lines);
+  let [answered, hasEnded] = [0, false];
+  while (!hasEnded) {
+    hasEnded = job.advance(job.nowUs + SLICE_US);
+    job.takeMotion().free();
+    answeredAtS.fill(job.nowUs * 1e-6, answered, job.answered);
+    answered = job.answered;
+  }
+  const { duration_s: totalS } = JSON.parse(job.end());
+  tell({ is: "estimated", answeredAtS, totalS }, [answeredAtS.buffer]);
+}
+
 function operate(machine: Live): void {
   let last = performance.now();
   const tick = (): void => {
@@ -77,7 +92,7 @@ function operate(machine: Live): void {
       machine.advance(machine.nowUs + passedMs * 1e3 * speed);
       columns(machine.takeMotion());
       const bytes = machine.takeOutput();
-      tell({ is: "output", bytes, positionMm: [...machine.positionMm()], seconds: machine.nowUs * 1e-6 });
+      tell({ is: "output", bytes, seconds: machine.nowUs * 1e-6 });
       setTimeout(tick, TICK_MS);
     } catch (error) {
       tell({ is: "trouble", trouble: trouble(error) });
@@ -105,6 +120,15 @@ async function obey(message: ToWorker): Promise<void> {
       break;
     case "stop-button":
       live?.setEmergencyStop(message.pressed);
+      break;
+    case "estimate":
+      estimate(message.program, message.settings);
+      break;
+    case "setting-rows":
+      tell({ is: "setting-rows", rows: JSON.parse(settingRows()) });
+      break;
+    case "check-settings":
+      tell({ is: "settings-checked", refusal: JSON.parse(settingsRefusal(message.lines)) });
   }
 }
 

@@ -55,11 +55,24 @@ pub enum Reason {
 /// # Errors
 /// [`Refused`] with the first line that is not allowed.
 pub fn read(file: &str, text: &[u8], port: Port, timing: DriverTiming) -> Result<Settings, Refused> {
+    taken(file, text)?.end(capabilities(port, timing))
+}
+
+/// As [`read`], for a machine of which it is not known what its step ports carry.
+///
+/// # Errors
+/// [`Refused`] with the first line that no machine allows.
+pub fn read_for_any_port(file: &str, text: &[u8]) -> Result<Settings, Refused> {
+    taken(file, text)?.end([None; AXES])
+}
+
+/// A text whose lines are each allowed.
+fn taken<'f>(file: &'f str, text: &[u8]) -> Result<Reading<'f>, Refused> {
     let mut reading = Reading::new(file);
     for (number, line) in (1..).zip(lines(text)) {
         reading.take(number, &line)?;
     }
-    reading.end(capabilities(port, timing))
+    Ok(reading)
 }
 
 /// The lines of a text, with any line ends.

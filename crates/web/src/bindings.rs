@@ -2,12 +2,24 @@
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::{Job, Live, Motion, Trouble};
+use crate::{Job, Live, Motion, Trouble, table};
 
 type Thrown<T> = Result<T, String>;
 
 fn thrown(trouble: Trouble) -> String {
     serde_json::to_string(&trouble).unwrap_or(trouble.words)
+}
+
+/// The rows of a form of settings, as JSON.
+#[wasm_bindgen(js_name = settingRows)]
+pub fn setting_rows() -> String {
+    serde_json::to_string(&table::rows()).unwrap_or_default()
+}
+
+/// Why settings, lines of `$n=v`, cannot be together, as JSON; `null` if they can.
+#[wasm_bindgen(js_name = settingsRefusal)]
+pub fn settings_refusal(lines: &str) -> String {
+    serde_json::to_string(&table::refusal(lines)).unwrap_or_default()
 }
 
 /// How the axes moved: see `Motion`.
@@ -135,12 +147,6 @@ impl LiveHandle {
     #[wasm_bindgen(js_name = takeMotion)]
     pub fn take_motion(&mut self) -> MotionColumns {
         MotionColumns(self.0.take_motion())
-    }
-
-    /// Where the carriages are, mm.
-    #[wasm_bindgen(js_name = positionMm)]
-    pub fn position_mm(&self) -> Vec<f64> {
-        self.0.position_mm().to_vec()
     }
 
     /// Presses or releases the emergency stop.

@@ -11,6 +11,7 @@
 //! - [`Job`] runs a whole program, with the sender of isostep-sim: its edges are those of [`isostep_sim::run`].
 //! - [`Live`] is a machine to operate.
 //! - [`Motion`] is how axes move, in stretches that a page can draw.
+//! - [`table`] is what a form of settings is made from.
 //!
 //! Only `bindings` knows JavaScript. All else runs, and is tested, on a computer.
 #![forbid(unsafe_code)]
@@ -23,6 +24,7 @@ mod motion;
 #[cfg(target_arch = "wasm32")]
 mod panic;
 mod summary;
+pub mod table;
 mod trouble;
 mod watch;
 

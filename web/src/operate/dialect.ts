@@ -5,26 +5,79 @@ export const RESUME = 0x7e;
 export const RESET = 0x18;
 export const STATUS = 0x3f;
 export const JOG_CANCEL = 0x85;
+export const FLOOD = 0xa0;
+export const MIST = 0xa1;
+export const MM_PER_INCH = 25.4;
+
+/** What is known by the last reports. A machine does not tell all of it in each. */
 export interface Status {
+  /** As `Idle` or `Hold:0`. */
   state: string;
-  position: number[];
-  feed: number | undefined;
+  /** In the unit of reports. */
+  machinePosition: number[];
+  workPosition: number[];
+  offset: number[];
+  feed: number;
+  spindle: number;
+  /** The letters of inputs that are on. */
   pins: string;
-  override: string;
+  /** Feed, rapids, spindle, %. */
+  overrides: number[];
+  /** S or C, F, M: what is on. */
+  accessories: string;
+  /** Moves and bytes for which there is room; undefined if `$10` does not ask for it. */
+  room: number[] | undefined;
+  /** N of the line that is carried out. */
+  line: number | undefined;
 }
 
-/** A report, as `<Idle|MPos:0.000,0.000,0.000|FS:0,0>`. */
-export function status(line: string): Status | undefined {
+export const UNKNOWN: Status = {
+  state: "Off",
+  machinePosition: [],
+  workPosition: [],
+  offset: [],
+  feed: 0,
+  spindle: 0,
+  pins: "",
+  overrides: [100, 100, 100],
+  accessories: "",
+  room: undefined,
+  line: undefined,
+};
+
+/** The name of a state, without its number. */
+export const nameOf = (state: string): string => state.split(":")[0] ?? "";
+
+/** What a report, as `<Idle|MPos:0.000,0.000,0.000|FS:0,0>`, adds to what was known. */
+export function status(line: string, before: Status): Status | undefined {
   if (!line.startsWith("<") || !line.endsWith(">")) return undefined;
   const [state = "", ...fields] = line.slice(1, -1).split("|");
   const found = new Map(fields.map((field) => [field.slice(0, field.indexOf(":")), field.slice(field.indexOf(":") + 1)]));
+  const numbers = (name: string): number[] | undefined => found.get(name)?.split(",").map(Number);
+  const offset = numbers("WCO") ?? before.offset;
+  const shifted = (place: number[], by: 1 | -1): number[] => place.map((value, axis) => value + by * (offset[axis] ?? 0));
+  const [machine, work] = [numbers("MPos"), numbers("WPos")];
+  const [feed = 0, spindle = 0] = numbers("FS") ?? [];
   return {
     state,
-    position: (found.get("MPos") ?? found.get("WPos") ?? "").split(",").filter(Boolean).map(Number),
-    feed: found.has("FS") ? Number(found.get("FS")?.split(",")[0]) : undefined,
+    machinePosition: machine ?? shifted(work ?? [], 1),
+    workPosition: work ?? shifted(machine ?? [], -1),
+    offset,
+    feed,
+    spindle,
     pins: found.get("Pn") ?? "",
-    override: found.get("Ov") ?? "",
+    overrides: numbers("Ov") ?? before.overrides,
+    // It comes with the overrides, and is left out if nothing is on.
+    accessories: found.get("A") ?? (found.has("Ov") ? "" : before.accessories),
+    room: numbers("Bf"),
+    line: numbers("Ln")?.[0],
   };
+}
+
+/** A line that sets something, as `$110=2880.000`. */
+export function setting(line: string): [number, string] | undefined {
+  const found = /^\$(\d+)\s*=\s*([^\s(;]+)/.exec(line.trim());
+  return found ? [Number(found[1]), found[2] ?? ""] : undefined;
 }
 
 /** Puts bytes together to lines. */
@@ -37,4 +90,3 @@ export class Lines {
     return parts.filter(Boolean);
   }
 }
-

@@ -2,10 +2,12 @@
 
 /** Bytes that the controller takes before it has answered. */
 const WINDOW_BYTES = 128;
+/** The answer to a line that is not sent any more, or that a reset has made the controller forget. */
+export const FORGOTTEN = "forgotten";
 
 interface Line {
   text: string;
-  /** Its answer, `ok` or `error:N`. */
+  /** Its answer: `ok`, `error:N` or `FORGOTTEN`. */
   answered(answer: string): void;
   /** What is printed before the answer; `undefined` lets everybody hear it. */
   printed: ((line: string) => void) | undefined;
@@ -47,13 +49,14 @@ export class Flight {
 
   /** Nothing more is sent; what is under way is answered still. */
   forgetWaiting(): void {
-    this.waiting.length = 0;
+    for (const line of this.waiting.splice(0)) line.answered(FORGOTTEN);
   }
 
   /** The controller begins anew, and answers nothing of before. */
   restart(): void {
-    this.forgetWaiting();
-    this.sent.length = this.bytes = 0;
+    const lost = [...this.sent.splice(0), ...this.waiting.splice(0)];
+    this.bytes = 0;
+    for (const line of lost) line.answered(FORGOTTEN);
   }
 
   private fill(): void {

@@ -1,4 +1,4 @@
-// Jogging: held down jogs, let go cancels.
+// Jogging: held down jogs, let go cancels; or by steps, of which each is made whole.
 
 import { input, part } from "../elements";
 import { AXIS_NAMES } from "../motion";
@@ -58,16 +58,28 @@ export class Jog {
     });
   }
 
-  /** Jogs to the end of the axis, if that is known; whoever holds the key down ends it before. */
+  /** How far one press goes, mm; undefined for as long as it is held down. */
+  private get stepMm(): number | undefined {
+    return Number(document.querySelector<HTMLInputElement>("[name=jog-step]:checked")?.value) || undefined;
+  }
+
   private start(axis: number, direction: number, by: string): void {
     if (this.by || !["Idle", "Jog"].includes(this.machine.state)) return;
-    this.by = by;
-    const [name, feed] = [AXIS_NAMES[axis], input("jog-feed").value || "1000"];
-    const travel = Number(this.machine.settings.get(TRAVEL + axis));
-    const end = this.machine.isHomed && travel ? `G90 G53 ${name}${direction > 0 ? travel : 0}` : `G91 ${name}${direction * BLIND_MM}`;
-    const line = `$J=${end} F${feed}`;
+    const { stepMm } = this;
+    // A step ends by itself: were it cancelled when the key is let go, it would be of another length.
+    if (!stepMm) this.by = by;
+    const way = stepMm ? `G91 ${AXIS_NAMES[axis]}${direction * stepMm}` : this.farthest(axis, direction);
+    const line = `$J=G21 ${way} F${input("jog-feed").value || "1000"}`;
     this.machine.log(line, "sent");
-    this.machine.ask(line, (answer) => answer !== "ok" && this.machine.log(answer, "wrong"));
+    this.machine.ask(line, (answer) => answer !== "ok" && this.machine.explain(answer, (words) => this.machine.log(words, "wrong")));
+  }
+
+  /** To the end of the axis, if that is known; whoever holds the key down ends it before. */
+  private farthest(axis: number, direction: number): string {
+    const name = AXIS_NAMES[axis] ?? "";
+    const travelMm = Number(this.machine.settings.get(TRAVEL + axis));
+    const isKnown = this.machine.homed.has(name) && travelMm;
+    return isKnown ? `G90 G53 ${name}${direction > 0 ? travelMm : 0}` : `G91 ${name}${direction * BLIND_MM}`;
   }
 
   private letGo(by = this.by): void {

@@ -1,38 +1,45 @@
 // A machine on the other side of a port, whichever it is: what it said last, and what it may be asked.
 
 import type { Trouble } from "../messages";
-import { Lines, STATUS, status, type Status } from "./dialect";
+import { Lines, RESET, setting, STATUS, status, UNKNOWN, type Status } from "./dialect";
 import { Flight } from "./flight";
+import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
+import { Words } from "./words";
 
 const ASK_EVERY_MS = 200;
 
 /** What becomes known of a machine. */
 export interface Watcher {
-  /** It begins anew: after power-up, and after a reset. Nothing of before is answered. */
+  /** It begins anew: after power-up, and after a reset. Lines of before are answered with `FORGOTTEN` then. */
   began?(): void;
-  /** A report of its state. */
-  reported?(report: Status): void;
+  /** A report of its state, and what was known before. */
+  reported?(report: Status, before: Status): void;
   /** Its settings have been read, or one has changed. */
   set?(): void;
   /** A line for the log, and what it is: `sent`, `wrong`, `note`, or what the machine said. */
   logged?(line: string, kind: string): void;
   /** An alarm in words; empty when it is over. */
   alarmed?(words: string): void;
+  /** A message of the machine, as `[PRB:...]`. */
+  said?(message: string): void;
 }
 
 export class Machine {
   /** As in the last report, `Off` without a machine. */
-  state = "Off";
-  isHomed = false;
+  report: Status = UNKNOWN;
+  readonly homed = new Homed();
   /** `$n`, as it was printed last. */
   readonly settings = new Map<number, string>();
   private port: Port | undefined;
   private lines = new Lines();
   private readonly flight = new Flight((line) => this.write(`${line}\n`));
   private readonly watchers: Watcher[] = [];
+  private readonly words = new Words((line, then) => this.query(line, then));
   /** The alarm whose words come next, if one has just been raised. */
   private alarm = "";
+  /** Whether a reset of the page has not been answered yet: it keeps the position. */
+  private isResetting = false;
 
   constructor() {
     setInterval(() => this.port && !document.hidden && this.byte(STATUS), ASK_EVERY_MS);
@@ -46,8 +53,10 @@ export class Machine {
   attach<P extends Port>(open: (listener: Listener) => P): P {
     this.port?.close();
     this.lines = new Lines();
+    this.isResetting = false;
+    this.settings.clear();
     this.begin();
-    this.state = "Off";
+    this.report = UNKNOWN;
     this.tell((watcher) => watcher.alarmed?.(""));
     const port = open({
       bytes: (bytes) => this.port === port && this.lines.push(bytes).forEach((line) => this.hear(line)),
@@ -61,6 +70,15 @@ export class Machine {
     return this.port !== undefined;
   }
 
+  get state(): string {
+    return this.report.state;
+  }
+
+  /** Whether it reports inches. */
+  get isInches(): boolean {
+    return this.settings.get(13) === "1";
+  }
+
   /** Lines that wait or are under way. */
   get underWay(): number {
     return this.flight.length;
@@ -68,29 +86,34 @@ export class Machine {
 
   /** A real-time byte, at once. */
   byte(byte: number): void {
+    if (byte === RESET) this.isResetting = true;
     this.port?.send(Uint8Array.of(byte));
   }
 
   /** A line of a person: it is logged, and its answer too. */
-  command(line: string): void {
+  command(line: string, answered?: (answer: string) => void): void {
     this.log(line, "sent");
-    this.ask(line, (answer) => this.log(answer, answer === "ok" ? "" : "wrong"));
+    this.ask(line, (answer) => {
+      if (answer === "ok") this.log(answer, "");
+      else this.words.of(answer, (words) => this.log(words, "wrong"));
+      answered?.(answer);
+    });
   }
 
   /** A line of the page, of which only the answer is looked at. */
   ask(line: string, answered: (answer: string) => void): void {
-    this.flight.push(line, (answer) => {
-      if (/^\$H/i.test(line)) this.isHomed = answer === "ok" && (this.isHomed || line.length === 2);
-      const set = /^\$(\d+)=(.*)/.exec(line);
-      if (set && answer === "ok") this.know(Number(set[1]), set[2] ?? "");
-      answered(answer);
-    });
+    this.push(line, answered);
   }
 
   /** A line of the page: what it prints is not logged, but given with the answer. */
   query(line: string, answered: (printed: string[], answer: string) => void): void {
     const printed: string[] = [];
-    this.flight.push(line, (answer) => answered(printed, answer), (text) => printed.push(text));
+    this.push(line, (answer) => answered(printed, answer), (text) => printed.push(text));
+  }
+
+  /** What an answer means, once the machine has said it. */
+  explain(answer: string, then: (words: string) => void): void {
+    this.words.of(answer, then);
   }
 
   /** Sends nothing of what waits; what is under way is answered still. */
@@ -102,6 +125,37 @@ export class Machine {
     this.tell((watcher) => watcher.logged?.(line, kind));
   }
 
+  /** Reads all settings, as they are in force. */
+  readSettings(then?: () => void): void {
+    this.query("$$", (lines) => {
+      for (const line of lines) {
+        const read = setting(line);
+        if (read) this.settings.set(...read);
+      }
+      this.tell((watcher) => watcher.set?.());
+      then?.();
+    });
+  }
+
+  private push(line: string, answered: (answer: string) => void, printed?: (line: string) => void): void {
+    this.flight.push(
+      line,
+      (answer) => {
+        if (answer === "ok") this.accepted(line);
+        answered(answer);
+      },
+      printed,
+    );
+  }
+
+  private accepted(line: string): void {
+    this.homed.accepted(line);
+    const set = setting(line);
+    if (!set) return;
+    this.settings.set(...set);
+    this.tell((watcher) => watcher.set?.());
+  }
+
   private write(text: string): void {
     this.port?.send(new TextEncoder().encode(text));
   }
@@ -111,41 +165,27 @@ export class Machine {
   }
 
   private begin(): void {
-    this.flight.restart();
-    this.isHomed = false;
+    if (!this.isResetting) this.homed.forget();
+    this.isResetting = false;
     this.tell((watcher) => watcher.began?.());
-  }
-
-  private know(number: number, value: string): void {
-    this.settings.set(number, value);
-    this.tell((watcher) => watcher.set?.());
-  }
-
-  private readSettings(): void {
-    this.query("$$", (lines) => {
-      for (const line of lines) {
-        const set = /^\$(\d+)=(\S*)/.exec(line);
-        if (set) this.settings.set(Number(set[1]), set[2] ?? "");
-      }
-      this.tell((watcher) => watcher.set?.());
-    });
+    this.flight.restart();
   }
 
   private lose(trouble: Trouble): void {
     this.port = undefined;
-    this.show({ state: "Off", position: [], feed: undefined, pins: "", override: "" });
+    this.show(UNKNOWN);
     this.tell((watcher) => watcher.alarmed?.(`The machine is gone: ${trouble.words}`));
   }
 
   private hear(line: string): void {
-    const report = status(line);
+    const report = status(line, this.report);
     if (report) return this.show(report);
     if (line === "ok" || line.startsWith("error:")) return this.flight.answer(line);
     if (line.startsWith("Grbl ")) {
       this.begin();
       this.readSettings();
     } else if (line.startsWith("ALARM:")) {
-      this.isHomed = false;
+      this.homed.alarmed(Number(line.slice(6)));
       this.alarm = line;
       this.tell((watcher) => watcher.alarmed?.(line));
     } else if (this.alarm && line.startsWith("[MSG:")) {
@@ -155,12 +195,16 @@ export class Machine {
     } else if (this.flight.hears(line)) {
       return;
     }
+    if (line.startsWith("[")) this.tell((watcher) => watcher.said?.(line));
     this.log(line, line.startsWith("ALARM:") ? "wrong" : "");
   }
 
   private show(report: Status): void {
-    if (this.state.startsWith("Alarm") && !report.state.startsWith("Alarm")) this.tell((watcher) => watcher.alarmed?.(""));
-    this.state = report.state;
-    this.tell((watcher) => watcher.reported?.(report));
+    const before = this.report;
+    this.report = report;
+    if (before.state.startsWith("Alarm") && !report.state.startsWith("Alarm")) this.tell((watcher) => watcher.alarmed?.(""));
+    this.tell((watcher) => watcher.reported?.(report, before));
+    // A board that was on already has said no welcome.
+    if (!this.settings.size && !this.underWay && ["Idle", "Alarm"].includes(report.state)) this.readSettings();
   }
 }

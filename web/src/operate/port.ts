@@ -16,13 +16,10 @@ export interface Listener {
 /** The machine in virtual time, paced to the wall clock. */
 export class SimulatedPort implements Port {
   private readonly worker = worker();
-  /** Where the carriages are, which a board cannot tell so often. */
-  positionMm: number[] = [];
 
   constructor(settings: string, listener: Listener) {
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
       if (data.is === "output") {
-        this.positionMm = data.positionMm;
         if (data.bytes.length) listener.bytes(data.bytes);
       } else if (data.is === "trouble") {
         this.close();

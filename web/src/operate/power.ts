@@ -3,23 +3,18 @@
 import { button, input, select } from "../elements";
 import type { Machine } from "./machine";
 import { SimulatedPort } from "./port";
-import type { State } from "./state";
-
-const SHOW_EVERY_MS = 50;
 
 export class Power {
   private port: SimulatedPort | undefined;
 
   constructor(
     private readonly machine: Machine,
-    state: State,
     private readonly settings: () => string,
   ) {
     button("power").onclick = () => this.on();
     const stop = input("stop-button");
     stop.onchange = () => this.port?.setStopButton(stop.checked);
     select("live-rate").onchange = () => this.setSpeed();
-    setInterval(() => state.showPosition(this.port?.positionMm ?? []), SHOW_EVERY_MS);
   }
 
   /** Switches it on when its page is first looked at. */

@@ -1,15 +1,24 @@
 // The program of the page, sent to the machine: no more bytes than it takes, and none after a refusal.
 
-import { button, element } from "../elements";
+import { button, duration, element, part } from "../elements";
+import { nameOf, type Status } from "./dialect";
+import { Estimate } from "./estimate";
+import { FORGOTTEN } from "./flight";
 import type { Machine } from "./machine";
+import { linesOf, numbered, realTime, type ProgramLine } from "./program";
+import { stop } from "./stop";
 
 /** Lines ahead of what fits, so that the flight is always full. */
 const AHEAD = 16;
 
 interface Job {
-  lines: string[];
+  lines: ProgramLine[];
   next: number;
   answered: number;
+  estimate: Estimate;
+  /** How long the machine has moved since the last answer, and when that was looked at. */
+  sinceMs: number;
+  lookedAt: number;
 }
 
 export class Sending {
@@ -20,61 +29,91 @@ export class Sending {
     program: () => string,
   ) {
     button("send-program").onclick = () => this.start(program());
-    button("stop-program").onclick = () => this.stop();
+    button("stop-program").onclick = () => stop(machine);
     machine.watch({
-      began: () => this.end(),
-      alarmed: (words) => words && this.end(),
-      reported: ({ state }) => (button("send-program").disabled = state !== "Idle" || this.job !== undefined),
+      began: () => this.end("Stopped: the machine has forgotten what it had not made."),
+      alarmed: (words) => words && this.end("Stopped by an alarm."),
+      reported: (report) => this.follow(report),
     });
   }
 
   private start(program: string): void {
-    const lines = program.split(/\r\n|\r|\n/).map((line) => line.replace(/;.*|\([^)]*\)/g, "").trim());
-    this.job = { lines, next: 0, answered: 0 };
+    const lines = linesOf(program);
+    const acts = realTime(lines);
+    if (acts) return this.say(`Line ${acts.number} \`${acts.text}\` has a real-time command: take it out of the program.`);
+    if (!lines.length) return this.say("The program is empty.");
+    const estimate = new Estimate(program, this.machine.settings);
+    this.job = { lines: numbered(lines), next: 0, answered: 0, estimate, sinceMs: 0, lookedAt: performance.now() };
     this.machine.log(`the program, ${lines.length} lines`, "sent");
     this.more(this.job);
+    this.show();
   }
 
   private more(job: Job): void {
     while (this.job === job && job.next < job.lines.length && this.machine.underWay < AHEAD) this.send(job);
-    if (this.job === job && job.answered >= job.lines.length) {
-      this.job = undefined;
-      this.machine.log("all lines are answered", "note");
-    }
-    this.show();
   }
 
   private send(job: Job): void {
-    const number = ++job.next;
-    const line = job.lines[number - 1] ?? "";
-    if (/[?!~]/.test(line)) {
-      this.machine.log(`line ${number}: \`${line}\` has a real-time command: take it out of the program`, "wrong");
-      return this.stop();
-    }
-    this.machine.ask(line, (answer) => {
+    const line = job.lines[job.next++];
+    if (!line) return;
+    this.machine.ask(line.text, (answer) => {
+      if (this.job !== job || answer === FORGOTTEN) return;
       job.answered++;
-      if (answer !== "ok" && this.job === job) {
-        this.machine.log(`line ${number} \`${line}\`: ${answer}`, "wrong");
-        this.stop();
-      }
+      job.sinceMs = 0;
+      if (answer !== "ok") return this.refuse(line, answer);
       this.more(job);
     });
   }
 
-  /** Sends no more; what was sent is made. */
-  private stop(): void {
+  /** Sends no more; what was sent before is made. */
+  private refuse(line: ProgramLine, answer: string): void {
     this.machine.forgetWaiting();
-    this.end();
+    this.end(`Line ${line.number} \`${line.text}\` was refused with ${answer}: nothing more is sent.`);
+    this.machine.explain(answer, (words) => this.machine.log(`line ${line.number} \`${line.text}\`: ${words}`, "wrong"));
   }
 
-  private end(): void {
+  private follow(report: Status): void {
+    button("send-program").disabled = !["Idle", "Check"].includes(report.state) || this.job !== undefined;
+    const { job } = this;
+    if (!job) return;
+    const now = performance.now();
+    if (nameOf(report.state) === "Run") job.sinceMs += now - job.lookedAt;
+    job.lookedAt = now;
+    const isOver = job.answered === job.lines.length && ["Idle", "Check"].includes(report.state);
+    if (isOver) this.end(`Done: ${job.lines.length} lines.`);
+    else this.show(report);
+  }
+
+  private end(words: string): void {
+    if (!this.job) return;
+    this.job.estimate.end();
     this.job = undefined;
+    this.say(words);
     this.show();
   }
 
-  private show(): void {
+  private say(words: string): void {
+    part("sending-now").textContent = words;
+  }
+
+  private show(report?: Status): void {
+    const { job } = this;
     const bar = element("sent", HTMLProgressElement);
-    bar.hidden = button("stop-program").hidden = !this.job;
-    if (this.job) bar.value = this.job.answered / Math.max(1, this.job.lines.length);
+    bar.hidden = button("stop-program").hidden = !job;
+    if (!job) return;
+    bar.value = job.answered / job.lines.length;
+    this.say([this.where(job, report), this.left(job)].filter(Boolean).join(", "));
+  }
+
+  private where(job: Job, report?: Status): string {
+    const last = job.lines.at(-1)?.number;
+    return report?.line === undefined ? `${job.answered} of ${job.lines.length} lines answered` : `line ${report.line} of ${last} is under way`;
+  }
+
+  private left(job: Job): string {
+    const leftS = job.estimate.leftS(job.lines[job.answered - 1]?.number ?? 0, job.sinceMs * 1e-3);
+    if (leftS === undefined) return "";
+    const [feed = 100, rapids = 100] = this.machine.report.overrides;
+    return `about ${duration(Math.round(leftS)).replace(".000", "")} left${feed === 100 && rapids === 100 ? "" : " at overrides of 100 %"}`;
   }
 }

@@ -1,0 +1,87 @@
+// A setting of the form: what it is, what it is now, and what was made of it.
+
+import { made } from "../elements";
+import type { SettingRow } from "../messages";
+import { control, type Control } from "./control";
+import { isEqual } from "./lines";
+
+export class Row {
+  readonly element = made("div", "", "setting");
+  private readonly control: Control;
+  private readonly refusal = made("p", "", "refused");
+  private readonly byDefault = made("span", "", "default");
+  private inForce = "";
+
+  constructor(
+    readonly about: SettingRow,
+    changed: () => void,
+  ) {
+    const { number, name, unit } = about;
+    this.control = control(about, `$${number} ${name}${unit && `, ${unit}`}`, () => {
+      this.refuse("");
+      this.mark();
+      changed();
+    });
+    this.element.dataset["number"] = String(number);
+    const what = made("div", "", "what");
+    what.append(made("span", name, "name"), made("small", this.remark), this.refusal);
+    const value = made("div", "", "value");
+    value.append(this.control.element, made("span", unit, "unit"));
+    this.refusal.setAttribute("role", "alert");
+    this.element.append(made("code", `$${number}`), what, value, this.byDefault);
+    this.refuse("");
+  }
+
+  private get remark(): string {
+    const { kind, remark, min, max, unit } = this.about;
+    const hasRange = ["whole", "number"].includes(kind) && Number.isFinite(max);
+    return [remark, hasRange ? `${min} to ${max} ${unit}`.trim() : ""].filter(Boolean).join("; ");
+  }
+
+  get value(): string {
+    return this.control.value;
+  }
+
+  get isChanged(): boolean {
+    return !isEqual(this.value, this.inForce);
+  }
+
+  get isDefault(): boolean {
+    return isEqual(this.inForce, this.about.default);
+  }
+
+  /** As a person reads a change. */
+  get change(): string {
+    const { number, name, unit } = this.about;
+    return `$${number} ${name}: ${this.inForce} → ${this.value} ${unit}`.trim();
+  }
+
+  /** What the machine has now. What a person has entered stays until it is sent. */
+  set(inForce: string): void {
+    const wasChanged = this.isChanged;
+    this.inForce = inForce;
+    if (!wasChanged) this.control.value = inForce;
+    this.mark();
+  }
+
+  enter(value: string): void {
+    this.control.value = value;
+    this.refuse("");
+    this.mark();
+  }
+
+  discard(): void {
+    this.enter(this.inForce);
+  }
+
+  refuse(words: string): void {
+    this.refusal.textContent = words;
+    this.refusal.hidden = !words;
+  }
+
+  private mark(): void {
+    this.element.classList.toggle("changed", this.isChanged);
+    this.element.classList.toggle("differs", !this.isDefault);
+    this.byDefault.textContent = this.isDefault ? "default" : this.about.default && `default ${this.about.default}`;
+  }
+}

@@ -1,0 +1,83 @@
+// A machine on the page, as a person drives it, and what its console says. Nothing here knows which machine it is.
+import assert from "node:assert/strict";
+import { opened, put } from "./harness.mjs";
+
+/** Where the wait for the machine to do something ends. */
+const PATIENCE_MS = 60_000;
+
+/** A page that operates, with a machine in Idle. */
+export async function operated(view = "operate") {
+  const page = await opened(`#${view}`);
+  await is(page, "Idle");
+  await page.waitForFunction(() => document.querySelectorAll("#setting-groups .setting").length > 0);
+  return page;
+}
+
+export const is = (page, state) => page.locator(`#bar [data-state=${state}]`).waitFor({ timeout: PATIENCE_MS });
+
+/** What the log says from now on has this text in a line. */
+export const hears = (page, text) => page.locator("#log div", { hasText: text }).last().waitFor({ state: "attached" });
+
+/** Lines of the log that were sent, the last ones. */
+export const sent = (page, count) => page.locator("#log .sent").evaluateAll((lines, count) => lines.slice(-count).map((line) => line.textContent.slice(2)), count);
+
+/** What the machine prints for a line of the console, up to its answer. */
+export async function answers(page, line) {
+  const before = await page.locator("#log div").count();
+  await page.evaluate((line) => {
+    document.getElementById("line").value = line;
+    document.getElementById("console").requestSubmit();
+  }, line);
+  const said = () => page.locator("#log div").evaluateAll((lines, before) => lines.slice(before).map((line) => line.textContent), before);
+  for (;;) {
+    const lines = await said();
+    if (lines.some((line) => /^(ok|error:\d+.*|forgotten)$/.test(line))) return lines.slice(1);
+    await page.waitForTimeout(20);
+  }
+}
+
+/** The value of a setting by the machine's own list. */
+export async function setting(page, number) {
+  const line = (await answers(page, "$$")).find((line) => line.startsWith(`$${number}=`));
+  return Number(line?.split("=")[1]);
+}
+
+/** A text of the page, once it is as wanted. */
+export async function reads(page, id, wanted) {
+  await page.waitForFunction(([id, source]) => new RegExp(source).test(document.getElementById(id).textContent), [id, wanted.source]);
+}
+
+/** Where the machine says that it is. */
+export const place = async (page, axis, of = "place") => Number(await page.locator(`#${of}-${axis}`).textContent());
+
+/** The place, once it has not changed for three reports. */
+export async function rests(page, axis, of) {
+  await is(page, "Idle");
+  let before = NaN;
+  for (;;) {
+    const now = await place(page, axis, of);
+    if (now === before) return now;
+    before = now;
+    await page.waitForTimeout(600);
+  }
+}
+
+/** Homes by the button. A simulated machine may do so faster. */
+export async function home(page) {
+  if (await page.locator("#live-rate").isVisible()) await page.selectOption("#live-rate", "20");
+  await page.click("#home");
+  await is(page, "Home");
+  await is(page, "Idle");
+  await reads(page, "homed-now", /^yes$/);
+  if (await page.locator("#live-rate").isVisible()) await page.selectOption("#live-rate", "1");
+}
+
+/** Sends a program from the page. */
+export async function sends(page, program) {
+  await put(page, "program", program);
+  await page.locator("#send-program:enabled").waitFor();
+  await page.click("#send-program");
+}
+
+/** The place is this one, to the last decimal of a report. */
+export const stands = async (page, axis, wanted, of) => assert.ok(Math.abs((await rests(page, axis, of)) - wanted) < 0.0015, `${axis} ${await place(page, axis, of)}`);
