@@ -13,6 +13,7 @@ export type ToWorker =
   | { do: "send"; bytes: Uint8Array }
   | { do: "speed"; speed: number }
   | { do: "stop-button"; pressed: boolean }
+  | { do: "plate"; placeMm: number | undefined }
   | { do: "estimate"; program: Uint8Array; settings: string }
   | { do: "setting-rows" }
   | { do: "check-settings"; lines: string };

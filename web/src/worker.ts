@@ -121,6 +121,9 @@ async function obey(message: ToWorker): Promise<void> {
     case "stop-button":
       live?.setEmergencyStop(message.pressed);
       break;
+    case "plate":
+      live?.setPlate(message.placeMm);
+      break;
     case "estimate":
       estimate(message.program, message.settings);
       break;

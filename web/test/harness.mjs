@@ -4,7 +4,7 @@ import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 import { serve } from "../serve.mjs";
 
-const options = Object.fromEntries(["page", "trace", "shots", "chromium"].map((name) => [name, { type: "string" }]));
+const options = Object.fromEntries(["page", "trace", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
 export const { values: paths } = parseArgs({ options });
 const PATIENCE_MS = 30_000;
 export const WIDE = { width: 1440, height: 1000 };

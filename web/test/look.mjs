@@ -7,7 +7,7 @@ export const tests = {
   async "tabs, labels and widths are for everybody"() {
     const page = await opened("", { viewport: PHONE });
     await hasEnded(page);
-    for (const tab of ["run", "operate"]) {
+    for (const tab of ["run", "operate", "settings"]) {
       await page.click(`#tab-${tab}`);
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
       assert.equal(wide, 0, `${tab} is ${wide} pixels too wide for a phone`);
@@ -28,6 +28,9 @@ export const tests = {
         await page.click("#tab-operate");
         await page.locator("#state[data-state=Idle]").waitFor();
         await page.screenshot({ path: join(paths.shots, `operate-${colorScheme}-${name}.png`), fullPage: true });
+        await page.click("#tab-settings");
+        await page.locator(".setting").first().waitFor();
+        await page.screenshot({ path: join(paths.shots, `settings-${colorScheme}-${name}.png`), fullPage: true });
         await page.context().close();
       }
     }

@@ -13,7 +13,7 @@ export async function operated(view = "operate") {
   return page;
 }
 
-export const is = (page, state) => page.locator(`#bar [data-state=${state}]`).waitFor({ timeout: PATIENCE_MS });
+export const is = (page, state) => page.locator(`#bar [data-state=${state}]`).waitFor({ state: "attached", timeout: PATIENCE_MS });
 
 /** What the log says from now on has this text in a line. */
 export const hears = (page, text) => page.locator("#log div", { hasText: text }).last().waitFor({ state: "attached" });
@@ -23,14 +23,19 @@ export const sent = (page, count) => page.locator("#log .sent").evaluateAll((lin
 
 /** What the machine prints for a line of the console, up to its answer. */
 export async function answers(page, line) {
-  const before = await page.locator("#log div").count();
-  await page.evaluate((line) => {
+  const said = await page.evaluateHandle((line) => {
+    const lines = [];
+    // The log drops its first lines.
+    new MutationObserver((changes) => changes.forEach(({ addedNodes }) => lines.push(...[...addedNodes].map((node) => node.textContent)))).observe(
+      document.getElementById("log"),
+      { childList: true },
+    );
     document.getElementById("line").value = line;
     document.getElementById("console").requestSubmit();
+    return lines;
   }, line);
-  const said = () => page.locator("#log div").evaluateAll((lines, before) => lines.slice(before).map((line) => line.textContent), before);
   for (;;) {
-    const lines = await said();
+    const lines = await said.jsonValue();
     if (lines.some((line) => /^(ok|error:\d+.*|forgotten)$/.test(line))) return lines.slice(1);
     await page.waitForTimeout(20);
   }

@@ -211,15 +211,18 @@ export const tests = {
     }
   },
 
-  async "a refused line ends a program, and errors are told in the machine's words"() {
+  async "a refused line stops the machine, because what is on its way makes no sense without it"() {
     const page = await operated();
     await sends(page, "G21 G91\nG42 X1\nG1 X50 F1200\n");
-    await reads(page, "sending-now", /^Line 2 `N2 G42 X1` was refused with error:20: nothing more is sent\.$/);
-    await hears(page, /^line 2 `N2 G42 X1`: error:20: ./);
+    await reads(page, "sending-now", /^Stopped: line 2 `G42 X1` was refused\. error:20: ./);
+    assert.ok((await rests(page, "x")) < 5, "the line behind it was in the machine already");
+  },
+
+  async "errors are told in the machine's words"() {
+    const page = await operated();
     const answer = (await answers(page, "G1 X1 F0")).at(-1);
     assert.match(answer, /^error:22: .*[Ff]eed/);
     assert.equal((await answers(page, "G1 X1 F0")).at(-1), answer, "the second time from memory");
-    await stands(page, "x", 0);
     await sends(page, "G0 X5 ?\n");
     await reads(page, "sending-now", /^Line 1 .* real-time command/);
   },

@@ -1,13 +1,16 @@
-// The page in Chromium: `node page.mjs --page FOLDER --trace FILE --shots FOLDER [--chromium PATH]`.
+// The page in Chromium: `node page.mjs --page FOLDER --trace FILE --shots FOLDER [--chromium PATH] [--only WORDS]`.
 // FILE is the trace of programs/parking.nc by the native simulator.
 import assert from "node:assert/strict";
-import { browser, complaints, server } from "./harness.mjs";
+import { browser, complaints, paths, server } from "./harness.mjs";
 import { tests as look } from "./look.mjs";
 import { tests as operate } from "./operate.mjs";
 import { tests as program } from "./program.mjs";
+import { tests as settings } from "./settings.mjs";
+import { tests as simulated } from "./simulated.mjs";
 
 let failed = 0;
-for (const [name, test] of Object.entries({ ...program, ...operate, ...look })) {
+for (const [name, test] of Object.entries({ ...program, ...operate, ...settings, ...simulated, ...look })) {
+  if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;
   try {
     await test();
@@ -16,6 +19,7 @@ for (const [name, test] of Object.entries({ ...program, ...operate, ...look })) 
   } catch (error) {
     failed++;
     console.log(`FAILED  ${name}\n${error.stack}`);
+    for (const page of browser.contexts().flatMap((context) => context.pages())) console.log(await page.locator("#log").evaluate((log) => log.innerText.slice(-1000)));
   }
   await Promise.all(browser.contexts().map((context) => context.close()));
 }

@@ -155,6 +155,12 @@ impl LiveHandle {
         self.0.set_emergency_stop(is_pressed);
     }
 
+    /// Puts a plate under the tool, mm above the limit switch of Z, or takes it away.
+    #[wasm_bindgen(js_name = setPlate)]
+    pub fn set_plate(&mut self, place_mm: Option<f64>) {
+        self.0.set_plate(place_mm);
+    }
+
     /// Presses or releases a limit switch.
     #[wasm_bindgen(js_name = setLimit)]
     pub fn set_limit(&mut self, axis: usize, is_pressed: bool) {

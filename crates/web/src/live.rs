@@ -2,7 +2,7 @@
 
 use isostep_motion::{AXES, Axis};
 use isostep_sim::world::Wire;
-use isostep_sim::{Sim, SwitchFault, verify::Verdict};
+use isostep_sim::{Sim, SwitchFault, plate::Plate, verify::Verdict};
 
 use crate::config;
 use crate::motion::Motion;
@@ -77,6 +77,11 @@ impl Live {
         if let Some(&axis) = Axis::ALL.get(axis) {
             self.sim.set_switch(axis, if is_pressed { SwitchFault::StuckClosed } else { SwitchFault::None });
         }
+    }
+
+    /// Puts a plate under the tool for the probe to touch, this far above the limit switch of Z, or takes it away.
+    pub fn set_plate(&mut self, place_mm: Option<f64>) {
+        self.sim.set_plate(place_mm.map(|place_mm| Plate { axis: Axis::Z, place_mm, is_below: true }));
     }
 
     /// Presses or releases the button of the feed hold, or opens or closes the safety door.

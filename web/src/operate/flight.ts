@@ -52,11 +52,10 @@ export class Flight {
     for (const line of this.waiting.splice(0)) line.answered(FORGOTTEN);
   }
 
-  /** The controller begins anew, and answers nothing of before. */
-  restart(): void {
-    const lost = [...this.sent.splice(0), ...this.waiting.splice(0)];
+  /** The controller begins anew. What was under way or waited has to be answered with `FORGOTTEN`. */
+  restart(): Line[] {
     this.bytes = 0;
-    for (const line of lost) line.answered(FORGOTTEN);
+    return [...this.sent.splice(0), ...this.waiting.splice(0)];
   }
 
   private fill(): void {

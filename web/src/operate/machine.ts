@@ -2,7 +2,7 @@
 
 import type { Trouble } from "../messages";
 import { Lines, RESET, setting, STATUS, status, UNKNOWN, type Status } from "./dialect";
-import { Flight } from "./flight";
+import { Flight, FORGOTTEN } from "./flight";
 import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
 import { Words } from "./words";
@@ -167,8 +167,9 @@ export class Machine {
   private begin(): void {
     if (!this.isResetting) this.homed.forget();
     this.isResetting = false;
+    const lost = this.flight.restart();
     this.tell((watcher) => watcher.began?.());
-    this.flight.restart();
+    for (const line of lost) line.answered(FORGOTTEN);
   }
 
   private lose(trouble: Trouble): void {

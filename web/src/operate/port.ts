@@ -42,6 +42,10 @@ export class SimulatedPort implements Port {
     this.tell({ do: "stop-button", pressed });
   }
 
+  setPlate(placeMm: number | undefined): void {
+    this.tell({ do: "plate", placeMm });
+  }
+
   close(): void {
     this.worker.terminate();
   }

@@ -4,26 +4,33 @@ export interface ProgramLine {
   /** From 1, as in the editor. */
   number: number;
   text: string;
+  /** As it is sent. */
+  sent: string;
 }
 
 /** Characters of a line that the machine takes, without spaces. */
 const CHARACTERS_MAX = 79;
 
-/** Without comments and empty lines. */
+/** Those that say something, without their comments. */
 export function linesOf(program: string): ProgramLine[] {
-  const lines = program.split(/\r\r\n|\r\n|\r|\n/).map((text, index) => ({ number: index + 1, text: text.replace(/;.*|\([^)]*\)/g, "").trim() }));
-  return lines.filter(({ text }) => text);
+  const lines = program.split(/\r\r\n|\r\n|\r|\n/).map((text, index) => plain(text, index + 1));
+  return named(lines.filter(({ text }) => text));
 }
 
 /** The first line with a byte that would act at once. */
 export const realTime = (lines: ProgramLine[]): ProgramLine | undefined => lines.find(({ text }) => /[?!~]/.test(text));
 
+function plain(line: string, number: number): ProgramLine {
+  const text = line.replace(/;.*|\([^)]*\)/g, "").trim();
+  return { number, text, sent: text };
+}
+
 /** With its number as N, so that the machine reports which line is under way. A program with N of its own keeps it. */
-export function numbered(lines: ProgramLine[]): ProgramLine[] {
+function named(lines: ProgramLine[]): ProgramLine[] {
   if (lines.some(({ text }) => /^[^$]*N\s*\d/i.test(text))) return lines;
-  return lines.map(({ number, text }) => {
-    const named = `N${number} ${text}`;
-    const isTaken = /^[$%/]/.test(text) || named.replace(/\s/g, "").length > CHARACTERS_MAX;
-    return { number, text: isTaken ? text : named };
+  return lines.map((line) => {
+    const sent = `N${line.number} ${line.text}`;
+    const isTaken = /^[$%/]/.test(line.text) || sent.replace(/\s/g, "").length > CHARACTERS_MAX;
+    return isTaken ? line : { ...line, sent };
   });
 }

@@ -5,7 +5,7 @@ import { nameOf, type Status } from "./dialect";
 import { Estimate } from "./estimate";
 import { FORGOTTEN } from "./flight";
 import type { Machine } from "./machine";
-import { linesOf, numbered, realTime, type ProgramLine } from "./program";
+import { linesOf, realTime, type ProgramLine } from "./program";
 import { stop } from "./stop";
 
 /** Lines ahead of what fits, so that the flight is always full. */
@@ -23,6 +23,8 @@ interface Job {
 
 export class Sending {
   private job: Job | undefined;
+  /** The line that was refused, and how, until the machine has said why. */
+  private refused: { line: ProgramLine; answer: string } | undefined;
 
   constructor(
     private readonly machine: Machine,
@@ -31,7 +33,7 @@ export class Sending {
     button("send-program").onclick = () => this.start(program());
     button("stop-program").onclick = () => stop(machine);
     machine.watch({
-      began: () => this.end("Stopped: the machine has forgotten what it had not made."),
+      began: () => this.begin(),
       alarmed: (words) => words && this.end("Stopped by an alarm."),
       reported: (report) => this.follow(report),
     });
@@ -43,7 +45,7 @@ export class Sending {
     if (acts) return this.say(`Line ${acts.number} \`${acts.text}\` has a real-time command: take it out of the program.`);
     if (!lines.length) return this.say("The program is empty.");
     const estimate = new Estimate(program, this.machine.settings);
-    this.job = { lines: numbered(lines), next: 0, answered: 0, estimate, sinceMs: 0, lookedAt: performance.now() };
+    this.job = { lines, next: 0, answered: 0, estimate, sinceMs: 0, lookedAt: performance.now() };
     this.machine.log(`the program, ${lines.length} lines`, "sent");
     this.more(this.job);
     this.show();
@@ -56,7 +58,7 @@ export class Sending {
   private send(job: Job): void {
     const line = job.lines[job.next++];
     if (!line) return;
-    this.machine.ask(line.text, (answer) => {
+    this.machine.ask(line.sent, (answer) => {
       if (this.job !== job || answer === FORGOTTEN) return;
       job.answered++;
       job.sinceMs = 0;
@@ -65,11 +67,20 @@ export class Sending {
     });
   }
 
-  /** Sends no more; what was sent before is made. */
+  /** Lines behind the refused one are on their way already, and make no sense without it: the machine forgets them. */
   private refuse(line: ProgramLine, answer: string): void {
-    this.machine.forgetWaiting();
-    this.end(`Line ${line.number} \`${line.text}\` was refused with ${answer}: nothing more is sent.`);
-    this.machine.explain(answer, (words) => this.machine.log(`line ${line.number} \`${line.text}\`: ${words}`, "wrong"));
+    this.refused = { line, answer };
+    this.end(`Stopped: line ${line.number} \`${line.text}\` was refused with ${answer}.`);
+    stop(this.machine);
+  }
+
+  private begin(): void {
+    this.end("Stopped: the machine has forgotten what it had not made.");
+    const { refused } = this;
+    if (!refused) return;
+    this.refused = undefined;
+    const { number, text } = refused.line;
+    this.machine.explain(refused.answer, (words) => this.say(`Stopped: line ${number} \`${text}\` was refused. ${words}`));
   }
 
   private follow(report: Status): void {
