@@ -78,7 +78,8 @@ function estimate(program: Uint8Array, settings: string): void {
     answeredAtS.fill(job.nowUs * 1e-6, answered, job.answered);
     answered = job.answered;
   }
-  const { duration_s: totalS } = JSON.parse(job.end());
+  const { duration_s: totalS, alarm } = JSON.parse(job.end());
+  if (alarm !== null) return tell({ is: "trouble", trouble: { line: null, words: `the program ends in ALARM:${alarm}` } });
   tell({ is: "estimated", answeredAtS, totalS }, [answeredAtS.buffer]);
 }
 

@@ -16,8 +16,8 @@ await mkdir(paths.shots, { recursive: true });
 export const complaints = [];
 
 /** A page of its own, of which nothing may be complained. */
-export async function opened(address = "", { viewport = WIDE, colorScheme = "light" } = {}) {
-  const context = await browser.newContext({ viewport, colorScheme, acceptDownloads: true });
+export async function opened(address = "", { viewport = WIDE, colorScheme = "light", ...touch } = {}) {
+  const context = await browser.newContext({ viewport, colorScheme, acceptDownloads: true, ...touch });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));

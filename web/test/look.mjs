@@ -18,7 +18,26 @@ export const tests = {
     assert.deepEqual(nameless, []);
   },
 
+  async "what is touched is large enough for a finger"() {
+    const page = await opened("#operate", { viewport: PHONE, hasTouch: true, isMobile: true });
+    await page.locator("#state[data-state=Idle]").waitFor();
+    for (const tab of ["operate", "settings"]) {
+      await page.click(`#tab-${tab}`);
+      await page.locator(tab === "settings" ? ".setting >> nth=0" : "#pad").waitFor();
+      const small = await page.locator(`#view-${tab}, #bar`).locator("button, select, input:not([type=checkbox]), label:has(input)").evaluateAll((targets) => targets
+        .filter((target) => target.offsetParent && target.type !== "radio" && target.getBoundingClientRect().height < 43.9)
+        .map((target) => target.id || target.textContent));
+      assert.deepEqual(small, []);
+    }
+  },
+
   async "pictures of the page"() {
+    const picture = async (page, name) => {
+      // Whole pages, with the bar at their end.
+      const { width } = page.viewportSize();
+      await page.setViewportSize({ width, height: await page.evaluate(() => document.documentElement.scrollHeight) });
+      await page.screenshot({ path: join(paths.shots, `${name}.png`), fullPage: true });
+    };
     for (const colorScheme of ["light", "dark"]) {
       for (const [name, viewport] of Object.entries({ wide: WIDE, narrow: PHONE })) {
         const page = await opened("", { viewport, colorScheme });
@@ -27,10 +46,11 @@ export const tests = {
         await page.screenshot({ path: join(paths.shots, `run-${colorScheme}-${name}.png`), fullPage: true });
         await page.click("#tab-operate");
         await page.locator("#state[data-state=Idle]").waitFor();
-        await page.screenshot({ path: join(paths.shots, `operate-${colorScheme}-${name}.png`), fullPage: true });
+        await picture(page, `operate-${colorScheme}-${name}`);
         await page.click("#tab-settings");
         await page.locator(".setting").first().waitFor();
-        await page.screenshot({ path: join(paths.shots, `settings-${colorScheme}-${name}.png`), fullPage: true });
+        await page.locator(".setting[data-number='120'] input").fill("80");
+        await picture(page, `settings-${colorScheme}-${name}`);
         await page.context().close();
       }
     }

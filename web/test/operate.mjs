@@ -87,7 +87,7 @@ export const tests = {
     await answers(page, "$J=G91 G21 X25.4 F2000");
     await stands(page, "x", 25.4);
     await answers(page, "$13=1");
-    await reads(page, "position-unit", /^inches/);
+    await reads(page, "position-unit", /^inches$/);
     await reads(page, "place-x", /^1\.0000$/);
     await page.check("[name=jog-step][value='1']");
     await page.locator("#pad .xp").click();

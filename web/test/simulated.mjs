@@ -1,6 +1,6 @@
 // What only a simulated machine has: a contact to press, its power, and its time.
 import assert from "node:assert/strict";
-import { answers, home, is, operated, reads, rests, sent, setting, stands } from "./machine.mjs";
+import { answers, home, is, operated, reads, rests, sends, sent, setting, stands } from "./machine.mjs";
 
 export const tests = {
   async "simulated: the emergency stop locks, and is told in words"() {
@@ -12,6 +12,29 @@ export const tests = {
     await page.click("#unlock");
     await is(page, "Idle");
     assert.ok(await page.locator("#alarm").isHidden());
+  },
+
+  async "simulated: the time left is that of the same program in virtual time, with the machine's settings"() {
+    const page = await operated();
+    await answers(page, "$110=1200");
+    const left = async (line) => {
+      const text = await page.waitForFunction((line) => {
+        const { textContent } = document.getElementById("sending-now");
+        return textContent.startsWith(`line ${line} of 3 is under way, about`) && textContent;
+      }, line);
+      return Number(/about (\d+) s left/.exec(await text.jsonValue())[1]);
+    };
+    // 5.4 and 3.4 s at 20 mm/s and 50 mm/s2.
+    await sends(page, "G21 G91\nG1 X100 F6000\nG1 X-60\n");
+    const first = await left(2);
+    assert.ok(first >= 7 && first <= 9, `${first} s`);
+    const second = await left(3);
+    assert.ok(second >= 1 && second <= 5, `${second} s`);
+    await reads(page, "sending-now", /^Done/);
+    await sends(page, "G21 G91\nG38.2 Z20 F600\n");
+    await is(page, "Run");
+    await page.waitForTimeout(1000);
+    assert.doesNotMatch(await page.locator("#sending-now").textContent(), /left/, "nobody knows where the probe touches");
   },
 
   async "simulated: a probe finds a plate, and Z is set by its thickness, in whichever modes"() {

@@ -29,11 +29,11 @@ export class Estimate {
     this.worker.terminate();
   }
 
-  /** What is left, s, this long after the answer to this line; undefined while that is not known. */
-  leftS(line: number, sinceS: number): number | undefined {
+  /** What is left and all, s, this long after the answer to this line; undefined while that is not known. */
+  at(line: number, sinceS: number): { leftS: number; totalS: number } | undefined {
     if (!this.run) return undefined;
     const { answeredAtS, totalS } = this.run;
     const [from, to] = [answeredAtS[line - 1] ?? 0, answeredAtS[line] ?? totalS];
-    return Math.max(0, totalS - Math.min(from + sinceS, to));
+    return { leftS: Math.max(0, totalS - Math.min(from + sinceS, to)), totalS };
   }
 }

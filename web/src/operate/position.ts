@@ -18,7 +18,7 @@ export class Position {
       part(`work-${axis.toLowerCase()}`).textContent = text(report.workPosition[index]);
       part(`place-${axis.toLowerCase()}`).textContent = text(report.machinePosition[index]);
     });
-    part("position-unit").textContent = this.machine.isInches ? "inches, as $13=1 has it" : "mm";
+    part("position-unit").textContent = this.machine.isInches ? "inches" : "mm";
     button("zero").disabled = report.state !== "Idle";
   }
 

@@ -112,8 +112,9 @@ export class Sending {
     const bar = element("sent", HTMLProgressElement);
     bar.hidden = button("stop-program").hidden = !job;
     if (!job) return;
-    bar.value = job.answered / job.lines.length;
-    this.say([this.where(job, report), this.left(job)].filter(Boolean).join(", "));
+    const time = job.estimate.at(job.lines[job.answered - 1]?.number ?? 0, job.sinceMs * 1e-3);
+    bar.value = time ? 1 - time.leftS / time.totalS : job.answered / job.lines.length;
+    this.say([this.where(job, report), time ? this.left(time.leftS) : ""].filter(Boolean).join(", "));
   }
 
   private where(job: Job, report?: Status): string {
@@ -121,9 +122,7 @@ export class Sending {
     return report?.line === undefined ? `${job.answered} of ${job.lines.length} lines answered` : `line ${report.line} of ${last} is under way`;
   }
 
-  private left(job: Job): string {
-    const leftS = job.estimate.leftS(job.lines[job.answered - 1]?.number ?? 0, job.sinceMs * 1e-3);
-    if (leftS === undefined) return "";
+  private left(leftS: number): string {
     const [feed = 100, rapids = 100] = this.machine.report.overrides;
     return `about ${duration(Math.round(leftS)).replace(".000", "")} left${feed === 100 && rapids === 100 ? "" : " at overrides of 100 %"}`;
   }

@@ -27,7 +27,7 @@ export class Tool {
   private name(): void {
     part("h-tool").textContent = this.isLaser ? "Laser and coolant" : "Spindle and coolant";
     button("tool-cw").textContent = this.isLaser ? "M3 constant" : "M3 clockwise";
-    button("tool-ccw").textContent = this.isLaser ? "M4 by speed" : "M4 counterclockwise";
+    button("tool-ccw").textContent = this.isLaser ? "M4 by speed" : "M4 counter\u00adclockwise";
     part("laser-note").hidden = !this.isLaser;
     const most = Number(this.machine.settings.get(30) ?? "");
     if (most) part("tool-most").textContent = `S, ${Number(this.machine.settings.get(31))} to ${most}${this.isLaser ? "" : " rpm"}`;

@@ -35,7 +35,8 @@ export class Row {
   private get remark(): string {
     const { kind, remark, min, max, unit } = this.about;
     const hasRange = ["whole", "number"].includes(kind) && Number.isFinite(max);
-    return [remark, hasRange ? `${min} to ${max} ${unit}`.trim() : ""].filter(Boolean).join("; ");
+    const range = min === max ? `only ${min}` : `${min} to ${max} ${unit}`.trim();
+    return [remark, hasRange ? range : ""].filter(Boolean).join("; ");
   }
 
   get value(): string {
@@ -59,8 +60,8 @@ export class Row {
   /** What the machine has now. What a person has entered stays until it is sent. */
   set(inForce: string): void {
     const wasChanged = this.isChanged;
-    this.inForce = inForce;
-    if (!wasChanged) this.control.value = inForce;
+    this.inForce = short(inForce);
+    if (!wasChanged) this.control.value = this.inForce;
     this.mark();
   }
 
@@ -82,6 +83,9 @@ export class Row {
   private mark(): void {
     this.element.classList.toggle("changed", this.isChanged);
     this.element.classList.toggle("differs", !this.isDefault);
-    this.byDefault.textContent = this.isDefault ? "default" : this.about.default && `default ${this.about.default}`;
+    this.byDefault.textContent = this.isDefault || !this.about.default ? "" : `default ${short(this.about.default)}`;
   }
 }
+
+/** Without the zeros that the machine prints behind the point. */
+const short = (value: string): string => value.replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "");

@@ -76,8 +76,7 @@ export class SettingsView {
       const sent = await send(this.machine, pending.map((row) => [row.about.number, row.value]));
       await new Promise<void>((resolve) => this.machine.readSettings(resolve));
       for (const row of pending) row.refuse(sent.refused.get(row.about.number) ?? "");
-      const refused = sent.refused.size ? `, ${sent.refused.size} refused: the reason stands beside each` : "";
-      this.say(`${sent.taken.length} set${refused}.`);
+      this.say([`${sent.taken.length} set.`, ...sent.refused.values()].join(" "));
     }
     this.isSending = false;
     this.showPending();
@@ -85,8 +84,8 @@ export class SettingsView {
 
   /** Nothing is sent of what no machine would take. */
   private async areTogether(pending: Row[]): Promise<boolean> {
-    for (const row of pending) row.refuse(isNumber(row.value) ? "" : `\`${row.value}\` is not a number.`);
-    if (!pending.every((row) => isNumber(row.value))) return this.refuse();
+    for (const row of pending) row.refuse(isNumber(row.value) ? "" : `\`${row.value}\` is no number.`);
+    if (!pending.every((row) => isNumber(row.value))) return this.refuse("a value is no number.");
     const known = new Set(this.rows.map((row) => row.number));
     const wanted = new Map(this.machine.settings);
     // What changes comes last, so that a refusal names it.
@@ -99,13 +98,12 @@ export class SettingsView {
     if (!trouble) return true;
     const number = lines[(trouble.line ?? 0) - 1]?.[0];
     const words = trouble.words.replace(/^settings(:\d+: `[^`]*`)?: /, "");
-    const row = this.form.rows.find((row) => row.about.number === number);
-    if (row) row.refuse(words);
-    return this.refuse(row ? "" : ` ${words}`);
+    this.form.rows.find((row) => row.about.number === number)?.refuse(words);
+    return this.refuse(words);
   }
 
-  private refuse(words = ""): false {
-    this.say(`Nothing was sent.${words}`);
+  private refuse(words: string): false {
+    this.say(`Nothing was sent: ${words}`);
     return false;
   }
 
