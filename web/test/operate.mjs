@@ -52,6 +52,27 @@ export const tests = {
     await hears(page, /^error:15: .*travel/);
   },
 
+  async "a reset and a soft limit keep what is homed; a homing that is stopped does not"() {
+    const page = await operated();
+    await home(page);
+    await page.click("#reset");
+    await hears(page, "Grbl 1.1");
+    await is(page, "Idle");
+    await reads(page, "homed-now", /^yes$/);
+    await answers(page, "G0 X-5");
+    await is(page, "Alarm");
+    await reads(page, "alarm", /^ALARM:2: /);
+    await page.click("#unlock");
+    await is(page, "Idle");
+    await reads(page, "homed-now", /^yes$/);
+    await page.click("#home");
+    await is(page, "Home");
+    await page.click("#stop");
+    await is(page, "Alarm");
+    await reads(page, "alarm", /^ALARM:6: /);
+    await reads(page, "homed-now", /^no$/);
+  },
+
   async "the zero of the work is set, shown beside the machine's, and gone to"() {
     const page = await operated();
     for (const jog of ["X10", "Y6", "Z4"]) await answers(page, `$J=G91 ${jog} F2000`);

@@ -67,13 +67,9 @@ export const tests = {
     await reads(page, "probe-result", /touches already/);
   },
 
-  async "simulated: a reset keeps what is homed, a power-cycle does not, and takes the settings of programs"() {
+  async "simulated: a power-cycle takes the settings of programs, and nothing is homed"() {
     const page = await operated();
     await home(page);
-    await page.click("#reset");
-    await page.locator("#log", { hasText: "Grbl 1.1" }).first().waitFor();
-    await is(page, "Idle");
-    await reads(page, "homed-now", /^yes$/);
     await answers(page, "$110=1234");
     await page.click("#tab-settings");
     await page.click("#settings-for-run");

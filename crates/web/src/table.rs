@@ -99,7 +99,8 @@ fn named(meaning: &str) -> Option<(&str, &str)> {
 
 /// The values and their names, if they are values of this setting: `1 X, 2 Y` of an order are its digits.
 fn options(values: &str, setting: &Setting) -> Vec<(u16, String)> {
-    let option = |part: &str| part.split_once(' ').and_then(|(value, name)| Some((value.parse().ok()?, name.to_owned())));
+    let option =
+        |part: &str| part.split_once(' ').and_then(|(value, name)| Some((value.parse().ok()?, name.to_owned())));
     let options: Option<Vec<(u16, String)>> = values.split(", ").map(option).collect();
     let may_be = |&(value, _): &(u16, String)| (setting.min..=setting.max).contains(&f32::from(value));
     options.filter(|options| options.iter().all(may_be)).unwrap_or_default()
