@@ -1,5 +1,6 @@
 // Operating a machine, by what its console reports: whichever machine it is, without anything in its way.
 import assert from "node:assert/strict";
+import { put } from "./harness.mjs";
 import { answers, hears, home, is, operated, place, reads, rests, sends, sent, stands } from "./machine.mjs";
 
 export const tests = {
@@ -230,6 +231,19 @@ export const tests = {
       await answers(page, "$J=G90 X0 F2800");
       await stands(page, "x", 0);
     }
+  },
+
+  async "a second press sends nothing twice, and an alarm ends a program"() {
+    const page = await operated();
+    await put(page, "program", "G21 G91\nG1 X4 F1200\n");
+    await page.evaluate(() => ["first", "second"].forEach(() => document.getElementById("send-program").click()));
+    await reads(page, "sending-now", /^Done: 2 lines\.$/);
+    await stands(page, "x", 4);
+    await sends(page, `G21 G91\nG38.2 Z-2 F300\n${"G1 X1\n".repeat(40)}`);
+    await is(page, "Alarm");
+    await reads(page, "sending-now", /^Stopped by an alarm\.$/);
+    await page.click("#unlock");
+    await stands(page, "x", 4);
   },
 
   async "a refused line stops the machine, because what is on its way makes no sense without it"() {

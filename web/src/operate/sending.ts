@@ -34,12 +34,14 @@ export class Sending {
     button("stop-program").onclick = () => stop(machine);
     machine.watch({
       began: () => this.begin(),
-      alarmed: (words) => words && this.end("Stopped by an alarm."),
+      alarmed: (words) => words && this.lock(),
       reported: (report) => this.follow(report),
     });
   }
 
   private start(program: string): void {
+    // A second press may come before the next report.
+    if (this.job) return;
     const lines = linesOf(program);
     const acts = realTime(lines);
     if (acts) return this.say(`Line ${acts.number} \`${acts.text}\` has a real-time command: take it out of the program.`);
@@ -72,6 +74,12 @@ export class Sending {
     this.refused = { line, answer };
     this.end(`Stopped: line ${line.number} \`${line.text}\` was refused with ${answer}.`);
     stop(this.machine);
+  }
+
+  private lock(): void {
+    if (!this.job) return;
+    this.end("Stopped by an alarm.");
+    this.machine.forgetWaiting();
   }
 
   private begin(): void {
