@@ -30,13 +30,14 @@ pub mod swarm;
 pub mod times;
 mod timing;
 pub mod touch;
+pub mod web;
 
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Subcommand;
 
-/// What can be done without the sources of the firmware.
+/// What can be done without the sources of the firmware; but for [`web`], which `cargo xtask` has with a page that it builds.
 #[derive(Subcommand)]
 #[expect(missing_docs, reason = "clap shows what is said of the arguments, where each verb is")]
 pub enum Verb {

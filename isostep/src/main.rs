@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use isostep::{Verb, exit, name};
+use clap::{Parser, Subcommand};
+use isostep::{exit, name, web};
 
 /// Run, check and stream G-code on a motion controller in virtual time or on a board.
 #[derive(Parser)]
@@ -13,12 +13,20 @@ struct Cli {
     verb: Verb,
 }
 
+#[derive(Subcommand)]
+enum Verb {
+    #[command(flatten)]
+    Shared(isostep::Verb),
+    Web(web::Args),
+}
+
 const EXAMPLES: &str = "\
 Examples:
   isostep sim my.nc --report report    run a program in virtual time, with pictures
   isostep check my.nc                  what would become of a program; nothing moves
   isostep sim --pty                    a machine without hardware, for any sender of G-code
   isostep console                      talk to the board, or to that machine
+  isostep web --port                   a page to operate the board, and to try programs
   isostep prove                        measure this very board, beside the emulated one
   isostep profile --help               speed laws: a table, every step as CSV, curves over time
   isostep papers                       what the papers print beside what comes out here
@@ -29,5 +37,13 @@ Examples:
 Building the firmware and flashing a board needs the sources: cargo xtask --help.";
 
 fn main() -> ExitCode {
-    name::parse::<Cli>(name::BINARY).map_or_else(|code| code, |cli| exit(cli.verb.run()))
+    name::parse::<Cli>(name::BINARY).map_or_else(
+        |code| code,
+        |cli| {
+            exit(match cli.verb {
+                Verb::Shared(verb) => verb.run(),
+                Verb::Web(args) => web::run(args),
+            })
+        },
+    )
 }

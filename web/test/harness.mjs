@@ -2,30 +2,36 @@
 import { mkdir } from "node:fs/promises";
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
-import { serve } from "../serve.mjs";
 
-const options = Object.fromEntries(["page", "trace", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
+const options = Object.fromEntries(["page", "board", "trace", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
 export const { values: paths } = parseArgs({ options });
 const PATIENCE_MS = 30_000;
+
+/** What the page operates: each has its address, and the simulated one can be hurried. */
+export const machines = [
+  { name: "simulated machine", address: `${paths.page}#operate`, isSimulated: true },
+  ...(paths.board ? [{ name: "emulated board", address: paths.board, isSimulated: false }] : []),
+];
 export const WIDE = { width: 1440, height: 1000 };
 export const PHONE = { width: 390, height: 844 };
 
-export const server = await serve(paths.page);
 export const browser = await chromium.launch({ executablePath: paths.chromium ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
 await mkdir(paths.shots, { recursive: true });
 export const complaints = [];
 
-/** A page of its own, of which nothing may be complained. */
-export async function opened(address = "", { viewport = WIDE, colorScheme = "light", ...touch } = {}) {
+/** A page of its own, of which nothing may be complained. `address` may be behind the page's. */
+export async function opened(address = "", { viewport = WIDE, colorScheme = "light", before = undefined, ...touch } = {}) {
   const context = await browser.newContext({ viewport, colorScheme, acceptDownloads: true, ...touch });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(String(error)));
+  const whole = new URL(address, paths.page);
   page.on("request", (request) => {
-    if (!request.url().startsWith(server.address) && !request.url().startsWith("blob:")) complaints.push(`loaded from elsewhere: ${request.url()}`);
+    if (!request.url().startsWith(whole.origin) && !request.url().startsWith("blob:")) complaints.push(`loaded from elsewhere: ${request.url()}`);
   });
-  await page.goto(server.address + address);
+  if (before) await page.addInitScript(before);
+  await page.goto(String(whole));
   return page;
 }
 

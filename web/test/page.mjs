@@ -1,15 +1,20 @@
-// The page in Chromium: `node page.mjs --page FOLDER --trace FILE --shots FOLDER [--chromium PATH] [--only WORDS]`.
-// FILE is the trace of programs/parking.nc by the native simulator.
+// The page in Chromium: `node page.mjs --page ADDRESS [--board ADDRESS] --trace FILE --shots FOLDER [--chromium PATH] [--only WORDS]`.
+// ADDRESS is that of `isostep web`, without a board and with one; FILE is the trace of programs/parking.nc by the native simulator.
 import assert from "node:assert/strict";
-import { browser, complaints, paths, server } from "./harness.mjs";
+import { browser, complaints, machines, paths } from "./harness.mjs";
 import { tests as look } from "./look.mjs";
+import { tests as ofMachine } from "./machines.mjs";
 import { tests as operate } from "./operate.mjs";
 import { tests as program } from "./program.mjs";
+import { tests as serial } from "./serial.mjs";
+import { tests as served } from "./served.mjs";
 import { tests as settings } from "./settings.mjs";
 import { tests as simulated } from "./simulated.mjs";
 
 let failed = 0;
-for (const [name, test] of Object.entries({ ...program, ...operate, ...settings, ...simulated, ...look })) {
+const either = Object.assign({}, ...machines.map(ofMachine));
+const tests = { ...program, ...operate, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
+for (const [name, test] of Object.entries(tests)) {
   if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;
   try {
@@ -24,5 +29,4 @@ for (const [name, test] of Object.entries({ ...program, ...operate, ...settings,
   await Promise.all(browser.contexts().map((context) => context.close()));
 }
 await browser.close();
-server.close();
 process.exitCode = failed ? 1 : 0;

@@ -127,9 +127,14 @@ pub fn cncjs() -> Result<()> {
 
 /// The emulated board with the last firmware built and its console on USB.
 fn emulated_board() -> Result<Emulated> {
+    Emulated::start(&mut emulator(), true, &[])
+}
+
+/// The emulator with the last firmware built.
+pub fn emulator() -> Command {
     let mut command = Command::new("node");
     command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
-    Emulated::start(&mut command, true, &[])
+    command
 }
 
 /// Arguments of a script: the folder of the programs to send, and where they end.

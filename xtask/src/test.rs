@@ -28,7 +28,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   two axes         the machine of X and Y alone; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   SKR Pico         its firmware on the emulated board, with its pins and drivers; only with --all
-  page             the page with the simulated machine, in Chromium; only with --all; skipped without Chromium
+  page             the page in Chromium, with the simulated machine and the emulated board; only with --all; skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
 

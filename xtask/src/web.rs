@@ -1,11 +1,12 @@
 //! `cargo xtask web`: builds the page with the simulated machine, and tests it in Chromium.
 
-use std::fs;
+mod chromium;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use isostep_sim::{Config, trace};
+use isostep::web::{self, Page, Serving};
 
 use crate::process::{self, announce};
 use crate::toolchain::{self, cargo};
@@ -13,8 +14,6 @@ use crate::{node, workspace};
 
 /// What browsers run.
 pub const TARGET: &str = "wasm32-unknown-unknown";
-/// Chromium by the names that it has on systems.
-const CHROMIUMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
 /// Build the page: the simulated machine in a browser
 #[derive(clap::Args)]
@@ -25,6 +24,8 @@ It needs the Rust target wasm32-unknown-unknown, which it adds by rustup, and No
 
 Examples:
   cargo xtask web --serve            and serve it on this computer: http://127.0.0.1:8000
+  cargo xtask web --serve --port     and let it operate the board on USB: `isostep web --help` says more
+  cargo xtask web --install          install the tool `isostep` with the page in it, for `isostep web`
   cargo xtask web --out page         into another folder, which is emptied first
   cargo xtask web --test             and the tests of the page in Chromium; pictures of it in target/web-shots")]
 pub struct Args {
@@ -34,12 +35,18 @@ pub struct Args {
     /// Test the page in Chromium too
     #[arg(long)]
     test: bool,
-    /// Serve the page on the loopback address, until Ctrl-C [default port: 8000]
-    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "8000")]
-    serve: Option<u16>,
+    /// Install the tool with the page in it, by `cargo install`
+    #[arg(long, conflicts_with = "out")]
+    install: bool,
+    /// Serve the page, until Ctrl-C
+    #[arg(long)]
+    serve: bool,
+    #[command(flatten, next_help_heading = "With --serve")]
+    serving: Serving,
 }
 
 pub fn run(args: Args) -> Result<()> {
+    ensure!(args.serve || args.serving.is_default(), "how the page is served goes with --serve: add it");
     let out = match args.out {
         Some(out) => std::path::absolute(out)?,
         None => default_out(),
@@ -47,22 +54,22 @@ pub fn run(args: Args) -> Result<()> {
     build(&out)?;
     println!("{}: {:.0} kB", workspace::shown(&out), size_bytes(&out)? as f64 / 1e3);
     if args.test {
-        in_chromium(&out)?;
+        chromium::test(&out)?;
     }
-    args.serve.map_or(Ok(()), |port| serve(&out, port))
+    if args.install {
+        install(&out)?;
+    }
+    if args.serve { web::serve(Page::read(&out)?, args.serving) } else { Ok(()) }
 }
 
 /// A stage of `cargo xtask test`.
 pub fn test() -> Result<()> {
     let out = default_out();
     build(&out)?;
-    in_chromium(&out)
+    chromium::test(&out)
 }
 
-/// What the user has to install before the page can be tested; `None` if it can.
-pub fn missing() -> Option<&'static str> {
-    chromium().is_none().then_some("install Chromium, on Debian by `apt-get install chromium`")
-}
+pub use chromium::missing;
 
 fn default_out() -> PathBuf {
     workspace::target_dir().join("web")
@@ -85,8 +92,11 @@ fn build(out: &Path) -> Result<()> {
     process::run(npm("build").arg("--").arg(out))
 }
 
-fn serve(page: &Path, port: u16) -> Result<()> {
-    process::run(Command::new("node").arg(dir().join("serve.mjs")).arg(page).arg(port.to_string()))
+fn install(page: &Path) -> Result<()> {
+    announce("the tool, with the page in it (some minutes)");
+    let mut install = Command::new("cargo");
+    install.env("ISOSTEP_PAGE", page).args(["install", "--locked", "--path"]).arg(workspace::root().join("isostep"));
+    process::run(&mut install)
 }
 
 /// The folder is emptied, so it must be new, or hold a page.
@@ -144,28 +154,4 @@ fn size_bytes(folder: &Path) -> Result<u64> {
         if data.is_dir() { size_bytes(&entry.path()) } else { Ok(data.len()) }
     });
     sizes.sum()
-}
-
-/// Runs the tests of the page on this folder.
-fn in_chromium(page: &Path) -> Result<()> {
-    let chromium = chromium().with_context(|| missing().unwrap_or_default())?;
-    let (native, shots) = (workspace::target_dir().join("web-parking.csv"), workspace::target_dir().join("web-shots"));
-    write_native_trace(&native)?;
-    announce(&format!("the page in Chromium, pictures in {}", workspace::shown(&shots)));
-    let mut tests = Command::new("node");
-    tests.arg(dir().join("test").join("page.mjs")).arg("--page").arg(page).arg("--chromium").arg(chromium);
-    process::run(tests.arg("--trace").arg(native).arg("--shots").arg(shots))
-}
-
-/// The trace that the page's must equal.
-fn write_native_trace(to: &Path) -> Result<()> {
-    let program = fs::read(workspace::root().join("programs").join("parking.nc"))?;
-    let outcome = isostep_sim::run(&program, &Config { keep_waves: false, ..Config::default() })?;
-    let file = fs::File::create(to).with_context(|| format!("cannot write {}", to.display()))?;
-    Ok(trace::write(&outcome.edges, file)?)
-}
-
-fn chromium() -> Option<PathBuf> {
-    let found = toolchain::path_dirs().flat_map(|dir| CHROMIUMS.map(|name| dir.join(name)));
-    found.into_iter().find(|binary| binary.is_file())
 }

@@ -7,6 +7,14 @@ const TRUSTED = [2, 4, 5, 21];
 
 export class Homed {
   private axes = new Set<string>();
+  /** Whether what was before is known: of a board that has been on, it is not. */
+  private isKnown = true;
+
+  /** Another machine, which is at power-up or has been on before. */
+  begin(isAtPowerUp: boolean): void {
+    this.axes.clear();
+    this.isKnown = isAtPowerUp;
+  }
 
   /** A `$` line was accepted. */
   accepted(line: string): void {
@@ -22,6 +30,7 @@ export class Homed {
 
   forget(): void {
     this.axes.clear();
+    this.isKnown = true;
   }
 
   has(axis: string): boolean {
@@ -35,6 +44,7 @@ export class Homed {
   /** In words. */
   get words(): string {
     if (this.all) return "yes";
-    return this.axes.size ? `${[...this.axes].sort().join(", ")} only` : "no";
+    if (this.axes.size) return `${[...this.axes].sort().join(", ")} only`;
+    return this.isKnown ? "no" : "unknown";
   }
 }

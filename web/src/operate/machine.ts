@@ -1,16 +1,20 @@
 // A machine on the other side of a port, whichever it is: what it said last, and what it may be asked.
 
 import type { Trouble } from "../messages";
-import { Lines, RESET, setting, STATUS, status, UNKNOWN, type Status } from "./dialect";
+import { HOLD, JOG_CANCEL, Lines, nameOf, RESET, setting, STATUS, status, UNKNOWN, type Status } from "./dialect";
 import { Flight, FORGOTTEN } from "./flight";
 import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
 import { Words } from "./words";
 
 const ASK_EVERY_MS = 200;
+/** The longest time from the first report to the welcome, if one comes. */
+const WELCOME_MS = 150;
 
 /** What becomes known of a machine. */
 export interface Watcher {
+  /** Another machine is attached, or none. */
+  attached?(): void;
   /** It begins anew: after power-up, and after a reset. Lines of before are answered with `FORGOTTEN` then. */
   began?(): void;
   /** A report of its state, and what was known before. */
@@ -40,8 +44,12 @@ export class Machine {
   private alarm = "";
   /** Whether a reset of the page has not been answered yet: it keeps the position. */
   private isResetting = false;
+  /** The timer after which no welcome is waited for. */
+  private greeting: number | undefined;
+  private isGreeted = false;
 
   constructor() {
+    window.addEventListener("pagehide", () => this.letGo());
     setInterval(() => this.port && !document.hidden && this.byte(STATUS), ASK_EVERY_MS);
   }
 
@@ -49,21 +57,30 @@ export class Machine {
     this.watchers.push(watcher);
   }
 
-  /** Takes another machine, and leaves the one before. */
-  attach<P extends Port>(open: (listener: Listener) => P): P {
-    this.port?.close();
-    this.lines = new Lines();
-    this.isResetting = false;
-    this.settings.clear();
-    this.begin();
-    this.report = UNKNOWN;
-    this.tell((watcher) => watcher.alarmed?.(""));
+  /** Takes another machine, which is at power-up or has been on before, and leaves the one before. */
+  attach<P extends Port>(open: (listener: Listener) => P, isAtPowerUp: boolean): P {
+    this.detach();
+    this.homed.begin(isAtPowerUp);
     const port = open({
       bytes: (bytes) => this.port === port && this.lines.push(bytes).forEach((line) => this.hear(line)),
       lost: (trouble) => this.port === port && this.lose(trouble),
     });
     this.port = port;
+    this.tell((watcher) => watcher.attached?.());
     return port;
+  }
+
+  /** Leaves the machine: a jog is cancelled, a program held. */
+  detach(): void {
+    this.letGo();
+    this.port?.close();
+    this.lines = new Lines();
+    this.settings.clear();
+    clearTimeout(this.greeting);
+    this.greeting = undefined;
+    this.isResetting = this.isGreeted = false;
+    this.begin();
+    this.end("");
   }
 
   get isAttached(): boolean {
@@ -164,6 +181,11 @@ export class Machine {
     this.watchers.forEach(what);
   }
 
+  private letGo(): void {
+    this.byte(JOG_CANCEL);
+    if (nameOf(this.state) === "Run") this.byte(HOLD);
+  }
+
   private begin(): void {
     if (!this.isResetting) this.homed.forget();
     this.isResetting = false;
@@ -173,9 +195,16 @@ export class Machine {
   }
 
   private lose(trouble: Trouble): void {
+    this.end(`The machine is gone: ${trouble.words}`);
+  }
+
+  /** There is no machine any more, and why. */
+  private end(words: string): void {
     this.port = undefined;
-    this.show(UNKNOWN);
-    this.tell((watcher) => watcher.alarmed?.(`The machine is gone: ${trouble.words}`));
+    this.report = UNKNOWN;
+    this.tell((watcher) => watcher.reported?.(UNKNOWN, UNKNOWN));
+    this.tell((watcher) => watcher.alarmed?.(words));
+    this.tell((watcher) => watcher.attached?.());
   }
 
   private hear(line: string): void {
@@ -183,6 +212,8 @@ export class Machine {
     if (report) return this.show(report);
     if (line === "ok" || line.startsWith("error:")) return this.flight.answer(line);
     if (line.startsWith("Grbl ")) {
+      clearTimeout(this.greeting);
+      this.isGreeted = true;
       this.begin();
       this.readSettings();
     } else if (line.startsWith("ALARM:")) {
@@ -205,7 +236,8 @@ export class Machine {
     this.report = report;
     if (before.state.startsWith("Alarm") && !report.state.startsWith("Alarm")) this.tell((watcher) => watcher.alarmed?.(""));
     this.tell((watcher) => watcher.reported?.(report, before));
-    // A board that was on already has said no welcome.
-    if (!this.settings.size && !this.underWay && ["Idle", "Alarm"].includes(report.state)) this.readSettings();
+    // A board that was in use already says no welcome. If it says one, it forgets what was asked before.
+    this.greeting ??= window.setTimeout(() => (this.isGreeted = true), WELCOME_MS);
+    if (this.isGreeted && !this.settings.size && !this.underWay && ["Idle", "Alarm"].includes(report.state)) this.readSettings();
   }
 }

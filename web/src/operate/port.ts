@@ -1,4 +1,5 @@
-// What the page needs of a machine: bytes both ways. A simulated one has them, and a serial port has them.
+// What the page needs of a machine: bytes both ways. A simulated one has them (here), a serial port (serial.ts), and the board of
+// the page's server (bridge.ts).
 
 import { worker } from "../job";
 import type { FromWorker, ToWorker, Trouble } from "../messages";

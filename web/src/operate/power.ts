@@ -1,41 +1,122 @@
-// The simulated machine: its power, its time, and its emergency stop.
+// Which machine is operated: the simulated one, with its power, its time and its emergency stop, or a board.
 
-import { button, input, select } from "../elements";
+import { button, input, made, part, select } from "../elements";
+import { BridgePort } from "./bridge";
 import type { Machine } from "./machine";
 import { SimulatedPort } from "./port";
+import { chosenBoard, UsbPort, whyNoSerial } from "./serial";
+import { serversToken, serverHasBoard } from "./server";
 
 /** Where the plate for the probe lies, from the switch of Z. */
 const PLATE_MM = 10;
+const NO_TOKEN = "The board is for those who know the server's token: open the address that isostep web has printed.";
+
+/** What each machine is called, in the header and below its buttons. */
+const WHAT: Record<string, [string, string]> = {
+  simulated: ["The firmware's own tasks, on a simulated machine, in this browser", "This is a simulated machine."],
+  usb: ["A board by USB; programs on a simulated machine", "This is a real machine."],
+  server: ["The board of this server; programs on a simulated machine", "This is a real machine."],
+};
 
 export class Power {
-  private port: SimulatedPort | undefined;
+  private simulated: SimulatedPort | undefined;
+  private board: SerialPort | undefined;
+  /** Whether the board that is chosen was attached before. */
+  private hasConnected = false;
+  private readonly hasServerBoard = serverHasBoard();
 
   constructor(
     private readonly machine: Machine,
     private readonly settings: () => string,
   ) {
-    button("power").onclick = () => this.on();
+    button("power").onclick = () => this.simulate();
+    button("connect").onclick = () => (machine.isAttached ? machine.detach() : this.connect());
+    select("which").onchange = () => this.choose();
     const stop = input("stop-button");
-    stop.onchange = () => this.port?.setStopButton(stop.checked);
+    stop.onchange = () => this.simulated?.setStopButton(stop.checked);
     const plate = input("plate");
-    plate.onchange = () => this.port?.setPlate(plate.checked ? PLATE_MM : undefined);
+    plate.onchange = () => this.simulated?.setPlate(plate.checked ? PLATE_MM : undefined);
     select("live-rate").onchange = () => this.setSpeed();
+    machine.watch({ attached: () => this.show() });
+    // Taken out of the address before anybody else reads it.
+    serversToken();
+    window.addEventListener("hashchange", () => serversToken());
+    void this.hasServerBoard.then((hasBoard) => hasBoard && this.offerServerBoard());
   }
 
-  /** Switches it on when its page is first looked at. */
+  /** Takes a machine when its page is looked at; a board only the first time, and one by USB needs a click. */
   look(): void {
-    if (!this.machine.isAttached) this.on();
+    void this.hasServerBoard.then(() => {
+      if (this.machine.isAttached || this.hasConnected || this.which === "usb") return;
+      this.connect();
+    });
+  }
+
+  private get which(): string {
+    return select("which").value;
+  }
+
+  private offerServerBoard(): void {
+    const option = made("option", "The board of this server");
+    option.setAttribute("value", "server");
+    select("which").append(option);
+    if (serversToken()) select("which").value = "server";
+    this.show();
+  }
+
+  /** A board waits for a click: nothing moves because somebody has looked at a list. */
+  private choose(): void {
+    this.machine.detach();
+    this.simulated = this.board = undefined;
+    this.hasConnected = false;
+    if (this.which === "simulated") this.simulate();
+    this.show();
+  }
+
+  private connect(): void {
+    if (this.which === "simulated") this.simulate();
+    else if (this.which === "server") this.attachServerBoard(serversToken());
+    else this.attachUsbBoard().catch((error: Error) => this.tell(`No board was chosen: ${error.message}`));
+  }
+
+  private attachServerBoard(token: string | null): void {
+    if (!token) return this.tell(NO_TOKEN);
+    this.hasConnected = true;
+    this.machine.attach((listener) => new BridgePort(token, listener), false);
+  }
+
+  private async attachUsbBoard(): Promise<void> {
+    const board = (this.board ??= await chosenBoard());
+    this.hasConnected = true;
+    this.machine.attach((listener) => new UsbPort(board, listener), false);
   }
 
   /** A machine at power-up, with the settings of the page. */
-  private on(): void {
+  private simulate(): void {
     input("stop-button").checked = input("plate").checked = false;
     this.machine.log("power-up", "note");
-    this.port = this.machine.attach((listener) => new SimulatedPort(this.settings(), listener));
+    this.simulated = this.machine.attach((listener) => new SimulatedPort(this.settings(), listener), true);
     this.setSpeed();
   }
 
   private setSpeed(): void {
-    this.port?.setSpeed(Number(select("live-rate").value));
+    this.simulated?.setSpeed(Number(select("live-rate").value));
+  }
+
+  private show(): void {
+    const [what, now] = WHAT[this.which] ?? [];
+    part("what").textContent = what ?? "";
+    part("what-now").textContent = now ?? "";
+    part("simulated").hidden = this.which !== "simulated";
+    const connect = button("connect");
+    connect.hidden = this.which === "simulated";
+    connect.disabled = this.which === "usb" && whyNoSerial() !== "";
+    connect.textContent = this.machine.isAttached ? "Disconnect" : this.hasConnected ? "Connect again" : "Connect";
+    this.tell(this.which === "usb" ? whyNoSerial() : "");
+  }
+
+  private tell(words: string): void {
+    part("which-trouble").textContent = words;
+    part("which-trouble").hidden = !words;
   }
 }

@@ -1,0 +1,167 @@
+//! The server: what is answered to whom.
+
+use std::io::ErrorKind;
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::{Context, Result, anyhow};
+use axum::Router;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use tokio::sync::{Semaphore, watch};
+use tokio::time;
+
+use super::gate::Gate;
+use super::{Board, Page, session};
+
+/// A page that is loaded anew asks for the board before the one before has left it.
+const TURN_PATIENCE: Duration = Duration::from_secs(3);
+const TAKEN: &str = "another page has the board: close that one, then connect again";
+
+/// More than a page sends at once.
+const MESSAGE_BYTES_MAX: usize = 4096;
+
+/// What all requests share.
+struct Served {
+    page: Page,
+    board: Option<Board>,
+    gate: Gate,
+    /// One page at a time has the board.
+    turn: Semaphore,
+    ending: watch::Sender<bool>,
+}
+
+/// A server that has its address.
+pub struct Server {
+    listener: TcpListener,
+    at: SocketAddr,
+    served: Arc<Served>,
+}
+
+impl Server {
+    /// Takes an address; port 0 is any that is free.
+    ///
+    /// # Errors
+    /// When it cannot be had.
+    pub fn bind(page: Page, board: Option<Board>, at: SocketAddr) -> Result<Self> {
+        let listener = TcpListener::bind(at).map_err(|error| trouble(at, &error))?;
+        listener.set_nonblocking(true)?;
+        let at = listener.local_addr()?;
+        let (turn, ending) = (Semaphore::new(1), watch::Sender::new(false));
+        Ok(Self { listener, at, served: Arc::new(Served { page, board, gate: Gate::new(at)?, turn, ending }) })
+    }
+
+    /// What to open in a browser. The token stands where browsers do not send it on.
+    pub fn address(&self) -> String {
+        let token = self.served.board.as_ref().map(|_| format!("#operate&token={}", self.served.gate.token()));
+        format!("http://{}/{}", self.at, token.unwrap_or_default())
+    }
+
+    /// Serves until Ctrl-C, and leaves the board as a page does that is closed.
+    ///
+    /// # Errors
+    /// When the system refuses what a server needs.
+    pub fn run(self) -> Result<()> {
+        self.serve_until(async { tokio::signal::ctrl_c().await.context("Ctrl-C cannot be waited for") })
+    }
+
+    /// Serves until the process ends.
+    ///
+    /// # Errors
+    /// When the system refuses what a server needs.
+    pub fn serve(self) -> Result<()> {
+        self.serve_until(std::future::pending())
+    }
+
+    pub(super) fn serve_until(self, end: impl Future<Output = Result<()>>) -> Result<()> {
+        tokio::runtime::Builder::new_current_thread().enable_all().build()?.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(self.listener)?;
+            tokio::select! {
+                served = axum::serve(listener, router(self.served.clone())).into_future() => served?,
+                ended = end => ended?,
+            }
+            self.served.ending.send_replace(true);
+            let _ = time::timeout(TURN_PATIENCE, self.served.turn.acquire()).await;
+            Ok(())
+        })
+    }
+}
+
+fn trouble(at: SocketAddr, error: &std::io::Error) -> anyhow::Error {
+    match error.kind() {
+        ErrorKind::AddrInUse => {
+            anyhow!("another program has port {} of {}: give another by --http-port", at.port(), at.ip())
+        }
+        ErrorKind::AddrNotAvailable => {
+            anyhow!("{} is no address of this computer: --listen takes one by which others reach it", at.ip())
+        }
+        ErrorKind::PermissionDenied => {
+            anyhow!("port {} is for the system: give one from 1024 on by --http-port", at.port())
+        }
+        _ => anyhow!("{at} cannot be listened at: {error}"),
+    }
+}
+
+fn router(served: Arc<Served>) -> Router {
+    Router::new()
+        .route("/board.json", get(about_board))
+        .route("/board", get(board))
+        .fallback(get(file))
+        .layer(middleware::from_fn_with_state(served.clone(), guard))
+        .with_state(served)
+}
+
+/// Refuses requests by another's name, and says to the browser what the page may do.
+async fn guard(State(served): State<Arc<Served>>, request: Request, next: Next) -> Response {
+    let mut answer = match served.gate.check_host(request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(why) => (StatusCode::FORBIDDEN, why).into_response(),
+    };
+    let policy = HeaderValue::from_str(served.page.policy()).unwrap_or(HeaderValue::from_static("default-src 'none'"));
+    let fixed = |(name, value): (HeaderName, &'static str)| (name, HeaderValue::from_static(value));
+    let headers = [
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-cache"),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    ];
+    answer.headers_mut().extend(headers.map(fixed).into_iter().chain([(header::CONTENT_SECURITY_POLICY, policy)]));
+    answer
+}
+
+async fn file(State(served): State<Arc<Served>>, uri: Uri, headers: HeaderMap) -> Response {
+    let accepts = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let Some(file) = served.page.file(uri.path(), accepts.contains("gzip")) else {
+        return StatusCode::NOT_FOUND.into_response();
+    };
+    let mut answer = ([(header::CONTENT_TYPE, file.media_type)], file.content.to_vec()).into_response();
+    if file.is_gzip {
+        answer.headers_mut().insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+    }
+    answer
+}
+
+/// Says whether there is a board. The page asks this of every server: among its files is one of that name, for those that have none.
+async fn about_board(State(served): State<Arc<Served>>) -> Response {
+    let words = format!("{{\"has_board\":{}}}", served.board.is_some());
+    ([(header::CONTENT_TYPE, "application/json")], words).into_response()
+}
+
+async fn board(State(served): State<Arc<Served>>, headers: HeaderMap, uri: Uri, upgrade: WebSocketUpgrade) -> Response {
+    if let Err(why) = served.gate.check_board(&headers, &uri) {
+        return (StatusCode::FORBIDDEN, why).into_response();
+    }
+    upgrade.max_message_size(MESSAGE_BYTES_MAX).on_upgrade(async move |page| {
+        let Some(board) = &served.board else { return session::refuse(page, "this server has no board").await };
+        match time::timeout(TURN_PATIENCE, served.turn.acquire()).await {
+            Ok(Ok(_turn)) => session::run(page, board, served.ending.subscribe()).await,
+            _ => session::refuse(page, TAKEN).await,
+        }
+    })
+}

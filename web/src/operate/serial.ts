@@ -1,0 +1,87 @@
+// A board on a serial port of this computer, by Web Serial.
+
+import type { Listener, Port } from "./port";
+
+/** A serial port on an RP2040. */
+const BOARD: SerialPortFilter = { usbVendorId: 0x2e8a, usbProductId: 0x000a };
+/** A USB port has its own. */
+const BITS_PER_S = 115_200;
+
+/** Why this browser has no Web Serial; empty if it has. */
+export function whyNoSerial(): string {
+  if ("serial" in navigator) return "";
+  return window.isSecureContext
+    ? "This browser has no Web Serial, as Chrome, Edge and Opera have on a desktop. With any browser: isostep web --port."
+    : "A browser gives serial ports only to pages of https or of this computer (http://127.0.0.1). With any page: isostep web --port.";
+}
+
+/** A board that the person chooses. */
+export const chosenBoard = (): Promise<SerialPort> => navigator.serial.requestPort({ filters: [BOARD] });
+
+/** The last port that was left, once it is closed. */
+let closed = Promise.resolve();
+
+export class UsbPort implements Port {
+  private readonly writer: Promise<WritableStreamDefaultWriter<Uint8Array>>;
+  private readonly reading: Promise<void>;
+  private reader: ReadableStreamDefaultReader<Uint8Array> | undefined;
+  private isLeft = false;
+
+  constructor(
+    private readonly port: SerialPort,
+    listener: Listener,
+  ) {
+    this.writer = this.open();
+    this.reading = this.read(listener);
+    this.reading.then(
+      () => listener.lost({ line: null, words: "it was unplugged: plug it in, then connect again" }),
+      (error: Error) => listener.lost({ line: null, words: `${error.message} Close other programs that use it, then connect again` }),
+    );
+  }
+
+  send(bytes: Uint8Array): void {
+    // Whoever reads tells when the port fails.
+    this.writer.then((writer) => writer.write(bytes)).catch(() => undefined);
+  }
+
+  close(): void {
+    closed = this.leave().catch(() => undefined);
+  }
+
+  private async open(): Promise<WritableStreamDefaultWriter<Uint8Array>> {
+    await closed;
+    await this.port.open({ baudRate: BITS_PER_S });
+    await this.port.setSignals({ dataTerminalReady: true });
+    if (!this.port.writable) throw new Error("It was unplugged.");
+    return this.port.writable.getWriter();
+  }
+
+  /** Reads until the port is gone. After a byte that came spoilt there is a new stream. */
+  private async read(listener: Listener): Promise<void> {
+    await this.writer;
+    while (this.port.readable && !this.isLeft) {
+      this.reader = this.port.readable.getReader();
+      await this.readStream(this.reader, listener).catch(() => undefined);
+      this.reader.releaseLock();
+    }
+  }
+
+  private async readStream(reader: ReadableStreamDefaultReader<Uint8Array>, listener: Listener): Promise<void> {
+    for (;;) {
+      const { value, done } = await reader.read();
+      if (done) return;
+      listener.bytes(value);
+    }
+  }
+
+  /** What was sent goes out first. */
+  private async leave(): Promise<void> {
+    this.isLeft = true;
+    const writer = await this.writer;
+    await writer.close();
+    writer.releaseLock();
+    await this.reader?.cancel();
+    await this.reading;
+    await this.port.close();
+  }
+}
