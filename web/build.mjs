@@ -15,6 +15,7 @@ await build({
   entryPoints: [join(here, "src/main.ts"), join(here, "src/worker.ts")],
   outdir: out,
   bundle: true,
+  splitting: true,
   minify: true,
   format: "esm",
   target: "es2022",

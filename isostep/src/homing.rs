@@ -51,7 +51,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(path) = &args.settings {
         config.settings = sim::read_settings(path, &config)?;
     }
-    config.start_mm = crate::timing::middle_mm(&config.settings);
+    config.start_mm = isostep_report::timing::middle_mm(&config.settings);
     println!("{}", head(&args, &config.settings));
     for axis in Axis::ALL {
         for negative in [true, false] {

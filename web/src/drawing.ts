@@ -55,8 +55,8 @@ export function label(value: number, step: number): string {
   return (Math.abs(value) < step / 1e6 ? 0 : value).toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
 }
 
-/** Draws anew whenever the size of a canvas or the light changes. */
-export function onChange(canvas: HTMLCanvasElement, draw: () => void): void {
-  new ResizeObserver(draw).observe(canvas);
+/** Draws anew whenever the size of a place or the light changes. */
+export function onChange(place: HTMLElement, draw: () => void): void {
+  new ResizeObserver(draw).observe(place);
   dark.addEventListener("change", draw);
 }

@@ -1,63 +1,98 @@
-// The program as text, with the numbers of its lines and marks at those that something is to be said of.
+// The program as text: G-code in colours, with what was refused told below its line, and the line marked that moves the machine.
 
-import { area, made, part } from "./elements";
+import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
+import { searchKeymap } from "@codemirror/search";
+import { EditorState, type Extension } from "@codemirror/state";
+import { drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
+import { part } from "./elements";
+import { gcode } from "./gcode";
+import { marks, setCurrent, setTold, type Told } from "./marks";
+
+const theme = EditorView.theme({
+  "&": { height: "100%", color: "var(--ink)", backgroundColor: "var(--card)", fontSize: "13px" },
+  "&.cm-focused": { outline: "3px solid var(--accent)", outlineOffset: "-3px" },
+  ".cm-scroller": { fontFamily: 'ui-monospace, "DejaVu Sans Mono", monospace', lineHeight: "1.5" },
+  ".cm-content": { caretColor: "var(--ink)" },
+  ".cm-cursor": { borderLeftColor: "var(--ink)" },
+  ".cm-gutters": { color: "var(--muted)", backgroundColor: "var(--paper)", border: "0" },
+  ".cm-activeLine": { backgroundColor: "transparent" },
+  "&.cm-focused .cm-activeLine": { backgroundColor: "color-mix(in srgb, var(--accent) 8%, transparent)" },
+  "& .cm-selectionBackground, &.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground": {
+    backgroundColor: "color-mix(in srgb, var(--accent) 28%, transparent)",
+  },
+  ".cm-panels": { color: "var(--ink)", backgroundColor: "var(--paper)" },
+  ".cm-panel input, .cm-panel button": { font: "inherit", color: "var(--ink)", background: "var(--card)", border: "1px solid var(--bound)" },
+  ".cm-line.cm-current": { backgroundColor: "color-mix(in srgb, var(--tool) 18%, transparent)" },
+  ".cm-gutterElement.cm-current": { color: "var(--tool)", fontWeight: "700" },
+  ".cm-line.cm-refused": { backgroundColor: "var(--bad-paper)" },
+  ".cm-gutterElement.cm-refused": { color: "var(--card)", backgroundColor: "var(--bad)", fontWeight: "700" },
+  ".cm-told": { contain: "inline-size", padding: "0.1rem 0.6rem 0.3rem", color: "var(--bad)", backgroundColor: "var(--bad-paper)", whiteSpace: "pre-wrap", fontFamily: "system-ui, sans-serif" },
+});
 
 export class Editor {
-  private readonly text = area("program");
-  private readonly gutter = part("gutter");
-  private marked = new Set<number>();
+  /** In a shadow root of its own, because only there its styles need no permission of the content security policy. */
+  private readonly view: EditorView;
+  private marked = 0;
 
   constructor() {
-    this.text.addEventListener("input", () => this.number());
-    this.text.addEventListener("scroll", () => this.follow());
-    new ResizeObserver(() => this.number()).observe(this.text);
+    const root = part("program").attachShadow({ mode: "open" });
+    this.view = new EditorView({ state: this.state(""), parent: root, root });
+  }
+
+  private state(doc: string): EditorState {
+    const extensions: Extension = [
+      lineNumbers(),
+      history(),
+      drawSelection(),
+      highlightActiveLine(),
+      keymap.of([...defaultKeymap, ...searchKeymap, ...historyKeymap]),
+      gcode,
+      marks,
+      theme,
+      EditorView.contentAttributes.of({ "aria-label": "G-code; a file may be dropped here", spellcheck: "false", autocapitalize: "off" }),
+      // The page takes files.
+      EditorView.domEventHandlers({ drop: (event) => (event.dataTransfer?.files.length ?? 0) > 0 }),
+    ];
+    return EditorState.create({ doc, extensions });
   }
 
   get value(): string {
-    return this.text.value;
+    return this.view.state.doc.toString();
   }
 
   load(text: string): void {
-    this.text.value = text;
-    this.text.scrollTop = 0;
-    this.mark([]);
+    this.view.setState(this.state(text));
+    this.marked = 0;
   }
 
-  /** Marks these lines, from 1. */
-  mark(lines: number[]): void {
-    this.marked = new Set(lines);
-    this.number();
+  /** Tells these below their lines. */
+  tell(told: Told[]): void {
+    this.view.dispatch({ effects: setTold.of(told) });
+  }
+
+  /** Marks a line, from 1, or none, and brings it into view if that is wanted. */
+  mark(line: number, follow: boolean): void {
+    if (line === this.marked) return;
+    this.marked = line;
+    const place = this.place(line);
+    const scroll = place && follow ? [EditorView.scrollIntoView(place.from)] : [];
+    this.view.dispatch({ effects: [setCurrent.of(place ? line : 0), ...scroll] });
   }
 
   /** Selects a line, from 1, and brings it into view. */
   go(line: number): void {
-    const lines = this.text.value.split("\n");
-    const start = lines.slice(0, line - 1).reduce((sum, text) => sum + text.length + 1, 0);
-    this.text.focus();
-    this.text.setSelectionRange(start, start + (lines[line - 1]?.length ?? 0));
-    this.text.scrollTop = (line - 1) * this.lineHeight() - this.text.clientHeight / 2;
-    this.follow();
-  }
-
-  private lineHeight(): number {
-    return parseFloat(getComputedStyle(this.text).lineHeight);
-  }
-
-  /** Numbers those lines that are in view, because there may be 200,000. */
-  private number(): void {
-    const height = this.lineHeight();
-    const count = this.text.value.split("\n").length;
-    const first = Math.max(0, Math.floor(this.text.scrollTop / height) - 2);
-    const shown = Math.min(count - first, Math.ceil(this.text.clientHeight / height) + 6);
-    const numbers = Array.from({ length: Math.max(0, shown) }, (_, index) => {
-      const line = first + index + 1;
-      return made("div", String(line), this.marked.has(line) ? "marked" : "");
+    const place = this.place(line);
+    if (!place) return;
+    this.view.dispatch({
+      selection: { anchor: place.from, head: place.to },
+      effects: EditorView.scrollIntoView(place.from, { y: "center" }),
     });
-    this.gutter.replaceChildren(...numbers);
-    this.gutter.style.setProperty("--shift", `${first * height - this.text.scrollTop}px`);
+    this.view.focus();
+    this.view.dom.scrollIntoView({ block: "nearest" });
   }
 
-  private follow(): void {
-    this.number();
+  private place(line: number): { from: number; to: number } | undefined {
+    const { doc } = this.view.state;
+    return line >= 1 && line <= doc.lines ? doc.line(line) : undefined;
   }
 }

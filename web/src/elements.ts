@@ -22,8 +22,8 @@ export function made(tag: string, text: string, name = ""): HTMLElement {
 }
 
 /** Seconds as a person reads them. */
-export function duration(seconds: number): string {
-  if (seconds < 60) return `${seconds.toFixed(3)} s`;
+export function duration(seconds: number, digits = 3): string {
+  if (seconds < 60) return `${seconds.toFixed(digits)} s`;
   const whole = Math.round(seconds);
   const [hours, minutes] = [Math.floor(whole / 3600), Math.floor((whole % 3600) / 60)];
   return `${hours ? `${hours} h ` : ""}${minutes} min ${whole % 60} s`;

@@ -1,12 +1,12 @@
 // A program that runs in a worker of its own, which ends with it.
 
-import type { Columns, FromWorker, Summary, ToWorker, Trouble } from "./messages";
+import type { Columns, FromWorker, Kept, LineTimes, Summary, ToWorker, Trouble } from "./messages";
 
 export interface Watcher {
   progress(answered: number, lines: number, seconds: number): void;
   motion(columns: Columns): void;
-  trace(rows: Uint8Array): void;
-  ended(summary: Summary, wallSeconds: number): void;
+  rows(rows: Uint8Array): void;
+  ended(summary: Summary, wallSeconds: number, lines: LineTimes): void;
   trouble(trouble: Trouble): void;
 }
 
@@ -14,46 +14,46 @@ export function worker(): Worker {
   return new Worker(new URL("worker.js", document.baseURI), { type: "module" });
 }
 
-export class JobRunner {
+/** One thing at a time, done by a worker. What is asked next ends it. */
+export class Task {
   private worker: Worker | undefined;
 
-  run(program: string, settings: string, withTrace: boolean, watcher: Watcher): void {
+  /** Asks a new worker. `hear` says whether that was all. */
+  ask(message: ToWorker, hear: (said: FromWorker) => boolean, failed: (trouble: Trouble) => void): void {
     this.cancel();
     const machine = worker();
     this.worker = machine;
     machine.onmessage = ({ data }: MessageEvent<FromWorker>) => {
-      switch (data.is) {
-        case "progress":
-          watcher.motion(data.motion);
-          watcher.trace(data.trace);
-          watcher.progress(data.answered, data.lines, data.seconds);
-          break;
-        case "ended":
-          watcher.motion(data.motion);
-          watcher.trace(data.trace);
-          this.cancel();
-          watcher.ended(data.summary, data.wallSeconds);
-          break;
-        case "trouble":
-          this.cancel();
-          watcher.trouble(data.trouble);
-      }
+      if (data.is === "trouble") {
+        this.cancel();
+        failed(data.trouble);
+      } else if (hear(data)) this.cancel();
     };
     machine.onerror = (event) => {
       this.cancel();
-      watcher.trouble({ line: null, words: `the machine did not start: ${event.message || "is the page complete?"}` });
+      failed({ line: null, words: `the machine did not start: ${event.message || "is the page complete?"}` });
     };
-    const bytes = new TextEncoder().encode(program);
-    machine.postMessage({ do: "run", program: bytes, settings, withTrace } satisfies ToWorker);
+    machine.postMessage(message);
   }
 
-  get isRunning(): boolean {
-    return this.worker !== undefined;
-  }
-
-  /** Ends the machine, whatever it does. */
+  /** Ends the worker, whatever it does. */
   cancel(): void {
     this.worker?.terminate();
     this.worker = undefined;
   }
+}
+
+export const bytes = (text: string): Uint8Array => new TextEncoder().encode(text);
+
+/** Runs a program, of which something is kept. */
+export function run(task: Task, program: string, settings: string, kept: Kept, watcher: Watcher): void {
+  const hear = (said: FromWorker): boolean => {
+    if (said.is !== "progress" && said.is !== "ended") return false;
+    watcher.motion(said.motion);
+    watcher.rows(said.rows);
+    if (said.is === "progress") watcher.progress(said.answered, said.lines, said.seconds);
+    else watcher.ended(said.summary, said.wallSeconds, said.lines);
+    return said.is === "ended";
+  };
+  task.ask({ do: "run", program: bytes(program), settings, kept }, hear, watcher.trouble);
 }

@@ -5,10 +5,32 @@ export interface Columns {
   times: Float64Array;
   kinds: Uint8Array;
   values: Float32Array;
+  loads: Float32Array;
+  powerTimes: Float64Array;
+  powers: Float32Array;
+}
+
+/** When each line of the program begins to move the machine, s. */
+export interface LineTimes {
+  times: Float64Array;
+  lines: Uint32Array;
+}
+
+/** What is kept of a run beside its motion: see `Kept` in crates/web. */
+export type Kept = "lines" | "trace" | "waves";
+
+/** What is said of a program under one name. */
+export interface CheckRow {
+  name: string;
+  words: string;
+  places: string[];
 }
 
 export type ToWorker =
-  | { do: "run"; program: Uint8Array; settings: string; withTrace: boolean }
+  | { do: "run"; program: Uint8Array; settings: string; kept: Kept }
+  | { do: "check"; program: Uint8Array; settings: string }
+  | { do: "report"; name: string; program: Uint8Array; settings: string }
+  | { do: "laws"; asked: number[] }
   | { do: "operate"; settings: string; speed: number }
   | { do: "send"; bytes: Uint8Array }
   | { do: "speed"; speed: number }
@@ -19,8 +41,11 @@ export type ToWorker =
   | { do: "check-settings"; lines: string };
 
 export type FromWorker =
-  | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns; trace: Uint8Array }
-  | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns; trace: Uint8Array }
+  | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns; rows: Uint8Array }
+  | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns; rows: Uint8Array; lines: LineTimes }
+  | { is: "checked"; rows: CheckRow[] }
+  | { is: "reported"; report: string }
+  | { is: "laws"; laws: Laws }
   | { is: "trouble"; trouble: Trouble }
   | { is: "output"; bytes: Uint8Array; seconds: number }
   | { is: "estimated"; answeredAtS: Float64Array; totalS: number }
@@ -39,6 +64,14 @@ export interface SettingRow {
   default: string;
   kind: "switch" | "mask" | "choice" | "whole" | "number";
   options: [number, string][];
+}
+
+/** What `isostep profile` says of them, and their curves: times in s, and then mm. */
+export interface Laws {
+  names: string[];
+  rows: { name: string; cells: string[] }[];
+  refused: { name: string; words: string }[];
+  curves: { name: string; times: number[]; speed: number[]; accel: number[]; jerk: number[] }[];
 }
 
 export interface Trouble {

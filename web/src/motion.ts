@@ -1,6 +1,8 @@
 // The motion of a run, stretch by stretch, and what it is at any time.
 
-import type { Columns } from "./messages";
+import { Column } from "./column";
+import { Envelope } from "./envelope";
+import type { Columns, LineTimes } from "./messages";
 
 export const AXES = 3;
 export const AXIS_NAMES = ["X", "Y", "Z"] as const;
@@ -24,30 +26,15 @@ export interface AxisMotion {
   jerk: number;
 }
 
-/** A column that grows. */
-class Column<A extends Float64Array | Float32Array | Uint8Array> {
-  length = 0;
-  constructor(private array: A) {}
-
-  push(more: A): void {
-    if (this.length + more.length > this.array.length) {
-      const wider = new (this.array.constructor as new (length: number) => A)(2 * (this.length + more.length));
-      wider.set(this.array);
-      this.array = wider;
-    }
-    this.array.set(more, this.length);
-    this.length += more.length;
-  }
-
-  at(index: number): number {
-    return this.array[index] ?? 0;
-  }
-}
-
 export class Motion {
   private readonly times = new Column<Float64Array>(new Float64Array(1024));
   private readonly kinds = new Column<Uint8Array>(new Uint8Array(512));
   private readonly values = new Column<Float32Array>(new Float32Array(8192));
+  private readonly loads = new Column<Float32Array>(new Float32Array(1024));
+  private readonly powerTimes = new Column<Float64Array>(new Float64Array(64));
+  private readonly powers = new Column<Float32Array>(new Float32Array(64));
+  readonly envelope = new Envelope(this);
+  lines: LineTimes = { times: new Float64Array(), lines: new Uint32Array() };
   isShaped = false;
   topSpeed = 0;
 
@@ -56,10 +43,14 @@ export class Motion {
     this.times.push(columns.times);
     this.kinds.push(columns.kinds);
     this.values.push(columns.values);
+    this.loads.push(columns.loads);
+    this.powerTimes.push(columns.powerTimes);
+    this.powers.push(columns.powers);
     for (let row = from; row < this.length; row++) {
       this.isShaped ||= (this.kinds.at(row) & SHAPED) !== 0;
       if (!this.isHoming(row)) this.topSpeed = Math.max(this.topSpeed, this.speed(row));
     }
+    this.envelope.grow();
   }
 
   get length(): number {
@@ -119,15 +110,47 @@ export class Motion {
     return this.values.at(at) + after * (this.values.at(at + 1) + after * (begins / 2 + (after * jerk) / 6));
   }
 
+  /** Where the axes are in a stretch, so long after its beginning, mm. */
+  placesIn(row: number, after: number): [number, number, number] {
+    return [this.place(row, 0, after), this.place(row, 1, after), this.place(row, 2, after)];
+  }
+
   /** The last stretch that has begun at a time; -1 before the first. */
   rowAt(time: number): number {
-    let [low, high] = [0, this.length];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.from(middle) <= time) low = middle + 1;
-      else high = middle;
-    }
-    return low - 1;
+    return lastAt(this.length, (row) => this.from(row), time);
+  }
+
+  /** The largest acceleration of any axis in a stretch, as a share of its limit. */
+  load(row: number): number {
+    return this.loads.at(2 * row);
+  }
+
+  /** The same of the jump of speed where a stretch begins. */
+  jump(row: number): number {
+    return this.loads.at(2 * row + 1);
+  }
+
+  /** Whether the tool was ever given power. */
+  get hasPower(): boolean {
+    return this.powers.length > 0;
+  }
+
+  /** What the tool is given, from 0 to 1, from a time until another. */
+  power(time: number): { share: number; until: number } {
+    const change = lastAt(this.powerTimes.length, (index) => this.powerTimes.at(index), time);
+    const next = change + 1 < this.powerTimes.length ? this.powerTimes.at(change + 1) : Infinity;
+    return { share: change < 0 ? 0 : this.powers.at(change), until: next };
+  }
+
+  /** The line of the program that moves the machine at a time; 0 for none. */
+  lineAt(time: number): number {
+    const { times, lines } = this.lines;
+    return lines[lastAt(times.length, (index) => times[index] ?? 0, time)] ?? 0;
+  }
+
+  /** When a line begins to move the machine; nothing if it never does. */
+  timeOf(line: number): number | undefined {
+    return this.lines.times[this.lines.lines.indexOf(line)];
   }
 
   /** Whether the machine is homing at a time, and so does not know where it is. */
@@ -155,4 +178,15 @@ export class Motion {
     for (let axis = 0; axis < AXES; axis++) squares += this.axis(row, axis, after).speed ** 2;
     return Math.sqrt(squares);
   }
+}
+
+/** The last of so many, in order, that is not above a value; -1 if there is none. */
+function lastAt(length: number, of: (index: number) => number, value: number): number {
+  let [low, high] = [0, length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (of(middle) <= value) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
 }

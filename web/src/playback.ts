@@ -10,7 +10,7 @@ export class Playback {
   private time = 0;
   private last: number | undefined;
 
-  constructor(private readonly onTime: (time: number) => void) {
+  constructor(private readonly onTime: (time: number, isMoved: boolean) => void) {
     this.slider.oninput = () => this.go(Number(this.slider.value));
     this.play.onclick = () => (this.last === undefined ? this.start() : this.stop());
   }
@@ -20,10 +20,10 @@ export class Playback {
     this.slider.max = String(motion.end);
     this.slider.step = String(Math.max(motion.end / 10_000, 1e-4));
     this.slider.disabled = this.play.disabled = motion.length === 0;
-    this.go(motion.end);
+    this.go(motion.end, false);
   }
 
-  go(time: number): void {
+  go(time: number, isMoved = true): void {
     this.time = Math.min(Math.max(0, time), this.motion.end);
     this.slider.value = String(this.time);
     const places = this.motion.places(this.time).map((mm, axis) => `${AXIS_NAMES[axis]} ${mm.toFixed(2)}`);
@@ -31,7 +31,7 @@ export class Playback {
     part("time-now").textContent = `${this.time.toFixed(3)} s`;
     part("place-now").textContent = this.motion.isHomingAt(this.time) ? "homing" : `${places.join("  ")} mm, ${speed} mm/s`;
     this.slider.setAttribute("aria-valuetext", `${this.time.toFixed(2)} seconds`);
-    this.onTime(this.time);
+    this.onTime(this.time, isMoved);
   }
 
   stop(): void {

@@ -1,8 +1,8 @@
 // The machine, apart from the page, so that the page never waits for it.
 
-import init, { Job, Live, lastPanic, settingRows, settingsRefusal } from "../machine/machine.js";
+import init, { check, Job, laws, lastPanic, Live, panicOnPurpose, report, settingRows, settingsRefusal } from "../machine/machine.js";
 import type { Motion } from "../machine/machine.js";
-import type { Columns, FromWorker, ToWorker, Trouble } from "./messages";
+import type { Columns, FromWorker, Kept, LineTimes, ToWorker, Trouble } from "./messages";
 
 /** Machine time in one go, us. */
 const SLICE_US = 100_000;
@@ -12,6 +12,9 @@ const TELL_EVERY_MS = 60;
 const TICK_MS = 16;
 /** A machine that is further behind than this no longer tries to catch up, ms. */
 const BEHIND_MAX_MS = 250;
+
+/** A test of the page asks for a defect by the address of this worker. */
+const BREAKS = self.location.search === "?defect";
 
 let live: Live | undefined;
 let speed = 1;
@@ -34,42 +37,52 @@ function trouble(error: unknown): Trouble {
 }
 
 function columns(motion: Motion): Columns {
-  const taken = { times: motion.takeTimes(), kinds: motion.takeKinds(), values: motion.takeValues() };
+  const taken = {
+    times: motion.takeTimes(),
+    kinds: motion.takeKinds(),
+    values: motion.takeValues(),
+    loads: motion.takeLoads(),
+    powerTimes: motion.takePowerTimes(),
+    powers: motion.takePowers(),
+  };
   motion.free();
   return taken;
 }
 
-function buffers(motion: Columns, trace: Uint8Array): Transferable[] {
-  return [motion.times.buffer, motion.kinds.buffer, motion.values.buffer, trace.buffer] as Transferable[];
+function buffers(...columns: (Columns | LineTimes)[]): Transferable[] {
+  return columns.flatMap((each) => Object.values(each).map((column: Float64Array) => column.buffer as ArrayBuffer));
 }
 
-function run(program: Uint8Array, settings: string, withTrace: boolean): void {
+function tellProgress(job: Job): void {
+  const [motion, rows] = [columns(job.takeMotion()), job.takeRows()];
+  const { answered, lines } = job;
+  tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, rows }, [...buffers(motion), rows.buffer as ArrayBuffer]);
+}
+
+function run(program: Uint8Array, settings: string, kept: Kept): void {
   const began = performance.now();
-  const job = new Job(program, settings, withTrace);
+  const job = new Job(program, settings, kept);
   let [until, toldAt, hasEnded] = [0, began, false];
   while (!hasEnded) {
     until += SLICE_US;
     hasEnded = job.advance(until);
     if (performance.now() - toldAt > TELL_EVERY_MS) {
       toldAt = performance.now();
-      const [motion, trace] = [columns(job.takeMotion()), job.takeTrace()];
-      const { answered, lines } = job;
-      tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, trace }, buffers(motion, trace));
+      tellProgress(job);
     }
   }
   // What is left of before the end is taken first.
-  const [motion, trace] = [columns(job.takeMotion()), job.takeTrace()];
-  const { answered, lines } = job;
-  tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, trace }, buffers(motion, trace));
+  tellProgress(job);
   const summary = JSON.parse(job.end());
-  const [rest, rows] = [columns(job.takeMotion()), job.takeTrace()];
+  const [motion, rows] = [columns(job.takeMotion()), job.takeRows()];
+  const lines = { times: job.takeLineTimes(), lines: job.takeLines() };
   const wallSeconds = (performance.now() - began) * 1e-3;
-  tell({ is: "ended", summary, wallSeconds, motion: rest, trace: rows }, buffers(rest, rows));
+  tell({ is: "ended", summary, wallSeconds, motion, rows, lines }, [...buffers(motion, lines), rows.buffer as ArrayBuffer]);
 }
 
 /** When each line would be answered, to a slice of time, and how long all takes. */
 function estimate(program: Uint8Array, settings: string): void {
-  const job = new Job(program, settings, false);
+  const job = new Job(program, settings, "lines");
   const answeredAtS = new Float64Array(job.lines);
   let [answered, hasEnded] = [0, false];
   while (!hasEnded) {
@@ -104,9 +117,19 @@ function operate(machine: Live): void {
 
 async function obey(message: ToWorker): Promise<void> {
   await ready;
+  if (BREAKS) panicOnPurpose();
   switch (message.do) {
     case "run":
-      run(message.program, message.settings, message.withTrace);
+      run(message.program, message.settings, message.kept);
+      break;
+    case "check":
+      tell({ is: "checked", rows: JSON.parse(check(message.program, message.settings)) });
+      break;
+    case "report":
+      tell({ is: "reported", report: report(message.name, message.program, message.settings) });
+      break;
+    case "laws":
+      tell({ is: "laws", laws: JSON.parse(laws(new Float64Array(message.asked))) });
       break;
     case "operate":
       speed = message.speed;

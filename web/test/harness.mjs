@@ -3,8 +3,8 @@ import { mkdir } from "node:fs/promises";
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
-const options = Object.fromEntries(["page", "board", "trace", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
-export const { values: paths } = parseArgs({ options });
+const options = Object.fromEntries(["page", "folder", "board", "trace", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
+export const { values: paths } = parseArgs({ options: { ...options, program: { type: "string", multiple: true } } });
 const PATIENCE_MS = 30_000;
 
 /** What the page operates: each has its address, and the simulated one can be hurried. */
@@ -24,7 +24,11 @@ export async function opened(address = "", { viewport = WIDE, colorScheme = "lig
   const context = await browser.newContext({ viewport, colorScheme, acceptDownloads: true, ...touch });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
-  page.on("console", (message) => ["error", "warning"].includes(message.type()) && complaints.push(message.text()));
+  page.on("console", (message) => {
+    // A picture of a canvas in space is slow, which its driver tells.
+    const isOfPictures = message.text().includes("GPU stall due to ReadPixels");
+    if (["error", "warning"].includes(message.type()) && !isOfPictures) complaints.push(message.text());
+  });
   page.on("pageerror", (error) => complaints.push(String(error)));
   const whole = new URL(address, paths.page);
   page.on("request", (request) => {
@@ -44,11 +48,19 @@ export function longProgram(moves) {
 export const hasEnded = (page) => page.locator("#results[data-state=ended]").waitFor();
 
 /** Puts a text where a person would paste it. */
-export const put = (page, id, text) => page.evaluate(([id, text]) => {
-  const place = document.getElementById(id);
-  place.value = text;
-  place.dispatchEvent(new Event("input"));
-}, [id, text]);
+export async function put(page, id, text) {
+  // The page may be on another tab.
+  await page.evaluate(([id, text]) => {
+    const place = document.getElementById(id);
+    if (place instanceof HTMLTextAreaElement) return Object.assign(place, { value: text }).dispatchEvent(new Event("input"));
+    const editor = place.shadowRoot.querySelector(".cm-content");
+    const clipboardData = new DataTransfer();
+    clipboardData.setData("text/plain", text);
+    const all = { key: "a", code: "KeyA", keyCode: 65, ctrlKey: true, bubbles: true };
+    editor.dispatchEvent(new KeyboardEvent("keydown", all));
+    editor.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true }));
+  }, [id, text]);
+}
 
 /** Runs a program on a page, and waits for its end, whatever it is. */
 export async function run(page, program, settings = "") {

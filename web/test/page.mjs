@@ -9,11 +9,12 @@ import { tests as program } from "./program.mjs";
 import { tests as serial } from "./serial.mjs";
 import { tests as served } from "./served.mjs";
 import { tests as settings } from "./settings.mjs";
+import { tests as shown } from "./shown.mjs";
 import { tests as simulated } from "./simulated.mjs";
 
 let failed = 0;
 const either = Object.assign({}, ...machines.map(ofMachine));
-const tests = { ...program, ...operate, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
+const tests = { ...program, ...shown, ...operate, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
 for (const [name, test] of Object.entries(tests)) {
   if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;

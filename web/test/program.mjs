@@ -22,9 +22,10 @@ export const tests = {
     await run(page, "G21\nG90\nG42 X1\nG0 X5\n");
     const told = page.locator("#troubles li").first();
     assert.match(await told.textContent(), /^line 3 `G42 X1`: error:20 /);
-    assert.equal(await page.locator("#gutter .marked").textContent(), "3");
+    assert.equal(await page.locator("#program .cm-gutterElement.cm-refused").textContent(), "3");
+    assert.match(await page.locator("#program .cm-told").textContent(), /^`G42 X1`: error:20 /);
     await told.locator("button").click();
-    const selected = await page.evaluate(() => document.getElementById("program").value.slice(...["selectionStart", "selectionEnd"].map((end) => document.getElementById("program")[end])));
+    const selected = await page.evaluate(() => document.getElementById("program").shadowRoot.getSelection().toString());
     assert.equal(selected, "G42 X1");
     assert.match(await page.locator("#checks-total").textContent(), /1 of 9 broken/);
     await run(page, "G21\nG0 X5 ?\n");
@@ -47,8 +48,9 @@ export const tests = {
     assert.equal(await page.locator("#place-now").textContent(), "homing");
     await page.locator("#time").fill("50");
     assert.match(await page.locator("#place-now").textContent(), /^X 325\.00 {2}Y 320\.00 {2}Z \d+\.\d\d mm, 30\.0 mm\/s$/);
+    assert.match(await page.locator("#program .cm-line.cm-current").textContent(), /^G1 Z/);
     await page.locator("#time").fill("0");
-    await page.selectOption("#rate", "100");
+    await page.selectOption("#rate", "10");
     await page.click("#play");
     await page.waitForFunction(() => Number(document.getElementById("time").value) > 5);
     await page.click("#play");
@@ -64,7 +66,13 @@ export const tests = {
     await run(page, longProgram(20_000));
     assert.match(await page.locator("#checks-total").textContent(), /all 9 kept/);
     assert.match(await page.locator("#figures").textContent(), /moves20,000/);
-    for (const button of ["zoom-in", "later", "zoom-all"]) await page.click(`#${button}`);
+    await hasEnded(page);
+    assert.ok(Number(await page.getAttribute("#path", "data-lines")) <= 60_000);
+    for (const button of ["zoom-in", "later", "zoom-all"]) {
+      await page.click(`#${button}`);
+      const points = Number(await page.getAttribute("#curves", "data-points"));
+      assert.ok(points > 1_000 && points < 300_000, `${points} points of curves`);
+    }
     await page.locator("#time").fill("1000");
     assert.match(await page.locator("#time-now").textContent(), /^999\.|^1000\./);
   },

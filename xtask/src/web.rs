@@ -1,6 +1,7 @@
 //! `cargo xtask web`: builds the page with the simulated machine, and tests it in Chromium.
 
 mod chromium;
+mod figures;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -27,6 +28,7 @@ Examples:
   cargo xtask web --serve --port     and let it operate the board on USB: `isostep web --help` says more
   cargo xtask web --install          install the tool `isostep` with the page in it, for `isostep web`
   cargo xtask web --out page         into another folder, which is emptied first
+  cargo xtask web --figures          and how large and how fast it is: some minutes
   cargo xtask web --test             and the tests of the page in Chromium; pictures of it in target/web-shots")]
 pub struct Args {
     /// The folder
@@ -35,6 +37,9 @@ pub struct Args {
     /// Test the page in Chromium too
     #[arg(long)]
     test: bool,
+    /// Print how large and how fast the page is, in Chromium and beside it
+    #[arg(long)]
+    figures: bool,
     /// Install the tool with the page in it, by `cargo install`
     #[arg(long, conflicts_with = "out")]
     install: bool,
@@ -55,6 +60,9 @@ pub fn run(args: Args) -> Result<()> {
     println!("{}: {:.0} kB", workspace::shown(&out), size_bytes(&out)? as f64 / 1e3);
     if args.test {
         chromium::test(&out)?;
+    }
+    if args.figures {
+        figures::print(&out)?;
     }
     if args.install {
         install(&out)?;

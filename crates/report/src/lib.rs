@@ -6,19 +6,25 @@
 //!   [`shaping`], which tells what shapers cost, and [`ringing`], which puts a load on a spring behind an axis and computes how it
 //!   swings.
 //! - [`pace`] says what limits the speed of a program.
-//! - [`survey`] reads a program without a machine.
+//! - [`survey`] reads a program without a machine, and [`check`] says in words what would become of it on one. Their words are in
+//!   [`remarks`] and [`pace::words`].
+//! - [`laws`] puts speed laws side by side.
 //! - [`compare`] holds the trace of another machine against the plans of a run.
 //! - [`pictures`] draws all of it on a page.
 #![forbid(unsafe_code)]
 
+pub mod check;
 pub mod compare;
 mod figures;
 pub mod kinematics;
+pub mod laws;
 pub mod pace;
 pub mod pictures;
+pub mod remarks;
 pub mod ringing;
 pub mod shaping;
 pub mod survey;
+pub mod timing;
 pub mod tool;
 
 pub use figures::{Figures, Listed, MoveFigures};

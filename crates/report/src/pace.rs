@@ -14,6 +14,7 @@ mod finder;
 mod samples;
 mod seconds;
 mod slow;
+pub mod words;
 
 use isostep_motion::AXES;
 use serde::Serialize;

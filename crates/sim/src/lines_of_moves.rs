@@ -4,6 +4,7 @@
 use isostep_console::{Command, Interpreter, Modal, Move, PathControl, Rate, ReportedState, Settings, Spindle, length};
 use isostep_motion::{AXES, Level, Power, whole_steps};
 
+use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::program::stripped;
 
@@ -36,6 +37,7 @@ pub struct Stretch {
     pub index: usize,
     /// Where it begins, steps of the longest axis from the beginning of the whole move.
     pub from_steps: f64,
+    homing: bool,
     /// Its positions, steps.
     origin_steps: [i32; AXES],
     end_steps: [i32; AXES],
@@ -53,30 +55,56 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
 
 /// All moves, divided where the lines begin that they are made for.
 pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
-    let stretches = outcome.moves.iter().enumerate().flat_map(|(index, record)| {
-        let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
-        let mut next = (begin_steps, record.corner_steps());
-        let marks = record.marks_steps.iter().map(|place_steps| {
-            let place_steps = f64::from(*place_steps);
-            (place_steps, record.position_steps(place_steps))
-        });
-        marks.chain([(f64::INFINITY, record.next_corner_steps())]).map(move |end| {
-            let (from_steps, origin_steps) = std::mem::replace(&mut next, end);
-            Stretch { index, from_steps, origin_steps, end_steps: end.1, source: None }
-        })
-    });
-    let mut reader = Reader {
-        outcome,
-        interpreter: Interpreter::new(),
-        settings: outcome.config.settings,
-        next: 0,
-        misses: 0,
-        stretches: stretches.collect(),
-    };
-    for (number, line) in accepted_lines(outcome) {
-        reader.read(number, line);
+    let mut stretches = Stretches::default();
+    stretches.add(&outcome.moves);
+    stretches.of_lines(outcome)
+}
+
+/// The stretches of a run, gathered piece by piece. Their lines are found at its end.
+#[derive(Default)]
+pub struct Stretches {
+    all: Vec<Stretch>,
+    moves: usize,
+}
+
+impl Stretches {
+    /// Adds the moves of the next piece.
+    pub fn add(&mut self, moves: &[MoveRecord]) {
+        for record in moves {
+            let index = self.moves;
+            self.moves += 1;
+            self.all.extend(stretches_of(index, record));
+        }
     }
-    reader.stretches
+
+    /// All of them with their sources, at the end of the run.
+    pub fn of_lines(self, end: &Outcome) -> Vec<Stretch> {
+        let mut reader = Reader {
+            outcome: end,
+            interpreter: Interpreter::new(),
+            settings: end.config.settings,
+            next: 0,
+            misses: 0,
+            stretches: self.all,
+        };
+        for (number, line) in accepted_lines(end) {
+            reader.read(number, line);
+        }
+        reader.stretches
+    }
+}
+
+fn stretches_of(index: usize, record: &MoveRecord) -> impl Iterator<Item = Stretch> {
+    let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
+    let mut next = (begin_steps, record.corner_steps());
+    let marks = record.marks_steps.iter().map(|place_steps| {
+        let place_steps = f64::from(*place_steps);
+        (place_steps, record.position_steps(place_steps))
+    });
+    marks.chain([(f64::INFINITY, record.next_corner_steps())]).map(move |end| {
+        let (from_steps, origin_steps) = std::mem::replace(&mut next, end);
+        Stretch { index, homing: record.homing, from_steps, origin_steps, end_steps: end.1, source: None }
+    })
 }
 
 /// The lines that were sent and not refused, in order, each with its number from 1.
@@ -216,8 +244,7 @@ impl Reader<'_> {
     /// What follows begins where homing has left the machine.
     fn home(&mut self) {
         let outcome = self.outcome;
-        let is_of_homing = |stretch: &Stretch| outcome.moves[stretch.index].homing;
-        self.next += self.stretches[self.next..].iter().take_while(|stretch| is_of_homing(stretch)).count();
+        self.next += self.stretches[self.next..].iter().take_while(|stretch| stretch.homing).count();
         if let Some(stretch) = self.stretches.get(self.next) {
             self.interpreter.set_position_pm(outcome.mm(stretch.origin_steps).map(length::from_mm));
         }

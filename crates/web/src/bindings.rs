@@ -2,7 +2,7 @@
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::{Job, Live, Motion, Trouble, table};
+use crate::{Job, Kept, Lines, Live, Motion, Trouble, laws, table, whole};
 
 type Thrown<T> = Result<T, String>;
 
@@ -45,22 +45,47 @@ impl MotionColumns {
     pub fn take_values(&mut self) -> Vec<f32> {
         std::mem::take(&mut self.0.values)
     }
+
+    /// Its acceleration, and the jump where it begins, as shares of their limits.
+    #[wasm_bindgen(js_name = takeLoads)]
+    pub fn take_loads(&mut self) -> Vec<f32> {
+        std::mem::take(&mut self.0.loads)
+    }
+
+    /// When the tool's power changed, s.
+    #[wasm_bindgen(js_name = takePowerTimes)]
+    pub fn take_power_times(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.0.power.times_s)
+    }
+
+    /// To what, from 0 to 1.
+    #[wasm_bindgen(js_name = takePowers)]
+    pub fn take_powers(&mut self) -> Vec<f32> {
+        std::mem::take(&mut self.0.power.shares)
+    }
 }
 
 /// A program under way.
 #[wasm_bindgen(js_name = Job)]
 pub struct JobHandle {
     job: Option<Job>,
-    rest: Option<(Motion, Vec<u8>)>,
+    motion: Motion,
+    rows: Vec<u8>,
+    lines: Lines,
 }
 
 #[wasm_bindgen(js_class = Job)]
 impl JobHandle {
-    /// A program for a machine with these settings.
+    /// A program for a machine with these settings. `kept` is `trace`, `waves` or `lines`.
     #[wasm_bindgen(constructor)]
-    pub fn new(program: &[u8], settings: &str, with_trace: bool) -> Thrown<Self> {
-        let job = Job::new(program, settings).map_err(thrown)?;
-        Ok(Self { job: Some(if with_trace { job.with_trace() } else { job }), rest: None })
+    pub fn new(program: &[u8], settings: &str, kept: &str) -> Thrown<Self> {
+        let kept = match kept {
+            "trace" => Kept::Trace,
+            "waves" => Kept::Waves,
+            _ => Kept::Lines,
+        };
+        let job = Some(Job::new(program, settings, kept).map_err(thrown)?);
+        Ok(Self { job, motion: Motion::default(), rows: Vec::new(), lines: Lines::default() })
     }
 
     /// Runs until this time, us, and returns whether it has ended.
@@ -89,24 +114,58 @@ impl JobHandle {
     /// How the axes moved since the last call.
     #[wasm_bindgen(js_name = takeMotion)]
     pub fn take_motion(&mut self) -> MotionColumns {
-        let rest = self.rest.as_mut().map(|(motion, _)| std::mem::take(motion));
-        MotionColumns(self.job.as_mut().map(Job::take_motion).or(rest).unwrap_or_default())
+        let rest = std::mem::take(&mut self.motion);
+        MotionColumns(self.job.as_mut().map_or(rest, Job::take_motion))
     }
 
-    /// The rows of the trace since the last call.
-    #[wasm_bindgen(js_name = takeTrace)]
-    pub fn take_trace(&mut self) -> Vec<u8> {
-        let rest = self.rest.as_mut().map(|(_, rows)| std::mem::take(rows));
-        self.job.as_mut().map(Job::take_trace).or(rest).unwrap_or_default()
+    /// What was written since the last call.
+    #[wasm_bindgen(js_name = takeRows)]
+    pub fn take_rows(&mut self) -> Vec<u8> {
+        let rest = std::mem::take(&mut self.rows);
+        self.job.as_mut().map_or(rest, Job::take_rows)
     }
 
-    /// How it ended, as JSON. What is left of motion and trace can be taken after it.
+    /// How it ended, as JSON. What is left of it can be taken after it.
     pub fn end(&mut self) -> Thrown<String> {
         let job = self.job.take().ok_or("the program has ended already")?;
-        let (summary, motion, rows) = job.end_with().map_err(thrown)?;
-        self.rest = Some((motion, rows));
-        Ok(summary)
+        let end = job.end().map_err(thrown)?;
+        (self.motion, self.rows, self.lines) = (end.motion, end.rows, end.lines);
+        Ok(end.summary)
     }
+
+    /// After the end: when each line begins to move the machine, s.
+    #[wasm_bindgen(js_name = takeLineTimes)]
+    pub fn take_line_times(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.lines.times_s)
+    }
+
+    /// After the end: those lines, 0 for none.
+    #[wasm_bindgen(js_name = takeLines)]
+    pub fn take_lines(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.lines.lines)
+    }
+}
+
+/// What `isostep check` says, as JSON.
+#[wasm_bindgen]
+pub fn check(program: &[u8], settings: &str) -> Thrown<String> {
+    whole::check(program, settings).map_err(thrown)
+}
+
+/// The speed laws for a move, as JSON: distance, steps/mm, start and top speed, acceleration, deceleration and jerk.
+#[wasm_bindgen(js_name = laws)]
+pub fn speed_laws(asked: &[f64]) -> Thrown<String> {
+    let &[distance_mm, steps_per_mm, start_mm_s, top_mm_s, accel_mm_s2, decel_mm_s2, jerk_mm_s3] = asked else {
+        return Err(format!("{} numbers, where a move has seven", asked.len()));
+    };
+    laws::of(&laws::Asked { distance_mm, steps_per_mm, start_mm_s, top_mm_s, accel_mm_s2, decel_mm_s2, jerk_mm_s3 })
+        .map_err(thrown)
+}
+
+/// Every figure, as `isostep sim --json` writes them.
+#[wasm_bindgen]
+pub fn report(name: &str, program: &[u8], settings: &str) -> Thrown<String> {
+    whole::report(name, program, settings).map_err(thrown)
 }
 
 /// A machine to operate.

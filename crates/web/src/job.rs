@@ -2,11 +2,25 @@
 
 use isostep_sim::{Sim, Streamed, program, time};
 
-use crate::config;
+use crate::lines::Lines;
 use crate::motion::Motion;
-use crate::summary;
 use crate::trouble::Trouble;
 use crate::watch::Watch;
+use crate::{config, summary};
+
+/// What is kept of a run beside how it moved. Each takes memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kept {
+    /// No more.
+    #[default]
+    Nothing,
+    /// The line of each move: [`End::lines`].
+    Lines,
+    /// Every step, as `isostep sim --trace` writes them.
+    Trace,
+    /// Every change of every wire, as `isostep sim --vcd` writes them, at the end.
+    Waves,
+}
 
 /// A program under way.
 pub struct Job {
@@ -15,24 +29,30 @@ pub struct Job {
     watch: Watch,
 }
 
+/// How a program ended, with what was not taken before.
+pub struct End {
+    /// What was found, as JSON.
+    pub summary: String,
+    /// The rest of how the axes moved.
+    pub motion: Motion,
+    /// The rest of what is written.
+    pub rows: Vec<u8>,
+    /// When each line moved the machine, if that was kept.
+    pub lines: Lines,
+}
+
 impl Job {
     /// Sends `program` to a machine at power-up with these settings, lines of `$n=v`.
     ///
     /// # Errors
     /// [`Trouble`] with the line of the program, or of the settings, that cannot be.
-    pub fn new(program: &[u8], settings: &str) -> Result<Self, Trouble> {
-        let config = config(settings)?;
+    pub fn new(program: &[u8], settings: &str, kept: Kept) -> Result<Self, Trouble> {
+        let mut config = config(settings)?;
+        config.keep_waves = kept == Kept::Waves;
         let lines = program::lines(program)?;
         let count = lines.len();
         let streamed = Streamed::new(Sim::new(&config), lines.into());
-        Ok(Self { streamed, lines: count, watch: Watch::new(false) })
-    }
-
-    /// Keeps the trace from now on, for [`take_trace`](Self::take_trace).
-    #[must_use]
-    pub fn with_trace(mut self) -> Self {
-        self.watch = Watch::new(true);
-        self
+        Ok(Self { streamed, lines: count, watch: Watch::new(kept) })
     }
 
     /// Runs until `until_us` since power-up, and returns whether the program has come to its end.
@@ -66,29 +86,20 @@ impl Job {
         self.watch.take_motion()
     }
 
-    /// The rows of the trace since this was asked last, as `isostep sim --trace` writes them.
-    pub fn take_trace(&mut self) -> Vec<u8> {
-        self.watch.take_trace()
+    /// What is written since this was asked last: see [`Kept`].
+    pub fn take_rows(&mut self) -> Vec<u8> {
+        self.watch.take_rows()
     }
 
-    /// How it ended and what was found, as JSON. What was recorded since the last [`advance`](Self::advance) is in what
-    /// [`end_with`](Self::end_with) gives.
+    /// How it ended, and what was recorded since the last [`advance`](Self::advance).
     ///
     /// # Errors
     /// [`Trouble`] if the machine did not answer a line.
-    pub fn end(self) -> Result<String, Trouble> {
-        Ok(self.end_with()?.0)
-    }
-
-    /// As [`end`](Self::end), with the rest of the motion and of the trace.
-    ///
-    /// # Errors
-    /// [`Trouble`] if the machine did not answer a line.
-    pub fn end_with(self) -> Result<(String, Motion, Vec<u8>), Trouble> {
+    pub fn end(self) -> Result<End, Trouble> {
         let Self { streamed, mut watch, .. } = self;
         let end = streamed.end()?;
-        watch.add(&end);
+        let lines = watch.end(&end);
         let summary = summary::of(&watch.gathered, &end);
-        Ok((summary, watch.take_motion(), watch.take_trace()))
+        Ok(End { summary, motion: watch.take_motion(), rows: watch.take_rows(), lines })
     }
 }

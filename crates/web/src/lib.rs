@@ -10,8 +10,9 @@
 //! ```
 //! - [`Job`] runs a whole program, with the sender of isostep-sim: its edges are those of [`isostep_sim::run`].
 //! - [`Live`] is a machine to operate.
-//! - [`Motion`] is how axes move, in stretches that a page can draw.
+//! - [`Motion`] is how axes move, in stretches that a page can draw, and [`Lines`] which line moves them.
 //! - [`table`] is what a form of settings is made from.
+//! - [`whole`] says what the tool says of a whole program.
 //!
 //! Only `bindings` knows JavaScript. All else runs, and is tested, on a computer.
 #![forbid(unsafe_code)]
@@ -19,18 +20,24 @@
 #[cfg(target_arch = "wasm32")]
 mod bindings;
 mod job;
+pub mod laws;
+mod lines;
 mod live;
 mod motion;
 #[cfg(target_arch = "wasm32")]
 mod panic;
+mod power;
 mod summary;
 pub mod table;
 mod trouble;
 mod watch;
+pub mod whole;
 
-pub use job::Job;
+pub use job::{End, Job, Kept};
+pub use lines::Lines;
 pub use live::Live;
-pub use motion::{COLUMNS, Kind, Motion};
+pub use motion::{COLUMNS, Kind, LOADS, Motion};
+pub use power::Power;
 pub use trouble::Trouble;
 
 use isostep_sim::Config;

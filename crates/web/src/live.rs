@@ -4,10 +4,10 @@ use isostep_motion::{AXES, Axis};
 use isostep_sim::world::Wire;
 use isostep_sim::{Sim, SwitchFault, plate::Plate, verify::Verdict};
 
-use crate::config;
 use crate::motion::Motion;
 use crate::trouble::Trouble;
 use crate::watch::Watch;
+use crate::{Kept, config};
 
 /// Bytes per second of the console's link are Grbl's.
 const BAUD: u32 = 115_200;
@@ -26,7 +26,7 @@ impl Live {
     pub fn new(settings: &str) -> Result<Self, Trouble> {
         let mut config = config(settings)?;
         config.baud = Some(BAUD);
-        Ok(Self { sim: Sim::new(&config), watch: Watch::new(false) })
+        Ok(Self { sim: Sim::new(&config), watch: Watch::new(Kept::Nothing) })
     }
 
     /// Sends bytes to its console.

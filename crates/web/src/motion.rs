@@ -5,10 +5,17 @@
 
 use isostep_motion::AXES;
 use isostep_profile::SyncMove;
+use isostep_sim::measure::across;
 use isostep_sim::{MoveRecord, Outcome};
+
+use crate::power::Power;
 
 /// Numbers of one axis in a row: place, mm; speed, mm/s; acceleration at the beginning and at the end, mm/s².
 pub const COLUMNS: usize = 4;
+/// Numbers of a row about its acceleration.
+pub const LOADS: usize = 2;
+/// A stretch that begins no later than this behind another goes on from it, s.
+const SOON_S: f64 = 1e-6;
 /// Stretches of a ramp whose jerk changes all the time.
 const PARTS_OF_RAMP: u32 = 16;
 /// The jerk of an S-curve jumps no more often within a ramp; one more, as a ramp may have been cut short.
@@ -50,6 +57,21 @@ pub struct Motion {
     pub kinds: Vec<u8>,
     /// [`COLUMNS`] numbers of each axis.
     pub values: Vec<f32>,
+    /// [`LOADS`] numbers of each: the acceleration as a share of its limit, of the axis where that is largest; and the same of
+    /// the jump of speed where the stretch begins, over the time in which a jump is measured.
+    pub loads: Vec<f32>,
+    /// What the tool was given meanwhile.
+    pub power: Power,
+    /// Where the last stretch ends, for the jump behind it.
+    end: End,
+}
+
+/// The end of a stretch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct End {
+    run: usize,
+    at_s: f64,
+    speeds_steps_s: [f64; AXES],
 }
 
 /// An interval of one plan, within which one formula holds.
@@ -62,8 +84,15 @@ struct Interval {
 }
 
 impl Motion {
+    /// The stretches so far. What comes later goes on from them.
+    pub(crate) fn take(&mut self) -> Self {
+        let end = self.end;
+        std::mem::replace(self, Self { end, ..Self::default() })
+    }
+
     /// Adds the moves of a piece of a run.
     pub(crate) fn add(&mut self, piece: &Outcome) {
+        self.power.add(piece);
         for record in &piece.moves {
             let flags = [(record.homing, Kind::HOMING), (record.shaping.is_some(), Kind::SHAPED)];
             let flags = flags.iter().filter(|(is_so, _)| *is_so).map(|(_, flag)| flag).sum::<u8>();
@@ -89,6 +118,31 @@ impl Motion {
             let values = [record.place_steps(axis, from_s), speed, begins, ends];
             self.values.extend(values.map(|steps| (steps / steps_per_mm) as f32));
         }
+        self.push_load(piece, record, interval, [from_s, to_s]);
+    }
+
+    fn push_load(&mut self, piece: &Outcome, record: &MoveRecord, interval: &Interval, [from_s, to_s]: [f64; 2]) {
+        let (at_s, aside_s) = (record.start_ns as f64 * 1e-9, (to_s - from_s) * ASIDE);
+        let mut next = End { run: record.run, at_s: at_s + to_s, speeds_steps_s: [0.0; AXES] };
+        let follows = self.end.run == next.run && at_s + from_s - self.end.at_s < SOON_S;
+        let before = if follows { self.end.speeds_steps_s } else { [0.0; AXES] };
+        let (mut load, mut jump) = (0.0_f64, 0.0_f64);
+        for (axis, limits) in piece.config_of(record).limits.iter().enumerate() {
+            let [(speed, accel), (last_speed, last_accel)] =
+                [from_s + aside_s, to_s - aside_s].map(|t_s| motion_steps(record, interval, axis, t_s));
+            next.speeds_steps_s[axis] = last_speed;
+            let either = limits.accel_steps_s2.max(limits.decel_steps_s2);
+            // An axis that turns slows down, and then speeds up.
+            let limit = match accel * speed + last_accel * last_speed {
+                _ if speed * last_speed < 0.0 => either,
+                along if along < 0.0 => limits.decel_steps_s2,
+                _ => limits.accel_steps_s2,
+            };
+            load = load.max(accel.abs().max(last_accel.abs()) / limit);
+            jump = jump.max((speed - before[axis]).abs() / (either * across::span_s(piece, limits)));
+        }
+        self.loads.extend([load, jump].map(|share| share as f32));
+        self.end = next;
     }
 }
 

@@ -15,6 +15,12 @@ pub fn listen() {
     panic::set_hook(Box::new(|said| LAST.set(Some(said.to_string()))));
 }
 
+/// Panics, as a defect would, to try what the page says then.
+#[wasm_bindgen(js_name = panicOnPurpose)]
+pub fn panic_on_purpose() {
+    panic!("on purpose");
+}
+
 /// The words of the last panic, with its place.
 #[wasm_bindgen(js_name = lastPanic)]
 pub fn last_panic() -> Option<String> {

@@ -1,22 +1,29 @@
 //! Looks at the pieces of a run, and keeps what a page has not taken yet.
 
+use isostep_sim::tool::ToolChange;
 use isostep_sim::verify::Gathered;
-use isostep_sim::{Outcome, trace};
+use isostep_sim::world::Wave;
+use isostep_sim::{Outcome, trace, vcd};
 
+use crate::Kept;
+use crate::lines::{Followed, Lines};
 use crate::motion::Motion;
 
 /// What was seen of a run.
+#[derive(Default)]
 pub(crate) struct Watch {
     pub gathered: Gathered,
+    kept: Kept,
     motion: Motion,
-    /// Rows of the trace; `None` if nobody wants it.
-    trace: Option<Vec<u8>>,
+    followed: Followed,
+    rows: Vec<u8>,
+    waves: (Vec<Wave>, Vec<ToolChange>),
 }
 
 impl Watch {
-    /// Nothing yet. The trace takes memory until it is taken, so it is kept only if it is wanted.
-    pub fn new(with_trace: bool) -> Self {
-        Self { gathered: Gathered::default(), motion: Motion::default(), trace: with_trace.then(Vec::new) }
+    /// Nothing yet.
+    pub fn new(kept: Kept) -> Self {
+        Self { kept, ..Self::default() }
     }
 
     /// Looks at the next piece.
@@ -24,24 +31,46 @@ impl Watch {
         let is_first = self.gathered.edges() == 0;
         self.gathered.add(piece);
         self.motion.add(piece);
-        if let Some(rows) = &mut self.trace
-            && !piece.edges.is_empty()
-        {
-            let mut csv = Vec::new();
-            trace::write(&piece.edges, &mut csv).expect("memory takes all that is written");
-            // The names of the columns stand once, above all pieces.
-            let names = csv.iter().position(|&byte| byte == b'\n').map_or(0, |end| end + 1);
-            rows.extend_from_slice(if is_first { &csv } else { &csv[names..] });
+        match self.kept {
+            Kept::Lines => self.followed.add(piece),
+            Kept::Trace => self.add_trace(piece, is_first),
+            Kept::Waves => {
+                self.waves.0.extend_from_slice(&piece.waves);
+                self.waves.1.extend_from_slice(&piece.tool);
+            }
+            Kept::Nothing => {}
         }
+    }
+
+    fn add_trace(&mut self, piece: &Outcome, is_first: bool) {
+        if piece.edges.is_empty() {
+            return;
+        }
+        let mut csv = Vec::new();
+        trace::write(&piece.edges, &mut csv).expect("memory takes all that is written");
+        // The names of the columns stand once, above all pieces.
+        let names = csv.iter().position(|&byte| byte == b'\n').map_or(0, |end| end + 1);
+        self.rows.extend_from_slice(if is_first { &csv } else { &csv[names..] });
     }
 
     /// How the axes moved since this was asked last.
     pub fn take_motion(&mut self) -> Motion {
-        std::mem::take(&mut self.motion)
+        self.motion.take()
     }
 
-    /// The rows of the trace since this was asked last, as `isostep sim --trace` writes them.
-    pub fn take_trace(&mut self) -> Vec<u8> {
-        self.trace.as_mut().map(std::mem::take).unwrap_or_default()
+    /// What was written since this was asked last.
+    pub fn take_rows(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.rows)
+    }
+
+    /// Looks at the last piece, and writes what can be written at the end only.
+    pub fn end(&mut self, end: &Outcome) -> Lines {
+        self.add(end);
+        if self.kept == Kept::Waves {
+            let (waves, tool) = std::mem::take(&mut self.waves);
+            vcd::write(&waves, &tool, end.limits_high_at_start, &mut self.rows)
+                .expect("memory takes all that is written");
+        }
+        std::mem::take(&mut self.followed).end(end)
     }
 }

@@ -1,18 +1,21 @@
 //! What a page runs is what the simulator runs, to the byte, and what it draws is where the machine goes.
 
-use isostep_report::Figures;
-use isostep_sim::{Config, run, trace};
-use isostep_web::{COLUMNS, Job, Kind, Motion, Trouble};
+use isostep_report::{Figures, check};
+use isostep_sim::measure::across;
+use isostep_sim::tool::ToolOutput;
+use isostep_sim::{Config, Port, lines_of_moves, program, run, settings, trace, vcd};
+use isostep_web::{COLUMNS, End, Job, Kept, Kind, LOADS, Motion, Trouble, whole};
 use serde_json::Value;
 
 const PARKING: &[u8] = include_bytes!("../../../programs/parking.nc");
 const ARCS: &[u8] = include_bytes!("../../../programs/arcs.nc");
+const ENGRAVING: &[u8] = include_bytes!("../../../programs/engraving.nc");
 /// An S-curve, a hold by M0, a dwell, and blends.
 const CURVED: &[u8] = b"$940=1\nG21 G91\nG1 X30 Y7 F2400\nM0\nY12\nG4 P0.1\nX-5\n";
 
 /// Its trace, its summary and its motion, taken every so often.
 fn made(program: &[u8], every_us: f64) -> (Vec<u8>, Value, Motion) {
-    let mut job = Job::new(program, "").unwrap().with_trace();
+    let mut job = Job::new(program, "", Kept::Trace).unwrap();
     let (mut rows, mut motion, mut until_us) = (Vec::new(), Motion::default(), 0.0);
     let mut add = |rows_more: Vec<u8>, more: Motion| {
         rows.extend(rows_more);
@@ -23,12 +26,12 @@ fn made(program: &[u8], every_us: f64) -> (Vec<u8>, Value, Motion) {
     loop {
         until_us += every_us;
         let has_ended = job.advance(until_us).unwrap();
-        add(job.take_trace(), job.take_motion());
+        add(job.take_rows(), job.take_motion());
         if has_ended {
             break;
         }
     }
-    let (summary, more, rest) = job.end_with().unwrap();
+    let End { summary, motion: more, rows: rest, .. } = job.end().unwrap();
     add(rest, more);
     (rows, serde_json::from_str(&summary).unwrap(), motion)
 }
@@ -98,10 +101,10 @@ fn the_motion_drawn_is_the_motion_made() {
 fn a_jerk_is_drawn_as_it_is() {
     let expected: [(&str, &[f64]); 2] = [("", &[0.0; 3]), ("$940=1\n", &[1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])];
     for (settings, expected) in expected {
-        let mut job = Job::new(b"G21 G91\nG1 X40 F2400\n", settings).unwrap();
+        let mut job = Job::new(b"G21 G91\nG1 X40 F2400\n", settings, Kept::Nothing).unwrap();
         while !job.advance(job.now_us() + 1e6).unwrap() {}
         let mut motion = job.take_motion();
-        let (_, rest, _) = job.end_with().unwrap();
+        let rest = job.end().unwrap().motion;
         motion.times_s.extend(rest.times_s);
         motion.values.extend(rest.values);
         let jerks: Vec<_> = (motion.values.chunks_exact(COLUMNS * 3).zip(motion.times_s.chunks_exact(2)))
@@ -115,7 +118,7 @@ fn a_jerk_is_drawn_as_it_is() {
 
 #[test]
 fn what_cannot_be_is_told_at_its_line() {
-    let trouble = |program: &[u8], settings| Job::new(program, settings).err().unwrap();
+    let trouble = |program: &[u8], settings| Job::new(program, settings, Kept::Nothing).err().unwrap();
     let words = "line 2: '?' is a real-time command, obeyed the moment it arrives: take it out of the program";
     assert_eq!(trouble(b"G21\n?\n", ""), Trouble { line: Some(2), words: words.to_owned() });
     assert_eq!(trouble(b"G21\n", "$100=50\n$110=-1\n").line, Some(2));
@@ -128,8 +131,109 @@ fn what_cannot_be_is_told_at_its_line() {
 
 #[test]
 fn lines_behind_a_sleep_are_told_of() {
-    let mut job = Job::new(b"G0 X1\nG4 P0\n$SLP\nG0 X2\n", "").unwrap();
+    let mut job = Job::new(b"G0 X1\nG4 P0\n$SLP\nG0 X2\n", "", Kept::Nothing).unwrap();
     while !job.advance(job.now_us() + 1e6).unwrap() {}
-    let trouble = job.end().unwrap_err();
+    let trouble = job.end().err().unwrap();
     assert_eq!(trouble.line, Some(4), "{trouble}");
+}
+
+/// Runs a program to its end, with all that was kept.
+fn ended(program: &[u8], settings: &str, kept: Kept) -> (Motion, End) {
+    let mut job = Job::new(program, settings, kept).unwrap();
+    let mut until_us = 0.0;
+    // Not from the present time on: it stands while nothing is due.
+    while !job.advance(until_us).unwrap() {
+        until_us += 1e5;
+    }
+    let motion = job.take_motion();
+    (motion, job.end().unwrap())
+}
+
+#[test]
+fn waves_are_the_simulators_to_the_byte() {
+    for (program, settings) in [(PARKING, ""), (ENGRAVING, "")] {
+        let outcome = run(program, &Config::default()).unwrap();
+        let mut expected = Vec::new();
+        vcd::write(&outcome.waves, &outcome.tool, outcome.limits_high_at_start, &mut expected).unwrap();
+        let (_, end) = ended(program, settings, Kept::Waves);
+        assert!(end.rows == expected, "{} of {} bytes", end.rows.len(), expected.len());
+    }
+}
+
+/// Each stretch of a move begins with its line, those of a move that is made for several lines too.
+#[test]
+fn every_time_has_its_line() {
+    for program in [PARKING, ENGRAVING] {
+        let outcome = run(program, &Config::default()).unwrap();
+        let expected: Vec<_> = lines_of_moves::of_stretches(&outcome)
+            .iter()
+            .map(|stretch| stretch.source.map_or(0, |source| source.line as u32))
+            .collect();
+        let (_, End { lines, .. }) = ended(program, "", Kept::Lines);
+        assert_eq!(lines.lines, expected);
+        assert!(lines.times_s.is_sorted() && lines.times_s.len() == lines.lines.len());
+    }
+    let (_, End { lines, .. }) = ended(b"G21 G91\nG1 X10 F600\nG4 P1\nY5\n", "", Kept::Lines);
+    assert_eq!(lines.lines, [2, 4]);
+    let one_move = b"$32=1\nG21G91\nM4 S500 G1 F600 X-1\nX1\nX2 S0\nX1 S100\nY1\nM5\n";
+    let (_, End { lines: merged, .. }) = ended(one_move, "", Kept::Lines);
+    assert_eq!(merged.lines, [3, 4, 5, 6, 7]);
+    assert!(merged.times_s.len() == 5 && merged.times_s.is_sorted_by(|one, next| one < next), "{merged:?}");
+    assert!(lines.times_s[1] - lines.times_s[0] > 2.0, "{lines:?}");
+}
+
+#[test]
+fn accelerations_are_shares_of_their_limits() {
+    let most = |program: &[u8], settings, of: usize| {
+        let (motion, end) = ended(program, settings, Kept::Nothing);
+        let loads = motion.loads.iter().chain(&end.motion.loads).skip(of).step_by(LOADS);
+        loads.copied().fold(0.0, f32::max)
+    };
+    for law in ["", "$940=1", "$920=20"] {
+        let load = most(b"G91\nG1 X30 Y10 F2400\nY20\nX-5\n", law, 0);
+        assert!((0.98..1.01).contains(&load), "{law}: {load}");
+    }
+    assert!(most(b"G91 G1 X100 F600\n", "$120=5", 1) < 1e-3, "intervals of seconds go on from each other");
+    let corner: &[u8] = b"G91 G1 X10 F1200\nY10\n";
+    assert!(most(corner, "", 1) < 1e-3, "a blend has no jump");
+    let jump = most(&[b"G61 ", corner].concat(), "", 1);
+    let outcome = run(&[b"G61 ", corner].concat(), &Config::default()).unwrap();
+    let expected = across::highest(&outcome).unwrap().ratio;
+    assert!((0.7..1.4).contains(&(f64::from(jump) / expected)), "{jump}, by the edges {expected}");
+}
+
+#[test]
+fn the_tools_power_is_what_its_output_is() {
+    let program = b"$32=1\nG21 G91\nM3 S500\nG1 X5 F1200\nX5 S1000\nM5\n";
+    let (Motion { power, .. }, _) = ended(program, "", Kept::Nothing);
+    let of_output = run(program, &Config::default()).unwrap().tool;
+    let expected = of_output.iter().filter(|change| change.output == ToolOutput::Pwm);
+    assert_eq!(power.shares, expected.map(|change| change.duty_ratio() as f32).collect::<Vec<_>>());
+    for share in [0.5, 1.0] {
+        assert!(power.shares.iter().any(|power| (power - share).abs() < 0.01), "{power:?}");
+    }
+    assert!(power.times_s.is_sorted() && power.shares.last() == Some(&0.0));
+}
+
+/// The words of the tool, for a machine with these settings.
+#[test]
+fn a_check_says_what_the_tool_says() {
+    let program = b"G42\nG1 X10 F1200\nG61 Y10\nG0 X900\n";
+    let rows: Value = serde_json::from_str(&whole::check(program, "$110=1200\n").unwrap()).unwrap();
+    let lines = program::lines(program).unwrap().into();
+    let settings = settings::read("settings", b"$110=1200\n", Port::Pio, Config::default().driver).unwrap();
+    let expected = check::rows(&check::Check::of(&lines, &settings, check::Stand::default(), &mut |_| {}), false);
+    assert_eq!(rows, serde_json::to_value(&expected).unwrap());
+    let row = |name: &str| expected.iter().find(|row| row.name == name).unwrap();
+    assert!(row("refused").places[0].starts_with("line 1 `G42`"), "{expected:?}");
+    assert!(row("travel").words.contains("line 4"), "{expected:?}");
+    assert!(whole::check(b"G21\n?\n", "").unwrap_err().words.contains("real-time"));
+}
+
+#[test]
+fn a_report_has_the_figures_of_the_simulator() {
+    let figures = Figures::new("arcs.nc", &run(ARCS, &Config::default()).unwrap());
+    assert_eq!(whole::report("arcs.nc", ARCS, "").unwrap(), serde_json::to_string_pretty(&figures).unwrap());
+    let trouble = whole::report("long.nc", &b"G1 X1 F600\n".repeat(50_001), "").unwrap_err();
+    assert!(trouble.words.contains("50001") && trouble.words.contains("isostep sim"), "{trouble}");
 }

@@ -4,15 +4,10 @@ use std::path::Path;
 
 use indicatif::ProgressBar;
 use isostep_console::Settings;
-use isostep_report::pace::Pace;
-use isostep_report::shaping::ShapingFigures;
-use isostep_report::survey::{Fit, Survey};
-use isostep_sim::plate::Plate;
-use isostep_sim::stream::Program;
-use isostep_sim::{AXES, Config, lines_of_moves};
+use isostep_report::check::{Check, Stand};
 use serde::Serialize;
 
-use crate::{project, remarks, sim, timing};
+use crate::{project, sim};
 
 /// A machine that programs are checked for.
 pub struct Machine {
@@ -34,52 +29,15 @@ pub struct Checked {
 #[derive(Serialize)]
 pub struct On {
     pub machine: String,
-    /// The initial position of the carriages, mm from their switches.
-    pub start_mm: [f64; AXES],
-    pub survey: Survey,
-    /// Time from the start of the first move to the end of the last, with the waits before and after, without homing and
-    /// without refused lines, s.
-    pub time_s: Option<f64>,
-    /// Time for homing, s.
-    pub homing_s: Option<f64>,
-    /// Time for dwells and spin-ups before the first move and after the last one, s.
-    pub waits_s: Option<[f64; 2]>,
-    /// The results of the first probing moves.
-    pub probes: Vec<String>,
-    pub pace: Option<Pace>,
-    /// What shaping costs, if anything is shaped.
-    pub shaping: Option<ShapingFigures>,
-    /// Why the program does not reach its end.
-    pub trouble: Option<String>,
+    #[serde(flatten)]
+    pub check: Check,
 }
 
 impl Checked {
     /// Whether the program would run unchanged on each machine.
     pub fn is_good(&self) -> bool {
-        self.unreadable.is_none() && self.on.iter().all(On::is_good)
+        self.unreadable.is_none() && self.on.iter().all(|on| on.check.is_good())
     }
-}
-
-impl On {
-    fn is_good(&self) -> bool {
-        self.survey.refused_total == 0 && self.survey.outside.is_none() && self.trouble.is_none()
-    }
-}
-
-/// Where the carriages stand, and a plate for the probe.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Stand {
-    pub start_mm: Option<[f64; AXES]>,
-    pub plate: Option<Plate>,
-}
-
-/// What the run of a program shows.
-struct Made {
-    homing_s: f64,
-    waits_s: [f64; 2],
-    probes: Vec<String>,
-    pace: Pace,
-    shaping: Option<ShapingFigures>,
 }
 
 /// Checks a program. A file that cannot be read counts as a program that would not run.
@@ -88,81 +46,12 @@ pub fn check(path: &Path, machines: &[Machine], stand: Stand, bar: &ProgressBar)
     match sim::lines(path) {
         Ok(lines) => {
             bar.inc_length((lines.len() * machines.len()) as u64);
-            let on = machines.iter().map(|machine| on(&lines, machine, stand, bar)).collect();
-            Checked { program, unreadable: None, on }
+            let on = |machine: &Machine| On {
+                machine: machine.name.clone(),
+                check: Check::of(&lines, &machine.settings, stand, &mut |done| bar.inc(done as u64)),
+            };
+            Checked { program, unreadable: None, on: machines.iter().map(on).collect() }
         }
         Err(error) => Checked { program, unreadable: Some(error.root_cause().to_string()), on: Vec::new() },
-    }
-}
-
-fn on(program: &Program, machine: &Machine, stand: Stand, bar: &ProgressBar) -> On {
-    let (start_mm, survey) = survey(program, &machine.settings, stand.start_mm);
-    let stand = Stand { start_mm: Some(start_mm), ..stand };
-    let made = made(program, &machine.settings, stand, &survey, bar);
-    let (trouble, made) = made.map_or_else(|trouble| (Some(trouble), None), |made| (None, Some(made)));
-    On {
-        machine: machine.name.clone(),
-        start_mm,
-        survey,
-        time_s: made.as_ref().map(|made| made.waits_s[0] + made.pace.total_s() + made.waits_s[1]),
-        homing_s: made.as_ref().map(|made| made.homing_s),
-        waits_s: made.as_ref().map(|made| made.waits_s),
-        probes: made.as_ref().map_or_else(Vec::new, |made| made.probes.clone()),
-        shaping: made.as_ref().and_then(|made| made.shaping.clone()),
-        pace: made.map(|made| made.pace),
-        trouble,
-    }
-}
-
-/// Surveys the program from the requested start. Without one, the start is the middle of the travel; if the program
-/// does not fit from there, a start from which it fits.
-fn survey(program: &Program, settings: &Settings, start_mm: Option<[f64; AXES]>) -> ([f64; AXES], Survey) {
-    let first_mm = start_mm.unwrap_or_else(|| timing::middle_mm(settings));
-    let survey = Survey::of(program, settings, first_mm);
-    match survey.outside.as_ref().map(|outside| outside.fit) {
-        Some(Fit::StartAt(fitting_mm)) if start_mm.is_none() => (fitting_mm, Survey::of(program, settings, fitting_mm)),
-        _ => (first_mm, survey),
-    }
-}
-
-/// Runs the program; the error says why it does not reach its end. A machine that homes or probes needs simulated edges,
-/// because they move the carriages to the switches and to the plate.
-fn made(
-    program: &Program,
-    settings: &Settings,
-    stand: Stand,
-    survey: &Survey,
-    bar: &ProgressBar,
-) -> Result<Made, String> {
-    let Stand { start_mm, plate } = stand;
-    let start_mm = start_mm.unwrap_or_else(|| timing::middle_mm(settings));
-    let (program, only_time) = (survey.accepted(program), !survey.homes && plate.is_none());
-    let config = Config { settings: *settings, start_mm, plate, only_time, keep_waves: false, ..Config::default() };
-    let mut shown = 0;
-    let outcome = timing::made_watched(program.clone(), &config, &mut |answered| {
-        bar.inc((answered - shown) as u64);
-        shown = answered;
-    });
-    bar.inc((program.len() - shown) as u64);
-    let outcome = outcome.map_err(|trouble| match plate {
-        None if trouble.starts_with("ALARM:5") => format!("{trouble} (--probe-plate puts a plate there)"),
-        _ => trouble,
-    })?;
-    let [before_s, after_s] = outcome.waits_s();
-    let sources = lines_of_moves::of_moves(&outcome);
-    Ok(Made {
-        homing_s: outcome.homing_ns() as f64 * 1e-9,
-        waits_s: [before_s, (after_s - freed_s(&survey.settings)).max(0.0)],
-        probes: remarks::probes(&outcome),
-        pace: Pace::new(&outcome, &sources),
-        shaping: ShapingFigures::of(&outcome, &sources),
-    })
-}
-
-/// How long after the last motion the motors are freed (`$1`), which nobody waits for, s.
-fn freed_s(settings: &Settings) -> f64 {
-    match settings.idle_delay_ms {
-        255 => 0.0,
-        ms => f64::from(ms) * 1e-3,
     }
 }

@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use isostep_console::Settings;
+use isostep_report::check::Stand;
 use isostep_sim::plate::Plate;
 use isostep_sim::{AXES, Config};
 
-use self::look::{Checked, Machine, Stand};
+use self::look::{Checked, Machine};
 use crate::files::Files;
 use crate::{parallel, sim};
 

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use isostep_console::Settings;
+use isostep_report::check::Stand;
 
-use super::look::{self, Checked, Machine, Stand};
+use super::look::{self, Checked, Machine};
 use super::print;
 
 fn machine() -> Vec<Machine> {
@@ -147,18 +148,18 @@ fn what_is_no_program_is_a_row_like_the_others() {
 fn dwells_before_the_first_move_and_after_the_last_count() {
     let plain = check("plain.nc", "G0 X5\nM2\n", None);
     let waiting = check("waits.nc", "G4 P3\nG0 X5\nG4 P2\nM2\n", None);
-    let [plain_s, waiting_s] = [&plain, &waiting].map(|checked| checked.on[0].time_s.unwrap());
+    let [plain_s, waiting_s] = [&plain, &waiting].map(|checked| checked.on[0].check.time_s.unwrap());
     assert!((waiting_s - plain_s - 5.0).abs() < 0.01, "{waiting_s} s, {plain_s} s without");
     let reported = detail(&waiting);
     assert!(reported.contains(", 3.00") && reported.contains(" s waiting before the first move, 2.0"), "{reported}");
     assert!(reported.contains(" s waiting after the last"), "{reported}");
     assert!(!detail(&plain).contains("waiting"), "{}", detail(&plain));
-    let alone = check("alone.nc", "G4 P5\nM2\n", None).on[0].time_s.unwrap();
+    let alone = check("alone.nc", "G4 P5\nM2\n", None).on[0].check.time_s.unwrap();
     assert!((alone - 5.0).abs() < 0.01, "{alone} s");
-    let freed = check("freed.nc", "$1=250\nG0 X5\nM2\n", None).on[0].time_s.unwrap();
+    let freed = check("freed.nc", "$1=250\nG0 X5\nM2\n", None).on[0].check.time_s.unwrap();
     assert!((freed - plain_s).abs() < 0.01, "motors are freed later, which nobody waits for: {freed} s");
     let homed = check("homed.nc", "$H\nG4 P1\nG0 X5\nM2\n", None);
-    assert!((homed.on[0].waits_s.unwrap()[0] - 1.0).abs() < 0.01, "{:?}", homed.on[0].waits_s);
+    assert!((homed.on[0].check.waits_s.unwrap()[0] - 1.0).abs() < 0.01, "{:?}", homed.on[0].check.waits_s);
 }
 
 /// Machine C, and lines of 0.04 mm at 100 mm/s: 2,500 moves a second.
@@ -183,7 +184,7 @@ fn more_moves_than_the_board_carries_are_told() {
 fn what_shapers_cost_is_told() {
     let program = "G0 X5\nG4 P1\nG0 Y5\nM2\n";
     let [plain, shaped] = ["", "$950=1\n"].map(|set| check("stops.nc", &format!("{set}{program}"), None));
-    let more_s = shaped.on[0].time_s.unwrap() - plain.on[0].time_s.unwrap();
+    let more_s = shaped.on[0].check.time_s.unwrap() - plain.on[0].check.time_s.unwrap();
     assert!((more_s - 2.0 * 0.012_515_6).abs() < 1e-5, "{more_s} s");
     let reported = detail(&shaped);
     assert!(reported.contains("\n  shaping    0.025 s more for 2 stops, 12.5 ms at most; "), "{reported}");

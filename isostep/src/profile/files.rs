@@ -5,12 +5,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use isostep_report::laws::{Curve, Row, rows};
 use isostep_report::pictures::bench::{Picture, Section, Table, page};
 use isostep_report::pictures::profile as picture;
 
-use super::curve::Curve;
 use super::kinematics::{Derivatives, curves};
-use super::table::rows;
 
 /// Writes `step,t_us,period_us,frequency_hz`. Numbers are as short as possible without losing a bit.
 pub fn write_csv(curve: &Curve, out: &mut impl Write) -> io::Result<()> {
@@ -68,7 +67,7 @@ fn section(laws: &[Curve], derivatives: Derivatives, svg: String) -> Section {
     };
     let figures = rows(laws);
     let head = [String::new()].into_iter().chain(laws.iter().map(|law| law.name.clone())).collect();
-    let cells = |row: &super::table::Row| [vec![row.name.to_owned()], row.cells.clone()].concat();
+    let cells = |row: &Row| [vec![row.name.to_owned()], row.cells.clone()].concat();
     Section {
         heading: "Over time".to_owned(),
         text: "Planned, not measured.".to_owned(),

@@ -3,8 +3,8 @@
 use anyhow::{Result, bail};
 use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
 use isostep_profile::SpeedLaw;
+use isostep_report::laws::{Curve, Step};
 
-use super::curve::{Curve, Step};
 use super::number::{count, needed};
 
 #[derive(clap::Args, Clone, Copy, Debug, Default)]

@@ -2,9 +2,8 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
+use isostep_report::laws::{Curve, steps_at};
 
-use super::curve::{Curve, steps_at};
-use super::exact::Exact;
 use super::generator::{Clocks, Generator};
 use super::number::needed;
 
@@ -105,13 +104,13 @@ impl MachineArgs {
         let start = limits.start_speed_steps_s;
         let profile = Profile::plan(f64::from(steps), start, start, &limits, intervals, law)?;
         if law != SpeedLaw::Trapezoid || self.generator.is_empty() {
-            return Ok(vec![exact(law.name(), profile, steps)]);
+            return Ok(vec![Curve::exact(law.name(), profile, steps)]);
         }
         let clocks =
             Clocks { tick_hz: self.tick_hz.unwrap_or(TICK_HZ), service_hz: self.service_hz.unwrap_or(SERVICE_HZ) };
         let curve = |&generator: &Generator| {
             Ok(match generator.edges_us(steps, &limits, clocks).with_context(|| generator.remedy())? {
-                None => exact(law.name(), profile, steps),
+                None => Curve::exact(law.name(), profile, steps),
                 Some(edges_us) => Curve::of_steps(generator.name(), steps_at(&edges_us), profile.step_counts(), None),
             })
         };
@@ -133,22 +132,5 @@ impl MachineArgs {
             decel_steps_s2: self.decel.unwrap_or(accel),
             jerk_steps_s3: jerk,
         })
-    }
-}
-
-/// The exact steps. Step k of the machine leaves at displacement k - 1/2.
-fn exact(name: &str, profile: Profile, steps: u32) -> Curve {
-    let displacement = |k: u32| f64::from(k) - 0.5;
-    let edges_s: Vec<f64> = (1..=steps).map(|k| profile.time_at(displacement(k))).collect();
-    let edges_us: Vec<f64> = edges_s.iter().map(|edge_s| edge_s * 1e6).collect();
-    Curve {
-        name: name.to_owned(),
-        steps: steps_at(&edges_us),
-        counts: profile.step_counts(),
-        phases_s: [profile.t_accel_s(), profile.t_cruise_s(), profile.t_decel_s()],
-        duration_s: Some(profile.duration_s()),
-        top_hz: profile.cruise_speed_steps_s(),
-        samples: edges_s.into_iter().zip((1..=steps).map(displacement)).collect(),
-        exact: Some(Exact(profile)),
     }
 }

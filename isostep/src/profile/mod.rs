@@ -8,8 +8,6 @@
 //!    generator: Stoychitch's             kinematics: differences; exact: the closed form
 //! ```
 
-mod curve;
-mod exact;
 mod files;
 mod frequency;
 mod generator;
@@ -22,8 +20,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use isostep_profile::SpeedLaw;
+use isostep_report::laws::Curve;
 
-use self::curve::Curve;
 use self::files::PlotKind;
 use self::frequency::FrequencyArgs;
 use self::kinematics::Derivatives;

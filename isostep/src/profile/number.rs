@@ -2,8 +2,7 @@
 
 use anyhow::{Result, anyhow};
 
-/// The largest number of steps of a move. It is bounded because every step is kept for table, file and picture.
-pub const STEPS_MAX: u32 = 1_000_000;
+use isostep_report::laws::STEPS_MAX;
 
 /// A whole number of steps, 0 to [`STEPS_MAX`].
 pub fn count(text: &str) -> Result<u32, String> {

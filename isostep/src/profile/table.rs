@@ -2,75 +2,12 @@
 
 use std::fmt::Write as _;
 
-use isostep_report::pictures::profile as picture;
-
-use super::curve::{Curve, Step};
-use super::exact::Exact;
-use super::kinematics::{differences, peak, peak_mean};
+use isostep_report::laws::{Curve, Step, rows};
 
 /// Steps shown at each end of a single law.
 const ENDS: usize = 5;
 const LABEL: usize = 46;
 const COLUMN_MIN: usize = 14;
-
-/// A row's name and its text for each law.
-pub struct Row {
-    /// The quantity and its unit.
-    pub name: &'static str,
-    /// One text per law, in the order of the laws.
-    pub cells: Vec<String>,
-}
-
-/// Every figure of every law.
-pub fn rows(curves: &[Curve]) -> Vec<Row> {
-    // Step generators end with their last step. If one is in the table, all durations are compared up to the last step.
-    let have_totals = curves.iter().all(|curve| curve.duration_s.is_some());
-    let length_s = |curve: &Curve| curve.duration_s.filter(|_| have_totals).unwrap_or(curve.first_to_last_s());
-    let fastest_s = curves.iter().map(length_s).fold(f64::INFINITY, f64::min);
-    let row = |name, cell: &dyn Fn(&Curve) -> String| Row { name, cells: curves.iter().map(cell).collect() };
-    let mut rows = vec![
-        row("steps: accelerate + cruise + decelerate", &|curve| {
-            format!("{} + {} + {}", curve.counts.accel, curve.counts.cruise, curve.counts.decel)
-        }),
-        row("accelerating, s", &|curve| seconds(curve.phases_s[0])),
-        row("cruising, s", &|curve| seconds(curve.phases_s[1])),
-        row("decelerating, s", &|curve| seconds(curve.phases_s[2])),
-        row("total, s", &|curve| curve.duration_s.map_or("-".to_owned(), seconds)),
-        row("first step to last, s", &|curve| seconds(curve.first_to_last_s())),
-        row("top speed, steps/s", &|curve| digits(curve.top_hz)),
-    ];
-    if curves.len() > 1 {
-        let saved = |curve: &Curve| format!("{:.1} %", 100.0 * (1.0 - fastest_s / length_s(curve)));
-        rows.insert(if have_totals { 5 } else { 6 }, row("  the fastest saves", &saved));
-    }
-    rows.extend(peaks(curves));
-    rows
-}
-
-/// Peak acceleration and jerk. With a closed form, the rows are its peaks and the peaks of the mean over a few steps;
-/// the law's limits hold for both. If no law has a closed form, the rows are the peaks by differences, as in the
-/// papers.
-fn peaks(curves: &[Curve]) -> Vec<Row> {
-    let row = |name, value: &dyn Fn(&Curve) -> Option<f64>| Row {
-        name,
-        cells: curves.iter().map(|curve| value(curve).map_or("-".to_owned(), digits)).collect(),
-    };
-    if curves.iter().all(|curve| curve.exact.is_none()) {
-        let slopes =
-            |curve: &Curve, points: fn(&picture::Curve) -> &[(f64, f64)]| Some(peak(points(&differences(curve))));
-        return vec![
-            row("peak acceleration by differences, steps/s2", &|curve| slopes(curve, |slopes| &slopes.accel)),
-            row("peak jerk by differences, steps/s3", &|curve| slopes(curve, |slopes| &slopes.jerk)),
-        ];
-    }
-    let exact = |curve: &Curve, value: fn(&Exact) -> f64| curve.exact.as_ref().map(value);
-    vec![
-        row("peak acceleration, steps/s2", &|curve| exact(curve, Exact::peak_accel)),
-        row("  mean over 3 steps, at most", &|curve| Some(peak_mean::<3>(curve))),
-        row("peak jerk, steps/s3", &|curve| exact(curve, Exact::peak_jerk)),
-        row("  mean over 4 steps, at most", &|curve| Some(peak_mean::<4>(curve))),
-    ]
-}
 
 /// The table, and for a single law its first and last steps.
 pub fn table(curves: &[Curve]) -> String {
@@ -115,18 +52,4 @@ fn ends(steps: &[Step]) -> String {
         }
     }
     text
-}
-
-fn seconds(s: f64) -> String {
-    format!("{s:.6}")
-}
-
-/// A number with six significant digits and without trailing zeros.
-fn digits(value: f64) -> String {
-    if value.is_infinite() {
-        return "unbounded".to_owned();
-    }
-    let decimals = if value == 0.0 { 0 } else { (5.0 - value.log10().floor()).clamp(0.0, 9.0) as usize };
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }

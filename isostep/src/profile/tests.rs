@@ -3,8 +3,8 @@
 use clap::Parser;
 use isostep_generators::{FrequencyLaw, FrequencyProfile};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
+use isostep_report::laws::{differences, peak, peak_mean};
 
-use super::kinematics::{differences, peak, peak_mean};
 use super::*;
 
 #[derive(Parser)]
@@ -161,8 +161,8 @@ fn exact_and_papers_derivatives_agree_where_the_steps_are_dense() {
     let curve = &curves(&format!("--law s-curve {MACHINE} --jerk 12500"))[0];
     let exact = kinematics::curves(curve, Derivatives::Exact);
     let paper = kinematics::curves(curve, Derivatives::Paper);
-    assert!((kinematics::peak(&exact.speed) / kinematics::peak(&paper.speed) - 1.0).abs() < 1e-3);
-    assert!((kinematics::peak(&exact.accel) / kinematics::peak(&paper.accel) - 1.0).abs() < 0.02);
+    assert!((peak(&exact.speed) / peak(&paper.speed) - 1.0).abs() < 1e-3);
+    assert!((peak(&exact.accel) / peak(&paper.accel) - 1.0).abs() < 0.02);
 }
 
 /// Each case is refused with its own message, which names the bound or the remedy.

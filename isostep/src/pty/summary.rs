@@ -6,8 +6,8 @@ use std::path::Path;
 use super::Closing;
 use super::bridge::Tally;
 use crate::flight::{Flight, WINDOW_BYTES};
-use crate::remarks::words;
 use isostep_console::AXIS_NAMES;
+use isostep_report::remarks::words;
 
 /// How to reach the machine.
 pub fn hints(path: &Path) -> String {

@@ -8,7 +8,7 @@ use isostep_report::survey::stopping_word;
 use isostep_sim::stream::{Pause, Refusal};
 use isostep_sim::{ConsoleError, Outcome, State};
 
-use crate::remarks::{self, SHOWN_MAX, meaning, shortened};
+use isostep_report::remarks::{self, SHOWN_MAX, meaning, shortened};
 
 /// The error code for G-code in Alarm.
 const LOCKED: u8 = ConsoleError::Locked.code();

@@ -6,8 +6,8 @@ use isostep_report::ringing::{Deviation, RingingFigures};
 use isostep_report::tool::figures::{BeamFigures, ToolFigures};
 use isostep_report::{Figures, MoveFigures};
 
-use crate::pace;
-use crate::remarks::{SHOWN_MAX, words};
+use isostep_report::pace::words as pace;
+use isostep_report::remarks::{SHOWN_MAX, words};
 
 /// At most this many moves are listed one by one, unless all are requested.
 const ROWS_MAX: usize = 40;

@@ -5,7 +5,7 @@ use isostep_sim::{Config, Outcome, corners, program};
 
 use crate::parallel;
 use crate::stopwatch::Stopwatch;
-use crate::timing;
+use isostep_report::timing;
 
 /// A program to run on a machine.
 pub struct Job {

@@ -28,7 +28,7 @@ pub fn test(page: &Path) -> Result<()> {
     write_native_trace(&native)?;
     let mut tests = Command::new("node");
     tests.arg(workspace::root().join("web").join("test").join("page.mjs"));
-    tests.arg("--chromium").arg(chromium().with_context(|| missing().unwrap_or_default())?);
+    tests.arg("--chromium").arg(found()?);
     tests.arg("--page").arg(served(page, None)?).arg("--trace").arg(native).arg("--shots").arg(&shots);
     with_emulated_board(page, &mut tests, |tests| {
         announce(&format!("the page in Chromium, pictures in {}", workspace::shown(&shots)));
@@ -68,7 +68,7 @@ fn with_emulated_board(_: &Path, tests: &mut Command, run: impl FnOnce(&mut Comm
 }
 
 /// Serves the page until this process ends, and returns its address.
-fn served(page: &Path, board: Option<Board>) -> Result<String> {
+pub fn served(page: &Path, board: Option<Board>) -> Result<String> {
     let server = Server::bind(Page::read(page)?, board, SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?;
     let address = server.address();
     thread::spawn(move || server.serve());
@@ -81,6 +81,11 @@ fn write_native_trace(to: &Path) -> Result<()> {
     let outcome = isostep_sim::run(&program, &Config { keep_waves: false, ..Config::default() })?;
     let file = fs::File::create(to).with_context(|| format!("cannot write {}", to.display()))?;
     Ok(trace::write(&outcome.edges, file)?)
+}
+
+/// Where Chromium is.
+pub fn found() -> Result<PathBuf> {
+    chromium().with_context(|| missing().unwrap_or_default())
 }
 
 fn chromium() -> Option<PathBuf> {

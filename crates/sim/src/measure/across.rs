@@ -6,6 +6,7 @@
 //! result depends on the span: by the jump over the span. Where it does not, it exceeds no limit that is kept.
 
 use isostep_motion::{AXES, Finish};
+use isostep_profile::Limits;
 
 use super::limits::{self, accel_span_s};
 use crate::moves::MoveRecord;
@@ -50,9 +51,13 @@ pub fn highest(outcome: &Outcome) -> Option<Window> {
 
 /// The shortest and the longest span over which the axes of this outcome are measured, s.
 pub fn spans_s(outcome: &Outcome) -> [f64; 2] {
-    let off_s = outcome.config.port.tolerance_ns() * 1e-9;
-    let spans_s = outcome.limits.iter().map(|limits| accel_span_s(limits, off_s));
+    let spans_s = outcome.limits.iter().map(|limits| span_s(outcome, limits));
     spans_s.fold([f64::INFINITY, 0.0], |[least, most], span_s| [least.min(span_s), most.max(span_s)])
+}
+
+/// The span over which an axis with these limits is measured, s. A jump of its speed counts as one over that time.
+pub fn span_s(outcome: &Outcome, limits: &Limits) -> f64 {
+    accel_span_s(limits, outcome.config.port.tolerance_ns() * 1e-9)
 }
 
 /// Where an axis is in a run.
@@ -77,7 +82,7 @@ struct Sample {
 impl Samples {
     fn of(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> Self {
         let own = &outcome.config_of(&run[0]).limits[axis];
-        let span_s = accel_span_s(own, outcome.config.port.tolerance_ns() * 1e-9);
+        let span_s = span_s(outcome, own);
         let start_ns = run[0].start_ns;
         let (first, last) = (&run[0], &run[run.len() - 1]);
         let edges = outcome.edges[first.edges.start..last.edges.end].iter().filter(|edge| edge.axis == axis);

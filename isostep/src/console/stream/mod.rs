@@ -23,8 +23,8 @@ use super::meaning::explained;
 use super::session::{Event, RESET, Session};
 use super::talk::{self, NOT_SENT, Typist};
 use crate::project;
-use crate::remarks::shortened;
 use crate::stopwatch::Stopwatch;
+use isostep_report::remarks::shortened;
 
 /// The longest time that a machine takes to brake after a reset and to send its welcome.
 const RESET_S: f64 = 10.0;

@@ -5,7 +5,7 @@ use anyhow::{Result, bail};
 use super::{Program, Stream};
 use crate::console::meaning::explained;
 use crate::console::talk::Typist;
-use crate::remarks::SHOWN_MAX;
+use isostep_report::remarks::SHOWN_MAX;
 
 /// A line that the machine has refused.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Says in words what keeps a program from going faster.
 
-use isostep_report::pace::{BOARD_MOVES_PER_S, CornerLimit, LEAST_SHOWN_S, Pace, Rule, Second, SlowPlace, Why};
+use super::{BOARD_MOVES_PER_S, CornerLimit, LEAST_SHOWN_S, Pace, Rule, Second, SlowPlace, Why};
 
 use crate::remarks::{AXIS_NAMES, words};
 

@@ -1,8 +1,8 @@
 //! The steps of a planned law. Table, CSV and picture are made from them.
 
-use isostep_profile::StepCounts;
+use isostep_profile::{Profile, StepCounts};
 
-use super::exact::Exact;
+use super::Exact;
 
 /// A law planned with given parameters.
 pub struct Curve {
@@ -53,6 +53,23 @@ impl Curve {
             samples: made.chain(end).collect(),
             steps,
             exact: None,
+        }
+    }
+
+    /// The exact steps of a profile. Step k of the machine leaves at displacement k - 1/2.
+    pub fn exact(name: &str, profile: Profile, steps: u32) -> Self {
+        let displacement = |k: u32| f64::from(k) - 0.5;
+        let edges_s: Vec<f64> = (1..=steps).map(|k| profile.time_at(displacement(k))).collect();
+        let edges_us: Vec<f64> = edges_s.iter().map(|edge_s| edge_s * 1e6).collect();
+        Self {
+            name: name.to_owned(),
+            steps: steps_at(&edges_us),
+            counts: profile.step_counts(),
+            phases_s: [profile.t_accel_s(), profile.t_cruise_s(), profile.t_decel_s()],
+            duration_s: Some(profile.duration_s()),
+            top_hz: profile.cruise_speed_steps_s(),
+            samples: edges_s.into_iter().zip((1..=steps).map(displacement)).collect(),
+            exact: Some(Exact(profile)),
         }
     }
 

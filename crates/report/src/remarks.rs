@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use isostep_report::survey::{Fit, Outside, Survey};
+use crate::survey::{Fit, Outside, Survey};
 use isostep_sim::{AXES, ConsoleError, Outcome};
 
 /// How many remarks are printed one by one.

@@ -1,7 +1,7 @@
 //! The closed form of a law, for laws that have one.
 
+use crate::pictures::profile as picture;
 use isostep_profile::Profile;
-use isostep_report::pictures::profile as picture;
 
 /// Number of instants per phase for drawing and for finding peaks.
 const INSTANTS: usize = 4_000;
@@ -30,8 +30,13 @@ impl Exact {
 
     /// Position, speed, acceleration and jerk as curves over time.
     pub fn curve(&self, name: &str) -> picture::Curve {
+        self.curve_of(name, INSTANTS)
+    }
+
+    /// The same by so many instants in each phase, and its end.
+    pub fn curve_of(&self, name: &str, instants: usize) -> picture::Curve {
         let over_time = |value: fn(&Profile, f64) -> f64| {
-            self.instants_s().into_iter().map(|t_s| (t_s, value(&self.0, t_s))).collect()
+            self.instants_s(instants).into_iter().map(|t_s| (t_s, value(&self.0, t_s))).collect()
         };
         picture::Curve {
             name: name.to_owned(),
@@ -43,7 +48,7 @@ impl Exact {
     }
 
     fn peak(&self, value: impl Fn(&Profile, f64) -> f64) -> f64 {
-        self.instants_s().into_iter().map(|t_s| value(&self.0, t_s).abs()).fold(0.0, f64::max)
+        self.instants_s(INSTANTS).into_iter().map(|t_s| value(&self.0, t_s).abs()).fold(0.0, f64::max)
     }
 
     /// The instants of the phase boundaries, with the start and the end.
@@ -53,12 +58,12 @@ impl Exact {
     }
 
     /// Instants in each phase, from just after its beginning to just before its end.
-    fn instants_s(&self) -> Vec<f64> {
+    fn instants_s(&self, instants: usize) -> Vec<f64> {
         let aside_s = self.0.duration_s() * ASIDE;
         let corners_s = self.corners_s();
         let phases = corners_s.windows(2).map(|pair| (pair[0] + aside_s, pair[1] - aside_s));
         let through = |(from_s, to_s): (f64, f64)| {
-            (0..=INSTANTS).map(move |k| from_s + (to_s - from_s) * k as f64 / INSTANTS as f64)
+            (0..=instants).map(move |k| from_s + (to_s - from_s) * k as f64 / instants as f64)
         };
         phases.filter(|(from_s, to_s)| from_s < to_s).flat_map(through).collect()
     }

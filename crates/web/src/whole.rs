@@ -1,0 +1,42 @@
+//! What is said of a whole program, as the tool says it.
+
+use isostep_report::check::{Check, Stand, rows};
+use isostep_report::{Figures, remarks};
+use isostep_sim::{Flash, program, run_watched};
+
+use crate::config;
+use crate::trouble::Trouble;
+
+/// A longer program's record takes more memory than a page should ask for.
+const REPORTED_LINES_MAX: usize = 50_000;
+
+/// What `isostep check` says, as JSON of rows. Nothing moves.
+///
+/// # Errors
+/// [`Trouble`] with the line of the program, or of the settings, that cannot be.
+pub fn check(program: &[u8], settings: &str) -> Result<String, Trouble> {
+    let config = config(settings)?;
+    let lines = program::lines(program)?.into();
+    let check = Check::of(&lines, &config.settings, Stand::default(), &mut |_| {});
+    Ok(serde_json::to_string(&rows(&check, false)).expect("texts have a form in JSON"))
+}
+
+/// Every figure of a run, as `isostep sim --json` writes them, for the program of this name.
+///
+/// # Errors
+/// As [`check`], and if the program is too long.
+pub fn report(name: &str, program: &[u8], settings: &str) -> Result<String, Trouble> {
+    let config = config(settings)?;
+    let lines: isostep_sim::stream::Program = program::lines(program)?.into();
+    if lines.len() > REPORTED_LINES_MAX {
+        let words = format!(
+            "a report of {} lines takes more memory than a page has, which makes one of at most {REPORTED_LINES_MAX}: \
+             `isostep sim {} --json OUT.json` makes it",
+            lines.len(),
+            remarks::shortened(name),
+        );
+        return Err(Trouble { line: None, words });
+    }
+    let outcome = run_watched(lines, &config, Flash::blank(), &mut |_| {})?;
+    Ok(serde_json::to_string_pretty(&Figures::new(name, &outcome)).expect("figures have a form in JSON"))
+}

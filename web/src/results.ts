@@ -1,0 +1,40 @@
+// What became of a program: its figures, and every promise.
+
+import { duration, made, part } from "./elements";
+import type { Summary } from "./messages";
+import { AXIS_NAMES } from "./motion";
+
+export function tellFigures(summary: Summary): void {
+  const place = summary.position_mm.map((mm, axis) => `${AXIS_NAMES[axis]} ${mm.toFixed(2)}`).join(", ");
+  const rows: [string, string][] = [
+    ["the program takes", duration(summary.duration_s - summary.homing_s)],
+    ["homing", summary.homing_s ? duration(summary.homing_s) : "none"],
+    ["moves", summary.moves.toLocaleString("en")],
+    ["steps", summary.steps.toLocaleString("en")],
+    ["ends at", `${place} mm`],
+  ];
+  part("figures").replaceChildren(
+    ...rows.map(([name, value]) => {
+      const row = made("div", "");
+      row.append(made("dt", name), made("dd", value));
+      return row;
+    }),
+  );
+  const pauses = summary.pauses.map((pause) => `line ${pause.line} \`${pause.text.trim()}\` waited for a person, and was resumed at once`);
+  part("pauses").replaceChildren(...pauses.map((words) => made("li", words)));
+}
+
+export function tellChecks({ verdicts }: Summary): void {
+  const broken = verdicts.filter((verdict) => !verdict.kept).length;
+  part("checks-total").textContent = broken ? `${broken} of ${verdicts.length} broken` : `all ${verdicts.length} kept`;
+  part("checks-total").className = broken ? "broken" : "kept";
+  part("checks").replaceChildren(
+    ...verdicts.map(({ kept, promise, detail }) => {
+      const row = made("tr", "");
+      const name = made("th", promise);
+      name.setAttribute("scope", "row");
+      row.append(made("td", kept ? "kept" : "broken", kept ? "kept" : "broken"), name, made("td", detail, "found"));
+      return row;
+    }),
+  );
+}
