@@ -148,7 +148,7 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
     let n: [f64; AXES] = std::array::from_fn(|axis| record.plan.axis_steps(axis).abs());
     let begins: [f64; AXES] =
         std::array::from_fn(|axis| record.plan.axis_place(axis, 0.0) * record.plan.axis_steps(axis).signum());
-    let pairs = (0..AXES).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let pairs = (0..AXES.min(3)).flat_map(|j| (0..j).map(move |i| (i, j)));
     let pairs: Vec<_> = pairs.filter(|&(i, j)| n[i] > 0.0 && n[j] > 0.0).collect();
     // A move that was held continues where it was held.
     let mut made: [f64; AXES] = std::array::from_fn(|axis| f64::from(record.plan.step_numbers(axis).start - 1));
