@@ -6,6 +6,8 @@ import { chromium } from "playwright-core";
 const options = Object.fromEntries(["page", "folder", "board", "trace", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
 export const { values: paths } = parseArgs({ options: { ...options, program: { type: "string", multiple: true } } });
 const PATIENCE_MS = 30_000;
+/** The emulated board homes in seconds of its own, which are longer ones on a computer that has other work. */
+const BOARD_PATIENCE_MS = 180_000;
 
 /** What the page operates: each has its address, and the simulated one can be hurried. */
 export const machines = [
@@ -22,7 +24,7 @@ export const complaints = [];
 /** A page of its own, of which nothing may be complained. `address` may be behind the page's. */
 export async function opened(address = "", { viewport = WIDE, colorScheme = "light", before = undefined, ...touch } = {}) {
   const context = await browser.newContext({ viewport, colorScheme, acceptDownloads: true, ...touch });
-  context.setDefaultTimeout(PATIENCE_MS);
+  context.setDefaultTimeout(address === paths.board ? BOARD_PATIENCE_MS : PATIENCE_MS);
   const page = await context.newPage();
   page.on("console", (message) => {
     // A picture of a canvas in space is slow, which its driver tells.

@@ -86,6 +86,10 @@ export const tests = (machine) => ({
     await page.keyboard.up("ArrowUp");
     await person.is("Idle");
     assert.ok((await person.place("y")) > before);
+    await page.click("#zero");
+    await person.is("Jog");
+    await person.is("Idle");
+    assert.deepEqual([await person.place("x"), await person.place("y")], [0, 0]);
   },
 
   async [`${machine.name}: a program that is sent is held, resumed and reset`]() {

@@ -6,7 +6,7 @@ const is = (page, state) => page.locator(`#state[data-state=${state}]`).waitFor(
 
 /** Runs in the page before its own scripts: a board at X10, which reports work positions; `window.fake` is the cable. */
 function plugIn() {
-  const fake = (window.fake = { sent: "", filters: undefined, options: undefined, signals: undefined, opened: 0 });
+  const fake = (window.fake = { sent: "", filters: undefined, options: undefined, signals: undefined, opened: 0, asked: 0 });
   let toPage;
   const say = (text) => toPage.enqueue(new TextEncoder().encode(text));
   const answer = (line) => {
@@ -25,12 +25,15 @@ function plugIn() {
       } else if (byte < 0x80 && letter !== "!") partial += letter;
     }
   };
+  let isOpen = false;
   const port = {
+    getInfo: () => ({ usbVendorId: 0x2e8a, usbProductId: 0x000a }),
     readable: null,
     writable: null,
     async open(options) {
       if (fake.isTaken) throw new DOMException("Failed to open serial port.", "NetworkError");
-      if (port.readable) throw new DOMException("The port is already open.", "InvalidStateError");
+      if (isOpen) throw new DOMException("The port is already open.", "InvalidStateError");
+      isOpen = true;
       fake.options = options;
       fake.opened++;
       port.readable = new ReadableStream({ start: (controller) => (toPage = controller) });
@@ -42,7 +45,8 @@ function plugIn() {
       say("\r\nGrbl 1.1h ['$' for help]\r\n");
     },
     async close() {
-      if (port.readable.locked || port.writable.locked) throw new TypeError("locked");
+      if (port.readable?.locked || port.writable?.locked) throw new TypeError("locked");
+      isOpen = false;
       port.readable = port.writable = null;
     },
   };
@@ -56,7 +60,9 @@ function plugIn() {
     toPage.error(new DOMException("The device has been lost.", "NetworkError"));
   };
   const serial = {
+    getPorts: async () => (fake.asked ? [port] : []),
     async requestPort({ filters }) {
+      fake.asked++;
       fake.filters = filters;
       if (fake.isRefused) throw new DOMException("No port selected by the user.", "NotFoundError");
       return port;
@@ -116,6 +122,7 @@ export const tests = {
     await page.click("#connect");
     await is(page, "Idle");
     assert.ok(await page.locator("#alarm").isHidden());
+    assert.equal(await page.evaluate(() => window.fake.asked), 1, "it is known");
   },
 
   async "a port that is taken or not chosen is told with the remedy"() {

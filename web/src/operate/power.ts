@@ -20,7 +20,6 @@ const WHAT: Record<string, [string, string]> = {
 
 export class Power {
   private simulated: SimulatedPort | undefined;
-  private board: SerialPort | undefined;
   /** Whether the board that is chosen was attached before. */
   private hasConnected = false;
   private readonly hasServerBoard = serverHasBoard();
@@ -67,7 +66,7 @@ export class Power {
   /** A board waits for a click: nothing moves because somebody has looked at a list. */
   private choose(): void {
     this.machine.detach();
-    this.simulated = this.board = undefined;
+    this.simulated = undefined;
     this.hasConnected = false;
     if (this.which === "simulated") this.simulate();
     this.show();
@@ -86,7 +85,9 @@ export class Power {
   }
 
   private async attachUsbBoard(): Promise<void> {
-    const board = (this.board ??= await chosenBoard());
+    const board = await chosenBoard(this.hasConnected);
+    // The person may have chosen something else meanwhile.
+    if (this.which !== "usb") return;
     this.hasConnected = true;
     this.machine.attach((listener) => new UsbPort(board, listener), false);
   }

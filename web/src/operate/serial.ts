@@ -15,8 +15,17 @@ export function whyNoSerial(): string {
     : "A browser gives serial ports only to pages of https or of this computer (http://127.0.0.1). With any page: isostep web --port.";
 }
 
-/** A board that the person chooses. */
-export const chosenBoard = (): Promise<SerialPort> => navigator.serial.requestPort({ filters: [BOARD] });
+/** A board that the person chooses, or the only one that was chosen before: one that was unplugged comes back as another port. */
+export async function chosenBoard(isAgain: boolean): Promise<SerialPort> {
+  const known = isAgain ? (await navigator.serial.getPorts()).filter(isBoard) : [];
+  const [only] = known;
+  return only && known.length === 1 ? only : navigator.serial.requestPort({ filters: [BOARD] });
+}
+
+function isBoard(port: SerialPort): boolean {
+  const { usbVendorId, usbProductId } = port.getInfo();
+  return usbVendorId === BOARD.usbVendorId && usbProductId === BOARD.usbProductId;
+}
 
 /** The last port that was left, once it is closed. */
 let closed = Promise.resolve();
@@ -34,7 +43,10 @@ export class UsbPort implements Port {
     this.writer = this.open();
     this.reading = this.read(listener);
     this.reading.then(
-      () => listener.lost({ line: null, words: "it was unplugged: plug it in, then connect again" }),
+      () => {
+        this.close();
+        listener.lost({ line: null, words: "it was unplugged: plug it in, then connect again" });
+      },
       (error: Error) => listener.lost({ line: null, words: `${error.message} Close other programs that use it, then connect again` }),
     );
   }
@@ -45,6 +57,8 @@ export class UsbPort implements Port {
   }
 
   close(): void {
+    if (this.isLeft) return;
+    this.isLeft = true;
     closed = this.leave().catch(() => undefined);
   }
 
@@ -74,13 +88,12 @@ export class UsbPort implements Port {
     }
   }
 
-  /** What was sent goes out first. */
+  /** What was sent goes out first. Of a board that is gone nothing can be closed but the port. */
   private async leave(): Promise<void> {
-    this.isLeft = true;
     const writer = await this.writer;
-    await writer.close();
+    await writer.close().catch(() => undefined);
     writer.releaseLock();
-    await this.reader?.cancel();
+    await this.reader?.cancel().catch(() => undefined);
     await this.reading;
     await this.port.close();
   }
