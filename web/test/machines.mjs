@@ -103,7 +103,7 @@ export const tests = (machine) => ({
     await page.click("#resume");
     await person.is("Idle");
     await person.reaches("x", before + 9.999, before + 10.001);
-    await person.says("all lines are answered");
+    await page.locator("#sending-now", { hasText: "Done: 3 lines" }).waitFor();
     await person.sends("$E20");
     await person.says("> $E20");
     await put(page, "program", "G91\nG1 X20 F600\n");

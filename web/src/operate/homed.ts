@@ -28,6 +28,12 @@ export class Homed {
     if (!TRUSTED.includes(alarm)) this.forget();
   }
 
+  /** It says a welcome that the page has not asked for: another console may have moved it. */
+  doubt(): void {
+    if (this.axes.size) this.isKnown = false;
+    this.axes.clear();
+  }
+
   forget(): void {
     this.axes.clear();
     this.isKnown = true;

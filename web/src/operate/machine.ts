@@ -187,7 +187,7 @@ export class Machine {
   }
 
   private begin(): void {
-    if (!this.isResetting) this.homed.forget();
+    if (!this.isResetting) this.homed.doubt();
     this.isResetting = false;
     const lost = this.flight.restart();
     this.tell((watcher) => watcher.began?.());
