@@ -16,7 +16,7 @@ mod tests;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 
 pub use page::Page;
 pub use server::Server;
@@ -33,7 +33,7 @@ It serves this computer alone, until Ctrl-C. With --port it prints an address wi
 operate the board, one page at a time. When that page is closed, a jog is cancelled and a program is held.
 
 Examples:
-  isostep web                                          the page: http://127.0.0.1:8000
+  isostep web --open                                   the page, http://127.0.0.1:8000, in the browser
   isostep web --port                                   and the board: the one USB device 2e8a:000a
   isostep web --port /dev/ttyACM0                      and the board on this port
   isostep web --port --listen 192.168.1.5              for other computers too: not encrypted, see docs/security.md
@@ -58,6 +58,9 @@ pub struct Serving {
     /// The address of this computer at which others may have the page [default: 127.0.0.1, for this computer alone]
     #[arg(long, value_name = "ADDRESS")]
     listen: Option<IpAddr>,
+    /// Open the page in the browser. With a board its address has a token, which other programs would see: click on it instead
+    #[arg(long, conflicts_with = "port")]
+    open: bool,
     /// The port of HTTP [default: 8000]
     #[arg(long, value_name = "N")]
     http_port: Option<u16>,
@@ -111,5 +114,10 @@ pub fn serve(page: Page, serving: Serving) -> Result<()> {
         println!("nothing on the way is encrypted: use it in a network that you trust");
     }
     crate::screen::finish()?;
+    if serving.open {
+        open::that_detached(server.address()).with_context(|| {
+            format!("no browser was opened: open {} yourself, or leave --open out", server.address())
+        })?;
+    }
     server.run()
 }
