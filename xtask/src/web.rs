@@ -6,7 +6,7 @@ mod figures;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use isostep::web::{self, Page, Serving};
 
 use crate::process::{self, announce};
