@@ -3,7 +3,7 @@ import { build } from "esbuild";
 import { copyFile, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { gzipSync } from "node:zlib";
+import { brotliCompressSync, gzipSync } from "node:zlib";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const out = process.argv[2];
@@ -31,5 +31,7 @@ for (const file of (await readdir(programs)).filter((name) => name.endsWith(".nc
 
 // For servers that send what is compressed already, as ours does.
 for (const file of (await readdir(out)).filter((name) => /\.(html|css|js|wasm)$/.test(name))) {
-  await writeFile(join(out, `${file}.gz`), gzipSync(await readFile(join(out, file)), { level: 9 }));
+  const content = await readFile(join(out, file));
+  await writeFile(join(out, `${file}.gz`), gzipSync(content, { level: 9 }));
+  await writeFile(join(out, `${file}.br`), brotliCompressSync(content));
 }

@@ -11,7 +11,7 @@ async function sizes() {
   row("kB", "as it is", "gzip", "brotli");
   const total = [0, 0, 0];
   for (const entry of await readdir(paths.folder, { withFileTypes: true })) {
-    if (!entry.isFile() || entry.name.endsWith(".gz")) continue;
+    if (!entry.isFile() || /\.(gz|br)$/.test(entry.name)) continue;
     const file = await readFile(join(paths.folder, entry.name));
     const bytes = [file.length, gzipSync(file, { level: 9 }).length, brotliCompressSync(file).length];
     bytes.forEach((count, index) => (total[index] += count));

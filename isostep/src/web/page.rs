@@ -13,13 +13,17 @@ const REMEDY: &str = "`cargo xtask web` makes one in target/web, and `cargo xtas
 /// What stands before the policy in the page, which holds for its workers too if it comes as a header.
 const POLICY: &str = "http-equiv=\"Content-Security-Policy\" content=\"";
 
+/// How files are compressed, the smallest first: by the name in HTTP, and at the end of the file's name.
+const ENCODINGS: [(&str, &str); 2] = [("br", "br"), ("gzip", "gz")];
+
 /// A file as it is sent.
 pub struct File<'a> {
-    /// Its content, compressed by gzip if `is_gzip`.
+    /// Its content, by `encoding`.
     pub content: &'a [u8],
     /// The media type of what is compressed.
     pub media_type: &'static str,
-    pub is_gzip: bool,
+    /// How it is compressed.
+    pub encoding: Option<&'static str>,
 }
 
 /// The page. Nothing else can be asked for, whatever is in a path.
@@ -64,12 +68,16 @@ impl Page {
         &self.policy
     }
 
-    /// The file of a path, compressed if that may be and is there.
-    pub fn file(&self, path: &str, may_gzip: bool) -> Option<File<'_>> {
+    /// The file of a path, compressed in a way that is accepted, if it is there.
+    pub fn file(&self, path: &str, accepted: &str) -> Option<File<'_>> {
         let name = path.strip_prefix('/').map(|name| if name.is_empty() { "index.html" } else { name })?;
-        let gzip = may_gzip.then(|| self.files.get(&format!("{name}.gz"))).flatten();
-        let content = gzip.or_else(|| self.files.get(name))?;
-        Some(File { content, media_type: media_type(name), is_gzip: gzip.is_some() })
+        let accepts = |encoding: &str| accepted.split([',', ';']).any(|word| word.trim() == encoding);
+        let compressed =
+            ENCODINGS.into_iter().filter(|&(encoding, _)| accepts(encoding)).find_map(|(encoding, end)| {
+                self.files.get(&format!("{name}.{end}")).map(|content| (content, Some(encoding)))
+            });
+        let (content, encoding) = compressed.or_else(|| self.files.get(name).map(|content| (content, None)))?;
+        Some(File { content, media_type: media_type(name), encoding })
     }
 }
 

@@ -137,12 +137,12 @@ async fn guard(State(served): State<Arc<Served>>, request: Request, next: Next) 
 
 async fn file(State(served): State<Arc<Served>>, uri: Uri, headers: HeaderMap) -> Response {
     let accepts = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok()).unwrap_or_default();
-    let Some(file) = served.page.file(uri.path(), accepts.contains("gzip")) else {
+    let Some(file) = served.page.file(uri.path(), accepts) else {
         return StatusCode::NOT_FOUND.into_response();
     };
     let mut answer = ([(header::CONTENT_TYPE, file.media_type)], file.content.to_vec()).into_response();
-    if file.is_gzip {
-        answer.headers_mut().insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+    if let Some(encoding) = file.encoding {
+        answer.headers_mut().insert(header::CONTENT_ENCODING, HeaderValue::from_static(encoding));
     }
     answer
 }

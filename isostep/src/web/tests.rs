@@ -25,6 +25,7 @@ fn page(name: &str) -> Page {
     fs::write(folder.join("index.html"), INDEX).unwrap();
     fs::write(folder.join("main.js"), "1").unwrap();
     fs::write(folder.join("main.js.gz"), "compressed").unwrap();
+    fs::write(folder.join("main.js.br"), "smaller").unwrap();
     fs::write(folder.join("programs").join("a.nc"), "G0 X1").unwrap();
     let page = Page::read(&folder).unwrap();
     fs::remove_dir_all(folder).unwrap();
@@ -140,9 +141,11 @@ fn the_page_is_served_with_its_policy_and_nothing_else_is() {
 #[test]
 fn what_is_compressed_is_sent_to_those_who_read_it() {
     let (host, _) = served("gzip", None);
-    let gzip = get(&host, "/main.js", &format!("Host: {host}\r\nAccept-Encoding: br, gzip\r\n"));
+    let gzip = get(&host, "/main.js", &format!("Host: {host}\r\nAccept-Encoding: deflate, gzip\r\n"));
     assert!(gzip.contains("content-encoding: gzip\r\n") && gzip.contains("text/javascript"), "{gzip}");
     assert!(gzip.ends_with("compressed"), "{gzip}");
+    let brotli = get(&host, "/main.js", &format!("Host: {host}\r\nAccept-Encoding: gzip, br;q=1\r\n"));
+    assert!(brotli.contains("content-encoding: br\r\n") && brotli.ends_with("smaller"), "{brotli}");
     let plain = get(&host, "/main.js", &format!("Host: {host}\r\n"));
     assert!(plain.ends_with("\r\n\r\n1") && !plain.contains("content-encoding"), "{plain}");
 }
