@@ -144,8 +144,9 @@ impl Arc {
     #[must_use]
     pub fn length_mm(&self) -> f64 {
         self.axes()
+            .get(3..)
+            .unwrap_or_default()
             .iter()
-            .skip(3)
             .fold(self.linear_mm(), |length_mm, &axis| hypotenuse([length_mm, self.ends.distance_mm(axis)]))
     }
 

@@ -132,7 +132,7 @@ pub(crate) fn write_coordinates(out: &mut impl Write, pm: [i64; AXES], settings:
     let of = |axis| Coordinate { pm: pm.get(axis).copied().unwrap_or_default(), inches: settings.reports_inches(axis) };
     let (x, y, z) = (of(0), of(1), of(2));
     write!(out, "{x},{y},{z}")?;
-    (3..AXES).try_for_each(|axis| write!(out, ",{}", of(axis)))
+    (0..AXES).skip(3).try_for_each(|axis| write!(out, ",{}", of(axis)))
 }
 
 fn write_pins(out: &mut impl Write, status: &Status) -> Result {

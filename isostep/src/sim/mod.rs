@@ -375,10 +375,11 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
 pub fn places(text: &str) -> Result<[f64; AXES], String> {
     let of_three = || {
         let mut start_mm = Config::default().start_mm;
-        start_mm[..3].copy_from_slice(&numbers::<3>(text)?);
+        start_mm.get_mut(..3)?.copy_from_slice(&numbers::<3>(text)?);
         Some(start_mm)
     };
-    numbers(text).or_else(of_three).ok_or_else(|| "three numbers of mm, such as 35,40,15".to_owned())
+    let wanted = if AXES == 2 { "two numbers of mm, such as 35,40" } else { "three numbers of mm, such as 35,40,15" };
+    numbers(text).or_else(of_three).ok_or_else(|| wanted.to_owned())
 }
 
 fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
