@@ -43,6 +43,9 @@ export const tests = {
         const page = await opened("", { viewport, colorScheme });
         await hasEnded(page);
         await page.locator("#time").fill("50");
+        await page.locator("#advice tr").first().waitFor();
+        // As a person sees it first: the picture in docs.
+        await page.screenshot({ path: join(paths.shots, `first-${colorScheme}-${name}.png`) });
         await page.screenshot({ path: join(paths.shots, `run-${colorScheme}-${name}.png`), fullPage: true });
         await page.selectOption("#plane", "3D");
         await page.locator("#space").waitFor();
