@@ -165,29 +165,33 @@ impl Changes for Seen {
 #[interrupt]
 fn PIO1_IRQ_1() {
     let Some(machine) = GUARDED.lock(Cell::get) else { return };
-    let seen = WATCHERS.each_ref().map(|watcher| watcher.take().unwrap_or_default());
-    if let Some(is_low) = edge(&seen, EMERGENCY_STOP.group, EMERGENCY_STOP.bit) {
-        machine.emergency_stop_edge(is_low);
+    // One by one: a loop would read its tables from flash.
+    tell::<0>(machine);
+    if GROUPS.len() > 1 {
+        tell::<1>(machine);
     }
-    // One by one: a loop would read its table from flash.
-    tell_limit::<0>(machine, &seen);
-    tell_limit::<1>(machine, &seen);
-    tell_limit::<2>(machine, &seen);
+    if GROUPS.len() > 2 {
+        tell::<2>(machine);
+    }
+}
+
+/// Tells the machine which inputs of a group have changed. Which are in it is known to the compiler.
+#[inline(always)]
+fn tell<const GROUP: usize>(machine: &Machine) {
+    let Some((changed, levels)) = WATCHERS.get(GROUP).and_then(Watcher::take) else { return };
+    let has_changed = |Place { group, bit }: Place| group == GROUP && changed & 1 << bit != 0;
+    let is_low = |Place { bit, .. }: Place| levels & 1 << bit == 0;
+    if has_changed(EMERGENCY_STOP) {
+        machine.emergency_stop_edge(is_low(EMERGENCY_STOP));
+    }
+    let limit = |which: LimitInput, place: Place| {
+        if has_changed(place) {
+            machine.limit_edge(which, is_low(place));
+        }
+    };
+    limit(const { LIMIT_INPUTS[0] }, const { LIMITS[0] });
+    limit(const { LIMIT_INPUTS[1] }, const { LIMITS[1] });
+    limit(const { LIMIT_INPUTS[2] }, const { LIMITS[2] });
     #[cfg(not(feature = "prove"))]
-    tell_limit::<3>(machine, &seen);
-}
-
-#[inline(always)]
-fn tell_limit<const LIMIT: usize>(machine: &Machine, seen: &[(u32, u32); GROUPS.len()]) {
-    let Place { group, bit } = const { LIMITS[LIMIT] };
-    if let Some(is_low) = edge(seen, group, bit) {
-        machine.limit_edge(const { LIMIT_INPUTS[LIMIT] }, is_low);
-    }
-}
-
-/// Whether the input is low, if it has changed.
-#[inline(always)]
-fn edge(seen: &[(u32, u32); GROUPS.len()], group: usize, bit: usize) -> Option<bool> {
-    let (changed, levels) = seen[group];
-    (changed & 1 << bit != 0).then_some(levels & 1 << bit == 0)
+    limit(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
 }
