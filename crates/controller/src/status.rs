@@ -26,12 +26,13 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
         Alarm::HomingDoor => return (Code::HomingDoor, ""),
         Alarm::EmergencyStop => return (Code::EmergencyStop, ""),
         Alarm::ToolCutOff => return (Code::ToolCutOff, ""),
+        Alarm::DriverFailed { motor } => return (Code::MotorFault, name(motor)),
         Alarm::Unplannable { reason } => return (Code::Unplannable, why_not(reason)),
     };
     (code, AXIS_NAMES[axis as usize])
 }
 
-fn name(motor: Motor) -> &'static str {
+pub(crate) fn name(motor: Motor) -> &'static str {
     let axis = motor.axis as usize;
     if motor.side == Side::Second { SECOND_NAMES[axis] } else { AXIS_NAMES[axis] }
 }

@@ -96,6 +96,11 @@ pub enum Alarm {
     /// The board switched the tool off by itself, because the processor was held up. The position is trusted only if
     /// nothing moved.
     ToolCutOff,
+    /// The driver of this motor has failed, or does not answer, so nothing says where the axis stands.
+    DriverFailed {
+        /// Whose driver.
+        motor: Motor,
+    },
     /// The probe touched already before the move, or did not touch before a move that was to end the contact; nothing
     /// moved.
     ProbeInitial,
@@ -280,6 +285,9 @@ impl fmt::Display for Alarm {
                 write!(f, "the step port of {axis} ran out of steps: lower the rate or the acceleration and home again")
             }
             Self::ToolCutOff => write!(f, "the processor was held up, and the tool was cut off: unlock and home again"),
+            Self::DriverFailed { motor } => {
+                write!(f, "the driver of {motor} has failed: see what it reports, mend it, unlock and home again")
+            }
             Self::ProbeInitial => write!(f, "the probe touched before it moved, or did not where it was to move off"),
             Self::ProbeContact => write!(f, "the probe found nothing on its way: check its wiring and the target"),
             Self::HomingDoor => write!(f, "the safety door was opened while homing: home again"),

@@ -94,6 +94,7 @@ fn every_reason_says_something_of_its_own() {
         Alarm::LateStep { axis },
         Alarm::Underrun { axis },
         Alarm::ToolCutOff,
+        Alarm::DriverFailed { motor },
         Alarm::ProbeInitial,
         Alarm::ProbeContact,
         Alarm::HomingDoor,
@@ -102,7 +103,7 @@ fn every_reason_says_something_of_its_own() {
     let mut texts: Vec<_> =
         reasons.map(|reason| reason.to_string()).into_iter().chain(alarms.map(|a| a.to_string())).collect();
     assert!(texts.iter().all(|text| text.len() > 10), "{texts:?}");
-    assert!(texts.iter().filter(|text| text.contains('Y')).count() == 9, "those of an axis name it: {texts:?}");
+    assert!(texts.iter().filter(|text| text.contains('Y')).count() == 10, "those of an axis name it: {texts:?}");
     let all = texts.len();
     texts.sort();
     texts.dedup();

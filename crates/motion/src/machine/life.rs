@@ -57,6 +57,8 @@ pub(crate) enum Cause {
     Fault(Alarm),
     /// The board has switched the tool off by itself.
     ToolCutOff,
+    /// The driver of this motor has failed.
+    Driver(Motor),
 }
 
 impl Cause {
@@ -68,6 +70,7 @@ impl Cause {
             (Self::Door, _) => Alarm::HomingDoor,
             (Self::Fault(alarm), _) => alarm,
             (Self::ToolCutOff, _) => Alarm::ToolCutOff,
+            (Self::Driver(motor), _) => Alarm::DriverFailed { motor },
             (Self::Reset, State::Home) => Alarm::HomingReset,
             (Self::Reset, _) => Alarm::ResetInMotion,
         }
@@ -118,6 +121,8 @@ pub(super) enum Trigger {
     Fault(Alarm),
     /// The board has switched the tool off by itself, because the processor was held up.
     ToolCutOff,
+    /// The driver of this motor has failed.
+    DriverFailed(Motor),
     /// The coordinator was dropped in a run, and another one takes over.
     TakenOver,
     /// The outputs have been switched off, all at once.
@@ -224,6 +229,7 @@ impl Life {
             }
             Trigger::Fault(alarm) => return self.stop(Cause::Fault(alarm)),
             Trigger::ToolCutOff => return self.stop(Cause::ToolCutOff),
+            Trigger::DriverFailed(motor) => return self.stop(Cause::Driver(motor)),
             Trigger::TakenOver if matches!(self.cause, Some(Cause::Fault(_))) => {
                 self.cause = self.emergency.then_some(Cause::EmergencyStop);
                 return Reaction::Distrust;
@@ -374,8 +380,8 @@ impl Life {
         Reaction::Wake
     }
 
-    /// Notes why everything stops; the first cause is kept. At rest only the emergency stop and a tool that was cut off
-    /// mean anything.
+    /// Notes why everything stops; the first cause is kept. At rest only the emergency stop, a tool that was cut off and a
+    /// driver that has failed mean anything. Only a driver holds an axis at rest.
     fn stop(&mut self, cause: Cause) -> Reaction {
         if self.is_locked() {
             return Reaction::None;
@@ -384,14 +390,15 @@ impl Life {
             self.cause = self.cause.or(Some(cause));
             return Reaction::Halt;
         }
-        let alarm = match cause {
-            Cause::EmergencyStop => Alarm::EmergencyStop,
-            Cause::ToolCutOff => Alarm::ToolCutOff,
+        let (alarm, reaction) = match cause {
+            Cause::EmergencyStop => (Alarm::EmergencyStop, Reaction::None),
+            Cause::ToolCutOff => (Alarm::ToolCutOff, Reaction::None),
+            Cause::Driver(motor) => (Alarm::DriverFailed { motor }, Reaction::Distrust),
             _ => return Reaction::None,
         };
         self.held = false;
         self.state = State::Alarm(alarm);
-        Reaction::None
+        reaction
     }
 
     fn unlock(&mut self) -> Reaction {

@@ -53,6 +53,12 @@ impl Machine {
         self.cut();
     }
 
+    /// The driver of `motor` has failed: it does not answer, has lost its settings, or has switched its motor off. The
+    /// machine stops at once, and an alarm says which; the position is not trusted, at rest neither. Safe from any context.
+    pub fn driver_failed(&self, motor: Motor) {
+        self.on(Trigger::DriverFailed(motor));
+    }
+
     /// A limit input has changed, and is now low or high. The first edge of a press stops a running machine at once, if
     /// hard limits are on and the axis has an end. It may be called any number of times, from any context.
     pub fn limit_edge(&self, input: LimitInput, is_low: bool) {

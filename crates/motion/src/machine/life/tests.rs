@@ -33,6 +33,7 @@ fn triggers(life: &Life) -> Vec<Trigger> {
         Trigger::Limit(Motor::first(AXIS)),
         Trigger::EmergencyStop(!life.emergency),
         Trigger::ToolCutOff,
+        Trigger::DriverFailed(Motor::first(AXIS)),
         Trigger::TakenOver,
         Trigger::OutputsCut,
         Trigger::Unlock,
@@ -97,7 +98,7 @@ fn reached() -> BTreeMap<String, (Life, Vec<Trigger>)> {
 fn for_all(check: impl Fn(&Life) -> Result<(), String>) {
     let reached = reached();
     // ARCHITECTURE.md names the number.
-    assert_eq!(reached.len(), 8404, "lives that can be reached");
+    assert_eq!(reached.len(), 9884, "lives that can be reached");
     for (life, way) in reached.values() {
         if let Err(why) = check(life) {
             panic!("{why}: {life:?}\nafter {way:?}");
@@ -169,7 +170,7 @@ fn a_stop_halts_what_moves() {
         };
         // Homing is to press limit switches.
         let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(Motor::first(AXIS)));
-        let others = [Trigger::EmergencyStop(true), Trigger::Fault(JUDGED), Trigger::ToolCutOff];
+        let others = [Trigger::EmergencyStop(true), Trigger::Fault(JUDGED), Trigger::ToolCutOff, Trigger::DriverFailed(Motor::first(AXIS))];
         let halt = limit_halts && others.into_iter().all(is_halted);
         holds(!life.moving || halt, "a stop came while axes moved, and they were not halted")
     });
@@ -222,7 +223,7 @@ const SITUATIONS: [(&str, &[Trigger]); 8] = [
     ("Alarm", &[Trigger::Raise(HARMLESS)]),
 ];
 
-const ROWS: [(&str, Trigger); 17] = [
+const ROWS: [(&str, Trigger); 18] = [
     ("a move is asked for", Trigger::Asked(Kind::Program)),
     ("a jog is asked for", Trigger::Asked(Kind::Jog)),
     ("homing is asked for", Trigger::Asked(Kind::Homing)),
@@ -238,6 +239,7 @@ const ROWS: [(&str, Trigger); 17] = [
     ("emergency stop", Trigger::EmergencyStop(true)),
     ("a step port faults", Trigger::Fault(JUDGED)),
     ("the tool was cut off", Trigger::ToolCutOff),
+    ("a driver fails", Trigger::DriverFailed(Motor::first(AXIS))),
     ("a soft limit is found", Trigger::Raise(Alarm::SoftLimit { axis: AXIS })),
     ("`$X`", Trigger::Unlock),
 ];
