@@ -40,6 +40,9 @@ pub enum Command<'l> {
     ShowSettings,
     /// `$#`: list work offsets and stored positions.
     ShowParameters,
+    /// M122, alone in a line: report what Trinamic drivers say.
+    #[cfg(feature = "trinamic")]
+    ShowDrivers,
     /// `$n=v`: change a setting, by [`Settings::with`](crate::Settings::with).
     SetSetting {
         /// The number after `$`.

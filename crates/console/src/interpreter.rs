@@ -130,6 +130,8 @@ impl Interpreter {
             Some(statement) => self.statement(statement, state, settings),
             // % marks the beginning and the end of a program.
             None if matches!(line.as_bytes(), [] | [b'%']) => Ok(Command::Block(Block::default())),
+            #[cfg(feature = "trinamic")]
+            None if line == "M122" => Ok(Command::ShowDrivers),
             None => {
                 state.takes_gcode()?;
                 let mut block = Block::default();

@@ -49,6 +49,10 @@ pub enum SettingError {
     ShapedCurve { axis: usize, kind: u16, law: u16 },
     /// `$905` is 0 on a board without outputs for a second motor.
     NoSecondMotor,
+    /// The microsteps of an axis, `$150`-`$152`, must be a power of two.
+    Microsteps { axis: usize, microsteps: u16 },
+    /// The setting is about Trinamic drivers, which this board does not have.
+    NoTrinamic { number: u16 },
     /// The law is one that the machine was built without, see the feature `paper-laws`.
     LawLeftOut { number: u16, law: u16 },
 }
@@ -69,6 +73,8 @@ impl SettingError {
             | Self::LawNeedsStart { .. }
             | Self::ShapedCurve { .. }
             | Self::NoSecondMotor
+            | Self::Microsteps { .. }
+            | Self::NoTrinamic { .. }
             | Self::LawLeftOut { .. } => Error::BadNumber,
         }
     }
@@ -169,6 +175,13 @@ impl fmt::Display for SettingError {
             Self::NoSecondMotor => f.write_str(
                 "this firmware has no outputs for a second motor: leave $905=0, or flash that for three axes",
             ),
+            Self::Microsteps { axis, microsteps } => {
+                let number = 150 + axis;
+                write!(f, "${number}={microsteps} is not a power of two: give 1, 2, 4, 8, 16, 32, 64, 128 or 256")
+            }
+            Self::NoTrinamic { number } => {
+                write!(f, "${number} is about drivers that talk, which this board does not have: set them by their jumpers")
+            }
             Self::LawLeftOut { number, law } => {
                 write!(
                     f,

@@ -7,6 +7,8 @@ use crate::settings::TRAVEL_LEAST_MM;
 use crate::{AXES, Fixed, SettingError, Settings};
 
 pub(crate) const HOMING: u16 = 22;
+#[cfg(feature = "trinamic")]
+pub(crate) const MICROSTEPS: u16 = 150;
 
 /// A row: one setting, or one for each axis.
 #[derive(Debug, Clone, Copy)]
@@ -93,11 +95,20 @@ const ROWS: &[(Setting, &str)] = &[
     row(33, "Hz", "PWM frequency of spindle or laser", 10.0, 1e5, Float(|s| &mut s.spindle_pwm_hz)),
     row(35, "%", "PWM duty at $31", 0.0, 100.0, Float(|s| &mut s.pwm_least_percent)),
     row(36, "%", "PWM duty at $30", 0.0, 100.0, Float(|s| &mut s.pwm_full_percent)),
+    // Before the steps, which follow them: so a listing that is sent back ends with the steps that it says.
+    #[cfg(feature = "trinamic")]
+    row(MICROSTEPS, "", "microsteps, a power of 2; $100-$102 follow", 1.0, 256.0, IntPerAxis(|s| &mut s.microsteps)),
     row(100, "steps/mm", "steps per millimetre", 0.1, 1e4, PerAxis(|s| &mut s.steps_per_mm)),
     row(110, "mm/min", "top speed", 1.0, 1e8, PerAxis(|s| &mut s.max_rate_mm_min)),
     row(120, "mm/s2", "acceleration", 0.1, 1e5, PerAxis(|s| &mut s.accel_mm_s2)),
     row(130, "mm", TRAVEL, TRAVEL_MIN_MM, 1e4, PerAxis(|s| &mut s.travel_mm)),
+    #[cfg(feature = "trinamic")]
+    row(140, "mA", "motor current, effective", 50.0, 1700.0, IntPerAxis(|s| &mut s.run_current_ma)),
     row(170, "mm", "second motor: how much farther from its switch; below 0 the first", -5.0, 5.0, PerAxis(|s| &mut s.square_offset_mm)),
+    #[cfg(feature = "trinamic")]
+    row(210, "%", "motor current at standstill, of that at speed", 5.0, 100.0, IntPerAxis(|s| &mut s.hold_percent)),
+    #[cfg(feature = "trinamic")]
+    row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.trinamic_mask)),
     row(349, "mm", "second motor: how far one side may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
     #[cfg(feature = "four-axes")]
     row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, Int(|s| &mut s.rotary_mask)),
@@ -109,6 +120,8 @@ const ROWS: &[(Setting, &str)] = &[
     row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, Flag(|s| &mut s.hold_input_is_door)),
     row(904, "mm", "blend deviation of G64; 0 for corners as with G61", 0.0, 10.0, Float(|s| &mut s.blend_deviation_mm)),
     row(905, "", SECOND_MOTOR, 0.0, AXES as f32, Int(|s| &mut s.second_motor_axis)),
+    #[cfg(feature = "trinamic")]
+    row(908, "", "drivers interpolate to 256 microsteps, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.interpolate_mask)),
     row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
@@ -116,9 +129,11 @@ const ROWS: &[(Setting, &str)] = &[
     row(950, "", "shaper: 0 none, 1 ZV, 2 MZV, 3 ZVD, 4 EI, 5 box", 0.0, 5.0, IntPerAxis(|s| &mut s.shaper_kind)),
     row(960, "Hz", "shaper's frequency", 10.0, 500.0, PerAxis(|s| &mut s.shaper_hz)),
     row(970, "", "shaper's damping ratio", 0.0, 0.5, PerAxis(|s| &mut s.shaper_damping_ratio)),
+    #[cfg(feature = "trinamic")]
+    row(980, "mm/min", "StealthChop up to this speed, SpreadCycle above it; 0: SpreadCycle always", 0.0, 1e8, PerAxis(|s| &mut s.stealth_mm_min)),
 ];
 
-/// Every setting, by ascending number. If a listing is sent back in this order, each setting works with those before
+/// Every setting, by ascending number but for the microsteps, which come before the steps per millimetre. If a listing is sent back in this order, each setting works with those before
 /// it.
 pub static TABLE: &[Setting] = &settings();
 /// The meaning of each setting. Kept apart from the table, so that a controller that never prints it need not store it.
@@ -157,6 +172,11 @@ impl Setting {
     pub fn numbers(&self) -> core::ops::Range<u16> {
         let count = if matches!(self.field, PerAxis(_) | IntPerAxis(_)) { AXES as u16 } else { 1 };
         self.number..self.number + count
+    }
+
+    /// Whether it is about Trinamic drivers, which not every board has.
+    pub fn is_trinamic(&self) -> bool {
+        cfg!(feature = "trinamic") && matches!(self.number, 140 | 150 | 210 | 338 | 908 | 980)
     }
 
     /// The meaning of the setting.

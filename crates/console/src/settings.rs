@@ -80,9 +80,22 @@ pub struct Settings {
     pub accel_mm_s2: [f32; AXES],
     /// `$130`-`$132`: travel of an axis, which is from 0 to this.
     pub travel_mm: [f32; AXES],
+    /// `$140`-`$142`: the current of a moving motor, effective (grblHAL's number).
+    #[cfg(feature = "trinamic")]
+    pub run_current_ma: [u16; AXES],
+    /// `$150`-`$152`: microsteps of a full step, a power of two (grblHAL's number). If they change, `steps_per_mm` changes
+    /// by the same factor.
+    #[cfg(feature = "trinamic")]
+    pub microsteps: [u16; AXES],
     /// `$170`-`$172`: how much farther from its switch the second motor of the axis stands than the first when the axis
     /// is square; below 0 it is the first that stands farther.
     pub square_offset_mm: [f32; AXES],
+    /// `$210`-`$212`: the current of a motor that stands still (grblHAL's number).
+    #[cfg(feature = "trinamic")]
+    pub hold_percent: [u16; AXES],
+    /// `$338`: axes whose drivers are set and watched (grblHAL's number).
+    #[cfg(feature = "trinamic")]
+    pub trinamic_mask: u16,
     /// `$349`: how far one side of an axis with two motors may go alone to its switch.
     pub skew_max_mm: f32,
     /// `$376`: bit 0 makes A a rotary axis: a degree stands wherever a millimetre does.
@@ -108,6 +121,9 @@ pub struct Settings {
     pub blend_deviation_mm: f32,
     /// `$905`: the axis with a second motor, as a digit: 1 is X; 0 means none. See [`Settings::second_motor`].
     pub second_motor_axis: u16,
+    /// `$908`: axes whose drivers make 256 microsteps of the steps that they get.
+    #[cfg(feature = "trinamic")]
+    pub interpolate_mask: u16,
     /// `$910`-`$912`: the speed at which an axis can start and stop without a ramp.
     pub start_rate_mm_min: [f32; AXES],
     /// `$920`-`$922`: deceleration; 0 means equal to the acceleration, see [`Settings::decel_mm_s2`].
@@ -120,6 +136,9 @@ pub struct Settings {
     pub shaper_hz: [f32; AXES],
     /// `$970`-`$972`: its damping ratio.
     pub shaper_damping_ratio: [f32; AXES],
+    /// `$980`-`$982`: up to this speed a driver chops by StealthChop, above it by SpreadCycle; 0 for SpreadCycle always.
+    #[cfg(feature = "trinamic")]
+    pub stealth_mm_min: [f32; AXES],
 }
 
 impl Settings {
@@ -155,7 +174,15 @@ impl Settings {
         max_rate_mm_min: [2880.0; AXES],
         accel_mm_s2: [50.0; AXES],
         travel_mm: DEFAULT_TRAVEL_MM,
+        #[cfg(feature = "trinamic")]
+        run_current_ma: [800; AXES],
+        #[cfg(feature = "trinamic")]
+        microsteps: [16; AXES],
         square_offset_mm: [0.0; AXES],
+        #[cfg(feature = "trinamic")]
+        hold_percent: [50; AXES],
+        #[cfg(feature = "trinamic")]
+        trinamic_mask: axes::ALL_AXES,
         skew_max_mm: 10.0,
         #[cfg(feature = "four-axes")]
         rotary_mask: 1,
@@ -168,12 +195,16 @@ impl Settings {
         hold_input_is_door: false,
         blend_deviation_mm: 0.01,
         second_motor_axis: 0,
+        #[cfg(feature = "trinamic")]
+        interpolate_mask: axes::ALL_AXES,
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],
         jerk_or_0_mm_s3: [500.0; AXES],
         shaper_kind: [0; AXES],
         shaper_hz: [40.0; AXES],
         shaper_damping_ratio: [0.05; AXES],
+        #[cfg(feature = "trinamic")]
+        stealth_mm_min: [0.0; AXES],
     };
 
     /// Deceleration per axis. Where the setting is 0, it is the acceleration.
@@ -248,19 +279,39 @@ impl Settings {
     }
 
     /// These settings with one of them changed, if all of them still work together with step outputs that support
-    /// `carries`. `$22=0` also turns off `$20`, as in Grbl.
+    /// `carries`. `$22=0` also turns off `$20`, as in Grbl. Other microsteps (`$150`) change the steps per millimetre, so that
+    /// a millimetre stays one.
     ///
     /// # Errors
     /// What is wrong with the value, or with its combination with another setting.
     pub fn with(mut self, number: u16, value: f32, carries: Carries<'_>) -> Result<Self, SettingError> {
         let (setting, axis) = setting_table::find(number).ok_or(SettingError::Unknown { number })?;
         setting.check(&self, number, value)?;
+        #[cfg(feature = "trinamic")]
+        let microsteps = self.microsteps[axis];
         setting.set(&mut self, axis, value);
+        #[cfg(feature = "trinamic")]
+        if setting.number == setting_table::MICROSTEPS {
+            self.follow_microsteps(axis, microsteps)?;
+        }
         if number == setting_table::HOMING && !self.homing {
             self.soft_limits = false;
         }
         self.check(carries)?;
         Ok(self)
+    }
+
+    /// Keeps a full step of `axis` as long as it was with `before` microsteps.
+    #[cfg(feature = "trinamic")]
+    fn follow_microsteps(&mut self, axis: usize, before: u16) -> Result<(), SettingError> {
+        let microsteps = self.microsteps[axis];
+        if !microsteps.is_power_of_two() {
+            return Ok(());
+        }
+        let steps_per_mm = self.steps_per_mm[axis] * f32::from(microsteps) / f32::from(before.max(1));
+        self.steps_per_mm[axis] = steps_per_mm;
+        setting_table::find(100)
+            .map_or(Ok(()), |(setting, _)| setting.check(self, 100 + axis as u16, steps_per_mm))
     }
 
     /// Sets setting `number` to a stored value without checking it; returns `false` if there is no such setting. See
@@ -288,7 +339,7 @@ impl Settings {
     ///
     /// # Errors
     /// The first broken rule: soft limits need homing; the homing order names X, Y and Z once each, and A once at most;
-    /// the S at least duty is below the S at full duty; the least duty is not above the full duty; the pull-off,
+    /// the microsteps are a power of two; the S at least duty is below the S at full duty; the least duty is not above the full duty; the pull-off,
     /// with the offset of a second motor, is below the travel; the
     /// step outputs support the step rate; the start speed is not above the top speed; a speed law that needs a start
     /// speed has one; the laws are not left out; an axis has a shaper with the trapezoid only.
@@ -300,6 +351,10 @@ impl Settings {
             return Err(SettingError::HomingOrder { digits: self.homing_order_digits });
         }
         self.check_spindle()?;
+        #[cfg(feature = "trinamic")]
+        if let Some(axis) = (0..AXES).find(|&axis| !self.microsteps[axis].is_power_of_two()) {
+            return Err(SettingError::Microsteps { axis, microsteps: self.microsteps[axis] });
+        }
         self.check_laws(cfg!(feature = "paper-laws"))?;
         (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
     }

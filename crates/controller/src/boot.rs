@@ -4,6 +4,8 @@ use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::controller::{Controller, Mode};
+#[cfg(feature = "trinamic")]
+use crate::drivers::{DriverHardware, Drivers};
 
 impl<F: NorFlash> Controller<'_, F> {
     /// Names the board, for `$I`.
@@ -25,6 +27,15 @@ impl<F: NorFlash> Controller<'_, F> {
     #[must_use]
     pub fn without_second_motor(mut self) -> Self {
         self.has_second_motor = false;
+        self
+    }
+
+    /// Says that the board has these drivers, which [`watch_drivers`](Self::watch_drivers) sets and watches. Without them their
+    /// settings are not listed, and refused.
+    #[cfg(feature = "trinamic")]
+    #[must_use]
+    pub fn with_drivers(mut self, hardware: DriverHardware) -> Self {
+        self.drivers = Some(Drivers::new(hardware));
         self
     }
 

@@ -8,7 +8,7 @@ use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
-use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, SettingError, Settings};
+use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, Setting, SettingError, Settings};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
@@ -185,8 +185,16 @@ impl<F: NorFlash> Controller<'_, F> {
             let settings = &program.settings;
             match command {
                 Command::ShowSettings if page < SETTING_TABLE.len() => {
-                    text.print(|text| report::setting(text, &SETTING_TABLE[page], settings));
+                    let setting = &SETTING_TABLE[page];
+                    if self.has(setting) {
+                        text.print(|text| report::setting(text, setting, settings));
+                    }
                 }
+                #[cfg(feature = "trinamic")]
+                Command::ShowDrivers => match self.drivers.as_ref().and_then(|drivers| drivers.line(page, settings)) {
+                    Some(line) => text.say(line),
+                    None => return false,
+                },
                 Command::ShowParameters if page < report::PARAMETERS => {
                     text.print(|text| report::parameter(text, page, &program.interpreter, settings));
                 }
@@ -229,6 +237,11 @@ impl<F: NorFlash> Controller<'_, F> {
             Command::Help => text.print(|text| text.push_str(report::HELP)),
             Command::ShowBuild => self.show_build(text),
             Command::SetSetting { number, value } => self.set(number, value, text)?,
+            #[cfg(feature = "trinamic")]
+            Command::ShowDrivers if self.drivers.is_none() => {
+                text.say(messages::NO_DRIVERS);
+                return Err(Error::Unsupported);
+            }
             Command::ShowModal => self.with(|program| {
                 text.print(|text| report::modal(text, &program.interpreter, &program.settings));
             }),
@@ -304,9 +317,19 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
-        let changed = self.settings().with(number, value, &|pulse_us| self.carries_steps_s(pulse_us));
+        let before = self.settings();
+        let changed = self.check_drivers(number).and_then(|()| {
+            before.with(number, value, &|pulse_us| self.carries_steps_s(pulse_us))
+        });
         match changed.and_then(|settings| self.check_outputs(settings)) {
-            Ok(settings) => self.adopt(settings, text),
+            Ok(settings) => {
+                self.adopt(settings, text)?;
+                for axis in (0..AXES).filter(|&axis| number >= 150 && settings.steps_per_mm[axis] != before.steps_per_mm[axis]) {
+                    let (number, steps) = (100 + axis, settings.steps_per_mm[axis]);
+                    text.say(format_args!("${number}={steps} now, so that a {} stays one", settings.unit(axis)));
+                }
+                Ok(())
+            }
             Err(refused) => {
                 text.say(refused);
                 Err(refused.error())
@@ -321,6 +344,10 @@ impl<F: NorFlash> Controller<'_, F> {
             Error::BadNumber
         })?;
         self.with(|program| program.unsaved.settings = true);
+        #[cfg(feature = "trinamic")]
+        if let Some(drivers) = &self.drivers {
+            drivers.settings_changed();
+        }
         let homed = self.machine.homed();
         let lost = core::array::from_fn(|axis| before[axis] && !homed[axis]);
         if lost.contains(&true) {
@@ -341,6 +368,21 @@ impl<F: NorFlash> Controller<'_, F> {
         self.with(|program| (program.settings, program.geometry) = (settings, Geometry::of(&config)));
         self.follow_if_elsewhere();
         Ok(())
+    }
+
+    /// Whether the board has what the setting is about.
+    fn has(&self, setting: &Setting) -> bool {
+        #[cfg(feature = "trinamic")]
+        let has_drivers = self.drivers.is_some();
+        #[cfg(not(feature = "trinamic"))]
+        let has_drivers = false;
+        has_drivers || !setting.is_trinamic()
+    }
+
+    /// Refuses a setting of drivers that the board does not have.
+    fn check_drivers(&self, number: u16) -> Result<(), SettingError> {
+        let mut settings = SETTING_TABLE.iter().filter(|setting| setting.numbers().contains(&number));
+        if settings.all(|setting| self.has(setting)) { Ok(()) } else { Err(SettingError::NoTrinamic { number }) }
     }
 
     /// Refuses settings that need outputs which the board does not have.

@@ -13,6 +13,8 @@ use isostep_console::{
 use isostep_motion::{Axis, Machine, Overrides as Overridden, Spindle, State};
 
 use crate::config::Geometry;
+#[cfg(feature = "trinamic")]
+use crate::drivers::Drivers;
 use crate::prove::Prove;
 use crate::resets::Resets;
 use crate::status::{self, position_pm};
@@ -35,6 +37,8 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
     pub(crate) prove: Option<Prove>,
+    #[cfg(feature = "trinamic")]
+    pub(crate) drivers: Option<Drivers>,
 }
 
 pub(crate) struct Program {
@@ -122,6 +126,8 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             has_second_motor: true,
             boot: Signal::new(),
             prove: None,
+            #[cfg(feature = "trinamic")]
+            drivers: None,
         }
     }
 

@@ -12,9 +12,12 @@ mod boot;
 mod commands;
 mod config;
 mod controller;
+#[cfg(feature = "trinamic")]
+mod drivers;
 mod intake;
 mod jog_cancel;
 mod moves;
+mod news;
 mod output;
 mod prove;
 mod resets;
@@ -25,6 +28,8 @@ mod tool;
 
 pub use config::config;
 pub use controller::Controller;
+#[cfg(feature = "trinamic")]
+pub use drivers::{DriverHardware, Wire};
 pub use isostep_console::{Error, Parameters, Settings};
 pub use prove::Prove;
 pub use serve::LinkError;

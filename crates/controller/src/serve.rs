@@ -15,7 +15,7 @@ use core::convert::Infallible;
 use core::fmt;
 use core::pin::pin;
 
-use embassy_futures::select::{Either4, select, select4};
+use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
@@ -257,18 +257,24 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
+    /// Reports alarms, and what changes of the drivers' health.
     async fn notify(&self, output: &Output) -> Infallible {
         // The machine has room for a limited number of watching consoles. A console beyond them still shows alarms in
         // every status report.
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
+        let mut news = self.news();
         loop {
-            if let State::Alarm(alarm) = states.changed().await {
-                let (code, axis) = status::code(alarm);
-                let mut text = Message::new();
-                text.print(|text| report::alarm(text, code));
-                text.say(code.about(axis));
-                output.send(&text).await;
+            let mut text = Message::new();
+            match select(states.changed(), news.next()).await {
+                Either::First(State::Alarm(alarm)) => {
+                    let (code, axis) = status::code(alarm);
+                    text.print(|text| report::alarm(text, code));
+                    text.say(code.about(axis));
+                }
+                Either::First(_) => continue,
+                Either::Second(news) => text.say(news),
             }
+            output.send(&text).await;
         }
     }
 }

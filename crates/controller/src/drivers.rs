@@ -1,0 +1,105 @@
+//! Drivers that talk: TMC2209 on one wire. They are set by the settings, read back, and watched.
+//!
+//! Everything here may take its time: an exchange is some milliseconds, of which the processor spends microseconds. A motor
+//! needs none of it to make its steps.
+
+mod exchange;
+mod health;
+mod registers;
+mod report;
+mod watch;
+
+use core::cell::RefCell;
+
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_sync::watch::{Receiver, Watch};
+use isostep_console::Settings;
+use isostep_motion::{AXES, Axis, Motor};
+
+use self::health::Health;
+use self::registers::Registers;
+
+/// The drivers of a board: those of X, Y and Z, then of the fourth motor.
+const DRIVERS: usize = 4;
+/// How many consoles are told at once what a driver reports. One beyond them still shows alarms, and M122.
+const LISTENERS: usize = 4;
+
+/// What connects a board to its drivers: one wire, on which both sides speak, at 9,600 to 500,000 baud.
+#[allow(async_fn_in_trait, reason = "a wire stays on the executor of the consoles: no Send bound is wanted")]
+pub trait Wire {
+    /// Sends `sent`, which is one datagram, and waits as long as its echo and a reply need to fill `heard`. Returns how many
+    /// bytes were heard; it never waits for more.
+    ///
+    /// # Cancellation
+    /// Safe: bytes that are left are heard by the next exchange, which takes none of them for its own.
+    async fn exchange(&mut self, sent: &[u8], heard: &mut [u8]) -> usize;
+}
+
+/// What a board's drivers are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DriverHardware {
+    /// Their addresses on the wire, 0 to 3: of X, Y, Z and the fourth motor.
+    pub addresses: [u8; DRIVERS],
+    /// Their sense resistors, milliohms.
+    pub sense_milliohms: u16,
+}
+
+/// What waits for news.
+pub(crate) type Listener<'a> = Receiver<'a, NoopRawMutex, News, LISTENERS>;
+
+/// The drivers, as far as the controller knows them.
+pub(crate) struct Drivers {
+    hardware: DriverHardware,
+    known: RefCell<[Known; DRIVERS]>,
+    /// A driver's health has changed.
+    pub news: Watch<NoopRawMutex, News, LISTENERS>,
+    /// Settings have changed.
+    asked: Signal<NoopRawMutex, ()>,
+}
+
+/// What is known of a driver.
+#[derive(Clone, Copy)]
+struct Known {
+    health: Health,
+    /// What it has been set to; `None` until it has taken that.
+    set: Option<Registers>,
+    /// DRV_STATUS and SG_RESULT, as they were read last.
+    status: u32,
+    load: u16,
+    /// How many times in a row a coil seemed open.
+    open: u8,
+}
+
+/// What has changed of a motor's driver.
+#[derive(Clone, Copy)]
+pub(crate) struct News {
+    pub motor: Motor,
+    pub health: Health,
+}
+
+impl Drivers {
+    pub fn new(hardware: DriverHardware) -> Self {
+        let known = Known { health: Health::Unknown, set: None, status: 0, load: 0, open: 0 };
+        Self { hardware, known: RefCell::new([known; DRIVERS]), news: Watch::new(), asked: Signal::new() }
+    }
+
+    /// Has the drivers set anew.
+    pub fn settings_changed(&self) {
+        self.asked.signal(());
+    }
+}
+
+/// The motor of a driver, if it has one.
+fn motor(driver: usize, settings: &Settings) -> Option<Motor> {
+    match Axis::ALL.get(driver) {
+        Some(&axis) => Some(Motor::first(axis)),
+        None if driver == AXES.max(DRIVERS - 1) => settings.second_motor().map(|axis| Motor::second(Axis::ALL[axis])),
+        None => None,
+    }
+}
+
+/// Whether the settings have this motor's driver set and watched.
+fn is_watched(motor: Motor, settings: &Settings) -> bool {
+    settings.trinamic_mask & (1 << motor.axis as u16) != 0
+}

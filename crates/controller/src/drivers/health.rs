@@ -1,0 +1,84 @@
+//! How a driver is, by what it reports, and what to do about it.
+
+use tmc2209::reg::{DRV_STATUS, GSTAT};
+
+use super::exchange::Failure;
+
+/// How a driver is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Health {
+    /// It has not been asked yet.
+    Unknown,
+    /// It does what it has to.
+    Well,
+    /// It warns of its temperature.
+    Hot,
+    /// A coil of its motor seems open.
+    OpenCoil,
+    /// It does not answer.
+    Silent,
+    /// It answers, and does not take what it is set to.
+    NotTaken,
+    /// It had lost its supply, and so its settings and its place between two full steps.
+    Restarted,
+    /// Its supply is too low, and its motor off.
+    Undervoltage,
+    /// It was too hot, and has switched its motor off.
+    Overheated,
+    /// It has found a short, and has switched its motor off.
+    Shorted,
+}
+
+impl Health {
+    /// What the flags say, without those of open coils: these are true only of a moving motor.
+    pub fn judge(global: &GSTAT, status: &DRV_STATUS) -> Self {
+        if status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb() {
+            Self::Shorted
+        } else if status.ot() {
+            Self::Overheated
+        } else if global.uv_cp() {
+            Self::Undervoltage
+        } else if global.drv_err() {
+            // It has cooled meanwhile: a short stays until the driver is switched off.
+            Self::Overheated
+        } else if status.otpw() {
+            Self::Hot
+        } else {
+            Self::Well
+        }
+    }
+
+    /// The motor may not be where its steps say, so the machine must stop.
+    pub fn stops(self) -> bool {
+        !matches!(self, Self::Unknown | Self::Well | Self::Hot | Self::OpenCoil)
+    }
+
+    /// What it is, in a word or a few, and what to do.
+    pub fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Unknown => ("not asked yet", ""),
+            Self::Well => ("well", ""),
+            Self::Hot => ("hot", "cool it, or lower its current ($140-$142)"),
+            Self::OpenCoil => ("sees an open coil", "switch the supply off, check the motor's plug and cable"),
+            Self::Silent => ("does not answer", "switch the motors' supply on, check the board; $338 leaves an axis out"),
+            Self::NotTaken => ("does not take its settings", "switch the motors' supply off and on"),
+            Self::Restarted => ("had lost its supply, and was set again", "check the motors' supply"),
+            Self::Undervoltage => ("has too little voltage, its motor is off", "check the motors' supply"),
+            Self::Overheated => {
+                ("was too hot, its motor was off", "cool it, or lower its current ($140-$142)")
+            }
+            Self::Shorted => {
+                ("has found a short, its motor is off", "switch the supply off, check motor and cable")
+            }
+        }
+    }
+}
+
+impl From<Failure> for Health {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Silent => Self::Silent,
+            Failure::NotTaken => Self::NotTaken,
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The task that sets the drivers and watches them.
+
+use core::convert::Infallible;
+
+use embassy_futures::select::select;
+use embassy_time::Timer;
+use embedded_storage_async::nor_flash::NorFlash;
+use isostep_motion::{Motor, State};
+use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, TPWMTHRS};
+
+use super::exchange::{Failure, Line};
+use super::health::Health;
+use super::registers::Registers;
+use super::{DRIVERS, Drivers, Known, News, Wire, is_watched, motor};
+use crate::controller::Controller;
+
+/// The time between two rounds.
+const ROUND_MS: u64 = 100;
+/// A coil that seems open so often in a row is: a motor that turns fast makes one seem so now and then.
+const OPEN_ROUNDS: u8 = 5;
+
+impl<F: NorFlash> Controller<'_, F> {
+    /// Sets the drivers as the settings say, and asks them ten times a second how they are. One that fails stops the machine;
+    /// one that is hot, or has an open coil, is told to the consoles. Spawn it after [`load`](Controller::load), once, on a
+    /// controller that was made [`with_drivers`](Controller::with_drivers); without drivers it only waits.
+    ///
+    /// # Cancellation
+    /// The drivers keep what they are set to, and nobody watches them any more. An axis that moves goes on.
+    pub async fn watch_drivers<W: Wire>(&self, mut wire: W) -> Infallible {
+        let Some(drivers) = &self.drivers else { core::future::pending().await };
+        loop {
+            drivers.asked.reset();
+            for driver in 0..DRIVERS {
+                self.attend(drivers, driver, &mut wire).await;
+            }
+            select(drivers.asked.wait(), Timer::after_millis(ROUND_MS)).await;
+        }
+    }
+
+    /// Sets a driver if it has to be, asks it how it is, and tells what has changed.
+    async fn attend<W: Wire>(&self, drivers: &Drivers, driver: usize, wire: &mut W) {
+        let settings = self.settings();
+        let motor = motor(driver, &settings).filter(|&motor| is_watched(motor, &settings));
+        let Some(motor) = motor else {
+            return drivers.note(driver, |known| (known.health, known.set) = (Health::Unknown, None));
+        };
+        let hardware = drivers.hardware;
+        let wanted = Registers::new(&settings, motor.axis as usize, hardware.sense_milliohms);
+        let mut line = Line { wire, address: hardware.addresses[driver] };
+        let mut known = drivers.known.borrow()[driver];
+        let before = known.health;
+        // Somebody has unlocked the machine: then it is tried again.
+        if before.stops() && !matches!(self.machine.state(), State::Alarm(_)) {
+            known.set = None;
+        }
+        known.health = line.ask(&mut known, wanted).await.unwrap_or_else(|failure| {
+            known.set = None;
+            failure.into()
+        });
+        drivers.note(driver, |noted| *noted = known);
+        self.judge(drivers, motor, before, known.health);
+    }
+
+    /// Stops the machine if it must, and tells the consoles what has changed.
+    fn judge(&self, drivers: &Drivers, motor: Motor, before: Health, health: Health) {
+        if health.stops() {
+            self.machine.driver_failed(motor);
+        }
+        let is_news = health != before && (before != Health::Unknown || health != Health::Well);
+        if is_news {
+            drivers.news.sender().send(News { motor, health });
+        }
+    }
+}
+
+impl Drivers {
+    fn note(&self, driver: usize, change: impl FnOnce(&mut Known)) {
+        change(&mut self.known.borrow_mut()[driver]);
+    }
+}
+
+impl<W: Wire> Line<'_, W> {
+    /// Reads what the driver reports, and sets it if it is not set to `wanted`.
+    async fn ask(&mut self, known: &mut Known, wanted: Registers) -> Result<Health, Failure> {
+        let global: GSTAT = self.read().await?;
+        let was_set = known.set.is_some();
+        let restarted = global.reset() && was_set;
+        if known.set != Some(wanted) || restarted {
+            self.set(wanted, !was_set).await?;
+            known.set = Some(wanted);
+        } else if self.read::<CHOPCONF>().await?.0 != wanted.chopconf || self.read::<GCONF>().await?.0 != wanted.gconf {
+            return Err(Failure::NotTaken);
+        }
+        let status: DRV_STATUS = self.read().await?;
+        (known.status, known.load) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
+        // What happened before it was set has been told, or is of the time before the machine was switched on.
+        let global = if was_set { global } else { self.read().await? };
+        let health = if restarted { Health::Restarted } else { Health::judge(&global, &status) };
+        if global.drv_err() {
+            self.write(&[self.request(GSTAT(global.0))]).await?;
+        }
+        Ok(known.with_coils(health, &status))
+    }
+
+    /// Sets the driver. `from_off` has its motor off for a moment, which clears a short.
+    async fn set(&mut self, wanted: Registers, from_off: bool) -> Result<(), Failure> {
+        if from_off {
+            self.write(&[self.request(CHOPCONF(wanted.off()))]).await?;
+        }
+        self.write(&[
+            self.request(GCONF(wanted.gconf)),
+            self.request(IHOLD_IRUN(wanted.ihold_irun)),
+            self.request(TPWMTHRS(wanted.tpwmthrs)),
+            self.request(CHOPCONF(wanted.chopconf)),
+            // It is cleared by ones.
+            self.request(GSTAT(u32::MAX)),
+        ])
+        .await
+    }
+}
+
+impl Known {
+    /// `health`, unless nothing worse is found than coils that have seemed open for some time while the motor turned.
+    fn with_coils(&mut self, health: Health, status: &DRV_STATUS) -> Health {
+        if !status.stst() {
+            let is_open = (status.ola() || status.olb()) && !status.stealth();
+            self.open = if is_open { self.open.saturating_add(1) } else { 0 };
+        }
+        if health == Health::Well && self.open >= OPEN_ROUNDS { Health::OpenCoil } else { health }
+    }
+}

@@ -1,0 +1,43 @@
+//! What consoles are told unasked, besides alarms: how the drivers are.
+
+use embedded_storage_async::nor_flash::NorFlash;
+
+use crate::controller::Controller;
+#[cfg(feature = "trinamic")]
+use crate::drivers::{Listener, News};
+
+/// Without drivers that talk there are none.
+#[cfg(not(feature = "trinamic"))]
+type News = core::convert::Infallible;
+
+/// The news of one console.
+pub(crate) struct Newsreel<'a> {
+    #[cfg(feature = "trinamic")]
+    drivers: Option<Listener<'a>>,
+    #[cfg(not(feature = "trinamic"))]
+    drivers: Option<&'a News>,
+}
+
+impl<F: NorFlash> Controller<'_, F> {
+    /// What is new from now on.
+    pub(crate) fn news(&self) -> Newsreel<'_> {
+        #[cfg(feature = "trinamic")]
+        let drivers = self.drivers.as_ref().and_then(|drivers| drivers.news.receiver());
+        #[cfg(not(feature = "trinamic"))]
+        let drivers = None;
+        Newsreel { drivers }
+    }
+}
+
+impl Newsreel<'_> {
+    /// Waits for the next.
+    pub async fn next(&mut self) -> News {
+        match &mut self.drivers {
+            #[cfg(feature = "trinamic")]
+            Some(drivers) => drivers.changed().await,
+            #[cfg(not(feature = "trinamic"))]
+            Some(news) => **news,
+            None => core::future::pending().await,
+        }
+    }
+}
