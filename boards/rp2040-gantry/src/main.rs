@@ -13,6 +13,8 @@ mod aside;
 mod boot;
 mod console;
 mod dead_man;
+#[cfg(feature = "skr-pico")]
+mod driver_wire;
 mod fail_still;
 mod flash;
 mod guard;
@@ -84,6 +86,8 @@ async fn start(spawner: Spawner) {
     let controller = Controller::new(machine, settings, flash::open(flash)).with_boot_loader().on_board(pins::NAME);
     #[cfg(feature = "prove")]
     let controller = controller.with_prove(prove::answer);
+    #[cfg(feature = "skr-pico")]
+    let controller = controller.with_drivers(pins::DRIVERS);
     let controller = if pins::HAS_SECOND { controller } else { controller.without_second_motor() };
     let controller = &*CONTROLLER.init(controller);
 
@@ -101,6 +105,8 @@ async fn start(spawner: Spawner) {
     let enable = prove::MotorsOff::new(board.enable, machine);
     motion::spawn_coordinator(spawner, machine, enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
+    #[cfg(feature = "skr-pico")]
+    spawner.spawn(driver_wire::watch(controller, driver_wire::open(board.driver_wire)).unwrap());
     spawner.spawn(boot::make_way(machine, controller).unwrap());
     if let Some(led) = board.led {
         spawner.spawn(led::show(machine, led).unwrap());

@@ -8,7 +8,7 @@ use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
-use isostep_console::{Command, Coordinates, Error, Refusal, ReportedState, SETTING_TABLE, Setting, SettingError, Settings};
+use isostep_console::{Command, Coordinates, Error, Fixed, Refusal, ReportedState, SETTING_TABLE, Setting, SettingError, Settings};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
@@ -324,9 +324,12 @@ impl<F: NorFlash> Controller<'_, F> {
         match changed.and_then(|settings| self.check_outputs(settings)) {
             Ok(settings) => {
                 self.adopt(settings, text)?;
-                for axis in (0..AXES).filter(|&axis| number >= 150 && settings.steps_per_mm[axis] != before.steps_per_mm[axis]) {
-                    let (number, steps) = (100 + axis, settings.steps_per_mm[axis]);
-                    text.say(format_args!("${number}={steps} now, so that a {} stays one", settings.unit(axis)));
+                for axis in 0..AXES {
+                    let (steps, is_asked) = (settings.steps_per_mm[axis], usize::from(number) == 100 + axis);
+                    if steps != before.steps_per_mm[axis] && !is_asked {
+                        let (number, value) = (100 + axis, Fixed { value: steps, decimals: 3 });
+                        text.say(format_args!("${number}={value} now, as the microsteps ask for"));
+                    }
                 }
                 Ok(())
             }

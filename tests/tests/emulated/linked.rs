@@ -160,7 +160,9 @@ fn what_the_linker_script_names_exists() {
     let patterns: Vec<_> =
         words.filter_map(|word| word.strip_prefix(".text.")).filter(|word| !word.contains('[')).collect();
     assert!(patterns.len() > 10, "{patterns:?}");
-    for pattern in patterns {
+    // A Pico's drivers do not talk.
+    let is_here = |pattern: &&str| !pattern.contains("tmc2209") || Board::of_tests() == Board::SkrPico;
+    for pattern in patterns.into_iter().filter(is_here) {
         assert!(names.iter().any(|name| fits(pattern, name)), "memory.x: no function fits `{pattern}`");
     }
 }

@@ -16,6 +16,8 @@ use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_C
 use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIO1, UART0, USB, WATCHDOG};
 #[cfg(feature = "prove")]
 use embassy_rp::peripherals::{PIN_27, PIN_28};
+#[cfg(feature = "skr-pico")]
+use embassy_rp::peripherals::{PIN_8, PIN_9, UART1};
 use isostep_motion::{AXES, Contact};
 
 pub use self::enables::Enables;
@@ -96,6 +98,14 @@ pub struct UartPins {
     pub rx: Peri<'static, PIN_1>,
 }
 
+/// The wire of drivers that talk.
+#[cfg(feature = "skr-pico")]
+pub struct DriverWirePins {
+    pub uart: Peri<'static, UART1>,
+    pub tx: Peri<'static, PIN_8>,
+    pub rx: Peri<'static, PIN_9>,
+}
+
 /// The pads that only a proving image uses.
 #[cfg(feature = "prove")]
 pub struct ProvePins {
@@ -116,6 +126,8 @@ pub struct Board {
     pub controls: ControlPins,
     /// Not every board has one.
     pub led: Option<Output<'static>>,
+    #[cfg(feature = "skr-pico")]
+    pub driver_wire: DriverWirePins,
     pub usb: Peri<'static, USB>,
     pub uart: UartPins,
     pub watchdog: Peri<'static, WATCHDOG>,

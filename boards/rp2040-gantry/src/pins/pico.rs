@@ -18,6 +18,7 @@ board! {
     hold: PIN_19,
     start: PIN_20,
     led: [PIN_25],
+    driver_wire: [],
 }
 
 pub const NAME: &str = "Raspberry Pi Pico";

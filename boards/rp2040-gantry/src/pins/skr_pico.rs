@@ -5,6 +5,8 @@
 //! FAN2 direction, HB flood, HE0 mist. THB is feed hold and TH0 cycle start: the board pulls them up and filters them. It has no
 //! plain LED.
 
+use isostep_controller::DriverHardware;
+
 board! {
     step: [PIN_11, PIN_6, PIN_19, PIN_14],
     dir: [PIN_10, PIN_5, PIN_28, PIN_13],
@@ -23,6 +25,10 @@ board! {
     hold: PIN_26,
     start: PIN_27,
     led: [],
+    driver_wire: [PIN_8, PIN_9],
 }
+
+/// The board's own addresses, and the resistors that it has.
+pub const DRIVERS: DriverHardware = DriverHardware { addresses: [0, 2, 1, 3], sense_milliohms: 110 };
 
 pub const NAME: &str = "BTT SKR Pico V1.0";

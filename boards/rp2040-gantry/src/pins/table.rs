@@ -20,6 +20,7 @@ macro_rules! board {
         hold: $hold:ident,
         start: $start:ident,
         led: [$($led:ident)?],
+        driver_wire: [$($driver_tx:ident, $driver_rx:ident)?],
     ) => {
         use embassy_rp::gpio::{Input, Level, Output, Pull};
         use embassy_rp::{Peri, Peripherals, peripherals};
@@ -81,6 +82,7 @@ macro_rules! board {
                         start: Input::new(p.$start, Pull::Up),
                     },
                     led: [$(Output::new(p.$led, Level::Low))?].into_iter().next(),
+                    $(driver_wire: super::DriverWirePins { uart: p.UART1, tx: p.$driver_tx, rx: p.$driver_rx },)?
                     usb: p.USB,
                     uart: super::UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
                     watchdog: p.WATCHDOG,

@@ -1,0 +1,50 @@
+//! The wire to the drivers of an SKR Pico: UART1, whose TX leads through a resistor to the wire that RX hears, so that the
+//! board hears itself.
+//!
+//! A whole exchange has room in the FIFOs of the UART, so it needs neither an interrupt nor DMA: what has a deadline does not
+//! notice it.
+
+use core::pin::pin;
+
+use embassy_rp::pac;
+use embassy_rp::uart::{Blocking, Config, Uart};
+use embassy_time::Timer;
+use isostep_controller::{Controller, Wire};
+
+use crate::aside::aside;
+use crate::flash::Flash;
+use crate::pins::DriverWirePins;
+
+/// A byte at 115,200 baud, us, rounded up.
+const BYTE_US: u64 = 87;
+/// A driver answers after 8 bit times, which are 70 us.
+const MARGIN_US: u64 = 250;
+
+pub struct DriverWire(Uart<'static, Blocking>);
+
+/// Opens the wire.
+pub fn open(pins: DriverWirePins) -> DriverWire {
+    DriverWire(Uart::new_blocking(pins.uart, pins.tx, pins.rx, Config::default()))
+}
+
+/// Sets the drivers, and watches them.
+#[embassy_executor::task]
+pub async fn watch(controller: &'static Controller<'static, Flash>, wire: DriverWire) -> ! {
+    match aside(pin!(controller.watch_drivers(wire))).await {}
+}
+
+impl Wire for DriverWire {
+    async fn exchange(&mut self, sent: &[u8], heard: &mut [u8]) -> usize {
+        while received().is_some() {}
+        // It has room in the FIFO, so this does not wait.
+        let _ = self.0.blocking_write(sent);
+        Timer::after_micros(heard.len() as u64 * BYTE_US + MARGIN_US).await;
+        let bytes = heard.iter_mut().zip(core::iter::from_fn(received));
+        bytes.map(|(heard, byte)| *heard = byte).count()
+    }
+}
+
+/// The next byte in the FIFO. One that was disturbed is like any other: a datagram has a checksum.
+fn received() -> Option<u8> {
+    (!pac::UART1.uartfr().read().rxfe()).then(|| pac::UART1.uartdr().read().data())
+}
