@@ -15,6 +15,7 @@
 //! - [`executor`] and [`time`] make a run a function of its tasks: no wall clock, no threads, no hash order.
 //! - [`world`] checks every edge as it happens: the timing of the [`driver`], the torque of the [`motor`], the end
 //!   stops of the [`plant`].
+//! - [`drivers`] models TMC2209s, registers and all.
 //! - [`verify`] checks every move afterwards, against the closed form of its plan; of a shaped run the whole ([`places`]). [`measure`] finds the intervals of
 //!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
 //!   from move to move.
@@ -42,6 +43,7 @@ pub mod config;
 pub mod corners;
 pub mod drive;
 pub mod driver;
+pub mod drivers;
 pub mod executor;
 pub mod faults;
 pub mod flash;

@@ -1,0 +1,45 @@
+//! What may be wrong with a driver.
+
+/// What may be wrong with a driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DriverFault {
+    /// Its supply is off: it hears nothing and says nothing. When it comes back, its registers have their reset values.
+    Off,
+    /// Its reply is heard before the echo of the next datagram, not after that of its own.
+    Late,
+    /// A bit of every second reply is wrong.
+    Garbled,
+    /// Warmer than 120 degrees: `DRV_STATUS.otpw`.
+    Hot,
+    /// Warmer than 143 degrees: `DRV_STATUS.ot`, and the motor is off.
+    Overheated,
+    /// A phase is shorted to ground: `DRV_STATUS.s2ga`, and the motor is off. When that is mended, ENABLE was switched too.
+    Shorted,
+    /// A coil is not connected: `DRV_STATUS.ola`.
+    OpenCoil,
+}
+
+impl DriverFault {
+    /// Its bits of `DRV_STATUS`.
+    pub(super) fn status(self) -> u32 {
+        const OTPW: u32 = 1 | T120;
+        const OT: u32 = 1 << 1 | T143;
+        const S2GA: u32 = 1 << 2;
+        const OLA: u32 = 1 << 6;
+        const T120: u32 = 1 << 8;
+        const T143: u32 = 1 << 9;
+        match self {
+            Self::Hot => OTPW,
+            Self::Overheated => OTPW | OT,
+            Self::Shorted => S2GA,
+            Self::OpenCoil => OLA,
+            Self::Off | Self::Late | Self::Garbled => 0,
+        }
+    }
+
+    /// Whether the driver switches its motor off, which it says by `GSTAT.drv_err` and DIAG.
+    pub(super) fn stops_motor(self) -> bool {
+        matches!(self, Self::Overheated | Self::Shorted)
+    }
+}

@@ -1,0 +1,205 @@
+//! A TMC2209 by its registers, as its data sheet (revision 1.09) has them.
+
+use ::tmc2209::reg::{Address, GCONF, GSTAT, IHOLD_IRUN, IOIN, MSCNT, Map, State};
+use ::tmc2209::{INTERNAL_CLOCK_HZ, vsense_cs_to_rms_current};
+use oorandom::Rand32;
+
+use super::DriverFault;
+
+/// Of the resistors that measure the current, as on a BIGTREETECH SKR Pico. VREF is at 2.5 V, which is the whole current.
+const SENSE_OHM: f32 = 0.11;
+/// What the pins MS1 and MS2, which are the address too, say of microsteps.
+const PIN_MICROSTEPS: [u16; 4] = [8, 32, 64, 16];
+/// `TSTEP` of a motor that stands.
+const STANDING: u32 = (1 << 20) - 1;
+/// `SG_RESULT` of a motor without load; at a stall it is 0, and between them the line is straight.
+const SG_FREE: f64 = 400.0;
+/// How far noise takes `SG_RESULT` off the line at most.
+const SG_NOISE: u32 = 10;
+/// Slower motors induce too little to be measured: `SG_RESULT` is 0, as at a stall. A quarter of a turn of most motors.
+const SG_MIN_FULL_STEPS_S: f64 = 50.0;
+/// Bits of `GSTAT`.
+const RESET: u32 = 1;
+const DRV_ERR: u32 = 1 << 1;
+
+/// A driver, and what its motor does.
+#[derive(Debug)]
+pub(super) struct Tmc2209 {
+    address: u8,
+    registers: Map,
+    fault: Option<DriverFault>,
+    speed_steps_s: f64,
+    /// What load and noise make of `SG_RESULT` where it is measured.
+    stall_guard: u32,
+    noise: Rand32,
+}
+
+impl Tmc2209 {
+    /// A driver after power-up, its motor standing.
+    pub(super) fn new(address: u8, seed: u64) -> Self {
+        let (registers, noise) = (at_reset(), Rand32::new(seed));
+        Self { address, registers, fault: None, speed_steps_s: 0.0, stall_guard: 0, noise }
+    }
+
+    pub(super) fn address(&self) -> u8 {
+        self.address
+    }
+
+    pub(super) fn fault(&self) -> Option<DriverFault> {
+        self.fault
+    }
+
+    /// A driver has one fault at a time.
+    pub(super) fn set_fault(&mut self, fault: Option<DriverFault>) {
+        self.fault = fault;
+        if fault == Some(DriverFault::Off) {
+            self.registers = at_reset();
+        }
+        if self.has_stopped() {
+            let told = u32::from(*self.registers.gstat()) | DRV_ERR;
+            self.registers.set_state(GSTAT::from(told).into());
+        }
+    }
+
+    /// The motor's speed, and its load from 0, free, to 1, a stall.
+    pub(super) fn set_load(&mut self, speed_steps_s: f64, load: f64) {
+        self.speed_steps_s = speed_steps_s.abs();
+        let noise = f64::from(self.noise.rand_range(0..2 * SG_NOISE + 1)) - f64::from(SG_NOISE);
+        let reading = SG_FREE * (1.0 - load) + noise;
+        // Bits 9 and 0 are always 0.
+        self.stall_guard = reading.clamp(0.0, 510.0) as u32 & !1;
+    }
+
+    /// Steps at the pin STEP, backward if negative.
+    pub(super) fn step(&mut self, steps: i32) {
+        let forward = if self.registers.gconf().shaft() { -1 } else { 1 };
+        let moved = steps.wrapping_mul(forward * 256 / i32::from(self.microsteps()));
+        let count = i32::from(self.registers.mscnt().get()).wrapping_add(moved).rem_euclid(1024);
+        self.registers.set_state(MSCNT::from(count.unsigned_abs()).into());
+    }
+
+    /// What a read of this register gives: 0 where nothing can be read.
+    pub(super) fn read(&self, register: u8) -> u32 {
+        match Address::try_from(register) {
+            Ok(Address::IOIN) => self.pins().into(),
+            Ok(Address::TSTEP) => self.tstep(),
+            Ok(Address::SG_RESULT) => self.sg_result(),
+            Ok(Address::DRV_STATUS) => self.status(),
+            Ok(address) if address.readable() => (*self.registers.state(address)).into(),
+            _ => 0,
+        }
+    }
+
+    /// Writes this register, if it can be written. The datagram is counted in any case.
+    pub(super) fn write(&mut self, register: u8, data: u32) {
+        let counted = self.registers.ifcnt().get().wrapping_add(1);
+        self.registers.ifcnt_mut().set(counted);
+        match Address::try_from(register) {
+            Ok(Address::GSTAT) => self.clear(data),
+            Ok(address) if address.writable() => {
+                self.registers.set_state(State::from_addr_and_data(address, data & bits(address)));
+            }
+            _ => {}
+        }
+    }
+
+    /// An error that is still there cannot be cleared.
+    fn clear(&mut self, flags: u32) {
+        let kept = if self.has_stopped() { DRV_ERR } else { 0 };
+        let left = u32::from(*self.registers.gstat()) & (!flags | kept);
+        self.registers.set_state(GSTAT::from(left).into());
+    }
+
+    /// STEP, DIR and ENABLE low; MS1 and MS2 as the address is.
+    fn pins(&self) -> IOIN {
+        const PDN_UART: u32 = 1 << 6;
+        const VERSION: u32 = 0x21 << 24;
+        IOIN::from(VERSION | PDN_UART | u32::from(self.diag()) << 4 | u32::from(self.address & 3) << 2)
+    }
+
+    /// Clocks between two 1/256 steps.
+    fn tstep(&self) -> u32 {
+        let rate = self.speed_steps_s * 256.0 / f64::from(self.microsteps());
+        // Also of a motor that stands, whose quotient is infinite.
+        (f64::from(INTERNAL_CLOCK_HZ) / rate).min(STANDING.into()) as u32
+    }
+
+    fn sg_result(&self) -> u32 {
+        let full_steps_s = self.speed_steps_s / f64::from(self.microsteps());
+        let is_measured = !self.is_spread_cycle() && full_steps_s >= SG_MIN_FULL_STEPS_S;
+        if is_measured { self.stall_guard } else { 0 }
+    }
+
+    fn status(&self) -> u32 {
+        let stands = self.speed_steps_s * f64::from(STANDING) < f64::from(INTERNAL_CLOCK_HZ);
+        let scale = if stands { self.hold_scale() } else { self.registers.ihold_irun().irun() };
+        self.fault.map_or(0, DriverFault::status)
+            | u32::from(scale) << 16
+            | u32::from(!self.is_spread_cycle()) << 30
+            | u32::from(stands) << 31
+    }
+
+    fn has_stopped(&self) -> bool {
+        self.fault.is_some_and(DriverFault::stops_motor)
+    }
+
+    /// Whether DIAG is high: a stall, or an error that stops the motor.
+    pub(super) fn diag(&self) -> bool {
+        let is_fast = self.tstep() <= self.registers.tcoolthrs().get();
+        let is_loaded = self.sg_result() <= 2 * u32::from(self.registers.sgthrs().get());
+        self.has_stopped() || !self.is_spread_cycle() && is_fast && is_loaded
+    }
+
+    /// Whether it chops by current now, by its configuration or above the speed of `TPWMTHRS`. (Without the hysteresis of
+    /// that speed, which is a sixteenth.)
+    pub(super) fn is_spread_cycle(&self) -> bool {
+        self.registers.gconf().en_spread_cycle() || self.tstep() < self.registers.tpwmthrs().get()
+    }
+
+    /// Microsteps of a full step: by the register, if that is selected, or else by the pins.
+    pub(super) fn microsteps(&self) -> u16 {
+        if !self.registers.gconf().mstep_reg_select() {
+            return PIN_MICROSTEPS[usize::from(self.address & 3)];
+        }
+        let resolution = u32::from(*self.registers.chopconf()) >> 24 & 0xF;
+        256 >> resolution.min(8)
+    }
+
+    pub(super) fn run_current_ma(&self) -> u32 {
+        self.current_ma(self.registers.ihold_irun().irun())
+    }
+
+    pub(super) fn hold_current_ma(&self) -> u32 {
+        self.current_ma(self.hold_scale())
+    }
+
+    /// That of the run, where the pin PDN_UART, which idles high, says that the current is not reduced.
+    fn hold_scale(&self) -> u8 {
+        let scales = self.registers.ihold_irun();
+        if self.registers.gconf().pdn_disable() { scales.ihold() } else { scales.irun() }
+    }
+
+    fn current_ma(&self, scale: u8) -> u32 {
+        vsense_cs_to_rms_current(SENSE_OHM, self.registers.chopconf().vsense(), scale).round() as u32
+    }
+}
+
+/// Those that a register has which can be read back.
+fn bits(register: Address) -> u32 {
+    match register {
+        Address::GCONF => 0x3FF,
+        Address::FACTORY_CONF => 0x31F,
+        _ => u32::MAX,
+    }
+}
+
+/// The registers after power-up. Where the data sheet and the crate differ, as the data sheet says.
+fn at_reset() -> Map {
+    let mut registers = Map::default();
+    // Current by VREF, steps filtered; by the pins: what PDN_UART does, and microsteps.
+    registers.set_state(GCONF::from(0x101).into());
+    // Hold with half of the whole current, reached in steps of 2^18 clocks.
+    registers.set_state(IHOLD_IRUN::from(0x1_1F10).into());
+    registers.set_state(GSTAT::from(RESET).into());
+    registers
+}
