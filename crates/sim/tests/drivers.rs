@@ -50,11 +50,11 @@ fn number(wire: &mut Wire, driver: usize, register: Address) -> u32 {
 #[test]
 fn every_register_is_kept_or_hidden_as_the_data_sheet_says() {
     let pattern = 0x9ABC_DEF5;
-    for driver in 0..4 {
+    for (driver, node) in ADDRESSES.into_iter().enumerate() {
         for &address in Address::ALL {
             let mut wire = wire();
             let before = number(&mut wire, driver, address);
-            wire.exchange(WriteRequest::from_raw_data(ADDRESSES[driver], address, pattern).bytes());
+            wire.exchange(WriteRequest::from_raw_data(node, address, pattern).bytes());
             let after = match address {
                 Address::GCONF => pattern & 0x3FF,
                 Address::FACTORY_CONF => pattern & 0x31F,
@@ -73,8 +73,7 @@ fn every_register_is_kept_or_hidden_as_the_data_sheet_says() {
 #[test]
 fn after_power_up_registers_are_as_the_data_sheet_says() {
     let mut wire = wire();
-    let pins = [0, 1 << 3, 1 << 2, 3 << 2];
-    for driver in 0..4 {
+    for (driver, pins) in [0, 1 << 3, 1 << 2, 3 << 2].into_iter().enumerate() {
         let mut number = |register| number(&mut wire, driver, register);
         assert_eq!(number(Address::GCONF), 0x101);
         assert_eq!(number(Address::GSTAT), 1);
@@ -83,7 +82,7 @@ fn after_power_up_registers_are_as_the_data_sheet_says() {
         assert_eq!(number(Address::TSTEP), 0xF_FFFF);
         // Standing in StealthChop with the current of the run, as PDN_UART idles high.
         assert_eq!(number(Address::DRV_STATUS), 0xC01F_0000);
-        assert_eq!(number(Address::IOIN), 0x2100_0040 | pins[driver]);
+        assert_eq!(number(Address::IOIN), 0x2100_0040 | pins);
     }
     assert_eq!([0, 1, 2, 3].map(|driver| wire.microsteps(driver)), [8, 64, 32, 16]);
     assert!(!wire.is_spread_cycle(0));
