@@ -134,6 +134,7 @@ export class Board {
   powerCycle() {
     this.powerCycles.push({ t_ns: this.nanos });
     this.gantry.toolStops.note('POWER');
+    this.gantry.powerUp();
     this.#renew();
     this.#start();
     this.pause();

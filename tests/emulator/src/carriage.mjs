@@ -1,15 +1,24 @@
 import { STEPS_PER_MM } from './pins.mjs';
 
+/** Below this, in steps, a difference is the rounding of millimetres. */
+const ROUNDING = 1e-6;
+
 /** One carriage on its motor: where it is, where the firmware's steps have taken it, and whether it presses its switch. */
 export class Carriage {
-  /** @param {number} startMm how far above its switch it stands at power-up */
-  constructor(startMm, limitSwitch) {
+  /**
+   * @param {number} startMm how far above its switch it stands at power-up
+   * @param {number} endMm where a hard end blocks it, above its switch; below it if negative
+   */
+  constructor(startMm, limitSwitch, endMm = -Infinity) {
     this.startMm = startMm;
+    this.endSteps = Math.ceil((endMm - startMm) * STEPS_PER_MM - ROUNDING);
     this.limitSwitch = limitSwitch;
     /** Steps taken since power-up, up and down: never re-zeroed. */
     this.travelSteps = 0;
     this.lowestSteps = 0;
     this.highestSteps = 0;
+    /** Steps that have not moved it. */
+    this.lostSteps = 0;
     /** The position in a trace: 0 at power-up, and 0 again when the axis is homed. */
     this.positionSteps = 0;
     limitSwitch.press(this.placeMm <= 0);
@@ -28,9 +37,19 @@ export class Carriage {
     return this.startMm + this.highestSteps / STEPS_PER_MM;
   }
 
-  step(direction) {
-    this.travelSteps += direction;
+  /** Whether a hard end is in the way. */
+  blocked(direction) {
+    return direction < 0 && this.travelSteps <= this.endSteps;
+  }
+
+  /** A step of its motor. One that is not driven, or is against a hard end, is lost. */
+  step(direction, driven = true) {
     this.positionSteps += direction;
+    if (!driven || this.blocked(direction)) {
+      this.lostSteps += 1;
+      return;
+    }
+    this.travelSteps += direction;
     this.lowestSteps = Math.min(this.lowestSteps, this.travelSteps);
     this.highestSteps = Math.max(this.highestSteps, this.travelSteps);
     this.limitSwitch.press(this.placeMm <= 0);

@@ -21,12 +21,12 @@ import { FlashCounts, XipCache } from './xip-cache.mjs';
 import { XipControl } from './xip-control.mjs';
 
 const RAM_START = 0x20000000;
-const SLOT = { ssi: 0x18000, sysInfo: 0x40000, xipControl: 0x14000, pwm: 0x40050, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
-const IRQ_UART0 = 20;
+const SLOT = { ssi: 0x18000, sysInfo: 0x40000, xipControl: 0x14000, pwm: 0x40050, timer: 0x40054, watchdog: 0x40058, uart0: 0x40034, uart1: 0x40038, dma: 0x50000, pio0: 0x50200, pio1: 0x50300 };
+const [IRQ_UART0, IRQ_UART1] = [20, 21];
 const [IRQ_PIO0, IRQ_PIO1] = [7, 9];
 
 /**
- * An RP2040 with the project's own timer, watchdog, UART0, PWM, PIO, DMA, SysTick and waking, on the machine's clock.
+ * An RP2040 with the project's own timer, watchdog, UARTs, PWM, PIO, DMA, SysTick and waking, on the machine's clock.
  *
  * @param {import('./clock.mjs').MachineClock} clock
  * @param {{onWatchdog: (reason: number) => void, onUartByte: (byte: number) => void, onWarning: (text: string) => void}} board
@@ -53,11 +53,12 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   const cache = new XipCache(clock, counts, missFactor);
   const flash = new Flash(chip, cache);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
+  chip.uart1 = new Uart(chip, 'UART1', IRQ_UART1, () => {});
   Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL', cache) });
   identifyAsB2(chip.peripherals[SLOT.sysInfo]);
   chip.pwm = new Pwm(chip, 'PWM');
   Object.assign(chip.peripherals, { [SLOT.pwm]: chip.pwm });
-  Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart });
+  Object.assign(chip.peripherals, { [SLOT.timer]: timer, [SLOT.watchdog]: watchdog, [SLOT.uart0]: uart, [SLOT.uart1]: chip.uart1 });
   loadRom(chip);
   new SysTick(chip).attach(chip.ppb);
   runBeside(chip, clock, cache);

@@ -1,6 +1,7 @@
 import { Carriage } from './carriage.mjs';
 import { NANOS_PER_CYCLE } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
+import { Drivers } from './drivers.mjs';
 import { Estop } from './estop.mjs';
 import { Jumper } from './jumper.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
@@ -26,6 +27,9 @@ export class Gantry {
    *   driver?: string, estop?: 'no' | 'nc', enable?: 'wired' | 'open', second?: {axis: string, skewMm: number} | null,
    *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    * @param {{from: number, to: number}[]} [options.jumpers] wires between the chip's pads
+   * @param {string[]} [options.diag] axes whose limit input is wired to their driver's DIAG, not to their switch
+   * @param {[string, string][]} [options.driverStates] of motors, at power-up: see tmc2209-faults.mjs
+   * @param {number | null} [options.hardEndsMm] how far beyond its switch an end blocks every carriage; null if nothing does
    */
   constructor(clock, options) {
     this.clock = clock;
@@ -46,11 +50,14 @@ export class Gantry {
     this.carriages = {};
     /** Called with (cycle, axis, direction, positionSteps) at every step. */
     this.stepWatchers = new Set();
+    this.diag = new Set(options.diag ?? []);
+    this.endMm = -(options.hardEndsMm ?? Infinity);
     const random = seededRandom(options.seed);
     /** Those that the firmware has. */
     this.axes = AXES.slice(0, options.axes ?? AXES_USUAL);
     this.axes.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
     this.second = options.second ? this.#secondMotor(options, random) : null;
+    this.drivers = this.board.tmcWire === null ? null : this.#talkingDrivers(options);
     this.probe = new Probe(clock, this.carriages, (high) => this.#drive(this.board.contacts.probe, high));
     this.probe.setPlate(options.probePlate ?? null);
     this.jumpers = (options.jumpers ?? []).map((pads) => new Jumper(pads, (jumper) => this.#jumped(jumper)));
@@ -60,9 +67,14 @@ export class Gantry {
 
   #addAxis(axis, startMm, { bounceMicros, switches }, random) {
     const limitSwitch = this.#limitSwitch(axis, this.board.axes[axis].limit, bounceMicros, random);
-    this.carriages[axis] = new Carriage(startMm, limitSwitch);
+    this.carriages[axis] = new Carriage(startMm, limitSwitch, this.endMm);
     limitSwitch.setMode(switches[axis] ?? 'normal');
     this.directions[axis] = -1;
+  }
+
+  #talkingDrivers({ seed, driverStates = [] }) {
+    for (const axis of this.diag) this.levels.set(this.board.axes[axis].limit, false);
+    return new Drivers(this.clock, this.board, { seed, states: driverStates, onDiag: (axis, high) => this.#onDiag(axis, high) });
   }
 
   #secondMotor({ second, startMm, bounceMicros, switches }, random) {
@@ -76,6 +88,7 @@ export class Gantry {
     this.levels.set(pin, true);
     this.stopNames.set(pin, `${name}_LIMIT`);
     const onLevel = (high) => {
+      if (this.diag.has(name)) return;
       this.#drive(pin, high);
       // A contact that bounces as it opens is not a new stop.
       if (!high && limitSwitch.held) this.#stop(this.stopNames.get(pin));
@@ -93,6 +106,7 @@ export class Gantry {
   attach(chip) {
     this.chip = chip;
     this.tool.attach(chip);
+    this.drivers?.attach(chip);
     for (const jumper of this.jumpers) jumper.attach(chip);
     for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
     for (const axis of this.axes) {
@@ -104,12 +118,23 @@ export class Gantry {
     }
     this.second?.attach(chip);
     // Until the firmware drives it, the driver's own pull-down holds ENABLE low.
-    this.#disabled.clear();
-    this.#onEnable();
+    const enables = new Set(Object.values(this.board.axes).map(({ enable }) => enable));
+    for (const pin of enables) this.#onEnablePin(pin, false);
     if (this.enable === 'open') return;
-    for (const pin of new Set(Object.values(this.board.axes).map(({ enable }) => enable))) {
+    for (const pin of enables) {
       chip.gpio[pin].addListener((state) => this.#onEnablePin(pin, state === HIGH));
     }
+  }
+
+  /** The machine's power is off and on again. */
+  powerUp() {
+    this.drivers?.powerUp();
+  }
+
+  /** A motor takes a step, if its driver drives it. */
+  move(motor, carriage, direction) {
+    const driver = this.drivers?.of(motor);
+    carriage.step(direction, driver === undefined || driver.step(direction > 0, carriage.blocked(direction)));
   }
 
   /** Presses the emergency stop or lets it go, cuts its wire or mends it. */
@@ -138,7 +163,8 @@ export class Gantry {
 
   /** Input pins that float when their switch is open, because the firmware has not switched the pull-up on. */
   floatingInputs() {
-    return [...this.levels.keys()].filter((pin) => !this.chip.gpio[pin].pullupEnabled);
+    const driven = [...this.diag].map((axis) => this.board.axes[axis].limit);
+    return [...this.levels.keys()].filter((pin) => !driven.includes(pin) && !this.chip.gpio[pin].pullupEnabled);
   }
 
   /** The axes have been homed. The trace counts from here. */
@@ -153,6 +179,13 @@ export class Gantry {
   #stop(input) {
     this.stops.note(input);
     this.toolStops.note(input);
+  }
+
+  /** A driver's DIAG rises or falls; only where a jumper connects it does that matter. */
+  #onDiag(axis, high) {
+    if (!this.diag.has(axis)) return;
+    this.#drive(this.board.axes[axis].limit, high);
+    if (high) this.#stop(this.stopNames.get(this.board.axes[axis].limit));
   }
 
   /** What is wired to an input changes its level. Nothing is seen of that while a jumper pulls the input low. */
@@ -183,7 +216,7 @@ export class Gantry {
     const direction = this.directions[axis];
     // Before the carriage moves, because its switch may report a stop.
     this.stops.step(axis, cycles);
-    if (this.timing.rise(axis, nanos)) carriage.step(direction);
+    if (this.timing.rise(axis, nanos)) this.move(axis, carriage, direction);
     this.probe.step(axis);
     this.statistics.step(axis, this.clock);
     this.tool.step(cycles);
@@ -200,6 +233,7 @@ export class Gantry {
   #onEnablePin(pin, high) {
     if (high) this.#disabled.add(pin);
     else this.#disabled.delete(pin);
+    this.drivers?.enable(pin, !high);
     this.#onEnable();
   }
 

@@ -7,6 +7,7 @@ import { padFaultOptions } from './pad-faults.mjs';
 import { AXES, AXES_USUAL, BOARDS, SECOND } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
+import { DRIVER_STATES } from './tmc2209-faults.mjs';
 
 export const HELP = `Runs the firmware, unmodified, on an emulated Raspberry Pi Pico that drives three carriages.
 
@@ -35,6 +36,11 @@ The machine
   --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
   --enable wired|open  whether ENABLE is connected to the drivers (default wired); where it is not, they are always on, as beside a
                        proving image, which keeps it off
+  --driver-state X=STATE
+                       of a driver that talks (skr-pico) at power-up: ${DRIVER_STATES.join(', ')};
+                       may be given for each axis, and as 2 for the second motor
+  --diag X,Y,Z         jumpers from these drivers' DIAG to the axes' limit inputs, to which their switches are not wired then
+  --hard-ends MM       an end so far beyond its switch blocks every carriage: its steps are lost there (default: nothing does)
   --probe-plate AXIS,MM,SIDE
                        a plate that closes the probe's contact while the axis is at its place, in millimetres above the
                        limit switch, or beyond it: ${PLATE_SIDES.join(' or ')}, such as Z,12.5,below
@@ -108,6 +114,9 @@ const SPEC = {
   switch: { type: 'string', multiple: true, default: [] },
   estop: { type: 'string', default: 'no' },
   enable: { type: 'string', default: 'wired' },
+  'driver-state': { type: 'string', multiple: true, default: [] },
+  diag: { type: 'string' },
+  'hard-ends': { type: 'string' },
   'probe-plate': { type: 'string' },
   jumper: { type: 'string', multiple: true, default: [] },
   'shift-edge': { type: 'string', multiple: true, default: [] },
@@ -156,6 +165,8 @@ export function parseOptions(args) {
     startMm: places(values.start ?? START.slice(0, AXES_USUAL).join(','), Number(values.axes)),
     second: values.second === undefined ? null : secondOption(values.second),
     switches: Object.fromEntries(values.switch.map(switchOption)),
+    ...driverOptions(values),
+    hardEndsMm: values['hard-ends'] === undefined ? null : number('--hard-ends', values['hard-ends'], 0, 1000),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
     jumpers: values.jumper.map(jumperOption),
     padFaults: padFaultOptions(values['shift-edge'], values['lose-edge']),
@@ -204,6 +215,22 @@ function secondOption(text) {
 function switchOption(text) {
   const [axis, mode] = text.split('=');
   return [choice('--switch axis', [...AXES, SECOND], axis), choice('--switch mode', SWITCH_MODES, mode)];
+}
+
+/** What is set about drivers that talk, which not every board has. */
+function driverOptions({ board, 'driver-state': states, diag }) {
+  const wire = BOARDS[board]?.tmcWire;
+  const [given] = [...(diag === undefined ? [] : ['--diag']), ...(states.length === 0 ? [] : ['--driver-state'])];
+  if (given !== undefined && !wire) throw new Error(`${given}: the drivers of a ${board} do not talk: use --board skr-pico`);
+  return {
+    diag: diag === undefined ? [] : diag.split(',').map((axis) => choice('--diag', wire.diag, axis)),
+    driverStates: states.map(driverStateOption),
+  };
+}
+
+function driverStateOption(text) {
+  const [motor, state] = text.split('=');
+  return [choice('--driver-state motor', [...AXES, SECOND], motor), choice('--driver-state', DRIVER_STATES, state)];
 }
 
 function plateOption(text) {

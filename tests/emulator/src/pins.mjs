@@ -9,6 +9,7 @@ export const STEPS_PER_MM = 50;
 /**
  * Whose drivers it has, or is taken to have. For each axis its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
  * the outputs to the tool, and contacts to ground: the tool's probe, and the buttons for feed hold and cycle start.
+ * Last the wire to drivers that talk, if it has any: its pads, the drivers' addresses, and the axes whose limit input a jumper connects with DIAG.
  */
 export const BOARDS = {
   pico: {
@@ -23,6 +24,7 @@ export const BOARDS = {
     led: 25,
     tool: { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 },
     contacts: { probe: 18, hold: 19, start: 20 },
+    tmcWire: null,
   },
   'skr-pico': {
     driver: 'tmc2209',
@@ -36,6 +38,7 @@ export const BOARDS = {
     led: null,
     tool: { pwm: 20, enable: 17, direction: 18, flood: 21, mist: 23 },
     contacts: { probe: 22, hold: 26, start: 27 },
+    tmcWire: { tx: 8, rx: 9, addresses: { X: 0, Y: 2, Z: 1, A: 3 }, diag: ['X', 'Y', 'Z'] },
   },
 };
 /** The outputs to the tool, by name. */

@@ -14,6 +14,7 @@ export function summary(board, console, error) {
     alarm: console.alarm,
     axes: Object.fromEntries(gantry.axes.map((axis) => [axis, axisSummary(gantry, axis)])),
     second: secondSummary(gantry),
+    drivers: gantry.drivers?.summary() ?? null,
     driver_timing: { driver: gantry.timing.limits.name, violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
     core: coreSummary(clock),
     flash_cache: cacheSummary(board),
@@ -64,6 +65,7 @@ function axisSummary(gantry, axis) {
     place_mm: carriage.placeMm,
     lowest_place_mm: carriage.lowestMm,
     highest_place_mm: carriage.highestMm,
+    lost_steps: carriage.lostSteps,
     switch_closures: carriage.limitSwitch.closures,
     switch_closed: carriage.limitSwitch.closed,
   };
@@ -92,6 +94,8 @@ export function readable(result) {
     ...(result.replies.length === 0 ? [] : [`Lines        ${result.replies.length} sent, ${result.replies.length - refused.length} answered ok`]),
     `Status       ${result.final_status ?? 'none seen'}`,
     ...Object.entries(result.axes).map(axisLine),
+    ...Object.entries(result.axes).filter(([, { lost_steps: lost }]) => lost > 0).map(lostLine),
+    ...Object.entries(result.drivers ?? {}).map(driverLine),
     `Driver       ${timing.violations === 0 ? `every edge within the timing of the ${timing.driver}` : `${timing.violations} violations ${JSON.stringify(timing.by_rule)}`}`,
     ...timing.first.map((each) => `  ${each.axis} ${each.rule} at ${each.t_ns} ns: ${each.value_ns} ns, at least ${each.limit_ns}`),
     `Core         ${(core.load * 100).toFixed(1)} % awake; while moving ${(moving.load * 100).toFixed(1)} %`,
@@ -162,4 +166,12 @@ function toolStopLine({ input, t_ns: toldNanos, outputs_off_ns: offNanos }) {
 
 function axisLine([axis, { edges, place_mm: place, position_steps: position, highest_rate_steps_per_s: rate }]) {
   return `Axis ${axis}       ${edges} steps, at ${position} steps, ${place.toFixed(2)} mm above its switch, ${rate} steps/s at most`;
+}
+
+function lostLine([axis, { lost_steps: lost }]) {
+  return `             ${axis} lost ${lost} of its steps`;
+}
+
+function driverLine([axis, { microsteps, irun, ihold, chopper, reads, writes, refused }]) {
+  return `Driver ${axis}     ${microsteps} microsteps, IRUN ${irun}, IHOLD ${ihold}, ${chopper}; ${reads} reads, ${writes} writes, ${refused} refused`;
 }

@@ -2,6 +2,7 @@ import { kindOf } from './console.mjs';
 import { cyclesOfMicros } from './clock.mjs';
 import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
+import { DRIVER_STATES } from './tmc2209-faults.mjs';
 import { AXES, SECOND, TOOL_OUTPUTS } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { Stillness } from './stillness.mjs';
@@ -29,6 +30,7 @@ export const COMMANDS = {
   'check-position': { usage: 'check-position', parse: nothing, run: (script) => script.checkPosition() },
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z|A|2 ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [name, mode]) => script.switchOf(name).setMode(mode) },
+  driver: { usage: `driver X|Y|Z|A|2 ${DRIVER_STATES.join('|')}`, parse: driverState, run: (script, [motor, state]) => script.driverOf(motor).set(state) },
   'check-square': { usage: 'check-square STEPS', parse: whole, run: (script, steps) => script.checkSquare(steps) },
   'count-together': { usage: 'count-together', parse: nothing, run: (script) => void script.second.takeSteps() },
   'check-together': { usage: 'check-together', parse: nothing, run: (script) => script.checkTogether() },
@@ -208,6 +210,12 @@ export class ScriptRun {
     return this.board.gantry.limitSwitch(name) ?? noSecond();
   }
 
+  driverOf(motor) {
+    const { drivers } = this.board.gantry;
+    if (drivers === null) throw new Error('the drivers of this board do not talk: --board skr-pico has some that do');
+    return drivers.of(motor);
+  }
+
   get second() {
     return this.board.gantry.second ?? noSecond();
   }
@@ -337,4 +345,9 @@ function outputState(rest) {
 function switchMode(rest) {
   const [axis, mode] = rest.trim().split(/\s+/);
   return [oneOf([...AXES, SECOND], axis ?? ''), oneOf(SWITCH_MODES, mode ?? '')];
+}
+
+function driverState(rest) {
+  const [motor, state] = rest.trim().split(/\s+/);
+  return [oneOf([...AXES, SECOND], motor ?? ''), oneOf(DRIVER_STATES, state ?? '')];
 }

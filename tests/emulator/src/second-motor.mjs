@@ -14,7 +14,7 @@ export class SecondMotor {
    */
   constructor(gantry, { axis, skewMm }, startMm, limitSwitch) {
     Object.assign(this, { gantry, axis, limitSwitch });
-    this.carriage = new Carriage(startMm + skewMm, limitSwitch);
+    this.carriage = new Carriage(startMm + skewMm, limitSwitch, gantry.endMm);
     this.direction = -1;
     this.lastCycle = { [axis]: -1, [SECOND]: -1 };
     /** Steps of both motors on one cycle, and steps of one alone. */
@@ -61,7 +61,7 @@ export class SecondMotor {
     const { clock, timing, stops } = this.gantry;
     if (!high) return timing.fall(SECOND, this.gantry.nanos);
     stops.step(SECOND, clock.cycles);
-    if (timing.rise(SECOND, this.gantry.nanos)) this.carriage.step(this.direction);
+    if (timing.rise(SECOND, this.gantry.nanos)) this.gantry.move(SECOND, this.carriage, this.direction);
     this.#pair(SECOND, this.axis, clock.cycles);
     for (const watch of this.stepWatchers) watch(clock.cycles);
   }

@@ -12,7 +12,7 @@ const LEVELS = [4, 8, 16, 24, 28];
 const OVERRUN_ERROR = 1 << 11;
 
 /**
- * UART0, a PL011 (datasheet 4.2): FIFOs, interrupt levels, the receive time-out and bytes that take their time on the
+ * A UART, a PL011 (datasheet 4.2): FIFOs, interrupt levels, the receive time-out and bytes that take their time on the
  * wire. rp2040js's sends at once and keeps its transmit interrupt raised, under which a buffered driver never returns.
  * Frames are 8N1; there are no line errors other than an overrun.
  */
@@ -22,6 +22,8 @@ export class Uart extends BasePeripheral {
     super(chip, name);
     this.irq = irq;
     this.onByte = onByte;
+    /** A byte begins to leave the chip. @type {(byte: number) => void} */
+    this.onStart = () => {};
     this.registers = new Map([[IBRD, 0], [FBRD, 0], [LCR_H, 0], [CR, 0x300], [IFLS, 0x12], [DMACR, 0]]);
     this.mask = 0;
     this.raised = 0;
@@ -125,6 +127,7 @@ export class Uart extends BasePeripheral {
   #shift(byte) {
     this.shifting = byte;
     this.shiftAlarm.scheduleAt(this.rp2040.clock.cycles + Math.max(1, this.byteCycles));
+    this.onStart(byte);
   }
 
   #shifted() {

@@ -4,7 +4,7 @@ import { kindOf } from '../src/console.mjs';
 import { HELP, parseOptions } from '../src/options.mjs';
 import { differences } from '../src/position-check.mjs';
 import { ProbePlate } from '../src/probe-plate.mjs';
-import { COMMANDS, parseScript } from '../src/script.mjs';
+import { COMMANDS, parseScript, ScriptRun } from '../src/script.mjs';
 
 test('a script is commands with checked arguments', () => {
   const script = parseScript('# home\n\nsend G1 X1\nbytes 18 3f\nswitch X stuck-closed\nwait-ms 0.5\nreading off\n');
@@ -37,6 +37,19 @@ test('contacts are closed by hand, and a plate is put in the way of an axis', ()
   assert.equal(parseOptions(['--elf', 'a', '--live']).probePlate, null);
   assert.throws(() => option('X,1'), /give an axis, a place in mm and a side/);
   assert.throws(() => option('W,1,below'), /choose X or Y or Z/);
+});
+
+test('a driver is brought into a state by a script, if the board has drivers that talk', () => {
+  const [{ argument, word }] = parseScript('driver 2 overheated');
+  assert.deepEqual([word, argument], ['driver', ['2', 'overheated']]);
+  assert.throws(() => parseScript('driver X cold'), /cold is none of on, off, late/);
+  assert.throws(() => parseScript('driver W off'), /W is none of X, Y, Z, A, 2/);
+  const states = [];
+  const drivers = { of: (motor) => ({ set: (state) => states.push([motor, state]) }) };
+  const run = (gantry) => COMMANDS[word].run(new ScriptRun({ board: { gantry } }, [], {}), argument);
+  run({ drivers });
+  assert.deepEqual(states, [['2', 'overheated']]);
+  assert.throws(() => run({ drivers: null }), /do not talk: --board skr-pico has some that do/);
 });
 
 test('a wrong script line says which, what and how', () => {

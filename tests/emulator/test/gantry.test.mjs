@@ -43,6 +43,17 @@ test('a carriage presses its switch at its place and below', () => {
   assert.equal(carriage.lowestMm.toFixed(2), '-0.02');
 });
 
+test('a hard end blocks a carriage, which loses the steps against it', () => {
+  const { limitSwitch } = switchOn(new MachineClock());
+  const carriage = new Carriage(0.04, limitSwitch, -0.02);
+  for (let step = 0; step < 5; step++) carriage.step(-1);
+  assert.deepEqual([carriage.placeMm.toFixed(2), carriage.positionSteps, carriage.lostSteps], ['-0.02', -5, 2]);
+  assert.deepEqual([carriage.blocked(-1), carriage.blocked(1)], [true, false]);
+  carriage.step(1);
+  carriage.step(1, false);
+  assert.deepEqual([carriage.placeMm.toFixed(2), carriage.lostSteps], ['0.00', 3]);
+});
+
 test('a stuck switch does not follow its carriage', () => {
   const { levels, limitSwitch } = switchOn(new MachineClock());
   limitSwitch.setMode('stuck-closed');

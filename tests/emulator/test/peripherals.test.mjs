@@ -97,6 +97,18 @@ test('UART bytes take their time, and a lone one raises the receive time-out', (
   assert.equal(on.interrupts.get(20), false);
 });
 
+test('a UART tells the beginning of each byte', () => {
+  const on = chip();
+  const begun = [];
+  const uart = new Uart(on, 'UART1', 21, () => {});
+  uart.onStart = (byte) => begun.push([on.clock.cycles, byte]);
+  write(uart, 0x24, 10);
+  write(uart, 0x00, 0x41);
+  write(uart, 0x00, 0x42);
+  runTo(on.clock, 3200);
+  assert.deepEqual(begun, [[0, 0x41], [1600, 0x42]]);
+});
+
 test('a full UART loses bytes and says so', () => {
   const uart = new Uart(chip(), 'UART0', 20, () => {});
   write(uart, 0x24, 10);
