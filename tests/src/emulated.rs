@@ -33,6 +33,19 @@ pub struct Run {
     pub outputs: Vec<OutputChange>,
 }
 
+/// A driver that talks, as it was at the end of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TalkingDriver {
+    /// Microsteps of a full step.
+    pub microsteps: u64,
+    /// IRUN and IHOLD, 0 to 31: the current in motion and at standstill, in 1/32 of the full one, less one.
+    pub currents: [u64; 2],
+    /// `StealthChop` or `SpreadCycle`, as configured.
+    pub chopper: String,
+    /// Datagrams to it: read requests, writes, and those with a wrong CRC.
+    pub datagrams: [u64; 3],
+}
+
 /// A change of one of the tool's outputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputChange {
@@ -55,19 +68,36 @@ impl OutputChange {
     }
 }
 
+impl Run {
+    /// The driver of an axis (A also for a second motor), if the board's drivers talk.
+    #[must_use]
+    pub fn driver(&self, axis: char) -> Option<TalkingDriver> {
+        let of = &self.figures["drivers"].get(axis.to_string())?;
+        let number = |name: &str| of[name].as_u64().expect("a whole number");
+        Some(TalkingDriver {
+            microsteps: number("microsteps"),
+            currents: ["irun", "ihold"].map(number),
+            chopper: of["chopper"].as_str().expect("a chopper").to_owned(),
+            datagrams: ["reads", "writes", "refused"].map(number),
+        })
+    }
+}
+
 /// The simulated machine that is to do the same: it has the drivers of the emulated board.
 #[must_use]
 pub fn config() -> Config {
-    let driver = if env::var_os(BOARD).is_some_and(|board| board == "skr-pico") {
-        DriverTiming::TMC2209
-    } else {
-        DriverTiming::DRV8825
-    };
+    let driver = if is_skr_pico() { DriverTiming::TMC2209 } else { DriverTiming::DRV8825 };
     Config { driver, ..Config::default() }
 }
 
 /// The environment variable that names whose pins the emulated board has, if not those of a Pico.
 const BOARD: &str = "ISOSTEP_BOARD";
+
+/// Whether the emulated board is an SKR Pico, whose drivers talk.
+#[must_use]
+pub fn is_skr_pico() -> bool {
+    env::var_os(BOARD).is_some_and(|board| board == "skr-pico")
+}
 
 impl Board {
     /// A board at power-up, with the firmware that `cargo xtask test` built.

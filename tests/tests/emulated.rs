@@ -11,6 +11,8 @@ mod boot;
 mod contract;
 #[path = "emulated/dead_man.rs"]
 mod dead_man;
+#[path = "emulated/drivers.rs"]
+mod drivers;
 #[path = "emulated/estop.rs"]
 mod estop;
 #[path = "emulated/evenly.rs"]

@@ -1,6 +1,5 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { parseOptions } from '../src/options.mjs';
 import { BOARDS } from '../src/pins.mjs';
 import { REGISTER } from '../src/tmc2209-registers.mjs';
 import { TmcBench } from '../support/tmc-bench.mjs';
@@ -116,32 +115,4 @@ test('a driver that trips raises DIAG, and its motor stands', () => {
   bench.set('X', 'enable', true);
   assert.equal(limit(), false);
   assert.equal(gantry.drivers.of('Y').read(REGISTER.IOIN) & 1, 0);
-});
-
-test('the second motor has the fourth driver', () => {
-  const { bench, gantry } = machine({ ...FAR, second: { axis: 'Y', skewMm: 0 }, driverStates: [['2', 'open']] });
-  bench.step('A', 3, FAST_CYCLES);
-  assert.deepEqual([gantry.second.carriage.lostSteps, gantry.drivers.of('2').address], [3, 3]);
-});
-
-test('a chip that restarts finds the drivers as they are, and one that was without power finds them new', () => {
-  const { bench, driver, gantry } = machine(FAR);
-  gantry.drivers.of('Y').set('off');
-  gantry.attach(bench.chip);
-  assert.equal(driver.read(REGISTER.IFCNT), 2);
-  gantry.powerUp();
-  assert.equal(driver.read(REGISTER.IFCNT), 0);
-  assert.equal(gantry.drivers.of('Y').powered, false);
-});
-
-test('jumpers, ends and the drivers’ states are options, of a board that talks to its drivers', () => {
-  const options = (...args) => parseOptions(['--elf', 'a', '--live', ...args]);
-  const { diag, hardEndsMm, driverStates } = options('--board', 'skr-pico', '--diag', 'X,Z', '--hard-ends', '0.5', '--driver-state', 'X=late');
-  assert.deepEqual([diag, hardEndsMm, driverStates], [['X', 'Z'], 0.5, [['X', 'late']]]);
-  assert.deepEqual([options().diag, options().hardEndsMm, options().driverStates], [[], null, []]);
-  assert.throws(() => options('--diag', 'X'), /--diag: the drivers of a pico do not talk: use --board skr-pico/);
-  assert.throws(() => options('--driver-state', 'X=off'), /--driver-state: the drivers of a pico do not talk/);
-  assert.throws(() => options('--board', 'skr-pico', '--diag', 'A'), /--diag A: choose X or Y or Z/);
-  assert.throws(() => options('--board', 'skr-pico', '--driver-state', 'X=cold'), /--driver-state cold: choose on or off or late/);
-  assert.throws(() => options('--hard-ends=-1'), /--hard-ends -1: give a number from 0 to 1000/);
 });
