@@ -30,7 +30,7 @@ export class TmcWire {
   attach(chip) {
     this.chip = chip;
     chip.uart1.onStart = (byte) => {
-      if (chip.gpio[this.pads.tx].functionSelect === FUNCTION_UART) this.#say(byte, chip.uart1.bitCycles);
+      if (chip.uart1.sends && this.#isConnected(this.pads.tx)) this.#say(byte, chip.uart1.bitCycles);
     };
   }
 
@@ -57,8 +57,12 @@ export class TmcWire {
   }
 
   #toChip(byte) {
-    const { uart1, gpio } = this.chip;
-    if (uart1.ready && gpio[this.pads.rx].functionSelect === FUNCTION_UART) uart1.receive(byte);
+    const { uart1 } = this.chip;
+    if (uart1.ready && this.#isConnected(this.pads.rx)) uart1.receive(byte);
+  }
+
+  #isConnected(pad) {
+    return this.chip.gpio[pad].functionSelect === FUNCTION_UART;
   }
 
   #toDrivers(byte, bitCycles) {

@@ -81,7 +81,7 @@ export class Tmc2209 {
   step(up, blocked) {
     if (!this.#powered) return false;
     const begins = this.#input.step(this.clock.cycles, up ? this.#stepLength : -this.#stepLength);
-    if (begins && this.#energised) this.#load.measure(this.#input.tstep(this.clock.cycles), blocked);
+    if (begins) this.#load.measure(this.#input.tstep(this.clock.cycles), blocked);
     this.#follow();
     return this.#energised && !this.faults.open;
   }

@@ -44,6 +44,11 @@ export class Uart extends BasePeripheral {
     return Math.round(BITS_PER_BYTE * this.bitCycles);
   }
 
+  /** Whether bytes leave the chip. */
+  get sends() {
+    return (this.registers.get(CR) & 0x101) === 0x101;
+  }
+
   get ready() {
     return (this.registers.get(CR) & 0x201) === 0x201 && this.bitCycles > 0;
   }

@@ -30,12 +30,17 @@ export class TmcBench {
     Object.assign(this, buildChip(this.clock, { onWatchdog: nothing, onUartByte: nothing, onWarning: nothing }));
     for (const pad of Object.values(PADS)) this.writeAt(GPIO_CTRL + 8 * pad, FUNCTION_UART);
     this.setBaud(67, 52);
-    this.write(CR, ENABLED);
+    this.control(ENABLED);
   }
 
   setBaud(whole, part) {
     this.write(IBRD, whole);
     this.write(FBRD, part);
+  }
+
+  /** UARTEN is bit 0, TXE 8, RXE 9. */
+  control(bits) {
+    this.write(CR, bits);
   }
 
   /** Takes a pad from the UART. */

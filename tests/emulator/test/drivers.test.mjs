@@ -29,10 +29,13 @@ test('a Pico has none', () => {
 });
 
 test('the second motor has the fourth driver', () => {
-  const bench = new TmcBench().withGantry({ second: { axis: 'Y', skewMm: 0 }, driverStates: [['2', 'open']] });
+  const bench = new TmcBench().withGantry({ startMm: [35, 0.04, 15], hardEndsMm: 0, second: { axis: 'Y', skewMm: 0 }, driverStates: [['2', 'open']] });
   const { gantry } = bench;
   bench.step('A', 3, STEP_CYCLES);
   assert.deepEqual([gantry.second.carriage.lostSteps, gantry.drivers.of('2').address], [3, 3]);
+  gantry.drivers.of('2').set('well');
+  bench.step('A', 3, STEP_CYCLES);
+  assert.equal(gantry.second.carriage.lostSteps, 4);
 });
 
 test('a chip that restarts finds the drivers as they are, and one whose power was off finds them new', () => {
@@ -46,6 +49,15 @@ test('a chip that restarts finds the drivers as they are, and one whose power wa
   board.powerCycle();
   assert.deepEqual([x.read(IFCNT), x.read(GSTAT)], [0, 1]);
   assert.equal(y.powered, false);
+});
+
+test('a chip that restarts no longer drives ENABLE, which is low then', () => {
+  const bench = new TmcBench().withGantry();
+  const driver = bench.gantry.drivers.of('X');
+  bench.set('X', 'enable', true);
+  assert.equal(driver.energised, false);
+  bench.gantry.attach(new TmcBench().chip);
+  assert.equal(driver.energised, true);
 });
 
 test('jumpers, ends and the drivers’ states are options, of a board that talks to its drivers', () => {

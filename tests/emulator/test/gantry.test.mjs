@@ -52,6 +52,10 @@ test('a hard end blocks a carriage, which loses the steps against it', () => {
   carriage.step(1);
   carriage.step(1, false);
   assert.deepEqual([carriage.placeMm.toFixed(2), carriage.lostSteps], ['0.00', 3]);
+  // 0.58 mm are 28.999999999999996 steps in the computer.
+  const rounded = new Carriage(0.58, limitSwitch, 0);
+  for (let step = 0; step < 29; step++) rounded.step(-1);
+  assert.equal(rounded.lostSteps, 0);
 });
 
 test('a stuck switch does not follow its carriage', () => {

@@ -62,6 +62,12 @@ test('a wrong CRC is refused, and nothing is heard until the wire was idle for t
   assert.equal(bench.exchange(READ_COUNT), '05 ff 02 00 00 00 00 4c');
 });
 
+test('a datagram begins with the sync nibble', () => {
+  const bench = new TmcBench().withDrivers(0);
+  // All have their right CRC; the bits above the nibble may be any.
+  assert.deepEqual(['04 00 02 84', '07 00 02 09', '95 00 02 b5'].map((request) => bench.exchange(request).length > 0), [false, false, true]);
+});
+
 test('a datagram that pauses for more than 63 bit times between two starts begins anew', () => {
   const split = (pauseBits) => {
     const bench = new TmcBench().withDrivers(0);
@@ -114,16 +120,18 @@ test('a receiver that nobody reads keeps 32 bytes, and marks the next', () => {
   assert.equal(bench.received(), '805');
 });
 
-test('without its pad nothing is said or heard', () => {
-  const heard = (pad) => {
+test('nothing is said or heard without the pad, or by a half of the UART that is off', () => {
+  const heard = (switchOff) => {
     const bench = new TmcBench().withDrivers(0);
-    bench.disconnect(pad);
+    switchOff(bench);
     bench.send(READ_COUNT);
     bench.run(20 * BYTE_CYCLES);
     return [bench.received(), bench.drivers[0].reads];
   };
-  assert.deepEqual(heard(PADS.tx), ['', 0]);
-  assert.deepEqual(heard(PADS.rx), ['', 1]);
+  assert.deepEqual(heard((bench) => bench.disconnect(PADS.tx)), ['', 0]);
+  assert.deepEqual(heard((bench) => bench.disconnect(PADS.rx)), ['', 1]);
+  assert.deepEqual(heard((bench) => bench.control(0x201)), ['', 0]);
+  assert.deepEqual(heard((bench) => bench.control(0x101)), ['', 1]);
 });
 
 test('a driver hears rates from 9,000 to 750,000 baud, and answers at the same', () => {
@@ -149,6 +157,11 @@ test('a driver whose supply is off is silent, and starts anew when it is back', 
   assert.equal(bench.exchange(READ_COUNT), '05 ff 02 00 00 00 00 4c');
   assert.equal(bench.exchange('05 00 00 48'), '05 ff 00 00 00 01 01 bb');
   assert.equal(driver.read(0x01), 1);
+  bench.send(READ_COUNT);
+  bench.run(7 * BYTE_CYCLES);
+  driver.set('off');
+  bench.run(10 * BYTE_CYCLES);
+  assert.equal(bench.received(), `${READ_COUNT} 05 ff 02`);
 });
 
 test('a driver that is late answers 5 ms later, and one that is garbled wrongly every second time', () => {
