@@ -17,17 +17,19 @@ use crate::pins::DriverWirePins;
 
 /// A byte at 115,200 baud, us, rounded up.
 const BYTE_US: u64 = 87;
-/// A driver answers after 8 bit times, which are 70 us.
-const MARGIN_US: u64 = 250;
+/// A driver answers after 24 bit times, which are 209 us.
+const MARGIN_US: u64 = 400;
 
 pub struct DriverWire(Uart<'static, Blocking>);
 
-/// Opens the wire.
-pub fn open(pins: DriverWirePins) -> DriverWire {
-    DriverWire(Uart::new_blocking(pins.uart, pins.tx, pins.rx, Config::default()))
+/// Opens the wire, and sets the drivers.
+pub async fn open(controller: &Controller<'static, Flash>, pins: DriverWirePins) -> DriverWire {
+    let mut wire = DriverWire(Uart::new_blocking(pins.uart, pins.tx, pins.rx, Config::default()));
+    controller.set_drivers(&mut wire).await;
+    wire
 }
 
-/// Sets the drivers, and watches them.
+/// Watches the drivers.
 #[embassy_executor::task]
 pub async fn watch(controller: &'static Controller<'static, Flash>, wire: DriverWire) -> ! {
     match aside(pin!(controller.watch_drivers(wire))).await {}

@@ -97,6 +97,8 @@ async fn start(spawner: Spawner) {
     motion::spawn_axes(axes, machine, board.steps);
     // Must be done before anything reads the settings or moves.
     controller.load().await;
+    #[cfg(feature = "skr-pico")]
+    let wire = driver_wire::open(controller, board.driver_wire).await;
     motion::spawn_switches(switches, machine, board.switches);
     motion::spawn_tool(switches, machine, board.tool, board.controls);
     #[cfg(not(feature = "prove"))]
@@ -106,7 +108,7 @@ async fn start(spawner: Spawner) {
     motion::spawn_coordinator(spawner, machine, enable);
     console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
     #[cfg(feature = "skr-pico")]
-    spawner.spawn(driver_wire::watch(controller, driver_wire::open(board.driver_wire)).unwrap());
+    spawner.spawn(driver_wire::watch(controller, wire).unwrap());
     spawner.spawn(boot::make_way(machine, controller).unwrap());
     if let Some(led) = board.led {
         spawner.spawn(led::show(machine, led).unwrap());

@@ -50,9 +50,6 @@ pub mod messages {
     pub const SLEEPING: &str = "Sleeping";
     /// `$BOOT`, on a board.
     pub const BOOTING: &str = "The board becomes the USB drive RPI-RP2: copy new firmware to it, or switch off and on";
-    /// M122 on a board whose drivers do not talk.
-    #[cfg(feature = "trinamic")]
-    pub const NO_DRIVERS: &str = "The drivers of this board do not talk: M122 has nothing to report";
     /// `$BOOT` where there is no boot loader.
     pub const NO_BOOT_LOADER: &str = "There is no boot loader here: $BOOT is for a board";
 }

@@ -61,7 +61,7 @@ impl SettingError {
     /// Grbl's error for this, or the most similar one.
     pub const fn error(&self) -> Error {
         match self {
-            Self::Unknown { .. } => Error::UnknownStatement,
+            Self::Unknown { .. } | Self::NoTrinamic { .. } => Error::UnknownStatement,
             Self::Negative { .. } => Error::Negative,
             Self::NotInteger { .. } => Error::IntegerRequired,
             Self::TooLow { .. } | Self::TooHigh { .. } | Self::HomingOrder { .. } => Error::BadNumber,
@@ -74,7 +74,6 @@ impl SettingError {
             | Self::ShapedCurve { .. }
             | Self::NoSecondMotor
             | Self::Microsteps { .. }
-            | Self::NoTrinamic { .. }
             | Self::LawLeftOut { .. } => Error::BadNumber,
         }
     }

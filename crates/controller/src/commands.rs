@@ -60,6 +60,9 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let saved =
             if self.with(|program| program.unsaved.any()) { aside(pin!(self.save(&mut text))).await } else { Ok(()) };
+        // No move may begin with drivers that are set to other microsteps than it was planned for.
+        #[cfg(feature = "trinamic")]
+        aside(pin!(self.drivers_set())).await;
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
@@ -238,10 +241,7 @@ impl<F: NorFlash> Controller<'_, F> {
             Command::ShowBuild => self.show_build(text),
             Command::SetSetting { number, value } => self.set(number, value, text)?,
             #[cfg(feature = "trinamic")]
-            Command::ShowDrivers if self.drivers.is_none() => {
-                text.say(messages::NO_DRIVERS);
-                return Err(Error::Unsupported);
-            }
+            Command::ShowDrivers if self.drivers.is_none() => return Err(Error::Unsupported),
             Command::ShowModal => self.with(|program| {
                 text.print(|text| report::modal(text, &program.interpreter, &program.settings));
             }),

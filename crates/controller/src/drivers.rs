@@ -9,7 +9,7 @@ mod registers;
 mod report;
 mod watch;
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
@@ -56,6 +56,10 @@ pub(crate) struct Drivers {
     pub news: Watch<NoopRawMutex, News, LISTENERS>,
     /// Settings have changed.
     asked: Signal<NoopRawMutex, ()>,
+    /// Not all drivers are set to them yet.
+    pending: Cell<bool>,
+    /// They are.
+    done: Signal<NoopRawMutex, ()>,
 }
 
 /// What is known of a driver.
@@ -81,11 +85,19 @@ pub(crate) struct News {
 impl Drivers {
     pub fn new(hardware: DriverHardware) -> Self {
         let known = Known { health: Health::Unknown, set: None, status: 0, load: 0, open: 0 };
-        Self { hardware, known: RefCell::new([known; DRIVERS]), news: Watch::new(), asked: Signal::new() }
+        Self {
+            hardware,
+            known: RefCell::new([known; DRIVERS]),
+            news: Watch::new(),
+            asked: Signal::new(),
+            pending: Cell::new(false),
+            done: Signal::new(),
+        }
     }
 
     /// Has the drivers set anew.
     pub fn settings_changed(&self) {
+        self.pending.set(true);
         self.asked.signal(());
     }
 }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use embassy_time::Duration;
 use isostep_console::Settings;
+use isostep_controller::DriverHardware;
 use isostep_motion::{AXES, Axis, Contact, DriverTiming};
 use isostep_profile::fit_error_max_ticks;
 
@@ -16,6 +17,44 @@ use crate::springs::Springs;
 
 /// Clock of an RP2040.
 pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;
+
+/// The board that the machine is like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Board {
+    /// A Raspberry Pi Pico with bare drivers.
+    #[default]
+    Pico,
+    /// A BIGTREETECH SKR Pico: four TMC2209 that talk, see [`drivers`](crate::drivers).
+    SkrPico,
+}
+
+impl Board {
+    /// Both boards.
+    pub const ALL: [Self; 2] = [Self::Pico, Self::SkrPico];
+
+    /// What the timing of its drivers is, if nothing else is said.
+    pub fn driver(self) -> DriverTiming {
+        match self {
+            Self::Pico => DriverTiming::DRV8825,
+            Self::SkrPico => DriverTiming::TMC2209,
+        }
+    }
+
+    /// The drivers that talk.
+    pub(crate) fn talking(self) -> Option<DriverHardware> {
+        (self == Self::SkrPico).then_some(DriverHardware { addresses: [0, 2, 1, 3], sense_milliohms: 110 })
+    }
+}
+
+impl fmt::Display for Board {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Pico => "pico",
+            Self::SkrPico => "skr-pico",
+        })
+    }
+}
 
 /// The step port that drives the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -126,6 +165,8 @@ pub struct Config {
     pub springs: Springs,
     /// The width of a laser's beam at half its maximum, mm: for the picture of what it engraved.
     pub beam_mm: f64,
+    /// The board.
+    pub board: Board,
     /// The port that makes the edges.
     pub port: Port,
     /// Timing requirements of the drivers.
@@ -177,6 +218,7 @@ impl Default for Config {
             springs: Springs::default(),
             // Of a common diode laser.
             beam_mm: 0.1,
+            board: Board::default(),
             port: Port::default(),
             driver: DriverTiming::DRV8825,
             streaming: Streaming::GRBL,
@@ -271,6 +313,9 @@ impl Config {
         if self.settings.speed_law != said.speed_law {
             line += &format!(" --speed-law {}", isostep_controller::config(&self.settings).speed_law);
         }
+        if self.board != default.board {
+            line += &format!(" --board {}", self.board);
+        }
         if self.port != default.port {
             line += &format!(" --port {}", self.port);
         }
@@ -313,10 +358,11 @@ mod tests {
         config.switches[1] = SwitchFault::StuckOpen;
         config.settings.interval_thirds = true;
         config.settings.speed_law = 1;
+        config.board = Board::SkrPico;
         config.port = Port::Timer;
         config.emergency_contact = Contact::NormallyClosed;
         let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --skew -2.5 --switch Y=stuck-open --estop nc --law thirds \
-                    --speed-law s-curve --port timer";
+                    --speed-law s-curve --board skr-pico --port timer";
         assert_eq!(config.replay("a.nc"), line);
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
         let config = Config { settings_file, motor: "1.2,300,10".parse().unwrap(), ..Config::default() };

@@ -20,10 +20,12 @@
 //! assert!(wire.run_current_ma(1) < before_ma);
 //! ```
 
+mod board;
 mod datagram;
 mod fault;
 mod tmc2209;
 mod wire;
 
+pub(crate) use board::DriverWire;
 pub use fault::DriverFault;
-pub use wire::Wire;
+pub use wire::{DriverSetup, Wire};

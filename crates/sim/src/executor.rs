@@ -211,10 +211,16 @@ impl Executor {
     /// # Errors
     /// [`RunError`] for a deadlock, the time limit or a livelock before `done`.
     pub fn run_until(&mut self, limit: Instant, done: impl FnMut() -> bool) -> Result<(), RunError> {
-        self.run_until_ns(time::ns(limit), done)
+        self.run_until_ns(time::ns(limit), false, done)
     }
 
-    fn run_until_ns(&mut self, limit_ns: u64, mut done: impl FnMut() -> bool) -> Result<(), RunError> {
+    /// `to_rest`: it is a deadlock, too, if only what runs in the background waits.
+    fn run_until_ns(
+        &mut self,
+        limit_ns: u64,
+        to_rest: bool,
+        mut done: impl FnMut() -> bool,
+    ) -> Result<(), RunError> {
         let _current = self.clock().clone().enter();
         let _interrupted = Interrupted::by(self.interruption.clone());
         self.core.horizon_ns.set(limit_ns);
@@ -223,7 +229,7 @@ impl Executor {
             if done() {
                 return Ok(());
             }
-            match self.core.next_ns() {
+            match self.core.next_ns().filter(|_| !to_rest || self.core.is_due()) {
                 None => return Err(RunError::Deadlock { at: self.clock().now(), waiting: self.waiting() }),
                 Some(at_ns) if at_ns > limit_ns => {
                     let limit = Instant::from_nanos(limit_ns);
@@ -234,16 +240,17 @@ impl Executor {
         }
     }
 
-    /// Runs until nothing can happen without an event from outside, or until `horizon`.
+    /// Runs until nothing can happen without an event from outside, or until `horizon`. What runs in the background goes on
+    /// for ever, and does not count.
     ///
     /// # Errors
     /// [`RunError::Livelock`].
     pub fn run_until_quiescent(&mut self, horizon: Instant) -> Result<Rest, RunError> {
-        self.run_until_quiescent_ns(time::ns(horizon))
+        self.run_to_rest(time::ns(horizon), true)
     }
 
-    fn run_until_quiescent_ns(&mut self, horizon_ns: u64) -> Result<Rest, RunError> {
-        match self.run_until_ns(horizon_ns, || false) {
+    fn run_to_rest(&mut self, horizon_ns: u64, without_background: bool) -> Result<Rest, RunError> {
+        match self.run_until_ns(horizon_ns, without_background, || false) {
             Err(RunError::Deadlock { .. }) => Ok(Rest::Quiescent),
             Err(RunError::TimeLimit { .. }) => Ok(Rest::Horizon),
             Err(livelock) => Err(livelock),
@@ -264,7 +271,7 @@ impl Executor {
     /// # Errors
     /// [`RunError::Livelock`].
     pub fn run_to(&mut self, at_ns: u64) -> Result<(), RunError> {
-        self.run_until_quiescent_ns(at_ns)?;
+        self.run_to_rest(at_ns, false)?;
         self.clock().advance_to(at_ns);
         Ok(())
     }
@@ -309,6 +316,11 @@ impl Core {
         let now_ns = self.clock.now_ns();
         let delayed = tasks.iter().filter(|task| task.is_awake()).map(|task| task.free_ns.get());
         self.clock.next_deadline_ns().into_iter().chain(delayed.filter(|&free_ns| free_ns > now_ns)).min()
+    }
+
+    /// Whether anything is to happen that does not run in the background.
+    fn is_due(&self) -> bool {
+        self.clock.has_deadlines() || self.tasks.borrow().iter().any(|task| task.is_awake())
     }
 
     /// Called when the task being polled has left a critical section: runs what interrupts it.

@@ -5,6 +5,8 @@ use std::str::FromStr;
 
 use isostep_motion::{Axis, Motor};
 
+use crate::drivers::DriverFault;
+
 const NS_PER_S: f64 = 1e9;
 /// A fault must begin within a day.
 const LATEST_S: f64 = 86_400.0;
@@ -30,6 +32,8 @@ pub enum Trouble {
     Probe,
     /// The motor of an axis makes no step.
     Stall(Motor),
+    /// Something is wrong with a driver that talks.
+    Driver(Motor, DriverFault),
     /// Consoles and coordinator get no processor time.
     Starve,
     /// The host does not read.
@@ -57,7 +61,7 @@ pub struct Fault {
 pub struct UnknownFault(String);
 
 /// The part before the `@`.
-const KINDS: [&str; 11] = [
+const KINDS: [&str; 18] = [
     "e-stop",
     "broken:e-stop",
     "limit:AXIS",
@@ -67,6 +71,13 @@ const KINDS: [&str; 11] = [
     "start",
     "probe",
     "stall:AXIS",
+    "driver-off:AXIS",
+    "driver-late:AXIS",
+    "driver-garbled:AXIS",
+    "driver-hot:AXIS",
+    "driver-overheated:AXIS",
+    "driver-shorted:AXIS",
+    "driver-open-coil:AXIS",
     "starve",
     "deaf",
 ];
@@ -83,6 +94,7 @@ impl fmt::Display for Trouble {
             Self::Start => f.write_str("start"),
             Self::Probe => f.write_str("probe"),
             Self::Stall(motor) => write!(f, "stall:{motor}"),
+            Self::Driver(motor, fault) => write!(f, "driver-{fault}:{motor}"),
             Self::Starve => f.write_str("starve"),
             Self::Deaf => f.write_str("deaf"),
         }
@@ -129,6 +141,11 @@ fn trouble(what: &str) -> Option<Trouble> {
         ("broken", Some(motor)) => Some(Trouble::Broken(motor)),
         ("chatter", Some(motor)) => Some(Trouble::Chatter(motor)),
         ("stall", Some(motor)) => Some(Trouble::Stall(motor)),
+        (kind, Some(motor)) => {
+            let fault = kind.strip_prefix("driver-")?;
+            let fault = DriverFault::ALL.into_iter().find(|known| known.to_string() == fault)?;
+            Some(Trouble::Driver(motor, fault))
+        }
         _ if motor.is_empty() => match what {
             "e-stop" => Some(Trouble::EmergencyStop),
             "hold" => Some(Trouble::Hold),
@@ -158,7 +175,7 @@ mod tests {
             "hold@2+0.3",
             "start@2+0.3",
         ];
-        for text in reported.into_iter().chain(["probe@3+1", "stall:X@2+0.01", "starve@4+0.05", "deaf@5+2"]) {
+        for text in reported.into_iter().chain(["probe@3+1", "stall:X@2+0.01", "driver-open-coil:Y2@1", "starve@4+0.05", "deaf@5+2"]) {
             assert_eq!(text.parse::<Fault>().map(|fault| fault.to_string()).as_deref(), Ok(text));
         }
         for text in [

@@ -39,6 +39,7 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
+mod background;
 pub mod config;
 pub mod corners;
 pub mod drive;
@@ -86,7 +87,7 @@ pub const NAMES_OF_AXES: &str = match AXES {
     _ => "X, Y, Z or A",
 };
 
-pub use config::{Config, Gantry, Port, StartOutside, Streaming};
+pub use config::{Board, Config, Gantry, Port, StartOutside, Streaming};
 pub use executor::RunError;
 pub use faults::Fault;
 pub use flash::Flash;

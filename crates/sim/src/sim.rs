@@ -10,11 +10,13 @@ use embassy_futures::join::join;
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant};
 use embedded_io_async::{Read, Write};
-use isostep_controller::{Controller, Store};
+use isostep_controller::{Controller, DriverHardware, Store};
 use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{AXES, Axis, Event, LimitInput, Machine, Motor, State, axis, buttons, limit, probing, tool};
 
+use crate::background::in_background;
 use crate::config::{Config, StartOutside};
+use crate::drivers::{DriverFault, DriverSetup, DriverWire};
 use crate::executor::{Executor, Preemption, Priority, Rest, RunError};
 use crate::faults::Fault;
 use crate::flash::{FLASH_BYTES, Flash};
@@ -191,7 +193,8 @@ impl Sim {
             suffering::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
         }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
-        spawn_consoles(&mut executor, &machine, store, &consoles, config.baud);
+        let drivers = config.board.talking().map(|hardware| (hardware, DriverWire::new(&world, executor.clock())));
+        spawn_consoles(&mut executor, &machine, (store, drivers), &consoles, config.baud);
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
         if let Some(section_max_ns) = config.section_max_ns {
             let changed = world.clone();
@@ -321,6 +324,16 @@ impl Sim {
         let limit = self.now() + self.config.time_limit;
         let machine = self.machine.clone();
         self.executor.run_until(limit, || wanted(machine.state()))
+    }
+
+    /// Sets or mends what is wrong with a driver that talks; of other boards nothing.
+    pub fn set_driver(&mut self, motor: impl Into<Motor>, fault: Option<DriverFault>) {
+        self.world.borrow_mut().set_driver(motor.into(), fault);
+    }
+
+    /// How a driver that talks is set, in the order of the axes, then the fourth motor's; `None` on other boards.
+    pub fn driver_setup(&self, driver: usize) -> Option<DriverSetup> {
+        self.world.borrow().drivers().map(|wire| wire.setup(driver))
     }
 
     /// Presses or releases the emergency stop.
@@ -529,11 +542,14 @@ fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &Rc<Machine>) {
     });
 }
 
+/// What a controller is made with: its store, and the drivers that talk.
+type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>);
+
 /// Spawns the task of the consoles.
 fn spawn_consoles(
     executor: &mut Executor,
     machine: &Rc<Machine>,
-    store: Store<Flash>,
+    parts: Parts,
     consoles: &[Console],
     baud: Option<u32>,
 ) {
@@ -541,21 +557,37 @@ fn spawn_consoles(
     match baud {
         None => {
             let links = pipes.map(|(rx, tx, opened)| (rx.clone(), tx.clone(), opened.clone())).collect();
-            executor.spawn("console", serve_all(machine.clone(), store, links));
+            executor.spawn("console", serve_all(machine.clone(), parts, links));
         }
         Some(baud) => {
             let uart = |pipe: &Pipe| Uart::new(pipe.clone(), executor.clock().clone(), baud);
             let links = pipes.map(|(rx, tx, opened)| (uart(rx), uart(tx), opened.clone())).collect();
-            executor.spawn("console", serve_all(machine.clone(), store, links));
+            executor.spawn("console", serve_all(machine.clone(), parts, links));
         }
     }
 }
 
 /// Serves one console, or two.
-async fn serve_all(machine: Rc<Machine>, store: Store<Flash>, links: Vec<(impl Read, impl Write, Pipe)>) {
-    let controller = Controller::new(&machine, store.kept().settings, store);
+async fn serve_all(machine: Rc<Machine>, (store, mut drivers): Parts, links: Vec<(impl Read, impl Write, Pipe)>) {
+    let mut controller = Controller::new(&machine, store.kept().settings, store);
+    if let Some((hardware, _)) = &drivers {
+        controller = controller.with_drivers(*hardware);
+    }
     controller.load().await;
-    let mut links = links.into_iter().map(|link| serve(&controller, link));
+    if let Some((_, wire)) = &mut drivers {
+        controller.set_drivers(wire).await;
+    }
+    let watching = async {
+        if let Some((_, wire)) = drivers {
+            let clock = wire.clock().clone();
+            in_background(&clock, || controller.sets_drivers(), controller.watch_drivers(wire)).await;
+        }
+    };
+    join(serve_links(&controller, links), watching).await;
+}
+
+async fn serve_links(controller: &Controller<'_, Flash>, links: Vec<(impl Read, impl Write, Pipe)>) {
+    let mut links = links.into_iter().map(|link| serve(controller, link));
     match (links.next(), links.next()) {
         (Some(first), Some(second)) => drop(join(first, second).await),
         (Some(only), None) => only.await,

@@ -40,7 +40,16 @@ struct State {
     spent_ns: u64,
     sequence: u64,
     /// Keys: instant, ns, and sequence number.
-    deadlines: BTreeMap<(u64, u64), Waker>,
+    deadlines: BTreeMap<(u64, u64), Deadline>,
+    /// What is being polled runs in the background.
+    in_background: bool,
+    /// Somebody waits for what runs there.
+    background_counts: bool,
+}
+
+struct Deadline {
+    waker: Waker,
+    in_background: bool,
 }
 
 impl Clock {
@@ -98,6 +107,25 @@ impl Clock {
         Entered(CURRENT.replace(Some(self.clone())))
     }
 
+    /// Calls `poll`, which polls something that runs in the background: what it waits for keeps no run from its end.
+    pub(crate) fn in_background<R>(&self, poll: impl FnOnce() -> R) -> R {
+        self.0.borrow_mut().in_background = true;
+        let polled = poll();
+        self.0.borrow_mut().in_background = false;
+        polled
+    }
+
+    /// Says whether somebody waits for what runs in the background, so that it counts.
+    pub(crate) fn count_background(&self, counts: bool) {
+        self.0.borrow_mut().background_counts = counts;
+    }
+
+    /// Whether anything waits for an instant, without what runs in the background and does not count.
+    pub(crate) fn has_deadlines(&self) -> bool {
+        let state = self.0.borrow();
+        state.deadlines.values().any(|deadline| !deadline.in_background || state.background_counts)
+    }
+
     /// The earliest instant that a task waits for, ns since power-up.
     pub fn next_deadline_ns(&self) -> Option<u64> {
         let state = self.0.borrow();
@@ -109,26 +137,27 @@ impl Clock {
     pub fn advance_to(&self, at_ns: u64) {
         let due = self.0.borrow_mut().advance_to(at_ns);
         // Woken outside the borrow, because a waker may read the time.
-        due.into_values().for_each(Waker::wake);
+        due.into_values().for_each(|deadline| deadline.waker.wake());
     }
 }
 
 impl State {
-    fn advance_to(&mut self, at_ns: u64) -> BTreeMap<(u64, u64), Waker> {
+    fn advance_to(&mut self, at_ns: u64) -> BTreeMap<(u64, u64), Deadline> {
         self.now_ns = self.now_ns.max(at_ns);
         let later = self.deadlines.split_off(&(self.now_ns + 1, 0));
         std::mem::replace(&mut self.deadlines, later)
     }
 
     fn schedule(&mut self, at_ns: u64, waker: &Waker) {
-        let known = self.deadlines.iter().find(|(_, other)| other.will_wake(waker));
+        let known = self.deadlines.iter().find(|(_, other)| other.waker.will_wake(waker));
         if let Some((&key, _)) = known {
             if key.0 <= at_ns {
                 return;
             }
             self.deadlines.remove(&key);
         }
-        self.deadlines.insert((at_ns, self.sequence), waker.clone());
+        let deadline = Deadline { waker: waker.clone(), in_background: self.in_background };
+        self.deadlines.insert((at_ns, self.sequence), deadline);
         self.sequence += 1;
     }
 }

@@ -3,6 +3,7 @@
 
 mod bouncing;
 mod side;
+mod talking;
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -13,8 +14,10 @@ use oorandom::Rand32;
 
 pub use self::bouncing::bounce;
 use self::side::SideWorld;
+use self::talking::Talking;
 use crate::config::{Config, Gantry};
 use crate::drive::{Load, MotorData};
+use crate::drivers::{self, DriverFault};
 use crate::mechanics::{Mechanics, Wiring};
 use crate::motor::Slip;
 use crate::plant::SwitchFault;
@@ -86,6 +89,7 @@ pub struct World {
     wiring: Wiring,
     /// The machine whose configuration the mechanics follow.
     machine: Option<Rc<Machine>>,
+    talking: Option<Talking>,
     motor: MotorData,
     loads: [Option<Load>; AXES],
     motion: Motion,
@@ -142,6 +146,7 @@ impl World {
             mechanics,
             wiring,
             machine: None,
+            talking: config.board.talking().map(Talking::new),
             motor: config.motor,
             loads: config.loads,
             motion: Motion::default(),
@@ -276,6 +281,24 @@ impl World {
         if let Some(index) = side_index(&self.wiring, motor) {
             self.sides[index].is_stalled = is_stalled;
         }
+    }
+
+    /// Sets or mends what is wrong with a driver that talks. One that is off or has switched its motor off makes no step.
+    pub fn set_driver(&mut self, motor: Moving, fault: Option<DriverFault>) {
+        let (Some(index), Some(talking)) = (side_index(&self.wiring, motor), &mut self.talking) else { return };
+        talking.set(index, fault);
+        self.set_stalled(motor, fault.is_some_and(DriverFault::frees_motor));
+    }
+
+    /// What the board hears on the wire of its drivers when it sends this; nothing if they do not talk.
+    pub fn exchange_with_drivers(&mut self, sent: &[u8]) -> Vec<u8> {
+        let now_ns = self.clock.now_ns();
+        self.talking.as_mut().map(|talking| talking.exchange(now_ns, sent)).unwrap_or_default()
+    }
+
+    /// The drivers that talk, as they are set.
+    pub fn drivers(&self) -> Option<&drivers::Wire> {
+        self.talking.as_ref().map(Talking::wire)
     }
 
     /// How far the second side is ahead of the first, mm away from their switches, by how the frame is when square;
@@ -440,6 +463,9 @@ impl World {
             self.refit();
         }
         self.count(t_ns, index, direction);
+        if let Some(talking) = &mut self.talking {
+            talking.step(t_ns, index, direction);
+        }
         let binds = self.binds(index, direction);
         let this = &mut self.sides[index];
         let lost = match this.turn(t_ns, direction, binds) {

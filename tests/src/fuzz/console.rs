@@ -159,7 +159,8 @@ impl Console {
             Command::ExplainAlarm(alarm) => tells(report::message, alarm),
             Command::ShowSettings | Command::ShowParameters | Command::ShowBuild => self.list(),
             Command::ShowModal | Command::ShowStartup | Command::Help => self.list(),
-            Command::Unlock | Command::ToggleCheck | Command::Sleep | Command::Boot | Command::Prove { .. } => {}
+            Command::Unlock | Command::ToggleCheck | Command::Sleep | Command::Boot => {}
+            Command::Prove { .. } | Command::ShowDrivers => {}
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ mod blends_in_hand;
 mod commands;
 mod consoles;
 mod door;
+mod drivers;
 mod dwell;
 mod errors;
 mod feeds;

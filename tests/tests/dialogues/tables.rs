@@ -132,6 +132,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Sleep => "$SLP",
         Command::Boot => "$BOOT",
         Command::Prove { .. } => "$PROVE, $PROVE=...",
+        Command::ShowDrivers => "M122",
         Command::Help => "$",
         Command::ShowSettings => "$$",
         Command::ShowParameters => "$#",
@@ -164,7 +165,7 @@ fn every_command_has_a_row_with_its_states() {
     ];
     let lines = [
         "$", "$$", "$1=5", "$#", "$G", "$I", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z",
-        "$SLP", "$BOOT", "$PROVE", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
+        "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

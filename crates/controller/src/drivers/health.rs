@@ -30,16 +30,16 @@ pub enum Health {
 }
 
 impl Health {
-    /// What the flags say, without those of open coils: these are true only of a moving motor.
-    pub fn judge(global: &GSTAT, status: &DRV_STATUS) -> Self {
+    /// What the flags say of a driver that was `before`, without those of open coils: these are true only of a moving motor.
+    pub fn judge(before: Self, global: &GSTAT, status: &DRV_STATUS) -> Self {
         if status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb() {
             Self::Shorted
         } else if status.ot() {
             Self::Overheated
         } else if global.uv_cp() {
             Self::Undervoltage
-        } else if global.drv_err() {
-            // It has cooled meanwhile: a short stays until the driver is switched off.
+        } else if global.drv_err() && !before.stops() {
+            // It has cooled meanwhile: a short stays until the driver is switched off. The flag is kept until it is cleared.
             Self::Overheated
         } else if status.otpw() {
             Self::Hot

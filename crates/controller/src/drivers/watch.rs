@@ -6,7 +6,7 @@ use embassy_futures::select::select;
 use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_motion::{Motor, State};
-use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, TPWMTHRS};
+use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SLAVECONF, TPWMTHRS};
 
 use super::exchange::{Failure, Line};
 use super::health::Health;
@@ -16,24 +16,62 @@ use crate::controller::Controller;
 
 /// The time between two rounds.
 const ROUND_MS: u64 = 100;
+/// A driver on a wire with others must wait longer than 8 bit times before it answers: 24.
+const SEND_DELAY: u8 = 2;
 /// A coil that seems open so often in a row is: a motor that turns fast makes one seem so now and then.
 const OPEN_ROUNDS: u8 = 5;
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Sets the drivers as the settings say, and asks them ten times a second how they are. One that fails stops the machine;
-    /// one that is hot, or has an open coil, is told to the consoles. Spawn it after [`load`](Controller::load), once, on a
-    /// controller that was made [`with_drivers`](Controller::with_drivers); without drivers it only waits.
+    /// Sets the drivers as the settings say. Call it on a controller that was made [`with_drivers`](Controller::with_drivers),
+    /// after [`load`](Controller::load) and before anything moves. A driver that does not answer locks the machine.
+    ///
+    /// # Cancellation
+    /// Some of the drivers are set, and nothing has moved.
+    pub async fn set_drivers<W: Wire>(&self, wire: &mut W) {
+        if let Some(drivers) = &self.drivers {
+            self.round(drivers, wire).await;
+        }
+    }
+
+    /// From then on asks the drivers ten times a second how they are, and sets them anew when settings have changed. One that
+    /// fails stops the machine; what else it reports is told to the consoles. Without it a changed setting is never
+    /// answered. Without drivers it only waits.
     ///
     /// # Cancellation
     /// The drivers keep what they are set to, and nobody watches them any more. An axis that moves goes on.
     pub async fn watch_drivers<W: Wire>(&self, mut wire: W) -> Infallible {
         let Some(drivers) = &self.drivers else { core::future::pending().await };
         loop {
-            drivers.asked.reset();
-            for driver in 0..DRIVERS {
-                self.attend(drivers, driver, &mut wire).await;
-            }
             select(drivers.asked.wait(), Timer::after_millis(ROUND_MS)).await;
+            self.round(drivers, &mut wire).await;
+        }
+    }
+
+    /// Whether the drivers are being set to settings that have changed.
+    pub fn sets_drivers(&self) -> bool {
+        self.drivers.as_ref().is_some_and(|drivers| drivers.pending.get())
+    }
+
+    /// Waits until the drivers are set to the settings, as far as they answer. The caller has the turn.
+    ///
+    /// # Cancellation
+    /// Safe: it only waits.
+    pub(crate) async fn drivers_set(&self) {
+        let Some(drivers) = &self.drivers else { return };
+        while drivers.pending.get() {
+            drivers.done.wait().await;
+        }
+    }
+
+    async fn round<W: Wire>(&self, drivers: &Drivers, wire: &mut W) {
+        drivers.asked.reset();
+        for driver in 0..DRIVERS {
+            self.attend(drivers, driver, wire).await;
+        }
+        // Other settings may have come meanwhile.
+        if !drivers.asked.signaled() {
+            drivers.pending.set(false);
+            drivers.done.signal(());
         }
     }
 
@@ -95,7 +133,7 @@ impl<W: Wire> Line<'_, W> {
         (known.status, known.load) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
         // What happened before it was set has been told, or is of the time before the machine was switched on.
         let global = if was_set { global } else { self.read().await? };
-        let health = if restarted { Health::Restarted } else { Health::judge(&global, &status) };
+        let health = if restarted { Health::Restarted } else { Health::judge(known.health, &global, &status) };
         if global.drv_err() {
             self.write(&[self.request(GSTAT(global.0))]).await?;
         }
@@ -107,7 +145,10 @@ impl<W: Wire> Line<'_, W> {
         if from_off {
             self.write(&[self.request(CHOPCONF(wanted.off()))]).await?;
         }
+        let mut patient = SLAVECONF(0);
+        patient.set_send_delay(SEND_DELAY);
         self.write(&[
+            self.request(patient),
             self.request(GCONF(wanted.gconf)),
             self.request(IHOLD_IRUN(wanted.ihold_irun)),
             self.request(TPWMTHRS(wanted.tpwmthrs)),

@@ -1,5 +1,7 @@
 //! What may be wrong with a driver.
 
+use std::fmt;
+
 /// What may be wrong with a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -21,6 +23,10 @@ pub enum DriverFault {
 }
 
 impl DriverFault {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Off, Self::Late, Self::Garbled, Self::Hot, Self::Overheated, Self::Shorted, Self::OpenCoil];
+
     /// Its bits of `DRV_STATUS`.
     pub(super) fn status(self) -> u32 {
         const OTPW: u32 = 1 | T120;
@@ -38,8 +44,27 @@ impl DriverFault {
         }
     }
 
+    /// Whether its motor makes no steps.
+    pub(crate) fn frees_motor(self) -> bool {
+        self == Self::Off || self.stops_motor()
+    }
+
     /// Whether the driver switches its motor off, which it says by `GSTAT.drv_err` and DIAG.
     pub(super) fn stops_motor(self) -> bool {
         matches!(self, Self::Overheated | Self::Shorted)
+    }
+}
+
+impl fmt::Display for DriverFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Off => "off",
+            Self::Late => "late",
+            Self::Garbled => "garbled",
+            Self::Hot => "hot",
+            Self::Overheated => "overheated",
+            Self::Shorted => "shorted",
+            Self::OpenCoil => "open-coil",
+        })
     }
 }

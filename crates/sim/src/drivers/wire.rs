@@ -4,6 +4,19 @@ use super::DriverFault;
 use super::datagram::{Request, collide, reply};
 use super::tmc2209::Tmc2209;
 
+/// How a driver is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DriverSetup {
+    /// Microsteps of a full step.
+    pub microsteps: u16,
+    /// Effective current of a motor that moves, mA.
+    pub run_ma: u32,
+    /// Effective current of one that stands, mA.
+    pub hold_ma: u32,
+    /// It chops by SpreadCycle now, not by StealthChop.
+    pub is_spread_cycle: bool,
+}
+
 /// Four TMC2209s on one wire, by which the board sends and hears. The `driver` of its methods is an index of the
 /// addresses, and one beyond them panics.
 #[derive(Debug)]
@@ -86,6 +99,16 @@ impl Wire {
     /// twice `SGTHRS`; and while an error keeps the motor off.
     pub fn diag(&self, driver: usize) -> bool {
         self.nodes[driver].driver.diag()
+    }
+
+    /// How a driver is set.
+    pub fn setup(&self, driver: usize) -> DriverSetup {
+        DriverSetup {
+            microsteps: self.microsteps(driver),
+            run_ma: self.run_current_ma(driver),
+            hold_ma: self.hold_current_ma(driver),
+            is_spread_cycle: self.is_spread_cycle(driver),
+        }
     }
 
     /// Microsteps of a full step.
