@@ -77,14 +77,10 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Sets a driver if it has to be, asks it how it is, and tells what has changed.
     async fn attend<W: Wire>(&self, drivers: &Drivers, driver: usize, wire: &mut W) {
-        let settings = self.settings();
-        let motor = motor(driver, &settings).filter(|&motor| is_watched(motor, &settings));
-        let Some(motor) = motor else {
+        let Some((motor, wanted)) = self.wanted(drivers, driver) else {
             return drivers.note(driver, |known| (known.health, known.set) = (Health::Unknown, None));
         };
-        let hardware = drivers.hardware;
-        let wanted = Registers::new(&settings, motor.axis as usize, hardware.sense_milliohms);
-        let mut line = Line { wire, address: hardware.addresses[driver] };
+        let mut line = Line { wire, address: drivers.hardware.addresses[driver] };
         let mut known = drivers.known.borrow()[driver];
         let before = known.health;
         // Somebody has unlocked the machine: then it is tried again.
@@ -97,6 +93,15 @@ impl<F: NorFlash> Controller<'_, F> {
         });
         drivers.note(driver, |noted| *noted = known);
         self.judge(drivers, motor, before, known.health);
+    }
+
+    /// The motor of a driver that is watched, and what the driver is to be set to.
+    fn wanted(&self, drivers: &Drivers, driver: usize) -> Option<(Motor, Registers)> {
+        self.with(|program| {
+            let settings = &program.settings;
+            let motor = motor(driver, settings).filter(|&motor| is_watched(motor, settings))?;
+            Some((motor, Registers::new(settings, motor.axis as usize, drivers.hardware.sense_milliohms)))
+        })
     }
 
     /// Stops the machine if it must, and tells the consoles what has changed.
