@@ -6,8 +6,7 @@
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Finish, State};
 use isostep_sim::measure::kept;
-use isostep_sim::plant::SwitchFault;
-use isostep_sim::{MoveRecord, Outcome};
+use isostep_sim::{MoveRecord, Outcome, SwitchFault};
 use isostep_tests::bench::{Bench, Highest, Kind, Moves, all_cases, check};
 use isostep_trials::cases;
 

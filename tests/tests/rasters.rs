@@ -5,9 +5,8 @@ use std::fmt::Write as _;
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, State};
-use isostep_sim::Outcome;
-use isostep_sim::plant::SwitchFault;
 use isostep_sim::tool::ToolOutput;
+use isostep_sim::{Outcome, SwitchFault};
 use isostep_tests::bench::{Bench, all_cases, check};
 use isostep_trials::cases;
 

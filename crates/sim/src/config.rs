@@ -242,7 +242,7 @@ impl Config {
     }
 
     /// The end stops of `axis`, steps from where its switch closes.
-    pub fn end_stops_steps(&self, axis: usize) -> (i32, i32) {
+    pub(crate) fn end_stops_steps(&self, axis: usize) -> (i32, i32) {
         self.mechanics(&isostep_controller::config(&self.settings)).end_stops_steps[axis]
     }
 

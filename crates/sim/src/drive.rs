@@ -8,16 +8,15 @@
 //! work against it. Where the lag exceeds two full steps, the torque draws the rotor to the next place where it is in
 //! phase: it has lost four full steps.
 //!
-//! [`Motor`](crate::motor::Motor) integrates that from edge to edge. What it does is known in closed form for three
-//! cases, which are here: [`accel_mm_s2`](Drive::accel_mm_s2), [`spare_mm_s2`](Drive::spare_mm_s2) and
-//! [`jump_mm_s`](Drive::jump_mm_s).
+//! The simulator integrates that from edge to edge. What it does is known in closed form for three cases, which are here:
+//! [`accel_mm_s2`](Drive::accel_mm_s2), [`spare_mm_s2`](Drive::spare_mm_s2) and [`jump_mm_s`](Drive::jump_mm_s).
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use std::fmt;
 use std::str::FromStr;
 
 /// Full steps of a revolution.
-pub const FULL_STEPS: f64 = 200.0;
+const FULL_STEPS: f64 = 200.0;
 /// Pairs of poles: electrical radians per radian.
 const POLE_PAIRS: f64 = FULL_STEPS / 4.0;
 /// Friction as a share of the torque: bearings, guides, detent.
@@ -152,7 +151,7 @@ impl Drive {
     }
 
     /// Whether it follows any edge.
-    pub fn is_rigid(&self) -> bool {
+    pub(crate) fn is_rigid(&self) -> bool {
         self.torque_nm.is_infinite()
     }
 
@@ -192,7 +191,7 @@ impl Drive {
     }
 
     /// Its natural frequency about a place in phase, rad/s.
-    pub fn natural_rad_s(&self) -> f64 {
+    pub(crate) fn natural_rad_s(&self) -> f64 {
         (self.torque_nm * POLE_PAIRS / self.inertia_kg_m2).sqrt()
     }
 

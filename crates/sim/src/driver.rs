@@ -40,7 +40,7 @@ impl Rule {
     ];
 
     /// The least value that `timing` requires, ns.
-    pub fn min_ns(self, timing: &DriverTiming) -> u64 {
+    fn min_ns(self, timing: &DriverTiming) -> u64 {
         match self {
             Self::StepHigh => timing.step_high_ns.into(),
             Self::StepLow => timing.step_low_ns.into(),
@@ -95,7 +95,7 @@ impl fmt::Display for Violation {
 
 /// The inputs of one driver.
 #[derive(Debug)]
-pub struct DriverInputs {
+pub(crate) struct DriverInputs {
     axis: usize,
     timing: DriverTiming,
     step_high: bool,
@@ -129,7 +129,7 @@ impl DriverInputs {
     }
 
     /// Whether the motor is energised.
-    pub fn is_enabled(&self) -> bool {
+    pub(crate) fn is_enabled(&self) -> bool {
         self.enabled
     }
 
@@ -166,7 +166,7 @@ impl DriverInputs {
     }
 
     /// Energises or releases the motor.
-    pub fn set_enabled(&mut self, t_ns: u64, enabled: bool, violations: &mut Vec<Violation>) {
+    pub(crate) fn set_enabled(&mut self, t_ns: u64, enabled: bool, violations: &mut Vec<Violation>) {
         if enabled != self.enabled {
             self.enabled = enabled;
             self.check(Rule::EnableHold, self.rose_ns, t_ns, violations);

@@ -85,7 +85,7 @@ pub enum Priority {
 }
 
 /// How tasks are interrupted.
-pub struct Preemption {
+pub(crate) struct Preemption {
     /// Whether an interruption is possible at the end of this critical section. It is not while the simulated world,
     /// which no chip has, is being changed.
     pub open: Box<dyn Fn() -> bool>,
@@ -168,7 +168,7 @@ impl Executor {
     }
 
     /// Turns preemption on.
-    pub fn preempt(&mut self, preemption: Preemption) {
+    pub(crate) fn preempt(&mut self, preemption: Preemption) {
         let (random, stimuli) = (Rand64::new(preemption.seed.into()), BTreeMap::new());
         self.core.interrupts.replace(Some(Interrupts { preemption, random, stimuli }));
         let core = Rc::downgrade(&self.core);
@@ -191,12 +191,12 @@ impl Executor {
     }
 
     /// Discards the stimuli that have not come yet.
-    pub fn forget_stimuli(&mut self) {
+    pub(crate) fn forget_stimuli(&mut self) {
         self.core.interrupts.borrow_mut().iter_mut().for_each(|interrupts| interrupts.stimuli.clear());
     }
 
     /// A function that keeps all tasks of threads from being polled until an instant, ns since power-up.
-    pub fn starver(&self) -> Rc<dyn Fn(u64)> {
+    pub(crate) fn starver(&self) -> Rc<dyn Fn(u64)> {
         let core = Rc::downgrade(&self.core);
         Rc::new(move |until_ns| {
             let Some(core) = core.upgrade() else { return };

@@ -13,8 +13,8 @@
 //!          violations     lost steps   end stops                  what they must not
 //! ```
 //! - [`executor`] and [`time`] make a run a function of its tasks: no wall clock, no threads, no hash order.
-//! - [`world`] checks every edge as it happens: the timing of the [`driver`], the torque of the [`motor`], the end
-//!   stops of the [`plant`].
+//! - [`world`] checks every edge as it happens: the timing of the [`driver`], the torque of the motor ([`drive`]), the
+//!   end stops.
 //! - [`drivers`] models TMC2209s, registers and all.
 //! - [`verify`] checks every move afterwards, against the closed form of its plan; of a shaped run the whole ([`places`]). [`measure`] finds the intervals of
 //!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
@@ -53,13 +53,13 @@ pub mod lines_of_moves;
 pub mod link;
 pub mod losses;
 pub mod measure;
-pub mod mechanics;
-pub mod motor;
+mod mechanics;
+mod motor;
 mod moves;
 mod outcome;
 pub mod pin;
 pub mod places;
-pub mod plant;
+mod plant;
 pub mod plate;
 pub mod port;
 pub mod program;
@@ -93,7 +93,7 @@ pub use faults::Fault;
 pub use flash::Flash;
 pub use moves::MoveRecord;
 pub use outcome::Outcome;
-pub use plant::SwitchFault;
+pub use plant::{SwitchFault, UnknownFault};
 pub use sim::{Came, Progress, Silencer, Sim, SimError, Stimulus, Streamed, run, run_watched, run_with};
 
 /// The examples of the README are run as those here are.

@@ -101,7 +101,7 @@ impl MoveRecord {
     }
 
     /// How many edges it should have made.
-    pub fn planned_edges(&self) -> u64 {
+    pub(crate) fn planned_edges(&self) -> u64 {
         (0..AXES).map(|axis| u64::from(self.blend_steps(axis)) + self.step_numbers(axis).len() as u64).sum()
     }
 
@@ -121,7 +121,7 @@ impl MoveRecord {
     }
 
     /// When the last edge of the axis with index `axis` was due in closed form, s from the start of the run.
-    pub fn last_due_s(&self, axis: usize) -> Option<f64> {
+    pub(crate) fn last_due_s(&self, axis: usize) -> Option<f64> {
         match (self.step_numbers(axis), self.blend) {
             (numbers, _) if !numbers.is_empty() => Some(self.step_time_s(axis, numbers.end - 1)),
             (_, Some(blend)) if blend.step_counts(axis).0 > 0 => {
@@ -152,7 +152,7 @@ impl MoveRecord {
     }
 
     /// When the axes come to its beginning, rounded to ns since power-up: late, if its run is shaped.
-    pub fn reached_ns(&self) -> u64 {
+    pub(crate) fn reached_ns(&self) -> u64 {
         self.start_ns + ((self.begin_s() + self.delay_s()) * 1e9).round() as u64
     }
 
@@ -360,7 +360,7 @@ impl Moves {
     }
 
     /// Notes that the next run is planned with `config`.
-    pub fn plan_by(&mut self, config: Config) {
+    pub(crate) fn plan_by(&mut self, config: Config) {
         if self.configs.last().is_none_or(|(_, last)| *last != config) {
             self.configs.push((self.runs, config));
         }
@@ -402,7 +402,7 @@ impl Moves {
 
     /// All moves, without their edges, and the configurations they were planned with, each from the run with that
     /// number on.
-    pub fn into_records(self) -> (Vec<MoveRecord>, Vec<(usize, Config)>) {
+    pub(crate) fn into_records(self) -> (Vec<MoveRecord>, Vec<(usize, Config)>) {
         (self.records, self.configs)
     }
 }

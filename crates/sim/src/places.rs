@@ -57,14 +57,14 @@ impl<'a> Places<'a> {
     }
 
     /// Where it would be unshaped, steps.
-    pub fn unshaped_steps(&self, axis: usize, t_s: f64) -> f64 {
+    fn unshaped_steps(&self, axis: usize, t_s: f64) -> f64 {
         let begun = self.begins_s.partition_point(|begin_s| *begin_s <= t_s);
         self.run[begun.saturating_sub(1)].place_steps(axis, t_s)
     }
 
     /// Every instant at which the acceleration of an axis changes, in order, s from the start of the run; and some at which
     /// it does not.
-    pub fn bends_s(&self, axis: usize) -> impl Iterator<Item = f64> + use<> {
+    pub(crate) fn bends_s(&self, axis: usize) -> impl Iterator<Item = f64> + use<> {
         let unshaped_s = self.knots_s.clone();
         let delays_s: Vec<f64> = match self.shaping() {
             Some(shaping) => shaping.impulses[axis].iter().map(|(_, delay_s)| delay_s).collect(),

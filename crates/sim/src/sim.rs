@@ -224,7 +224,7 @@ impl Sim {
     }
 
     /// As [`unread`](Self::unread), for the console with this index.
-    pub fn unread_of(&self, console: usize) -> usize {
+    pub(crate) fn unread_of(&self, console: usize) -> usize {
         self.consoles[console].to_controller.len()
     }
 
@@ -284,7 +284,7 @@ impl Sim {
     }
 
     /// Discards the stimuli that have not come yet.
-    pub fn forget_stimuli(&mut self) {
+    pub(crate) fn forget_stimuli(&mut self) {
         self.executor.forget_stimuli();
     }
 
@@ -425,7 +425,7 @@ impl Sim {
     }
 
     /// Position of each carriage when its limit switch last closed, steps from the switch's nominal position.
-    pub fn closed_at_steps(&self) -> [i32; AXES] {
+    pub(crate) fn closed_at_steps(&self) -> [i32; AXES] {
         self.world.borrow().closed_at_steps()
     }
 

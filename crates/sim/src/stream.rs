@@ -81,12 +81,12 @@ pub struct Dialogue {
 
 impl Dialogue {
     /// Number of the line that waits for its answer, from 1, if there is one.
-    pub fn waiting_line(&self) -> Option<usize> {
+    pub(crate) fn waiting_line(&self) -> Option<usize> {
         (self.answered < self.sent).then_some(self.answered + 1)
     }
 
     /// Notes that the line without an answer waits for the operator.
-    pub fn note_pause(&mut self, program: &Program, t_ns: u64) {
+    pub(crate) fn note_pause(&mut self, program: &Program, t_ns: u64) {
         let (line, text) = self.next_line(program);
         let words = self.words();
         self.pauses.push(Pause { line, text, t_ns, words });

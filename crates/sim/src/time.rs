@@ -97,7 +97,7 @@ impl Clock {
 
     /// Ends a poll: the next task starts at the common time. Returns when the delays of this task are over, ns since
     /// power-up.
-    pub fn end_poll(&self) -> u64 {
+    pub(crate) fn end_poll(&self) -> u64 {
         let mut state = self.0.borrow_mut();
         state.now_ns + std::mem::take(&mut state.spent_ns)
     }
@@ -127,7 +127,7 @@ impl Clock {
     }
 
     /// The earliest instant that a task waits for, ns since power-up.
-    pub fn next_deadline_ns(&self) -> Option<u64> {
+    pub(crate) fn next_deadline_ns(&self) -> Option<u64> {
         let state = self.0.borrow();
         let (&(at_ns, _), _) = state.deadlines.first_key_value()?;
         Some(at_ns)

@@ -157,7 +157,7 @@ impl World {
     }
 
     /// The axis that has a second motor.
-    pub fn second_axis(&self) -> Option<Axis> {
+    pub(crate) fn second_axis(&self) -> Option<Axis> {
         self.wiring.second
     }
 
@@ -194,7 +194,7 @@ impl World {
     }
 
     /// Sets an output of the tool.
-    pub fn drive_tool(&mut self, output: ToolOutput, duty: u16) {
+    pub(crate) fn drive_tool(&mut self, output: ToolOutput, duty: u16) {
         if std::mem::replace(&mut self.tool[output as usize], duty) != duty && self.keep_record {
             self.record.tool.push(ToolChange { t_ns: self.clock.now_ns(), output, duty });
         }
@@ -222,13 +222,13 @@ impl World {
     }
 
     /// How often an input has risen and fallen.
-    pub fn flanks(&self, wire: Wire) -> (u32, u32) {
+    pub(crate) fn flanks(&self, wire: Wire) -> (u32, u32) {
         let input = &self.inputs[input_index(wire)];
         (input.rises, input.falls)
     }
 
     /// Wakes `waker` when an input changes.
-    pub fn wake_on_change(&mut self, wire: Wire, waker: &Waker) {
+    pub(crate) fn wake_on_change(&mut self, wire: Wire, waker: &Waker) {
         let wakers = &mut self.inputs[input_index(wire)].wakers;
         if !wakers.iter().any(|known| known.will_wake(waker)) {
             wakers.push(waker.clone());
@@ -277,7 +277,7 @@ impl World {
     }
 
     /// Blocks a motor, so that it makes no step, or releases it.
-    pub fn set_stalled(&mut self, motor: Moving, is_stalled: bool) {
+    pub(crate) fn set_stalled(&mut self, motor: Moving, is_stalled: bool) {
         if let Some(index) = side_index(&self.wiring, motor) {
             self.sides[index].is_stalled = is_stalled;
         }
@@ -350,7 +350,7 @@ impl World {
     }
 
     /// Notes the configuration that the next run is planned with.
-    pub fn on_config(&mut self, config: isostep_motion::Config) {
+    pub(crate) fn on_config(&mut self, config: isostep_motion::Config) {
         if self.keep_record {
             self.record.moves.plan_by(config);
         }
@@ -382,7 +382,7 @@ impl World {
     }
 
     /// Position of each carriage when its switch last closed, in steps from the switch's nominal position.
-    pub fn closed_at_steps(&self) -> [i32; AXES] {
+    pub(crate) fn closed_at_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| self.sides[axis].switch.closed_at_steps())
     }
 
@@ -397,7 +397,7 @@ impl World {
     }
 
     /// The same of the second side, if there is one.
-    pub fn second_drift_steps(&self) -> Option<i32> {
+    pub(crate) fn second_drift_steps(&self) -> Option<i32> {
         self.sides.get(SECOND).map(SideWorld::drift_steps)
     }
 
@@ -412,12 +412,12 @@ impl World {
     }
 
     /// Takes the record; the world continues with an empty one.
-    pub fn take_record(&mut self) -> Record {
+    pub(crate) fn take_record(&mut self) -> Record {
         std::mem::take(&mut self.record)
     }
 
     /// Takes what nothing can change any more; the world continues with the rest.
-    pub fn take_settled(&mut self, tolerance_ns: f64) -> Record {
+    pub(crate) fn take_settled(&mut self, tolerance_ns: f64) -> Record {
         self.record.take_settled(self.edge_ns, tolerance_ns)
     }
 
@@ -428,7 +428,7 @@ impl World {
 
     /// Follows the rotors until they stand still, so that the overshoot of an abrupt stop is recorded. No edge may come
     /// after it.
-    pub fn come_to_rest(&mut self) {
+    pub(crate) fn come_to_rest(&mut self) {
         self.follow_rotors(self.clock.now_ns() + REST_NS);
     }
 

@@ -385,7 +385,7 @@ pub fn places(text: &str) -> Result<[f64; AXES], String> {
 fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     let (axis, fault) = text.split_once('=').ok_or("an axis and its fault, such as X=stuck-open")?;
     let index = axis_index(axis)?;
-    fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::plant::UnknownFault| error.to_string())
+    fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::UnknownFault| error.to_string())
 }
 
 /// How the loads on springs swing in the same program without shapers, if it is shaped. A flash may hold settings that are in

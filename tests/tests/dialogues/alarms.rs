@@ -3,8 +3,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::{AXES, Alarm, Axis, Contact, Motor, State};
-use isostep_sim::plant::SwitchFault;
-use isostep_sim::{Config, Sim};
+use isostep_sim::{Config, Sim, SwitchFault};
 
 use crate::talk::{begin, homed, powered_up, refused, say, state, switched_on};
 

@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 
 use embassy_time::Duration;
 use isostep_motion::State;
-use isostep_sim::plant::SwitchFault;
-use isostep_sim::{Config, Sim};
+use isostep_sim::{Config, Sim, SwitchFault};
 
 use crate::talk::{begin, field, homed, powered_up, say, status};
 

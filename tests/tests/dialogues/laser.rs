@@ -239,9 +239,9 @@ fn a_stopped_laser_is_dark_and_stays_so() {
     // The machine is unlocked at once, before the time of the committed strokes has passed.
     let mut sim = laser();
     begin(&mut sim, "M3 S1000\nG1 X60 F600", Duration::from_secs(1));
-    sim.set_switch(isostep_motion::Axis::Y, isostep_sim::plant::SwitchFault::StuckClosed);
+    sim.set_switch(isostep_motion::Axis::Y, isostep_sim::SwitchFault::StuckClosed);
     sim.run_for(Duration::from_micros(100)).unwrap();
-    sim.set_switch(isostep_motion::Axis::Y, isostep_sim::plant::SwitchFault::None);
+    sim.set_switch(isostep_motion::Axis::Y, isostep_sim::SwitchFault::None);
     assert_eq!(sim.tool(), OFF);
     sim.send(b"$X\nM3 S1000\nG0 X0\n");
     let changes = watch(&mut sim, Duration::from_millis(100));

@@ -3,8 +3,7 @@
 use embassy_futures::block_on;
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Event, Finish, HomingPhase, Motion, Power, State};
-use isostep_sim::plant::SwitchFault;
-use isostep_sim::{Config, Port, Sim};
+use isostep_sim::{Config, Port, Sim, SwitchFault};
 use isostep_trials::stride;
 
 use crate::talk::{begin, homed, powered_up, report, say, status, switched_on};

@@ -2,8 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::Axis;
-use isostep_sim::plant::SwitchFault;
-use isostep_sim::{Config, Port, Sim};
+use isostep_sim::{Config, Port, Sim, SwitchFault};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, report, say, state, status, switched_on};
 

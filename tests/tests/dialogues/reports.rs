@@ -2,9 +2,8 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, State};
-use isostep_sim::plant::SwitchFault;
 use isostep_sim::world::Wire;
-use isostep_sim::{Config, Sim};
+use isostep_sim::{Config, Sim, SwitchFault};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, report, say, state};
 

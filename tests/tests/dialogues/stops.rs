@@ -4,8 +4,7 @@ use embassy_futures::block_on;
 use embassy_time::Duration;
 use isostep_motion::{AXES, Alarm, Axis, Motion, Power, ProbeMove, State};
 use isostep_sim::faults::Trouble;
-use isostep_sim::plant::SwitchFault;
-use isostep_sim::{Config, Fault, Port, Sim};
+use isostep_sim::{Config, Fault, Port, Sim, SwitchFault};
 use isostep_trials::stride;
 
 use crate::talk::{begin, bytes, field, homed, powered_up, say};

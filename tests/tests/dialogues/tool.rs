@@ -2,8 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, Level, Outputs, Spindle};
-use isostep_sim::plant::SwitchFault;
-use isostep_sim::{Config, Sim};
+use isostep_sim::{Config, Sim, SwitchFault};
 
 use crate::talk::{
     ON, assert_at, begin, bytes, duty, field, homed, powered_up, refused, report, say, state, status, watch,

@@ -99,7 +99,7 @@ impl Oscillator {
 
     /// The acceleration of the mass relative to its foot, per s², while the foot's acceleration is `accel`. A sensor
     /// that measures the oscillation alone reads this.
-    pub fn relative_accel(&self, at: Ringing, accel: f64) -> f64 {
+    fn relative_accel(&self, at: Ringing, accel: f64) -> f64 {
         let w = TAU * self.natural_hz;
         -accel - 2.0 * self.damping_ratio * w * at.speed - w * w * at.displacement
     }
