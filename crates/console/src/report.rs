@@ -34,8 +34,6 @@ pub mod messages {
     pub const CHECK_LIMITS: &str = "Check Limits";
     /// The safety door is open but should be closed.
     pub const CHECK_DOOR: &str = "Check Door";
-    /// A resume switches the spindle on again after 0x9E has switched it off.
-    pub const RESTORING_SPINDLE: &str = "Restoring spindle";
     /// M6 when T has named no tool.
     pub const CHANGE_TOOL: &str = "M6: change the tool, then resume with ~";
     /// M2 or M30.
