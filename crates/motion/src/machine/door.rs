@@ -41,12 +41,6 @@ impl Machine {
     pub fn door(&self) -> Door {
         self.life().door
     }
-
-    /// Sets whether the safety door is open, debounced. While it is open nothing resumes.
-    pub fn set_door(&self, is_open: bool) {
-        self.on(Trigger::Door(is_open));
-        self.tool.ask();
-    }
 }
 
 impl Machine {
