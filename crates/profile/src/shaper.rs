@@ -27,7 +27,7 @@ pub use self::leg::Leg;
 pub use self::shaped::Shaped;
 
 /// The most impulses that a shaper has.
-pub const IMPULSES_MAX: usize = 3;
+const IMPULSES_MAX: usize = 3;
 
 /// What is left of an undamped vibration at the shaper's own frequency by [`ShaperKind::Ei`], as a fraction of the unshaped one;
 /// with damping it is less.
