@@ -64,11 +64,11 @@ pub fn steps_of(item: StreamItem) -> i32 {
 }
 
 /// Seed of the random chains.
-pub const SEED: u64 = 11;
+pub(crate) const SEED: u64 = 11;
 
 /// Consecutive moves. Each begins when the previous one ends, rounded to the port's tick.
 #[derive(Clone, Debug, Default)]
-pub struct Chain {
+pub(crate) struct Chain {
     /// Of the port.
     pub tick_hz: u32,
     /// When each move begins, ticks from the start of the run, and its plan.
@@ -89,7 +89,7 @@ impl Chain {
     }
 
     /// Single steps in alternating directions, `period_ticks` apart.
-    pub fn to_and_fro(tick_hz: u32, steps: i32, period_ticks: u32) -> Self {
+    pub(crate) fn to_and_fro(tick_hz: u32, steps: i32, period_ticks: u32) -> Self {
         let rate = f64::from(tick_hz) / f64::from(period_ticks);
         let limits = Limits { start_speed_steps_s: rate, top_speed_steps_s: rate, ..LIMITS };
         let mut chain = Self { tick_hz, ..Self::default() };
@@ -144,7 +144,7 @@ impl Chain {
 
 /// The item, later.
 #[must_use]
-pub fn delayed(item: StreamItem, ticks: u64) -> StreamItem {
+pub(crate) fn delayed(item: StreamItem, ticks: u64) -> StreamItem {
     match item {
         StreamItem::Steps { segment, direction } => StreamItem::Steps { segment: segment.delayed(ticks), direction },
         StreamItem::Rest { until_ticks } => StreamItem::Rest { until_ticks: until_ticks + ticks },

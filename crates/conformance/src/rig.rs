@@ -110,7 +110,7 @@ impl<P: Ports> Rig<P> {
     }
 
     /// Runs tasks with the ports of all axes. Each has its own time, as on a core of its own.
-    pub fn run_tasks<F, I, T>(self, tasks: F) -> Shared
+    pub(crate) fn run_tasks<F, I, T>(self, tasks: F) -> Shared
     where
         F: FnOnce([P::Port; AXES], Clock) -> I,
         I: IntoIterator<Item = T>,
@@ -152,7 +152,7 @@ impl<P: Ports> Rig<P> {
     }
 
     /// Compares every edge with an instant, ns since power-up, and a direction, when the ports are let go at the start.
-    pub fn assert_edges(self, edges: &[Edge], planned: impl Iterator<Item = (f64, i32)>) {
+    pub(crate) fn assert_edges(self, edges: &[Edge], planned: impl Iterator<Item = (f64, i32)>) {
         let planned: Vec<_> = planned.collect();
         let tick_hz = self.capabilities().tick_hz;
         let lead_ns = self.ports.lead().as_micros() as f64 * 1e3;
@@ -197,7 +197,7 @@ pub async fn carry_out(
 }
 
 /// The same with any items.
-pub async fn carry_out_all(
+pub(crate) async fn carry_out_all(
     port: &mut impl StepPort,
     items: Vec<StreamItem>,
     (start, wiring): (Instant, Wiring),
@@ -207,7 +207,7 @@ pub async fn carry_out_all(
 }
 
 /// The same with any motors.
-pub async fn carry_out_run(
+pub(crate) async fn carry_out_run(
     port: &mut impl StepPort,
     items: Vec<StreamItem>,
     (start, motors): (Instant, Motors),
