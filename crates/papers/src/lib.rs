@@ -19,7 +19,7 @@ mod linear;
 mod page;
 mod row;
 mod screen;
-pub mod welch;
+mod welch;
 
 use anyhow::Result;
 use serde::Serialize;

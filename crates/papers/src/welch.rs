@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use realfft::RealFftPlanner;
 
 /// The longest segment, samples: SciPy's default.
-pub const SEGMENT_MAX: usize = 256;
+const SEGMENT_MAX: usize = 256;
 
 /// The power of a signal over frequency.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -16,6 +16,7 @@ pub struct Spectrum {
     pub densities: Vec<f64>,
 }
 
+#[cfg(test)]
 impl Spectrum {
     /// The total power, the signal's unit squared: the integral of the density over frequency.
     pub fn power(&self) -> f64 {
