@@ -28,7 +28,7 @@ use isostep_sim::lines_of_moves::{self, Source};
 
 pub use self::carried::BOARD_MOVES_PER_S;
 pub use self::corner::{CornerLimit, Rule};
-pub use self::samples::{Sample, StraightMove, samples, straight_moves};
+pub use self::samples::{Sample, samples};
 pub use self::seconds::Second;
 pub use self::slow::{LEAST_SHOWN_S, SlowKind, SlowPlace, SlowPlaces, Why};
 

@@ -23,7 +23,7 @@ pub fn made(program: Program, config: &Config) -> Result<Outcome, String> {
 ///
 /// # Errors
 /// As [`made`].
-pub fn made_watched(program: Program, config: &Config, watch: &mut dyn FnMut(usize)) -> Result<Outcome, String> {
+pub(crate) fn made_watched(program: Program, config: &Config, watch: &mut dyn FnMut(usize)) -> Result<Outcome, String> {
     let outcome = isostep_sim::run_watched(program, config, Flash::blank(), &mut |progress| watch(progress.answered));
     let outcome = outcome.map_err(|error| error.to_string())?;
     if let State::Alarm(alarm) = outcome.state {

@@ -2,4 +2,4 @@
 
 mod beginnings;
 pub mod figures;
-pub mod spells;
+pub(crate) mod spells;

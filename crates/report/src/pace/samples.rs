@@ -1,6 +1,4 @@
-//! Samples for pictures: the speed along the path over time, and the mean speed of each move.
-
-use isostep_motion::AXES;
+//! Samples for pictures: the speed along the path over time.
 
 use super::course::{Phase, end_s, phases};
 use isostep_sim::Outcome;
@@ -23,19 +21,6 @@ pub struct Sample {
     pub asked_mm_s: f64,
 }
 
-/// A move of the program as a straight line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StraightMove {
-    /// Index of the move in [`Outcome::moves`].
-    pub index: usize,
-    /// Start position, mm.
-    pub from_mm: [f64; AXES],
-    /// End position, mm.
-    pub to_mm: [f64; AXES],
-    /// Its mean speed along the path, mm/s.
-    pub mean_mm_s: f64,
-}
-
 /// The speed in `bins` equal spans of time, from the start of the first move to the end of the last one; empty without
 /// a move.
 pub fn samples(outcome: &Outcome, sources: &[Option<Source>], bins: usize) -> Vec<Sample> {
@@ -54,23 +39,6 @@ pub fn samples(outcome: &Outcome, sources: &[Option<Source>], bins: usize) -> Ve
         }
     }
     sums.iter().enumerate().map(|(number, sum)| sum.sample(number, bin_s)).collect()
-}
-
-/// The moves of the program as straight lines, in order.
-pub fn straight_moves<'a>(
-    outcome: &'a Outcome,
-    sources: &'a [Option<Source>],
-) -> impl Iterator<Item = StraightMove> + 'a {
-    let mut spans = phases(outcome, sources).map(|phase| (phase.index, phase.distance_mm, phase.span_s)).peekable();
-    std::iter::from_fn(move || {
-        let (index, mut distance_mm, mut span_s) = spans.next()?;
-        while let Some((_, more_mm, more_s)) = spans.next_if(|next| next.0 == index) {
-            (distance_mm, span_s) = (distance_mm + more_mm, span_s + more_s);
-        }
-        let record = &outcome.moves[index];
-        let [from_mm, to_mm] = [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps));
-        Some(StraightMove { index, from_mm, to_mm, mean_mm_s: distance_mm / span_s })
-    })
 }
 
 /// The values of a span so far.

@@ -69,7 +69,7 @@ impl Why {
     }
 
     /// Whether the machine is at standstill there.
-    pub const fn is_standstill(self) -> bool {
+    pub(super) const fn is_standstill(self) -> bool {
         matches!(self, Self::ExactStop | Self::Thirds | Self::Stop | Self::Ends)
     }
 }
@@ -143,11 +143,6 @@ impl SlowPlaces {
     /// The places with this reason.
     pub fn of(&self, why: Why) -> &SlowKind {
         &self.kinds[why as usize]
-    }
-
-    /// The time lost at all places except the start and the end, s.
-    pub fn lost_s(&self) -> f64 {
-        self.kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.lost_s).sum()
     }
 
     pub(super) fn add(&mut self, place: SlowPlace, ramps_s: f64) {

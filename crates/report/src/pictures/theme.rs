@@ -17,9 +17,9 @@ pub const AXIS: [RGBColor; 4] = [RGBColor(1, 0, 4), RGBColor(1, 0, 5), RGBColor(
 /// Accelerating, cruising, decelerating.
 pub const INTERVAL: [RGBColor; 3] = [RGBColor(1, 0, 7), RGBColor(1, 0, 8), RGBColor(1, 0, 9)];
 /// Bounds.
-pub const BOUND: RGBColor = RGBColor(1, 0, 10);
+pub(crate) const BOUND: RGBColor = RGBColor(1, 0, 10);
 /// The rack.
-pub const RACK: RGBColor = RGBColor(1, 0, 11);
+pub(crate) const RACK: RGBColor = RGBColor(1, 0, 11);
 /// Curves that overlap, in the order drawn.
 pub const CURVE: [RGBColor; 7] =
     [AXIS[0], AXIS[1], AXIS[2], RACK, RGBColor(1, 0, 12), RGBColor(1, 0, 13), RGBColor(1, 0, 14)];
@@ -99,7 +99,7 @@ pub fn font<'a>(size: u32) -> TextStyle<'a> {
 }
 
 /// A text style centred on its position.
-pub fn centred<'a>(size: u32) -> TextStyle<'a> {
+pub(crate) fn centred<'a>(size: u32) -> TextStyle<'a> {
     font(size).pos(Pos::new(HPos::Center, VPos::Center))
 }
 
