@@ -1,7 +1,6 @@
 //! A machine at power-up, to be operated.
 
 use isostep_motion::{AXES, Axis};
-use isostep_sim::world::Wire;
 use isostep_sim::{Sim, SwitchFault, plate::Plate, verify::Verdict};
 
 use crate::motion::Motion;
@@ -82,11 +81,6 @@ impl Live {
     /// Puts a plate under the tool for the probe to touch, this far above the limit switch of Z, or takes it away.
     pub fn set_plate(&mut self, place_mm: Option<f64>) {
         self.sim.set_plate(place_mm.map(|place_mm| Plate { axis: Axis::Z, place_mm, is_below: true }));
-    }
-
-    /// Presses or releases the button of the feed hold, or opens or closes the safety door.
-    pub fn set_hold_button(&mut self, is_pressed: bool) {
-        self.sim.set_hand_input(Wire::Hold, is_pressed);
     }
 
     /// Whether all that was made so far was as it should be: the promises that do not need an end.
