@@ -127,7 +127,7 @@ const BITS_PER_BYTE: u64 = 10;
 
 /// A UART's end of one wire. Each byte that is read from the pipe or written to it takes its time on the wire. A byte
 /// is sent when it is asked for; a reader that does nothing but read asks at once.
-pub struct Uart {
+pub(crate) struct Uart {
     pipe: Pipe,
     clock: Clock,
     byte_ns: u64,

@@ -1,6 +1,6 @@
 //! The tool's outputs as seen by the simulated world.
 
-pub mod port;
+pub(crate) mod port;
 pub mod trace;
 
 use std::fmt;

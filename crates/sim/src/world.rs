@@ -331,7 +331,7 @@ impl World {
     }
 
     /// Notes an event of the coordinator.
-    pub fn on_event(&mut self, event: Event) {
+    pub(crate) fn on_event(&mut self, event: Event) {
         if self.keep_record {
             self.note_event(event);
         }
