@@ -151,6 +151,38 @@ pub enum ConfigError {
 }
 
 impl Config {
+    /// A machine of these axes without anything else: no tool, no shaper, no axis without an end, no second motor; moves are
+    /// trapezoids, corners deviate by 0.01 mm, limit switches stop it, and its motors stay energised.
+    #[must_use]
+    pub fn new(
+        limits: [Limits; AXES],
+        steps_per_mm: [f64; AXES],
+        travel_mm: [f64; AXES],
+        homing: HomingConfig,
+    ) -> Self {
+        Self {
+            limits,
+            steps_per_mm,
+            travel_mm,
+            is_endless: [false; AXES],
+            junction_deviation_mm: 0.01,
+            interval_law: IntervalLaw::Fastest,
+            speed_law: SpeedLaw::Trapezoid,
+            shapers: [Shaper::default(); AXES],
+            hard_limits: true,
+            wiring: [Wiring::default(); AXES],
+            enable_inverted: false,
+            switches_inverted: false,
+            idle_delay: None,
+            tool: ToolConfig::default(),
+            probe_inverted: false,
+            probe_pulled_up: true,
+            hold_is_door: false,
+            homing,
+            squared: None,
+        }
+    }
+
     /// Refuses a configuration that cannot work with step ports of these capabilities. A port whose capabilities are
     /// not known is assumed to carry every rate.
     ///

@@ -187,7 +187,7 @@ where
         stops: bool,
         tag: u64,
     ) -> Result<(), Alarm> {
-        self.push_request(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag })
+        self.push_request(Request { feed_mm_s, stops, tag, ..Request::new(steps) })
     }
 
     fn push_request(&mut self, request: Request<AXES>) -> Result<(), Alarm> {

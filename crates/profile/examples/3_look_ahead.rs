@@ -25,7 +25,7 @@ pub fn main() -> Result<(), PlanError> {
         ChainConfig::new([LIMITS; 2], mm_per_step, JUNCTION_DEVIATION_MM, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
     let mut chain: Chain<2, 8> = Chain::new(config);
     for (tag, steps) in (1..).zip([[250, 0], [250, 0], [0, 250]]) {
-        chain.push(Request { steps, offsets: [0; 2], feed_mm_s: Some(30.0), stops: false, deviation_mm: 0.0, tag })?;
+        chain.push(Request { feed_mm_s: Some(30.0), tag, ..Request::new(steps) })?;
     }
     chain.start();
     while let Some(chunk) = chain.advance(CHUNK_S) {

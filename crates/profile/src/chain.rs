@@ -85,6 +85,14 @@ pub struct Request<const N: usize> {
     pub tag: u64,
 }
 
+impl<const N: usize> Request<N> {
+    /// As fast as the limits allow, to the corner exactly, and on without a stop; its tag is 0.
+    #[must_use]
+    pub const fn new(steps: [i32; N]) -> Self {
+        Self { steps, offsets: [0; N], feed_mm_s: None, stops: false, deviation_mm: 0.0, tag: 0 }
+    }
+}
+
 /// A stretch of a plan that the chain has handed out: it will be made next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chunk<const N: usize> {

@@ -44,7 +44,7 @@ async fn program(machine: &Machine) -> Result<(), Alarm> {
 
 /// Runs it, and prints where the machine stood when.
 pub fn main() {
-    // The properties of the simulator's gantry. A program of your own fills in `Config`.
+    // The properties of the simulator's gantry. A program of your own uses `Config::new`.
     let config = isostep_controller::config(&isostep_controller::Settings::DEFAULT);
     // These live for ever, like statics on a chip.
     let machine: &'static Machine = Box::leak(Box::new(Machine::new(config, Contact::NormallyOpen)));

@@ -146,7 +146,7 @@ fn wanted(bytes: &mut Unstructured<'_>, last: Option<Request<AXES>>) -> Result<R
         (_, Some(last)) => last.feed_mm_s,
     };
     let stops = bytes.ratio(1, 12)?;
-    Ok(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag: 0 })
+    Ok(Request { feed_mm_s, stops, ..Request::new(steps) })
 }
 
 /// The move with a blend at the corner before it, mostly, and with an end beside whole steps.

@@ -18,6 +18,18 @@ pub struct ToolConfig {
     pub spin_up: Duration,
 }
 
+/// A spindle that has its speed at once, by the whole range of a PWM of 1 kHz. It serves a machine without a tool too.
+impl Default for ToolConfig {
+    fn default() -> Self {
+        Self {
+            laser: false,
+            duties: Duties::new(Level::ZERO, 0, u16::MAX),
+            pwm_hz: 1_000,
+            spin_up: Duration::from_ticks(0),
+        }
+    }
+}
+
 /// Whether a spindle turns, and in which direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spindle {

@@ -143,16 +143,7 @@ mod tests {
         let mut chain = Chain::<1, 8>::new(config);
         // Seven short moves, and a long one in which all of their speed can be lost.
         for steps in [10, 10, 10, 10, 10, 10, 10, 10_000] {
-            chain
-                .push(Request {
-                    steps: [steps],
-                    offsets: [0],
-                    feed_mm_s: None,
-                    stops: false,
-                    deviation_mm: 0.0,
-                    tag: 0,
-                })
-                .unwrap();
+            chain.push(Request::new([steps])).unwrap();
         }
         chain.pass();
         assert_eq!(chain.settled, 8);

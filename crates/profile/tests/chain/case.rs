@@ -107,7 +107,7 @@ fn moves(all: Vec<(Follows, Option<f64>, bool)>) -> Vec<Request<AXES>> {
             (0, _) | (_, None) => feed,
             (_, Some(last)) => last.feed_mm_s,
         };
-        moves.push(Request { steps, offsets: [0; AXES], feed_mm_s, stops, deviation_mm: 0.0, tag: index as u64 });
+        moves.push(Request { feed_mm_s, stops, tag: index as u64, ..Request::new(steps) });
     }
     moves
 }

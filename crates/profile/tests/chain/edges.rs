@@ -19,7 +19,7 @@ fn limits(start: f64, top: f64, accel: f64) -> Limits {
 }
 
 fn request(steps: [i32; AXES], tag: u64) -> Request<AXES> {
-    Request { steps, offsets: [0; 3], feed_mm_s: None, stops: false, deviation_mm: 0.0, tag }
+    Request { tag, ..Request::new(steps) }
 }
 
 /// A chain of moves in one direction, at 10 mm/s, 100 mm/s² and 100 steps/mm.

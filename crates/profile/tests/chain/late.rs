@@ -28,12 +28,8 @@ fn machine(axes: [[f64; 3]; AXES], moves: Vec<Request<AXES>>) -> Case {
     }
 }
 
-fn exact(steps: [i32; AXES]) -> Request<AXES> {
-    Request { steps, offsets: [0; AXES], feed_mm_s: None, stops: false, deviation_mm: 0.0, tag: 0 }
-}
-
 fn bent(steps: [i32; AXES], offsets: [i8; AXES]) -> Request<AXES> {
-    Request { offsets, deviation_mm: 0.3, ..exact(steps) }
+    Request { offsets, deviation_mm: 0.3, ..Request::new(steps) }
 }
 
 fn overrides(feed: f64, rapid: f64) -> Event {
@@ -49,7 +45,7 @@ fn a_blend_that_should_have_begun_is_none() {
         [4202.8128036242815, 159.49549301823632, 0.03134884820493524],
     ];
     let feed_mm_s = Some(7.1151109311691085);
-    let moves = [exact([0, -2, 1]), exact([1, -2, 2]), bent([0, 0, 3], [0, 26, 0])];
+    let moves = [Request::new([0, -2, 1]), Request::new([1, -2, 2]), bent([0, 0, 3], [0, 26, 0])];
     let case = machine(axes, moves.map(|one| Request { feed_mm_s, ..one }).to_vec());
     let events = [
         Event::Push(2),
@@ -83,8 +79,12 @@ fn a_blend_that_is_promised_while_slowing_down_is_made() {
         [10.0, 10997.187474014312, 0.1],
         [10.0, 50.0, 0.1],
     ];
-    let moves =
-        vec![exact([0, 0, 4]), exact([-73, 0, 0]), bent([-73, 1, 0], [-11, 0, 0]), bent([-73, 1, 0], [0; AXES])];
+    let moves = vec![
+        Request::new([0, 0, 4]),
+        Request::new([-73, 0, 0]),
+        bent([-73, 1, 0], [-11, 0, 0]),
+        bent([-73, 1, 0], [0; AXES]),
+    ];
     let events = [
         Event::Push(3),
         Event::Advance(1, f64::INFINITY),

@@ -113,7 +113,7 @@ fn config(law: IntervalLaw, effort: Effort) -> ChainConfig<2> {
 }
 
 fn request(steps: [i32; 2]) -> Request<2> {
-    Request { steps, offsets: [0; 2], feed_mm_s: Some(5.0), stops: false, deviation_mm: 0.0, tag: 0 }
+    Request { feed_mm_s: Some(5.0), ..Request::new(steps) }
 }
 
 /// Whether the second move lengthens the first.

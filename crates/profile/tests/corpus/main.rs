@@ -142,8 +142,7 @@ fn make_carried(machine: &Machine, moves: &[OneMove], deviation_mm: f32, move_s:
         while !chain.is_full()
             && let Some((steps, offsets, feed_mm_s)) = moves.next()
         {
-            let request =
-                Request { steps: *steps, offsets: *offsets, feed_mm_s: *feed_mm_s, stops: false, deviation_mm, tag: 0 };
+            let request = Request { offsets: *offsets, feed_mm_s: *feed_mm_s, deviation_mm, ..Request::new(*steps) };
             chain.push(request).unwrap();
         }
         let from_s = chain.at_s();

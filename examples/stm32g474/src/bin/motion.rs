@@ -6,12 +6,8 @@ use core::convert::Infallible;
 
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Timer};
-use isostep_motion::{
-    AXES, Axis, Busy, Config, Contact, Direction, Duties, HomingConfig, Level, Machine, Motion, Power, ToolConfig,
-    Wiring,
-};
-use isostep_profile::shaper::Shaper;
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_motion::{AXES, Axis, Busy, Config, Contact, Direction, HomingConfig, Machine, Motion, Power, Wiring};
+use isostep_profile::Limits;
 use static_cell::StaticCell;
 use stm32g474::pins::Pins;
 use stm32g474::{clock, executors, pins, steps, tasks};
@@ -78,37 +74,16 @@ fn config() -> Config {
         decel_steps_s2: 400.0 * STEPS_PER_MM,
         jerk_steps_s3: f64::INFINITY,
     };
+    let homing = HomingConfig {
+        order: Axis::ALL.map(Some),
+        towards: [Direction::Negative; AXES],
+        seek_mm_s: 10.0,
+        latch_mm_s: 1.0,
+        pull_off_mm: 2.0,
+        debounce: Duration::from_millis(25),
+    };
     Config {
-        limits: [limits; AXES],
-        steps_per_mm: [STEPS_PER_MM; AXES],
-        travel_mm: [200.0; AXES],
-        is_endless: [false; AXES],
-        junction_deviation_mm: 0.01,
-        interval_law: IntervalLaw::Fastest,
-        speed_law: SpeedLaw::Trapezoid,
-        shapers: [Shaper::default(); AXES],
-        hard_limits: true,
         wiring: [Wiring { direction_inverted: false, pulse_ns: 2_000 }; AXES],
-        enable_inverted: false,
-        switches_inverted: false,
-        idle_delay: None,
-        tool: no_tool(),
-        probe_inverted: false,
-        probe_pulled_up: true,
-        hold_is_door: false,
-        homing: HomingConfig {
-            order: Axis::ALL.map(Some),
-            towards: [Direction::Negative; AXES],
-            seek_mm_s: 10.0,
-            latch_mm_s: 1.0,
-            pull_off_mm: 2.0,
-            debounce: Duration::from_millis(25),
-        },
-        squared: None,
+        ..Config::new([limits; AXES], [STEPS_PER_MM; AXES], [200.0; AXES], homing)
     }
-}
-
-/// `tool::run` is not spawned, so nobody reads it.
-fn no_tool() -> ToolConfig {
-    ToolConfig { laser: false, duties: Duties::new(Level::ZERO, 0, u16::MAX), pwm_hz: 1_000, spin_up: Duration::MIN }
 }
