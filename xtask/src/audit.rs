@@ -1,4 +1,4 @@
-//! `cargo xtask audit`: checks the project's dependencies against deny.toml and the RustSec advisories.
+//! `cargo xtask audit`: checks the project's dependencies against deny.toml, the RustSec advisories and the oldest Rust.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -6,18 +6,20 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 
 use crate::process::{self, announce};
-use crate::{tools, workspace};
+use crate::{oldest, tools, workspace};
 
 /// Version of cargo-deny. Other versions may read deny.toml differently.
 const VERSION: &str = "0.20.2";
 const FETCH_PATIENCE: Duration = Duration::from_secs(120);
 
-/// Hold the dependencies against deny.toml: licences, sources, duplicates and advisories
+/// Hold the dependencies against deny.toml, and what is published against the oldest Rust that it names
 #[derive(clap::Args)]
 #[command(after_help = "\
 What deny.toml allows is held by cargo-deny, which is compiled from crates.io into target/tools when it is not there: some 200
 packages, minutes on a fast computer and much more on a slow one. Its advisories come from the RustSec database on GitHub, which
 is fetched; where it cannot be, a line says so, and that is an error only with --advisories.
+
+What is published is compiled with the oldest Rust that it names, which rustup adds; where it cannot, a line says so.
 
 `cargo xtask test` holds licences, sources and duplicates by itself, without cargo-deny. docs/security.md: what is known of
 packages that nobody maintains.
@@ -33,6 +35,7 @@ pub struct Args {
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    oldest::check()?;
     let cargo_deny = tools::installed("cargo-deny", VERSION)?;
     let deny = || {
         let mut deny = Command::new(&cargo_deny);

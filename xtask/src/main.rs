@@ -23,6 +23,7 @@ mod hot;
 mod lint;
 mod mutants;
 mod node;
+mod oldest;
 mod other_chip;
 mod process;
 mod prove;

@@ -13,7 +13,7 @@ use crate::process::{self, announce};
 use crate::workspace::{self, FIRMWARE_TARGET};
 
 /// Without a network, rustup retries for minutes. The largest download is some 20 MB.
-const RUSTUP_PATIENCE: Duration = Duration::from_secs(120);
+pub const RUSTUP_PATIENCE: Duration = Duration::from_secs(120);
 
 /// Without these the compiler computes both sides of a short branch and selects one of them. It takes an operation on
 /// floats for a cheap one, but on the chip each is a call. That cost 2.5 % of the short moves a second.

@@ -11,6 +11,13 @@ impl Interpreter {
         state: ReportedState,
         settings: &Settings,
     ) -> Result<Command<'l>, Error> {
+        if let Some(words) = statement.strip_prefix("PROVE") {
+            return Ok(Command::Prove { words });
+        }
+        if let Some(axis) = statement.strip_prefix("BUZZ=").and_then(axis_named) {
+            let is_idle = matches!(state, ReportedState::Idle);
+            return if is_idle { Ok(Command::Buzz { axis }) } else { Err(Error::NotIdle) };
+        }
         match statement {
             "" => Ok(Command::Help),
             "$" if matches!(state, ReportedState::Run | ReportedState::Hold { .. } | ReportedState::Door(_)) => {
@@ -21,11 +28,6 @@ impl Interpreter {
             "X" => Ok(Command::Unlock),
             "C" if matches!(state, ReportedState::Idle | ReportedState::Check) => Ok(Command::ToggleCheck),
             "C" => Err(Error::NotIdle),
-            _ if let Some(words) = statement.strip_prefix("PROVE") => Ok(Command::Prove { words }),
-            _ if let Some(axis) = statement.strip_prefix("BUZZ=").and_then(axis_named) => match state {
-                ReportedState::Idle => Ok(Command::Buzz { axis }),
-                _ => Err(Error::NotIdle),
-            },
             _ => match statement.split_at_checked(1) {
                 Some(("J", jog)) => self.begin_jog(jog, state, settings),
                 Some(("E", code)) => explain(code, Error::from_code).map(Command::ExplainError),
