@@ -13,6 +13,7 @@ pub mod laws;
 pub mod model;
 pub mod rig;
 pub mod script_runner;
+pub mod talk;
 
 /// The project's folder.
 ///

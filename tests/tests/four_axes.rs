@@ -5,23 +5,7 @@ use isostep_motion::{Alarm, Axis};
 use isostep_report::{Figures, pictures};
 use isostep_sim::{Config, Flash, Port, Sim, State};
 use isostep_tests::axes::xyz_a;
-
-/// Carries out lines and returns what the machine says to the last.
-#[track_caller]
-fn say(sim: &mut Sim, lines: &str) -> Vec<String> {
-    for line in lines.lines() {
-        sim.replies();
-        sim.send(format!("{line}\n").as_bytes());
-        sim.run_until_idle().unwrap_or_else(|error| panic!("`{line}`: {error}"));
-    }
-    sim.replies()
-}
-
-fn machine(config: &Config) -> Sim {
-    let mut sim = Sim::new(config);
-    sim.run_until_idle().unwrap();
-    sim
-}
+use isostep_tests::talk::{machine, say};
 
 /// Every promise of a run, from its edges: equal intervals, edges where the closed form has them, limits, positions.
 fn keeps_its_promises(sim: &Sim) {

@@ -1,22 +1,8 @@
 //! A machine of X and Y alone in the simulator.
 
 use isostep_report::{Figures, pictures};
-use isostep_sim::{Config, Port, Sim, swarm};
-
-/// Carries out a line and returns what the machine says to it.
-#[track_caller]
-fn say(sim: &mut Sim, line: &str) -> Vec<String> {
-    sim.replies();
-    sim.send(format!("{line}\n").as_bytes());
-    sim.run_until_idle().unwrap_or_else(|error| panic!("`{line}`: {error}"));
-    sim.replies()
-}
-
-fn machine(config: &Config) -> Sim {
-    let mut sim = Sim::new(config);
-    sim.run_until_idle().unwrap();
-    sim
-}
+use isostep_sim::{Config, Port, swarm};
+use isostep_tests::talk::{machine, say};
 
 #[test]
 fn both_axes_share_the_intervals_of_a_move() {

@@ -273,7 +273,7 @@ fn slow_clock(cases: Cases) -> Result<()> {
 }
 
 fn two_axes(cases: Cases) -> Result<()> {
-    let args = ["--package=isostep-tests", "--features=two-axes", "--test=two_axes"];
+    let args = ["--package=isostep-tests", "--package=isostep", "--features=two-axes", "--test=two_axes"];
     suites::run("two axes", || cases.cargo_test(), &args)
 }
 

@@ -46,7 +46,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     settings: Vec<PathBuf>,
     /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
-    #[arg(long, value_name = "X,Y,Z", value_parser = sim::places, allow_hyphen_values = true)]
+    #[arg(long, value_name = sim::PLACES, value_parser = sim::places, allow_hyphen_values = true)]
     start: Option<[f64; AXES]>,
     /// A plate that the probe touches, such as Z,12.5,below (isostep sim --help)
     #[arg(long, value_name = "AXIS,MM,SIDE", allow_hyphen_values = true)]

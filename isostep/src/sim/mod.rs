@@ -88,7 +88,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = Config::default().seed)]
     seed: u64,
     /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15, at most half the travel]
-    #[arg(long, value_name = "X,Y,Z", value_parser = places, allow_hyphen_values = true)]
+    #[arg(long, value_name = PLACES, value_parser = places, allow_hyphen_values = true)]
     start: Option<[f64; AXES]>,
     /// How far the second side of an axis with two motors is ahead of the first while nothing holds it square, mm
     #[arg(long, value_name = "MM", allow_negative_numbers = true, default_value_t = 0.0)]
@@ -370,6 +370,13 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     numbers?.try_into().ok()
 }
+
+/// The format of `--start`, for its help.
+pub const PLACES: &str = match AXES {
+    2 => "X,Y",
+    3 => "X,Y,Z",
+    _ => "X,Y,Z[,A]",
+};
 
 /// Parses the format of `--start`: a number of mm for each axis. A starts at its default if it is left out.
 pub fn places(text: &str) -> Result<[f64; AXES], String> {

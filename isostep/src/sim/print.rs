@@ -7,7 +7,7 @@ use isostep_report::tool::figures::{BeamFigures, ToolFigures};
 use isostep_report::{Figures, MoveFigures};
 
 use isostep_report::pace::words as pace;
-use isostep_report::remarks::{SHOWN_MAX, words};
+use isostep_report::remarks::{AXIS_NAMES, SHOWN_MAX, words};
 
 /// At most this many moves are listed one by one, unless all are requested.
 const ROWS_MAX: usize = 40;
@@ -85,9 +85,10 @@ fn print_summary(figures: &Figures) {
 /// difference when they are measured from each axis's own edges.
 fn print_moves(moves: &[MoveFigures]) {
     println!("\nmoves                                               every axis, s");
+    let place = format!("to {}, mm", AXIS_NAMES.join(" "));
     println!(
         "   # {:>22} {:>21} {:>8} {:>10} {:>8} {:>10} {:>7} {:>7}",
-        "to X Y Z, mm", "steps", "blend", "accelerate", "cruise", "decelerate", "apart", "error"
+        place, "steps", "blend", "accelerate", "cruise", "decelerate", "apart", "error"
     );
     for one in moves {
         let steps = one.steps.map(|n| n.to_string()).join(" ");
