@@ -136,8 +136,7 @@ impl Gantry {
 /// A simulated machine and how it is used. Equal configurations and programs give identical runs, to the byte.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// The controller's settings at power-up. The machine's mechanics follow them, also when a program changes them:
-    /// see [`mechanics`](crate::mechanics).
+    /// The controller's settings at power-up. The machine's mechanics follow them, also when a program changes them.
     pub settings: Settings,
     /// The file that the settings come from, for [`replay`](Self::replay): its name and the settings in it.
     pub settings_file: Option<(String, Settings)>,
@@ -247,7 +246,7 @@ impl Config {
     }
 
     /// The mechanics of this machine with the controller's `config`.
-    pub fn mechanics(&self, config: &isostep_motion::Config) -> Mechanics {
+    pub(crate) fn mechanics(&self, config: &isostep_motion::Config) -> Mechanics {
         Mechanics::of(config, self.motor, self.loads)
     }
 

@@ -5,10 +5,10 @@
 //! wall clock, a thread's schedule or an address, so a run is a function of its tasks.
 //!
 //! # Preemption
-//! A task is polled without interruption, unless [`Executor::preempt`] is called. Then interruptions happen at the end
-//! of each of the task's critical sections (see [`isostep_host`]), where on a chip they may come between any two
-//! instructions. An interruption is a stimulus that was asked for, or a task of a higher [`Priority`] that is ready.
-//! Code of threads may also take time, in which other tasks become due.
+//! A task is polled without interruption, unless [`section_max_ns`](crate::Config::section_max_ns) is set. Then
+//! interruptions happen at the end of each of the task's critical sections (see [`isostep_host`]), where on a chip they
+//! may come between any two instructions. An interruption is a stimulus that was asked for, or a task of a higher
+//! [`Priority`] that is ready. Code of threads may also take time, in which other tasks become due.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
