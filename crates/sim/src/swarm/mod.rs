@@ -7,6 +7,7 @@
 //! reduced by leaving out acts as long as the same promise is broken. The seed and the remaining acts describe the
 //! failure completely, in one line.
 
+mod drivers;
 mod judge;
 mod lines;
 mod random;

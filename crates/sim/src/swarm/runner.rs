@@ -1,8 +1,9 @@
 //! Executes a scenario, checks the world meanwhile, and brings the machine back to motion afterwards.
 
 use embassy_time::Duration;
-use isostep_motion::{AXES, Axis, Direction, State};
+use isostep_motion::{AXES, Axis, Direction, Motor, Side, State};
 
+use super::drivers;
 use super::scenario::{Act, Scenario};
 use super::talk::{Talk, WELCOME};
 use super::{Amount, Failure, judge};
@@ -24,6 +25,12 @@ const ROOM_US: u64 = 2_000_000;
 const WINDOW_BYTES: usize = 128;
 /// The longest duration of a fault, us.
 const FAULT_MAX_US: u64 = 600_000;
+/// A driver that fails has stopped the machine after this time, us: it is asked ten times a second, as the others are,
+/// and some of them may be silent.
+const DRIVER_TOLD_US: u64 = 500_000;
+/// The drivers have been set after this time from power-up, us, if they answer.
+const START_US: u64 = 200_000;
+const DRIVER_ALARM: &str = "ALARM:17";
 /// The longest time that the machine may need to finish.
 const LIMIT: Duration = Duration::from_secs(3_600);
 /// Attempts to bring a machine back to idle: there may be many M0 among the waiting lines.
@@ -54,6 +61,8 @@ pub(super) struct Runner<'a> {
     pub(super) held_until_ns: u64,
     /// Whether switches or motors may have misled the machine.
     pub has_deceived: bool,
+    /// Whether a driver may have failed.
+    had_driver_fault: bool,
     act: Option<usize>,
 }
 
@@ -74,6 +83,7 @@ impl<'a> Runner<'a> {
             welcomed_at: [0; AXES],
             held_until_ns: 0,
             has_deceived: false,
+            had_driver_fault: false,
             act: None,
         }
     }
@@ -105,8 +115,11 @@ impl<'a> Runner<'a> {
             Act::Wait(us) => self.wait(*us),
             Act::Rest => self.rest(),
             Act::Fault(trouble, us) => {
+                if let Trouble::Driver(..) = trouble {
+                    self.await_start()?;
+                }
                 self.suffer(*trouble, *us);
-                Ok(())
+                self.is_told(*trouble, *us)
             }
             Act::Between(sections, stimulus) => {
                 // Bytes of the stimulus may be a reset.
@@ -142,6 +155,26 @@ impl<'a> Runner<'a> {
         self.sim.suffer(Fault { trouble, at_ns: self.sim.now_ns(), lasts_ns: Some(us * 1_000) });
     }
 
+    /// Waits until the drivers have been set after power-up. What fails for an instant before that matters to nobody.
+    fn await_start(&mut self) -> Result<(), Failure> {
+        self.wait(START_US.saturating_sub(self.sim.now_ns() / 1_000))
+    }
+
+    /// A driver that fails stops the machine, whatever it does, within the time of a few rounds.
+    fn is_told(&mut self, trouble: Trouble, us: u64) -> Result<(), Failure> {
+        let Trouble::Driver(..) = trouble else { return Ok(()) };
+        self.had_driver_fault = true;
+        let second = self.sim.machine().config().squared.map(|squared| Motor::second(squared.axis));
+        let has_motor = |motor: Motor| motor.side == Side::First || Some(motor) == second;
+        let must_stop = drivers::must_stop(trouble, us, has_motor);
+        self.wait(DRIVER_TOLD_US)?;
+        let state = self.sim.machine().state();
+        if must_stop && !matches!(state, State::Alarm(_)) && !self.is_spoilt {
+            return Err(self.failure("a driver that fails stops the machine", format!("{state} after {trouble}")));
+        }
+        Ok(())
+    }
+
     pub(super) fn send(&mut self, console: usize, bytes: &[u8]) {
         self.talks[console].say(bytes);
         self.sim.send_to(console, bytes);
@@ -167,6 +200,9 @@ impl<'a> Runner<'a> {
     pub(super) fn hear(&mut self) -> Result<(), Failure> {
         for console in 0..self.talks.len() {
             for line in self.sim.replies_of(console) {
+                if line == DRIVER_ALARM && !self.had_driver_fault {
+                    return Err(self.failure("no driver is said to fail that does not", format!("console {console}: {line}")));
+                }
                 if line.starts_with(WELCOME) {
                     self.welcomed_at = self.sim.steps();
                 }

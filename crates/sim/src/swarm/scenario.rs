@@ -6,6 +6,7 @@ use isostep_console::{SETTING_TABLE, Settings};
 use isostep_motion::{AXES, Axis, Contact, Motor};
 use oorandom::Rand64;
 
+use super::drivers;
 use super::lines::Lines;
 use super::random::Random;
 use crate::config::{Config, Gantry, Port};
@@ -102,15 +103,15 @@ impl Scenario {
         let mut random = Random(Rand64::new(seed.into()));
         let config = random.config(seed);
         let acts = random.acts(&config);
-        Self { config, acts }
+        drivers::talk(seed, Self { config, acts })
     }
 
     /// The machine in one line: the settings that differ from the default machine's, as `$n=v`.
     #[must_use]
     pub fn machine(&self) -> String {
-        let Config { settings, port, baud, second_console, section_max_ns, bounce_us, emergency_contact, .. } =
+        let Config { settings, board, port, baud, second_console, section_max_ns, bounce_us, emergency_contact, .. } =
             &self.config;
-        let mut text = format!("machine: {port} port, switches bounce {bounce_us} us");
+        let mut text = format!("machine: {board}, {port} port, switches bounce {bounce_us} us");
         text += match emergency_contact {
             Contact::NormallyOpen => "",
             Contact::NormallyClosed => ", the emergency stop opens",
@@ -143,7 +144,7 @@ impl Random {
     }
 
     /// A motor; of the second ones all but one at most are not there.
-    fn motor(&mut self) -> Motor {
+    pub(super) fn motor(&mut self) -> Motor {
         let axis = self.axis();
         if self.one_in(4) { Motor::second(axis) } else { Motor::first(axis) }
     }
