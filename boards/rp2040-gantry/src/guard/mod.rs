@@ -83,7 +83,6 @@ impl Place {
 
 /// A state machine that watches a group of pins.
 struct Watcher {
-    index: usize,
     state_machine: usize,
     /// The levels that were reported last; at first those at rest.
     told: AtomicU32,
@@ -92,7 +91,7 @@ struct Watcher {
 /// Guards `machine` from now on.
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     GUARDED.lock(|guarded| guarded.set(Some(machine)));
-    WATCHERS.iter().for_each(Watcher::start);
+    WATCHERS.iter().zip(0..).for_each(|(watcher, index)| watcher.start(index));
     priority::enable_guard();
     // The guard keeps the PIO for ever.
     let _ = pio;
@@ -115,12 +114,13 @@ impl Watcher {
             Contact::NormallyClosed if EMERGENCY_STOP.group == index => open & !(1 << EMERGENCY_STOP.bit),
             _ => open,
         };
-        Self { index, state_machine: STATE_MACHINES[index], told: AtomicU32::new(at_rest) }
+        Self { state_machine: STATE_MACHINES[index], told: AtomicU32::new(at_rest) }
     }
 
-    fn start(&self) {
-        let Group { first, pins } = GROUPS[self.index];
-        let (origin, watch) = (INSTRUCTIONS * self.index as u8, program::watch(pins as u8));
+    /// `index` is that of its group.
+    fn start(&self, index: usize) {
+        let Group { first, pins } = GROUPS[index];
+        let (origin, watch) = (INSTRUCTIONS * index as u8, program::watch(pins as u8));
         for (address, &instruction) in (usize::from(origin)..).zip(watch.code.iter()) {
             PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(program::moved(instruction, origin)));
         }
