@@ -310,8 +310,7 @@ impl Settings {
         }
         let steps_per_mm = self.steps_per_mm[axis] * f32::from(microsteps) / f32::from(before.max(1));
         self.steps_per_mm[axis] = steps_per_mm;
-        setting_table::find(100)
-            .map_or(Ok(()), |(setting, _)| setting.check(self, 100 + axis as u16, steps_per_mm))
+        setting_table::find(100).map_or(Ok(()), |(setting, _)| setting.check(self, 100 + axis as u16, steps_per_mm))
     }
 
     /// Sets setting `number` to a stored value without checking it; returns `false` if there is no such setting. See

@@ -8,7 +8,9 @@ use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
-use isostep_console::{Command, Coordinates, Error, Fixed, Refusal, ReportedState, SETTING_TABLE, Setting, SettingError, Settings};
+use isostep_console::{
+    Command, Coordinates, Error, Fixed, Refusal, ReportedState, SETTING_TABLE, Setting, SettingError, Settings,
+};
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
@@ -318,9 +320,9 @@ impl<F: NorFlash> Controller<'_, F> {
 
     fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
         let before = self.settings();
-        let changed = self.check_drivers(number).and_then(|()| {
-            before.with(number, value, &|pulse_us| self.carries_steps_s(pulse_us))
-        });
+        let changed = self
+            .check_drivers(number)
+            .and_then(|()| before.with(number, value, &|pulse_us| self.carries_steps_s(pulse_us)));
         match changed.and_then(|settings| self.check_outputs(settings)) {
             Ok(settings) => {
                 self.adopt(settings, text)?;

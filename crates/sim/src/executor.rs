@@ -215,12 +215,7 @@ impl Executor {
     }
 
     /// `to_rest`: it is a deadlock, too, if only what runs in the background waits.
-    fn run_until_ns(
-        &mut self,
-        limit_ns: u64,
-        to_rest: bool,
-        mut done: impl FnMut() -> bool,
-    ) -> Result<(), RunError> {
+    fn run_until_ns(&mut self, limit_ns: u64, to_rest: bool, mut done: impl FnMut() -> bool) -> Result<(), RunError> {
         let _current = self.clock().clone().enter();
         let _interrupted = Interrupted::by(self.interruption.clone());
         self.core.horizon_ns.set(limit_ns);

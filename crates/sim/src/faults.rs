@@ -175,7 +175,13 @@ mod tests {
             "hold@2+0.3",
             "start@2+0.3",
         ];
-        for text in reported.into_iter().chain(["probe@3+1", "stall:X@2+0.01", "driver-open-coil:Y2@1", "starve@4+0.05", "deaf@5+2"]) {
+        for text in reported.into_iter().chain([
+            "probe@3+1",
+            "stall:X@2+0.01",
+            "driver-open-coil:Y2@1",
+            "starve@4+0.05",
+            "deaf@5+2",
+        ]) {
             assert_eq!(text.parse::<Fault>().map(|fault| fault.to_string()).as_deref(), Ok(text));
         }
         for text in [

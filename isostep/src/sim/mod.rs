@@ -18,7 +18,7 @@ use isostep_sim::plate::Plate;
 use isostep_sim::springs::Springs;
 use isostep_sim::stream::Program;
 use isostep_sim::{
-    AXES, Config, Contact, Fault, Flash, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves, settings,
+    AXES, Board, Config, Contact, Fault, Flash, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves, settings,
 };
 
 use crate::files::Files;
@@ -47,6 +47,7 @@ Examples:
   isostep sim programs/square.nc --speed-law s-curve       ramps of limited jerk
   isostep sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
   isostep sim --fault limit:X@30+0.2 --fault deaf@20+5     somebody presses a switch; a host does not read
+  isostep sim --board skr-pico --fault driver-off:X@30     a driver loses its supply
   isostep sim --estop nc --fault broken:e-stop@30          the wire of an emergency stop that opens breaks
   isostep sim my.nc --probe-plate Z,12.5,below         G38 finds a plate 12.5 mm above the switch of Z
   isostep sim my.nc --settings my.txt --start 5,5,5    a machine as its settings say: see below
@@ -98,8 +99,8 @@ pub struct Args {
     switch: Vec<(usize, SwitchFault)>,
     /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where
     /// WHAT is e-stop, broken:e-stop, limit:X, broken:X, chatter:X, stall:X (Y2 is a second motor of Y), hold, start,
-    /// probe, starve or deaf. Such as
-    /// limit:X@1.5+0.2
+    /// probe, starve or deaf; with --board skr-pico also driver-off:X, driver-late:X, driver-garbled:X, driver-hot:X,
+    /// driver-overheated:X, driver-shorted:X or driver-open-coil:X. Such as limit:X@1.5+0.2
     #[arg(long, value_name = "WHAT@S+S")]
     fault: Vec<Fault>,
     /// How the emergency stop is wired: normally open (no), or normally closed (nc), so that a broken wire is a press
@@ -136,6 +137,9 @@ pub struct Args {
     moves: bool,
     #[command(flatten)]
     laws: Laws,
+    /// The board: a Pico with bare drivers, or an SKR Pico, whose TMC2209 talk: M122, $140-$142, and more in docs/console.md
+    #[arg(long, value_parser = ["pico", "skr-pico"], default_value = "pico")]
+    board: String,
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
     #[arg(long, value_parser = ["pio", "timer"], default_value = "pio")]
     port: String,
@@ -300,6 +304,8 @@ fn stored(path: &Path) -> Result<Flash> {
 
 fn config(args: &Args) -> Result<Config> {
     let mut config = Config { seed: args.seed, motor: args.motor, keep_waves: args.vcd.is_some(), ..Config::default() };
+    config.board = Board::ALL.into_iter().find(|board| board.to_string() == args.board).unwrap_or_default();
+    config.driver = config.board.driver();
     config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
     let machine = match &args.settings {
         None => config.settings,

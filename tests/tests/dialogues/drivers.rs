@@ -105,7 +105,8 @@ fn m122_tells_how_each_driver_is() {
     let mut sim = powered_up(&config);
     let heard = say(&mut sim, "m122");
     let well = "driver: well, 16 microsteps, 795 mA, 397 mA at standstill, SpreadCycle, load 0]";
-    let expected = [format!("[MSG:X {well}"), format!("[MSG:Y {well}"), "[MSG:Z driver: left out by $338]".into(), "ok".into()];
+    let expected =
+        [format!("[MSG:X {well}"), format!("[MSG:Y {well}"), "[MSG:Z driver: left out by $338]".into(), "ok".into()];
     assert_eq!(heard, expected);
     sim.set_driver(Axis::X, Some(DriverFault::Hot));
     assert_eq!(later(&mut sim), ["[MSG:X driver is hot: cool it, or lower its current ($140-$142)]"]);

@@ -50,7 +50,8 @@ fn a_driver_that_fails_stops_the_machine() {
     if !is_skr_pico() {
         return;
     }
-    for (fault, words) in [("off", "does not answer"), ("shorted", "has found a short"), ("overheated", "was too hot")] {
+    for (fault, words) in [("off", "does not answer"), ("shorted", "has found a short"), ("overheated", "was too hot")]
+    {
         let script = format!(
             "expect Grbl\nsend G91 G1 X100 Y50 F2000\nexpect ok\nwait-ms 500\ndriver Y {fault}\n\
              expect [MSG:Y driver {words}\nexpect ALARM:17\nsend ?\nexpect <Alarm\ndriver Y well\nexpect [MSG:Y driver is well\nsend $X\nexpect ok\n\

@@ -14,10 +14,10 @@ use embassy_rp::gpio::{Input, Output};
 #[cfg(not(feature = "timer-port"))]
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, DMA_CH6, DMA_CH7, PIO0};
 use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIO1, UART0, USB, WATCHDOG};
-#[cfg(feature = "prove")]
-use embassy_rp::peripherals::{PIN_27, PIN_28};
 #[cfg(feature = "skr-pico")]
 use embassy_rp::peripherals::{PIN_8, PIN_9, UART1};
+#[cfg(feature = "prove")]
+use embassy_rp::peripherals::{PIN_27, PIN_28};
 use isostep_motion::{AXES, Contact};
 
 pub use self::enables::Enables;

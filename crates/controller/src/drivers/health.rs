@@ -60,16 +60,14 @@ impl Health {
             Self::Well => ("well", ""),
             Self::Hot => ("hot", "cool it, or lower its current ($140-$142)"),
             Self::OpenCoil => ("sees an open coil", "switch the supply off, check the motor's plug and cable"),
-            Self::Silent => ("does not answer", "switch the motors' supply on, check the board; $338 leaves an axis out"),
+            Self::Silent => {
+                ("does not answer", "switch the motors' supply on, check the board; $338 leaves an axis out")
+            }
             Self::NotTaken => ("does not take its settings", "switch the motors' supply off and on"),
             Self::Restarted => ("had lost its supply, and was set again", "check the motors' supply"),
             Self::Undervoltage => ("has too little voltage, its motor is off", "check the motors' supply"),
-            Self::Overheated => {
-                ("was too hot, its motor was off", "cool it, or lower its current ($140-$142)")
-            }
-            Self::Shorted => {
-                ("has found a short, its motor is off", "switch the supply off, check motor and cable")
-            }
+            Self::Overheated => ("was too hot, its motor was off", "cool it, or lower its current ($140-$142)"),
+            Self::Shorted => ("has found a short, its motor is off", "switch the supply off, check motor and cable"),
         }
     }
 }

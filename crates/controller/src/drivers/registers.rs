@@ -28,11 +28,7 @@ impl Registers {
         let stealth_mm_min = settings.stealth_mm_min[axis];
         Self {
             gconf: gconf(stealth_mm_min == 0.0),
-            chopconf: chopconf(
-                settings.microsteps[axis],
-                is_sensitive,
-                settings.interpolate_mask & (1 << axis) != 0,
-            ),
+            chopconf: chopconf(settings.microsteps[axis], is_sensitive, settings.interpolate_mask & (1 << axis) != 0),
             ihold_irun: ihold_irun(run, settings.hold_percent[axis]),
             tpwmthrs: tpwmthrs(settings, axis),
         }

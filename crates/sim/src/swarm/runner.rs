@@ -118,8 +118,9 @@ impl<'a> Runner<'a> {
                 if let Trouble::Driver(..) = trouble {
                     self.await_start()?;
                 }
+                let alarms = self.sim.alarms();
                 self.suffer(*trouble, *us);
-                self.is_told(*trouble, *us)
+                self.is_told(*trouble, *us, alarms)
             }
             Act::Between(sections, stimulus) => {
                 // Bytes of the stimulus may be a reset.
@@ -160,8 +161,9 @@ impl<'a> Runner<'a> {
         self.wait(START_US.saturating_sub(self.sim.now_ns() / 1_000))
     }
 
-    /// A driver that fails stops the machine, whatever it does, within the time of a few rounds.
-    fn is_told(&mut self, trouble: Trouble, us: u64) -> Result<(), Failure> {
+    /// A driver that fails stops the machine, whatever it does, within the time of a few rounds. `alarms` had been raised
+    /// before. (A line that waited may have unlocked it.)
+    fn is_told(&mut self, trouble: Trouble, us: u64, alarms: usize) -> Result<(), Failure> {
         let Trouble::Driver(..) = trouble else { return Ok(()) };
         self.had_driver_fault = true;
         let second = self.sim.machine().config().squared.map(|squared| Motor::second(squared.axis));
@@ -169,7 +171,8 @@ impl<'a> Runner<'a> {
         let must_stop = drivers::must_stop(trouble, us, has_motor);
         self.wait(DRIVER_TOLD_US)?;
         let state = self.sim.machine().state();
-        if must_stop && !matches!(state, State::Alarm(_)) && !self.is_spoilt {
+        let is_locked = matches!(state, State::Alarm(_)) || self.sim.alarms() > alarms;
+        if must_stop && !is_locked && !self.is_spoilt {
             return Err(self.failure("a driver that fails stops the machine", format!("{state} after {trouble}")));
         }
         Ok(())
@@ -201,7 +204,9 @@ impl<'a> Runner<'a> {
         for console in 0..self.talks.len() {
             for line in self.sim.replies_of(console) {
                 if line == DRIVER_ALARM && !self.had_driver_fault {
-                    return Err(self.failure("no driver is said to fail that does not", format!("console {console}: {line}")));
+                    return Err(
+                        self.failure("no driver is said to fail that does not", format!("console {console}: {line}"))
+                    );
                 }
                 if line.starts_with(WELCOME) {
                     self.welcomed_at = self.sim.steps();

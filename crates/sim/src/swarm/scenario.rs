@@ -109,8 +109,9 @@ impl Scenario {
     /// The machine in one line: the settings that differ from the default machine's, as `$n=v`.
     #[must_use]
     pub fn machine(&self) -> String {
-        let Config { settings, board, port, baud, second_console, section_max_ns, bounce_us, emergency_contact, .. } =
-            &self.config;
+        let Config {
+            settings, board, port, baud, second_console, section_max_ns, bounce_us, emergency_contact, ..
+        } = &self.config;
         let mut text = format!("machine: {board}, {port} port, switches bounce {bounce_us} us");
         text += match emergency_contact {
             Contact::NormallyOpen => "",

@@ -170,7 +170,12 @@ fn a_stop_halts_what_moves() {
         };
         // Homing is to press limit switches.
         let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(Motor::first(AXIS)));
-        let others = [Trigger::EmergencyStop(true), Trigger::Fault(JUDGED), Trigger::ToolCutOff, Trigger::DriverFailed(Motor::first(AXIS))];
+        let others = [
+            Trigger::EmergencyStop(true),
+            Trigger::Fault(JUDGED),
+            Trigger::ToolCutOff,
+            Trigger::DriverFailed(Motor::first(AXIS)),
+        ];
         let halt = limit_halts && others.into_iter().all(is_halted);
         holds(!life.moving || halt, "a stop came while axes moved, and they were not halted")
     });
