@@ -116,6 +116,7 @@ export class Board {
   unmaskIrq(number) {
     this.core.enabledInterrupts |= 1 << number;
     this.core.interruptsUpdated = true;
+    this.core.sleep.enabled();
   }
 
   /** The state machine of the second motor counts a step that it has not made, as after a flipped bit. */

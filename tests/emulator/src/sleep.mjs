@@ -54,6 +54,12 @@ export class Sleep {
     }
   }
 
+  /** An interrupt has been enabled, which may have been pending for long. */
+  enabled() {
+    const { core } = this;
+    if (core.waiting && this.#wakes(this.forEvent)) core.waiting = false;
+  }
+
   /** Whether a pending exception would be entered. WFI ignores whether interrupts are masked. */
   #wakes(heedsMask) {
     const { core } = this;

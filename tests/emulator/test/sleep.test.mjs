@@ -117,3 +117,12 @@ test('an event that came before WFE is used up by it', () => {
   assert.equal(bench.sleeps(), true);
   assert.equal(bench.bus.registers[15], CODE + 6);
 });
+
+test('an interrupt that was pending already wakes the core when it is enabled', () => {
+  const bench = new SleepBench([WFE]);
+  bench.pend();
+  assert.ok(bench.sleeps());
+  bench.enable();
+  bench.core.sleep.enabled();
+  assert.ok(!bench.core.waiting);
+});

@@ -50,11 +50,16 @@ fn a_driver_that_fails_stops_the_machine() {
     if !is_skr_pico() {
         return;
     }
-    for (fault, words) in [("off", "does not answer"), ("shorted", "has found a short"), ("overheated", "was too hot")]
-    {
+    let faults = [
+        ("off", "on", "does not answer"),
+        ("shorted", "well", "has found a short"),
+        ("overheated", "well", "was too hot"),
+    ];
+    for (fault, mended, words) in faults {
         let script = format!(
             "expect Grbl\nsend G91 G1 X100 Y50 F2000\nexpect ok\nwait-ms 500\ndriver Y {fault}\n\
-             expect [MSG:Y driver {words}\nexpect ALARM:17\nsend ?\nexpect <Alarm\ndriver Y well\nexpect [MSG:Y driver is well\nsend $X\nexpect ok\n\
+             expect [MSG:Y driver {words}\nexpect ALARM:17\nsend ?\nexpect <Alarm\ndriver Y {mended}\nwait-ms 300\nsend $X\nexpect ok\nwait-ms 300\n\
+             send M122\nexpect [MSG:X driver: well\nexpect [MSG:Y driver: well\nexpect ok\n\
              send G91 G1 X1 F600\nexpect ok\nwait-idle\n"
         );
         let run = Board::new("drivers-fault").script(&script);

@@ -8,7 +8,7 @@ fn check(state: ReportedState, text: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(state).send(text));
 }
 
-const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$HY\n$HA\n$HXY\n$X\n$$$\n$#\n$N\n$C\n$SLP\n$BOOT\nM122\n$PROVE=READ, 0\n$J=X1\n$100\n$=1\n$X=1\n$+1=1\n$99999=1\n$999=1\n$0=\n$0=1E1\n$0=INF";
+const COMMANDS: &str = "$\n$G\n$I\n$100=60\n$H\n$HY\n$HA\n$HXY\n$X\n$$$\n$#\n$N\n$C\n$SLP\n$BOOT\n$PROVE=READ, 0\n$J=X1\n$100\n$=1\n$X=1\n$+1=1\n$99999=1\n$999=1\n$0=\n$0=1E1\n$0=INF";
 
 #[test]
 fn commands_when_idle() {

@@ -106,6 +106,7 @@ impl Talk {
             Command::Sleep => heard.push_str("(sleep) "),
             Command::Boot => heard.push_str("(boot) "),
             Command::Prove { words } => write!(heard, "(prove {words}) ").unwrap(),
+            #[cfg(feature = "trinamic")]
             Command::ShowDrivers => heard.push_str("(drivers) "),
             Command::Help => heard.push_str(report::HELP),
             Command::ShowBuild => report::build(heard, build_text).unwrap(),
