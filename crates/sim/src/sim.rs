@@ -336,13 +336,6 @@ impl Sim {
         self.world.borrow().drivers().map(|wire| wire.setup(driver))
     }
 
-    /// How often an alarm has been raised, as far as a record is kept.
-    pub(crate) fn alarms(&self) -> usize {
-        let world = self.world.borrow();
-        let events = &world.record().events;
-        events.iter().filter(|(_, event)| matches!(event, Event::State(State::Alarm(_)))).count()
-    }
-
     /// Presses or releases the emergency stop.
     pub fn set_emergency_stop(&mut self, pressed: bool) {
         self.set_hand_input(Wire::EmergencyStop, pressed);
