@@ -28,6 +28,7 @@ mod other_chip;
 mod process;
 mod prove;
 mod setup;
+mod side_by_side;
 mod size;
 mod suites;
 mod test;
