@@ -11,16 +11,6 @@ pub const AXES: usize = if cfg!(feature = "four-axes") {
     3
 };
 
-/// How many of something are kept for the look-ahead: `usual`, or with the feature `short-look-ahead` `short`, and three
-/// quarters of that with four axes, so that it takes as much memory as with three.
-pub(crate) const fn kept_ahead(usual: usize, short: usize) -> usize {
-    match (cfg!(feature = "short-look-ahead"), AXES) {
-        (false, _) => usual,
-        (true, 4..) => short * 3 / 4,
-        (true, _) => short,
-    }
-}
-
 /// An axis of the gantry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

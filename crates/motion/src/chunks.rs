@@ -4,12 +4,12 @@ use heapless::Deque;
 use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 use isostep_profile::shaper::Bend;
 
-use crate::axes::{AXES, Axis, kept_ahead};
+use crate::axes::{AXES, Axis};
 use crate::courses::Courses;
 use crate::shaping::{ShapedAxis, Shaping};
 
 /// How many chunks are kept at once: with moves of a millisecond, more than is queued ahead.
-const CHUNKS: usize = kept_ahead(64, 48);
+const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
 /// How many of these places are kept free for chunks that are still to be streamed.
 const CHUNKS_TO_STREAM: usize = CHUNKS - 16;
 

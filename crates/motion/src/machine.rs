@@ -29,7 +29,7 @@ use self::queue::QUEUE_MOVES;
 pub use self::queue::{MOVES_AHEAD, Motion, ProbeMove};
 pub use self::status::Status;
 pub(crate) use self::status::{CurrentChunk, line_speed_steps_s, path_speed_mm_s};
-use crate::axes::{AXES, Axis, kept_ahead};
+use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
@@ -38,7 +38,7 @@ use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
 
 /// How many moves are planned ahead, so that they follow each other without a stop.
-pub(crate) const CHAIN_MOVES: usize = kept_ahead(64, 32);
+pub(crate) const CHAIN_MOVES: usize = if cfg!(feature = "short-look-ahead") { 32 } else { 64 };
 /// How many tasks may watch the state at once.
 const WATCHERS: usize = 8;
 

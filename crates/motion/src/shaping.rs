@@ -11,11 +11,11 @@
 use isostep_profile::chain::Chunk;
 use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped};
 
-use crate::axes::{AXES, Axis, kept_ahead};
+use crate::axes::{AXES, Axis};
 use crate::config::Config;
 
 /// How many legs are kept of each axis.
-pub(crate) const LEGS: usize = kept_ahead(64, 24);
+pub(crate) const LEGS: usize = if cfg!(feature = "short-look-ahead") { 24 } else { 64 };
 
 /// How the axes of a run are shaped.
 #[derive(Clone, Copy, Debug, PartialEq)]
