@@ -44,8 +44,7 @@ struct Suite {
     is_alone: bool,
 }
 
-/// Compiles the suites, with cargo's own progress. They are in the order of their paths, and those
-/// that run alone come last.
+/// Compiles the suites, with cargo's own progress. They are in the order of their paths, those that run alone at the end.
 fn compiled(cargo: &mut Command) -> Result<Vec<Suite>> {
     cargo.args(["--no-run", "--message-format=json-render-diagnostics"]);
     let output = cargo.stderr(Stdio::inherit()).output().context("cannot start cargo test")?;
