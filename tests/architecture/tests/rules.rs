@@ -136,6 +136,7 @@ fn crates_depend_on_nothing_but_these() {
                 "isostep-motion",
                 "isostep-profile",
                 "sequential-storage",
+                "tmc2209",
             ],
         ),
     ];
