@@ -80,8 +80,8 @@ fn change(kept: &mut Kept, random: &mut Rand64) {
 /// The fewest sectors that have room for all items, by the length of a word.
 fn fewest_sectors<const WORD_BYTES: usize>() -> usize {
     match WORD_BYTES {
-        32 => 8,
-        16 => 5,
+        32 => 9,
+        16 => 6,
         _ => 4,
     }
 }

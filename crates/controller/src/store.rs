@@ -94,7 +94,8 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Panics
     /// When `range` is not 4 to 32 whole sectors of the flash, or when half of them, less one, have no room for all items
-    /// twice. Four sectors of 4096 bytes have it; if units are of 32 bytes eight have, and nine for four axes.
+    /// twice. Four sectors of 4096 bytes have it; if units are of 32 bytes nine have, and ten for four axes (eight and nine
+    /// without the settings of drivers).
     #[must_use]
     pub fn new(flash: F, range: Range<u32>, defaults: Settings) -> Self {
         let sectors = Sectors::new(flash, range);

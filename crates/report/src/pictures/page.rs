@@ -9,9 +9,9 @@ use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use crate::pace;
 use isostep_motion::{AXES, Axis};
-use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves;
+use isostep_sim::{Board, MoveRecord};
 
 /// Number of moves shown as pictures.
 const PICTURES_MAX: usize = 8;
@@ -230,7 +230,7 @@ fn settings(outcome: &Outcome) -> Markup {
         h2 { "Settings at power-up" }
         div.scroll { table {
             thead { tr { th { "setting" } th { "value" } th { "unit" } th { "meaning" } } }
-            tbody { @for row in SETTING_TABLE {
+            tbody { @for row in SETTING_TABLE.iter().filter(|row| !row.is_trinamic() || outcome.config.board == Board::SkrPico) {
                 @for line in setting_lines(row, outcome).lines() {
                     @let (number, value) = line.split_once('=').unwrap_or((line, ""));
                     tr { td { code { (number) } } td { (value) } td { (row.unit) } td { (row.meaning()) } }
