@@ -121,9 +121,9 @@ impl<'a> Runner<'a> {
                 if let Trouble::Driver(..) = trouble {
                     self.await_start()?;
                 }
-                let alarms = self.driver_alarms;
+                let (alarms, was_locked) = (self.driver_alarms, self.is_locked());
                 self.suffer(*trouble, *us);
-                self.is_told(*trouble, *us, alarms)
+                self.is_told(*trouble, *us, alarms, was_locked)
             }
             Act::Between(sections, stimulus) => {
                 // Bytes of the stimulus may be a reset.
@@ -165,20 +165,25 @@ impl<'a> Runner<'a> {
     }
 
     /// A driver that fails stops the machine, whatever it does, within the time of a few rounds. So many `alarms` of
-    /// drivers had been told before: a line that waited may have unlocked the machine.
-    fn is_told(&mut self, trouble: Trouble, us: u64, alarms: usize) -> Result<(), Failure> {
+    /// drivers had been told before: a line that waited may have unlocked the machine. One that was locked already trusts no
+    /// position that it would lose.
+    fn is_told(&mut self, trouble: Trouble, us: u64, alarms: usize, was_locked: bool) -> Result<(), Failure> {
         let Trouble::Driver(..) = trouble else { return Ok(()) };
         self.had_driver_fault = true;
         let second = self.sim.machine().config().squared.map(|squared| Motor::second(squared.axis));
         let has_motor = |motor: Motor| motor.side == Side::First || Some(motor) == second;
-        let must_stop = drivers::must_stop(trouble, us, has_motor);
+        let must_stop = !was_locked && drivers::must_stop(trouble, us, has_motor);
         self.wait(DRIVER_TOLD_US)?;
-        let state = self.sim.machine().state();
-        let is_locked = matches!(state, State::Alarm(_)) || self.driver_alarms > alarms;
-        if must_stop && !is_locked && !self.is_spoilt {
-            return Err(self.failure("a driver that fails stops the machine", format!("{state} after {trouble}")));
+        let has_stopped = self.is_locked() || self.driver_alarms > alarms;
+        if must_stop && !has_stopped && !self.is_spoilt {
+            let found = format!("{} after {trouble}", self.sim.machine().state());
+            return Err(self.failure("a driver that fails stops the machine", found));
         }
         Ok(())
+    }
+
+    fn is_locked(&self) -> bool {
+        matches!(self.sim.machine().state(), State::Alarm(_))
     }
 
     pub(super) fn send(&mut self, console: usize, bytes: &[u8]) {
