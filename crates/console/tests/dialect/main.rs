@@ -3,6 +3,8 @@
 mod arcs;
 mod bad_input;
 mod coordinates;
+#[cfg(feature = "trinamic")]
+mod drivers;
 mod gcode;
 mod probe;
 mod status;
