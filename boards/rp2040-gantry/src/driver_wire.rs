@@ -9,22 +9,21 @@ use core::pin::pin;
 use embassy_rp::pac;
 use embassy_rp::uart::{Blocking, Config, Uart};
 use embassy_time::Timer;
-use isostep_controller::{Controller, Wire};
+use isostep_controller::{Controller, Wire, exchange_time};
 
 use crate::aside::aside;
 use crate::flash::Flash;
 use crate::pins::DriverWirePins;
 
-/// A byte at 115,200 baud, us, rounded up.
-const BYTE_US: u64 = 87;
-/// A driver answers after 24 bit times, which are 209 us.
-const MARGIN_US: u64 = 400;
+const BAUD: u32 = 115_200;
 
 pub struct DriverWire(Uart<'static, Blocking>);
 
 /// Opens the wire, and sets the drivers.
 pub async fn open(controller: &Controller<'static, Flash>, pins: DriverWirePins) -> DriverWire {
-    let mut wire = DriverWire(Uart::new_blocking(pins.uart, pins.tx, pins.rx, Config::default()));
+    let mut config = Config::default();
+    config.baudrate = BAUD;
+    let mut wire = DriverWire(Uart::new_blocking(pins.uart, pins.tx, pins.rx, config));
     controller.set_drivers(&mut wire).await;
     wire
 }
@@ -40,7 +39,7 @@ impl Wire for DriverWire {
         while received().is_some() {}
         // It has room in the FIFO, so this does not wait.
         let _ = self.0.blocking_write(sent);
-        Timer::after_micros(heard.len() as u64 * BYTE_US + MARGIN_US).await;
+        Timer::after(exchange_time(heard.len(), BAUD)).await;
         let bytes = heard.iter_mut().zip(core::iter::from_fn(received));
         bytes.map(|(heard, byte)| *heard = byte).count()
     }

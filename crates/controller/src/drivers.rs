@@ -17,6 +17,7 @@ use embassy_sync::watch::{Receiver, Watch};
 use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, Motor};
 
+pub use self::exchange::exchange_time;
 use self::health::Health;
 use self::registers::Registers;
 
@@ -28,8 +29,8 @@ const LISTENERS: usize = 4;
 /// What connects a board to its drivers: one wire, on which both sides speak, at 9,600 to 500,000 baud.
 #[allow(async_fn_in_trait, reason = "a wire stays on the executor of the consoles: no Send bound is wanted")]
 pub trait Wire {
-    /// Sends `sent`, which is one datagram, and waits as long as its echo and a reply need to fill `heard`. Returns how many
-    /// bytes were heard; it never waits for more.
+    /// Sends `sent`, which is one datagram, and waits as long as its echo and a reply need to fill `heard`:
+    /// [`exchange_time`]. Returns how many bytes were heard; it never waits for more.
     ///
     /// # Cancellation
     /// Safe: bytes that are left are heard by the next exchange, which takes none of them for its own.
@@ -68,9 +69,10 @@ struct Known {
     health: Health,
     /// What it has been set to; `None` until it has taken that.
     set: Option<Registers>,
-    /// DRV_STATUS and SG_RESULT, as they were read last.
+    /// DRV_STATUS, as it was read last.
     status: u32,
-    load: u16,
+    /// SG_RESULT, 0 to 510: the less, the nearer the motor is to a stall.
+    sg_result: u16,
     /// How many times in a row a coil seemed open.
     open: u8,
 }
@@ -84,7 +86,7 @@ pub(crate) struct News {
 
 impl Drivers {
     pub fn new(hardware: DriverHardware) -> Self {
-        let known = Known { health: Health::Unknown, set: None, status: 0, load: 0, open: 0 };
+        let known = Known { health: Health::Unknown, set: None, status: 0, sg_result: 0, open: 0 };
         Self {
             hardware,
             known: RefCell::new([known; DRIVERS]),

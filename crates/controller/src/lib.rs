@@ -29,7 +29,7 @@ mod tool;
 pub use config::config;
 pub use controller::Controller;
 #[cfg(feature = "trinamic")]
-pub use drivers::{DriverHardware, Wire};
+pub use drivers::{DriverHardware, Wire, exchange_time};
 pub use isostep_console::{Error, Parameters, Settings};
 pub use prove::Prove;
 pub use serve::LinkError;

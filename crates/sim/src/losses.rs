@@ -172,7 +172,10 @@ fn remedy(outcome: &Outcome, loss: &Loss, strain: &Strain) -> Option<String> {
         (LossCause::Overshoot { .. }, _) if is_by_abrupt_stop(outcome, loss) => {
             Some(format!("an abrupt stop loses nothing up to {:.0} mm/s: home again ($H)", drive.jump_mm_s()))
         }
-        (LossCause::Disabled | LossCause::EndStop | LossCause::Stalled | LossCause::Bound, _) => None,
+        (
+            LossCause::Disabled | LossCause::DriverOff | LossCause::EndStop | LossCause::Stalled | LossCause::Bound,
+            _,
+        ) => None,
         (_, Asked::Jump { mm_s, from_rest }) => Some(jump_remedy(config, axis, &drive, mm_s, from_rest)),
         (_, Asked::Accel { mm_s2, mm_s }) => Some(accel_remedy(config, axis, &drive, mm_s2, mm_s)),
     }

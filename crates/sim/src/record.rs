@@ -61,6 +61,8 @@ pub struct Edge {
 pub enum LossCause {
     /// The driver was not enabled.
     Disabled,
+    /// The driver had no supply, or had switched the motor off because of a fault.
+    DriverOff,
     /// The carriage stood against its end stop.
     EndStop,
     /// Something blocked the motor, as requested.
@@ -100,6 +102,7 @@ impl fmt::Display for Loss {
         match self.cause {
             LossCause::Disabled => write!(f, "the driver is not enabled"),
             LossCause::EndStop => write!(f, "the carriage stands against its end stop"),
+            LossCause::DriverOff => write!(f, "the driver was without supply, or had switched the motor off"),
             LossCause::Stalled => write!(f, "something held the motor"),
             LossCause::Bound => write!(f, "the gantry was so skewed that it bound"),
             LossCause::PullOut { asked_steps_s } => write!(f, "the motor pulled out at {asked_steps_s:.0} steps/s"),

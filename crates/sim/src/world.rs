@@ -285,9 +285,9 @@ impl World {
 
     /// Sets or mends what is wrong with a driver that talks. One that is off or has switched its motor off makes no step.
     pub fn set_driver(&mut self, motor: Moving, fault: Option<DriverFault>) {
-        let (Some(index), Some(talking)) = (side_index(&self.wiring, motor), &mut self.talking) else { return };
-        talking.set(index, fault);
-        self.set_stalled(motor, fault.is_some_and(DriverFault::frees_motor));
+        if let (Some(index), Some(talking)) = (side_index(&self.wiring, motor), &mut self.talking) {
+            talking.set(index, fault);
+        }
     }
 
     /// What the board hears on the wire of its drivers when it sends this; nothing if they do not talk.
@@ -467,8 +467,9 @@ impl World {
             talking.step(t_ns, index, direction);
         }
         let binds = self.binds(index, direction);
+        let is_off = self.talking.as_ref().is_some_and(|talking| talking.is_off(index));
         let this = &mut self.sides[index];
-        let lost = match this.turn(t_ns, direction, binds) {
+        let lost = match this.turn(t_ns, direction, binds, is_off) {
             Ok(()) => {
                 this.losing = false;
                 self.carriage_moved(t_ns, index);

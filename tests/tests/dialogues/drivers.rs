@@ -104,13 +104,21 @@ fn m122_tells_how_each_driver_is() {
     config.settings.trinamic_mask = 0b011;
     let mut sim = powered_up(&config);
     let heard = say(&mut sim, "m122");
-    let well = "driver: well, 16 microsteps, 795 mA, 397 mA at standstill, SpreadCycle, load 0]";
+    let well = "driver: well, 16 microsteps, 795 mA, 397 mA at standstill, SpreadCycle]";
     let expected =
         [format!("[MSG:X {well}"), format!("[MSG:Y {well}"), "[MSG:Z driver: left out by $338]".into(), "ok".into()];
     assert_eq!(heard, expected);
     sim.set_driver(Axis::X, Some(DriverFault::Hot));
     assert_eq!(later(&mut sim), ["[MSG:X driver is hot: cool it, or lower its current ($140-$142)]"]);
     assert!(say(&mut sim, "M122")[0].starts_with("[MSG:X driver: hot, 16 microsteps"));
+    say(&mut sim, "$980=2000");
+    begin(&mut sim, "G91 G1 X40 F1200", Duration::from_secs(1));
+    let moving = begin(&mut sim, "M122", ROUND);
+    let sg_result = moving.iter().find_map(|line| line.split("StealthChop, SG_RESULT ").nth(1)?.strip_suffix(']'));
+    // A quarter of the load of a stall, of 400 without any, and noise.
+    assert!(sg_result.is_some_and(|value| (290..=310).contains(&value.parse().unwrap())), "{moving:?}");
+    sim.run_until_idle().unwrap();
+    sim.replies();
     assert_eq!(state(&mut sim), "Idle");
     sim.set_driver(Axis::X, None);
     assert_eq!(later(&mut sim), ["[MSG:X driver is well]"]);

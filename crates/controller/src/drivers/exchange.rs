@@ -1,6 +1,6 @@
 //! Datagrams: reading and writing a register, as often as a disturbed wire needs.
 
-use embassy_time::Timer;
+use embassy_time::{Duration, Timer};
 use tmc2209::reg::{IFCNT, ReadableRegister, WritableRegister};
 use tmc2209::{ReadRequest, ReadResponse, Reader, WriteRequest};
 
@@ -11,7 +11,21 @@ use super::Wire;
 const TRIES: usize = 3;
 const PAUSE_MS: u64 = 7;
 
+/// A driver on a wire with others must wait longer than 8 bit times before it answers: 24.
+pub const SEND_DELAY: u8 = 2;
+const SEND_DELAY_BITS: u64 = 24;
+/// Start, eight, stop.
+const BYTE_BITS: u64 = 10;
+/// A driver's clock is off by some percent, and so is what it measures of the board's.
+const SPARE_BITS: u64 = 22;
+
 const HEARD: usize = ReadRequest::LEN_BYTES + ReadResponse::LEN_BYTES;
+
+/// How long a [`Wire`](super::Wire) of this baud rate waits for `bytes`: an echo, and a reply if it is longer.
+pub fn exchange_time(bytes: usize, baud: u32) -> Duration {
+    let bits = bytes as u64 * BYTE_BITS + SEND_DELAY_BITS + SPARE_BITS;
+    Duration::from_micros((bits * 1_000_000).div_ceil(baud.into()))
+}
 
 /// Why a register was not read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

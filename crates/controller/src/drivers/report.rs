@@ -38,9 +38,13 @@ impl fmt::Display for Line {
         f.write_str(known.health.words().0)?;
         let Some(set) = known.set else { return Ok(()) };
         let (microsteps, run_ma, hold_ma) = set.shown(self.sense_milliohms);
-        let chopper = if DRV_STATUS(known.status).stealth() { "StealthChop" } else { "SpreadCycle" };
-        let load = known.load;
-        write!(f, ", {microsteps} microsteps, {run_ma} mA, {hold_ma} mA at standstill, {chopper}, load {load}")
+        write!(f, ", {microsteps} microsteps, {run_ma} mA, {hold_ma} mA at standstill, ")?;
+        // The load is measured by StealthChop alone.
+        if DRV_STATUS(known.status).stealth() {
+            write!(f, "StealthChop, SG_RESULT {}", known.sg_result)
+        } else {
+            f.write_str("SpreadCycle")
+        }
     }
 }
 

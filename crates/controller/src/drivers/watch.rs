@@ -8,7 +8,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_motion::{Motor, State};
 use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SLAVECONF, TPWMTHRS};
 
-use super::exchange::{Failure, Line};
+use super::exchange::{Failure, Line, SEND_DELAY};
 use super::health::Health;
 use super::registers::Registers;
 use super::{DRIVERS, Drivers, Known, News, Wire, is_watched, motor};
@@ -16,8 +16,6 @@ use crate::controller::Controller;
 
 /// The time between two rounds.
 const ROUND_MS: u64 = 100;
-/// A driver on a wire with others must wait longer than 8 bit times before it answers: 24.
-const SEND_DELAY: u8 = 2;
 /// A coil that seems open so often in a row is: a motor that turns fast makes one seem so now and then.
 const OPEN_ROUNDS: u8 = 5;
 
@@ -135,7 +133,7 @@ impl<W: Wire> Line<'_, W> {
             return Err(Failure::NotTaken);
         }
         let status: DRV_STATUS = self.read().await?;
-        (known.status, known.load) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
+        (known.status, known.sg_result) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
         // What happened before it was set has been told, or is of the time before the machine was switched on.
         let global = if was_set { global } else { self.read().await? };
         let health = if restarted { Health::Restarted } else { Health::judge(known.health, &global, &status) };

@@ -101,6 +101,11 @@ impl Wire {
         self.nodes[driver].driver.diag()
     }
 
+    /// Whether a driver has no supply, or has switched its motor off.
+    pub(crate) fn is_off(&self, driver: usize) -> bool {
+        self.nodes[driver].driver.fault().is_some_and(DriverFault::frees_motor)
+    }
+
     /// How a driver is set.
     pub fn setup(&self, driver: usize) -> DriverSetup {
         DriverSetup {

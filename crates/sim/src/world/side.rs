@@ -72,10 +72,11 @@ impl SideWorld {
         self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
     }
 
-    /// Makes one microstep of the motor and moves the carriage.
-    pub(super) fn turn(&mut self, t_ns: u64, direction: i32, binds: bool) -> Result<(), LossCause> {
+    /// Makes one microstep of the motor and moves the carriage, unless its driver `is_off` or the frame `binds`.
+    pub(super) fn turn(&mut self, t_ns: u64, direction: i32, binds: bool, is_off: bool) -> Result<(), LossCause> {
         let cause = match self.inputs.is_enabled() {
             false => Some(LossCause::Disabled),
+            true if is_off => Some(LossCause::DriverOff),
             true if self.is_stalled => Some(LossCause::Stalled),
             true => binds.then_some(LossCause::Bound),
         };

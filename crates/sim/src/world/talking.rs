@@ -38,6 +38,11 @@ impl Talking {
         }
     }
 
+    /// Whether the driver makes no step of its motor.
+    pub(super) fn is_off(&self, side: usize) -> bool {
+        self.wire.is_off(side)
+    }
+
     pub(super) fn step(&mut self, t_ns: u64, side: usize, direction: i32) {
         let pace = &mut self.paces[side];
         *pace = Pace { last_ns: t_ns, between_ns: t_ns - pace.last_ns };
