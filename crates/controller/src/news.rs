@@ -11,7 +11,7 @@ use crate::drivers::{Listener, News};
 type News = core::convert::Infallible;
 
 /// The news of one console.
-pub(crate) struct Newsreel<'a> {
+pub(crate) struct DriverNews<'a> {
     #[cfg(feature = "trinamic")]
     drivers: Option<Listener<'a>>,
     #[cfg(not(feature = "trinamic"))]
@@ -20,16 +20,16 @@ pub(crate) struct Newsreel<'a> {
 
 impl<F: NorFlash> Controller<'_, F> {
     /// What is new from now on.
-    pub(crate) fn news(&self) -> Newsreel<'_> {
+    pub(crate) fn news(&self) -> DriverNews<'_> {
         #[cfg(feature = "trinamic")]
         let drivers = self.drivers.as_ref().and_then(|drivers| drivers.news.receiver());
         #[cfg(not(feature = "trinamic"))]
         let drivers = None;
-        Newsreel { drivers }
+        DriverNews { drivers }
     }
 }
 
-impl Newsreel<'_> {
+impl DriverNews<'_> {
     /// Waits for the next.
     pub async fn next(&mut self) -> News {
         match &mut self.drivers {

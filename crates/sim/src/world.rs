@@ -2,6 +2,7 @@
 //! events.
 
 mod bouncing;
+mod inputs;
 mod side;
 mod talking;
 
@@ -9,10 +10,11 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::task::Waker;
 
-use isostep_motion::{AXES, Axis, Contact, Event, Machine, Motor as Moving, Side};
+use isostep_motion::{AXES, Axis, Event, Machine, Motor as Moving, Side};
 use oorandom::Rand32;
 
 pub use self::bouncing::bounce;
+use self::inputs::{EmergencyStop, INPUTS, Input};
 use self::side::SideWorld;
 use self::talking::Talking;
 use crate::config::{Config, Gantry};
@@ -26,41 +28,13 @@ pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
 use crate::time::Clock;
 use crate::tool::{ToolChange, ToolOutput};
 
-/// An input of the controller.
-struct Input {
-    wire: Wire,
-    high: bool,
-    rises: u32,
-    falls: u32,
-    wakers: Vec<Waker>,
-}
-
-/// The emergency stop, wired from the input to ground.
-struct EmergencyStop {
-    contact: Contact,
-    is_pressed: bool,
-    /// The wire is broken.
-    is_cut: bool,
-}
-
-impl EmergencyStop {
-    fn is_high(&self) -> bool {
-        self.is_cut || self.is_pressed != self.contact.pressed_is_low()
-    }
-}
-
 /// Slips that follow each other within this time are one loss, ns.
 const STALL_NS: u64 = 100_000_000;
 /// No rotor swings for longer, ns.
 const REST_NS: u64 = 1_000_000_000;
 
-/// The limit switches: those of the axes, then the second motor's.
-const LIMITS: usize = AXES + 1;
 /// The index of the second motor.
 const SECOND: usize = AXES;
-
-/// The inputs that do not belong to an axis.
-const HAND_INPUTS: [Wire; 4] = [Wire::EmergencyStop, Wire::Probe, Wire::Hold, Wire::Start];
 
 /// The world; see the module. Pins, tasks and the simulation share it as [`Shared`].
 pub struct World {
@@ -68,8 +42,8 @@ pub struct World {
     /// The first motors of the axes, then the second motor of one of them, if there is one.
     sides: Vec<SideWorld>,
     gantry: Gantry,
-    /// Limit switches in the order of the sides, then the others in the order of [`HAND_INPUTS`].
-    inputs: [Input; LIMITS + HAND_INPUTS.len()],
+    /// Limit switches in the order of the sides, then the others in the order of [`inputs::index`].
+    inputs: [Input; INPUTS],
     limits_high_at_start: [bool; AXES],
     stop: EmergencyStop,
     plate: Option<Plate>,
@@ -116,11 +90,7 @@ impl World {
         let (mechanics, wiring) = (config.mechanics(&machine_config), Wiring::of(&machine_config));
         let motors = Axis::ALL.into_iter().map(Moving::first).chain(wiring.second.map(Moving::second));
         let sides: Vec<_> = motors.map(|motor| SideWorld::new(motor, config, &mechanics, &wiring)).collect();
-        let mut inputs = std::array::from_fn(|index| match Axis::ALL.get(index) {
-            Some(&axis) => Input::new(Wire::Limit(axis.into())),
-            None if index == SECOND => Input::new(Wire::Limit(Moving::second(wiring.second.unwrap_or(Axis::X)))),
-            None => Input::new(HAND_INPUTS[index - LIMITS]),
-        });
+        let mut inputs = inputs::all(wiring.second);
         for (input, side) in inputs.iter_mut().zip(&sides) {
             input.high = side.switch.is_closed() == wiring.switches_open;
         }
@@ -213,7 +183,7 @@ impl World {
 
     /// Whether an input of the controller is high.
     pub fn is_high(&self, wire: Wire) -> bool {
-        self.inputs[input_index(wire)].high
+        self.inputs[inputs::index(wire)].high
     }
 
     /// The levels of the limit inputs at power-up.
@@ -223,13 +193,13 @@ impl World {
 
     /// How often an input has risen and fallen.
     pub(crate) fn flanks(&self, wire: Wire) -> (u32, u32) {
-        let input = &self.inputs[input_index(wire)];
+        let input = &self.inputs[inputs::index(wire)];
         (input.rises, input.falls)
     }
 
     /// Wakes `waker` when an input changes.
     pub(crate) fn wake_on_change(&mut self, wire: Wire, waker: &Waker) {
-        let wakers = &mut self.inputs[input_index(wire)].wakers;
+        let wakers = &mut self.inputs[inputs::index(wire)].wakers;
         if !wakers.iter().any(|known| known.will_wake(waker)) {
             wakers.push(waker.clone());
         }
@@ -245,13 +215,13 @@ impl World {
             Wire::Probe => pressed == self.wiring.probe_opens,
             _ => !pressed,
         };
-        self.set_input(input_index(wire), high);
+        self.set_input(inputs::index(wire), high);
     }
 
     /// Cuts the wire of the emergency stop, or mends it.
     pub fn cut_emergency_stop(&mut self, is_cut: bool) {
         self.stop.is_cut = is_cut;
-        self.set_input(input_index(Wire::EmergencyStop), self.stop.is_high());
+        self.set_input(inputs::index(Wire::EmergencyStop), self.stop.is_high());
     }
 
     /// Sets or removes the plate that the probe can touch.
@@ -583,33 +553,10 @@ impl Motion {
     }
 }
 
-impl Input {
-    fn new(wire: Wire) -> Self {
-        Self { wire, high: true, rises: 0, falls: 0, wakers: Vec::new() }
-    }
-}
-
 /// The index of a motor, if it is there.
 fn side_index(wiring: &Wiring, motor: Moving) -> Option<usize> {
     match motor.side {
         Side::First => Some(motor.axis as usize),
         Side::Second => (wiring.second == Some(motor.axis)).then_some(SECOND),
-    }
-}
-
-fn input_index(wire: Wire) -> usize {
-    match wire {
-        Wire::Limit(motor) => {
-            if motor.side == Side::First {
-                motor.axis as usize
-            } else {
-                SECOND
-            }
-        }
-        Wire::EmergencyStop => LIMITS,
-        Wire::Probe => LIMITS + 1,
-        Wire::Hold => LIMITS + 2,
-        Wire::Start => LIMITS + 3,
-        Wire::Step(_) | Wire::Dir(_) | Wire::Enable => unreachable!("an output of the controller"),
     }
 }

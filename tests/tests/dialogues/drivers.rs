@@ -3,6 +3,7 @@
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Motor, State};
 use isostep_sim::drivers::{DriverFault, DriverSetup};
+use isostep_sim::world::{Loss, LossCause};
 use isostep_sim::{Board, Config, Sim};
 
 use crate::talk::{begin, say, state};
@@ -174,6 +175,9 @@ fn each_fault_of_each_driver_is_told() {
                 assert_eq!(heard.iter().filter(|line| *line == "ALARM:17").count(), 1, "{whole}");
                 assert_eq!(sim.machine().state(), State::Alarm(Alarm::DriverFailed { motor }), "{whole}");
                 assert_eq!(sim.machine().homed(), [false; 3], "{whole}");
+                let is_lost = |loss: &Loss| loss.axis == motor.axis as usize && loss.cause == LossCause::DriverOff;
+                let lost = sim.outcome().losses.iter().any(is_lost);
+                assert_eq!(lost, moves && fault != DriverFault::Late, "its motor was off: {whole}");
                 tried += 1;
             }
         }

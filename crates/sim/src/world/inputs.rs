@@ -1,0 +1,71 @@
+//! The inputs of the controller: limit switches, the emergency stop, the probe, the buttons.
+
+use std::task::Waker;
+
+use isostep_motion::{AXES, Axis, Contact, Motor as Moving, Side};
+
+use super::SECOND;
+use crate::record::Wire;
+
+/// An input of the controller.
+pub(super) struct Input {
+    pub(super) wire: Wire,
+    pub(super) high: bool,
+    pub(super) rises: u32,
+    pub(super) falls: u32,
+    pub(super) wakers: Vec<Waker>,
+}
+
+/// The emergency stop, wired from the input to ground.
+pub(super) struct EmergencyStop {
+    pub(super) contact: Contact,
+    pub(super) is_pressed: bool,
+    /// The wire is broken.
+    pub(super) is_cut: bool,
+}
+
+impl EmergencyStop {
+    pub(super) fn is_high(&self) -> bool {
+        self.is_cut || self.is_pressed != self.contact.pressed_is_low()
+    }
+}
+
+/// The limit switches: those of the axes, then the second motor's.
+const LIMITS: usize = AXES + 1;
+/// The inputs that do not belong to an axis.
+const HAND_INPUTS: [Wire; 4] = [Wire::EmergencyStop, Wire::Probe, Wire::Hold, Wire::Start];
+
+pub(super) const INPUTS: usize = LIMITS + HAND_INPUTS.len();
+
+/// All inputs, high, on a machine with a second motor on this axis.
+pub(super) fn all(second: Option<Axis>) -> [Input; INPUTS] {
+    std::array::from_fn(|index| match Axis::ALL.get(index) {
+        Some(&axis) => Input::new(Wire::Limit(axis.into())),
+        None if index == SECOND => Input::new(Wire::Limit(Moving::second(second.unwrap_or(Axis::X)))),
+        None => Input::new(HAND_INPUTS[index - LIMITS]),
+    })
+}
+
+impl Input {
+    fn new(wire: Wire) -> Self {
+        Self { wire, high: true, rises: 0, falls: 0, wakers: Vec::new() }
+    }
+}
+
+/// The place of a wire among the inputs.
+pub(super) fn index(wire: Wire) -> usize {
+    match wire {
+        Wire::Limit(motor) => {
+            if motor.side == Side::First {
+                motor.axis as usize
+            } else {
+                SECOND
+            }
+        }
+        Wire::EmergencyStop => LIMITS,
+        Wire::Probe => LIMITS + 1,
+        Wire::Hold => LIMITS + 2,
+        Wire::Start => LIMITS + 3,
+        Wire::Step(_) | Wire::Dir(_) | Wire::Enable => unreachable!("an output of the controller"),
+    }
+}
