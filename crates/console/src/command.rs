@@ -21,6 +21,12 @@ pub enum Command<'l> {
         /// Axis index.
         axis: usize,
     },
+    /// `$STALL=`: move an axis back and forth, and measure how near its motor is to a stall.
+    #[cfg(feature = "trinamic")]
+    MeasureStall {
+        /// Axis index.
+        axis: usize,
+    },
     /// `$X`: leave Alarm without homing; does nothing in any other state.
     Unlock,
     /// `$C`: begin to check G-code without moving. In [`ReportedState::Check`]: end the check by a reset.

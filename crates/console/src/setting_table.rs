@@ -106,9 +106,13 @@ const ROWS: &[(Setting, &str)] = &[
     row(140, "mA", "motor current, effective", 50.0, 1700.0, IntPerAxis(|s| &mut s.run_current_ma)),
     row(170, "mm", "second motor: how much farther from its switch; below 0 the first", -5.0, 5.0, PerAxis(|s| &mut s.square_offset_mm)),
     #[cfg(feature = "trinamic")]
+    row(200, "", "stall threshold: half of the SG_RESULT of a stall; $STALL=X finds it", 0.0, 255.0, IntPerAxis(|s| &mut s.stall_threshold)),
+    #[cfg(feature = "trinamic")]
     row(210, "%", "motor current at standstill, of that at speed", 5.0, 100.0, IntPerAxis(|s| &mut s.hold_percent)),
     #[cfg(feature = "trinamic")]
     row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.trinamic_mask)),
+    #[cfg(feature = "trinamic")]
+    row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.stall_homing_mask)),
     row(349, "mm", "second motor: how far one side may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
     #[cfg(feature = "four-axes")]
     row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, Int(|s| &mut s.rotary_mask)),
@@ -122,6 +126,8 @@ const ROWS: &[(Setting, &str)] = &[
     row(905, "", SECOND_MOTOR, 0.0, AXES as f32, Int(|s| &mut s.second_motor_axis)),
     #[cfg(feature = "trinamic")]
     row(908, "", "drivers interpolate to 256 microsteps, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.interpolate_mask)),
+    #[cfg(feature = "trinamic")]
+    row(909, "", "axes of $339 whose motor stops the machine if it stalls at speed, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.stall_alarm_mask)),
     row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
@@ -176,7 +182,7 @@ impl Setting {
 
     /// Whether it is about Trinamic drivers, which not every board has.
     pub fn is_trinamic(&self) -> bool {
-        cfg!(feature = "trinamic") && matches!(self.number, 140 | 150 | 210 | 338 | 908 | 980)
+        cfg!(feature = "trinamic") && matches!(self.number, 140 | 150 | 200 | 210 | 338 | 339 | 908 | 909 | 980)
     }
 
     /// The meaning of the setting.

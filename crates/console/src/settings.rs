@@ -90,12 +90,19 @@ pub struct Settings {
     /// `$170`-`$172`: how much farther from its switch the second motor of the axis stands than the first when the axis
     /// is square; below 0 it is the first that stands farther.
     pub square_offset_mm: [f32; AXES],
+    /// `$200`-`$202`: SGTHRS, the half of the SG_RESULT at which a driver says that its motor stalls (grblHAL's number); 0
+    /// as long as nobody has found it out.
+    #[cfg(feature = "trinamic")]
+    pub stall_threshold: [u16; AXES],
     /// `$210`-`$212`: the current of a motor that stands still (grblHAL's number).
     #[cfg(feature = "trinamic")]
     pub hold_percent: [u16; AXES],
     /// `$338`: axes whose drivers are set and watched (grblHAL's number).
     #[cfg(feature = "trinamic")]
     pub trinamic_mask: u16,
+    /// `$339`: axes that have no limit switch, but home by a stall of their motor (grblHAL's number).
+    #[cfg(feature = "trinamic")]
+    pub stall_homing_mask: u16,
     /// `$349`: how far one side of an axis with two motors may go alone to its switch.
     pub skew_max_mm: f32,
     /// `$376`: bit 0 makes A a rotary axis: a degree stands wherever a millimetre does.
@@ -124,6 +131,9 @@ pub struct Settings {
     /// `$908`: axes whose drivers make 256 microsteps of the steps that they get.
     #[cfg(feature = "trinamic")]
     pub interpolate_mask: u16,
+    /// `$909`: axes of those that home by stall whose motor, if it stalls at speed, stops the machine.
+    #[cfg(feature = "trinamic")]
+    pub stall_alarm_mask: u16,
     /// `$910`-`$912`: the speed at which an axis can start and stop without a ramp.
     pub start_rate_mm_min: [f32; AXES],
     /// `$920`-`$922`: deceleration; 0 means equal to the acceleration, see [`Settings::decel_mm_s2`].
@@ -180,9 +190,13 @@ impl Settings {
         microsteps: [16; AXES],
         square_offset_mm: [0.0; AXES],
         #[cfg(feature = "trinamic")]
+        stall_threshold: [0; AXES],
+        #[cfg(feature = "trinamic")]
         hold_percent: [50; AXES],
         #[cfg(feature = "trinamic")]
         trinamic_mask: axes::ALL_AXES,
+        #[cfg(feature = "trinamic")]
+        stall_homing_mask: 0,
         skew_max_mm: 10.0,
         #[cfg(feature = "four-axes")]
         rotary_mask: 1,
@@ -197,6 +211,8 @@ impl Settings {
         second_motor_axis: 0,
         #[cfg(feature = "trinamic")]
         interpolate_mask: axes::ALL_AXES,
+        #[cfg(feature = "trinamic")]
+        stall_alarm_mask: 0,
         start_rate_mm_min: [0.0; AXES],
         decel_or_0_mm_s2: [0.0; AXES],
         jerk_or_0_mm_s3: [500.0; AXES],

@@ -18,6 +18,11 @@ impl Interpreter {
             let is_idle = matches!(state, ReportedState::Idle);
             return if is_idle { Ok(Command::Buzz { axis }) } else { Err(Error::NotIdle) };
         }
+        #[cfg(feature = "trinamic")]
+        if let Some(axis) = statement.strip_prefix("STALL=").and_then(axis_named) {
+            let is_idle = matches!(state, ReportedState::Idle);
+            return if is_idle { Ok(Command::MeasureStall { axis }) } else { Err(Error::NotIdle) };
+        }
         match statement {
             "" => Ok(Command::Help),
             "$" if matches!(state, ReportedState::Run | ReportedState::Hold { .. } | ReportedState::Door(_)) => {

@@ -169,8 +169,10 @@ impl<F: NorFlash> Controller<'_, F> {
     ) -> Result<After, Error> {
         match command {
             Command::Jog(jog) => self.jog(jog).await?,
-            Command::Home { axis } => return self.home(*axis).await,
+            Command::Home { axis } => return self.home(*axis, text).await,
             Command::Buzz { axis } => self.buzz(Axis::ALL[*axis], text).await?,
+            #[cfg(feature = "trinamic")]
+            Command::MeasureStall { axis } => self.measure_stall(Axis::ALL[*axis], text).await?,
             Command::Prove { words } => self.prove(words, text, out).await?,
             _ => {}
         }
@@ -281,16 +283,22 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
-    async fn home(&self, axis: Option<usize>) -> Result<After, Error> {
+    async fn home(&self, axis: Option<usize>, text: &mut Message) -> Result<After, Error> {
         self.closed_door()?;
+        let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
+        #[cfg(feature = "trinamic")]
+        let looking = aside(pin!(self.look_for_stalls(axes, text))).await?;
         if self.state() == ReportedState::Alarm {
             self.stop_tool();
         }
         self.with(|program| program.mode = Mode::Normal);
-        let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
         self.submit(Motion::Home { axes }).await?;
         let result = self.settled().await;
         self.follow_machine();
+        #[cfg(feature = "trinamic")]
+        if looking.is_some() && result.is_ok() {
+            self.say_stalls(axes, text);
+        }
         result.map(|()| if axis.is_none() { After::StartUp } else { After::NextLine })
     }
 

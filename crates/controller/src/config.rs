@@ -52,6 +52,10 @@ pub fn config(settings: &Settings) -> Config {
             latch_mm_s: f64::from(settings.homing_latch_mm_min) / 60.0,
             pull_off_mm: settings.homing_pull_off_mm.into(),
             debounce: Duration::from_millis(settings.homing_debounce_ms.into()),
+            #[cfg(feature = "trinamic")]
+            by_stall: masked(settings.stall_homing_mask),
+            #[cfg(not(feature = "trinamic"))]
+            by_stall: [false; AXES],
         },
         squared: settings.second_motor().map(|axis| Squared {
             axis: Axis::ALL[axis],

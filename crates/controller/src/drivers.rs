@@ -5,8 +5,10 @@
 
 mod exchange;
 mod health;
+mod measure;
 mod registers;
 mod report;
+mod stall;
 mod watch;
 
 use core::cell::{Cell, RefCell};
@@ -19,6 +21,7 @@ use isostep_motion::{AXES, Axis, Motor};
 
 pub use self::exchange::exchange_time;
 use self::health::Health;
+use self::measure::Readings;
 use self::registers::Registers;
 
 /// The drivers of a board: those of X, Y and Z, then of the fourth motor.
@@ -61,6 +64,11 @@ pub(crate) struct Drivers {
     pending: Cell<bool>,
     /// They are.
     done: Signal<NoopRawMutex, ()>,
+    /// The axes whose motors are looked at for a stall, because they home.
+    looks_mask: Cell<u16>,
+    /// The driver whose motor is being measured, and what was read.
+    measured: Cell<Option<usize>>,
+    readings: Cell<Readings>,
 }
 
 /// What is known of a driver.
@@ -75,6 +83,8 @@ struct Known {
     sg_result: u16,
     /// How many times in a row a coil seemed open.
     open: u8,
+    /// The machine was locked because of this driver when it was asked last.
+    has_locked: bool,
 }
 
 /// What has changed of a motor's driver.
@@ -86,7 +96,7 @@ pub(crate) struct News {
 
 impl Drivers {
     pub fn new(hardware: DriverHardware) -> Self {
-        let known = Known { health: Health::Unknown, set: None, status: 0, sg_result: 0, open: 0 };
+        let known = Known { health: Health::Unknown, set: None, status: 0, sg_result: 0, open: 0, has_locked: false };
         Self {
             hardware,
             known: RefCell::new([known; DRIVERS]),
@@ -94,6 +104,9 @@ impl Drivers {
             asked: Signal::new(),
             pending: Cell::new(false),
             done: Signal::new(),
+            looks_mask: Cell::new(0),
+            measured: Cell::new(None),
+            readings: Cell::new(Readings::NONE),
         }
     }
 

@@ -249,7 +249,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// The first homed axis whose target is outside its travel. Without homing nobody knows where the travel is.
-    fn beyond_travel(&self, target_steps: [i32; AXES]) -> Option<Axis> {
+    pub(crate) fn beyond_travel(&self, target_steps: [i32; AXES]) -> Option<Axis> {
         if !self.with(|program| program.settings.soft_limits) {
             return None;
         }

@@ -16,6 +16,7 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
         Alarm::SoftLimit { axis } => (Code::SoftLimit, axis),
         Alarm::SwitchStuck { motor } => return (Code::PullOff, name(motor)),
         Alarm::Skewed { motor } => return (Code::Skewed, name(motor)),
+        Alarm::StallsApart { axis } => (Code::StallsApart, axis),
         Alarm::SwitchNotFound { axis } => (Code::SwitchNotFound, axis),
         Alarm::LateStep { axis } => (Code::LateStep, axis),
         Alarm::Underrun { axis } => (Code::Underrun, axis),

@@ -7,6 +7,7 @@ use isostep_profile::shaper::{Shaper, ShaperError, ShaperKind};
 use isostep_profile::{IntervalLaw, LimitError, Limits, OFFSET_PARTS, SpeedLaw};
 
 use crate::axes::{AXES, Axis};
+use crate::motor::LimitInput;
 use crate::port::{Capabilities, Direction, Wiring};
 use crate::tool::spindle::ToolConfig;
 
@@ -87,6 +88,10 @@ pub struct HomingConfig {
     pub pull_off_mm: f64,
     /// A switch counts as changed once it has been steady this long.
     pub debounce: Duration,
+    /// The axes that have no switch, but a driver that says when its motor stalls: its output, high then and also for an
+    /// error of the driver, is on the axis's limit input. They latch at the speed of the seek, because slower motors are
+    /// not measured. Such an axis may not have a second motor.
+    pub by_stall: [bool; AXES],
 }
 
 /// Why a configuration was refused.
@@ -231,6 +236,23 @@ impl Config {
         }
         shaper.check().map_err(|error| ConfigError::Shaper { axis, error })?;
         if self.speed_law == SpeedLaw::Trapezoid { Ok(()) } else { Err(ConfigError::ShapedCurve { axis }) }
+    }
+
+    /// Whether the limit input is low, rather than high, while it stops its axis.
+    pub(crate) fn pressed_is_low(&self, input: LimitInput) -> bool {
+        !self.switches_inverted && !self.is_stall(input)
+    }
+
+    /// Whether the limit input is a driver's, which says that its motor stalls.
+    pub(crate) fn is_stall(&self, input: LimitInput) -> bool {
+        matches!(input, LimitInput::Of(axis) if self.homing.by_stall[axis as usize])
+    }
+
+    /// The way on which `axis` has surely reached the speed of the seek, mm: twice that of a trapezoid.
+    #[must_use]
+    pub fn run_up_mm(&self, axis: Axis) -> f64 {
+        let accel_mm_s2 = self.limits[axis as usize].accel_steps_s2 / self.steps_per_mm[axis as usize];
+        self.homing.seek_mm_s * self.homing.seek_mm_s / accel_mm_s2
     }
 
     fn check_pull_off(&self, axis: Axis) -> Result<(), ConfigError> {

@@ -80,6 +80,11 @@ pub enum Alarm {
         /// The motor that did not reach its switch.
         motor: Motor,
     },
+    /// The two stalls by which an axis homes were farther apart than the pull-off: one of them was none.
+    StallsApart {
+        /// Which axis.
+        axis: Axis,
+    },
     /// The emergency stop was pressed.
     EmergencyStop,
     /// A step was too late to be emitted: the processor was held up, or the driver could not take it so soon after the
@@ -278,6 +283,9 @@ impl fmt::Display for Alarm {
                     f,
                     "{motor} did not reach its switch within the skew limit of the other side: free it, home again"
                 )
+            }
+            Self::StallsApart { axis } => {
+                write!(f, "{axis} has stalled at two places: set its driver to tell stalls later, free it, home again")
             }
             Self::EmergencyStop => write!(f, "emergency stop pressed: release it, unlock and home again"),
             Self::LateStep { axis } => write!(f, "a step of {axis} was too late: lower the rate and home again"),

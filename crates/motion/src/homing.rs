@@ -8,7 +8,15 @@
 //! and the other goes on alone, no farther than the skew limit. The latch does the same, so each side is measured by
 //! its own switch, and the gantry is never skewed by more than it was. Both back off and pull off together. At the end
 //! one side goes on alone by the offset, away from its switch, so that both are off theirs.
+//!
+//! # By stall
+//! An axis without a switch runs against its end, twice, until its driver says that the motor stalls. A slow motor cannot
+//! be measured, so the latch is as fast as the seek, and it begins far enough away for its run-up. Where the field was a
+//! part of a full step ahead of the rotor when the motor stopped, it comes back by as much: a zero is as exact as the
+//! instants at which the driver notices. Before the seek the input must be silent: one that is high although the motor
+//! stands is not that of a driver.
 
+use core::cell::Cell;
 use core::convert::Infallible;
 use core::pin::pin;
 
@@ -17,15 +25,45 @@ use embassy_time::Timer;
 use embedded_hal::digital::OutputPin;
 
 use crate::axes::{AXES, Axis};
+use crate::config::HomingConfig;
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
+use crate::machine::Machine;
 use crate::motor::{Motor, Side};
 use crate::port::Direction;
 
 /// The seek gives up after this many times the travel.
 const SEEK_TRAVELS: f64 = 1.5;
-/// The latch gives up after this many times the pull-off.
-const LATCH_PULL_OFFS: f64 = 5.0;
+/// The latch gives up after this many times the way that the axis has backed off.
+const LATCH_BACK_OFFS: f64 = 5.0;
+
+/// How an axis homes.
+struct Plan {
+    travel_mm: f64,
+    seek_mm_s: f64,
+    latch_mm_s: f64,
+    back_off_mm: f64,
+    pull_off_mm: f64,
+    by_stall: bool,
+}
+
+impl Plan {
+    /// Not inlined: a whole configuration is large, and would be kept while the axis moves.
+    #[inline(never)]
+    fn of(machine: &Machine, axis: Axis) -> Self {
+        let config = machine.config();
+        let HomingConfig { seek_mm_s, latch_mm_s, pull_off_mm, by_stall, .. } = config.homing;
+        let by_stall = by_stall[axis as usize];
+        Self {
+            travel_mm: config.travel_mm[axis as usize],
+            seek_mm_s,
+            latch_mm_s: if by_stall { seek_mm_s } else { latch_mm_s },
+            back_off_mm: if by_stall { pull_off_mm + config.run_up_mm(axis) } else { pull_off_mm },
+            pull_off_mm,
+            by_stall,
+        }
+    }
+}
 
 /// A part of homing: a straight way of an axis, or of one of its sides.
 #[derive(Clone, Copy)]
@@ -64,21 +102,34 @@ where
     }
 
     async fn home_axis(&mut self, axis: Axis) -> Result<(), Alarm> {
-        let homing = self.machine.config().homing;
-        let way = Way { axis, mm: 0.0, to_switch: true, speed_mm_s: homing.seek_mm_s, held: None };
-        // A carriage that already stands on its switch has nothing to seek.
-        if self.missing(axis).is_some() {
-            self.phase(axis, HomingPhase::Seek);
-            let travel_mm = self.machine.config().travel_mm[axis as usize];
-            self.approach(Way { mm: SEEK_TRAVELS * travel_mm, ..way }).await?;
+        let Plan { travel_mm, seek_mm_s, latch_mm_s, back_off_mm, pull_off_mm, by_stall } =
+            Plan::of(self.machine, axis);
+        let way = Way { axis, mm: 0.0, to_switch: true, speed_mm_s: seek_mm_s, held: None };
+        match self.missing(axis) {
+            None if by_stall => return Err(Alarm::SwitchStuck { motor: Motor::first(axis) }),
+            // A carriage that already stands on its switch has nothing to seek.
+            None => {}
+            Some(_) => {
+                self.phase(axis, HomingPhase::Seek);
+                self.approach(Way { mm: SEEK_TRAVELS * travel_mm, ..way }).await?;
+            }
         }
+        let sought_steps = self.machine.link(axis).odometer.position_steps();
         self.phase(axis, HomingPhase::BackOff);
-        let way = Way { mm: homing.pull_off_mm, to_switch: false, ..way };
-        self.retreat(way).await?;
+        self.retreat(Way { mm: back_off_mm, to_switch: false, ..way }).await?;
         self.phase(axis, HomingPhase::Latch);
-        let way = Way { speed_mm_s: homing.latch_mm_s, ..way };
-        self.approach(Way { mm: LATCH_PULL_OFFS * homing.pull_off_mm, to_switch: true, ..way }).await?;
+        let way = Way { speed_mm_s: latch_mm_s, ..way };
+        self.approach(Way { mm: LATCH_BACK_OFFS * back_off_mm, to_switch: true, ..way }).await?;
+        if by_stall {
+            let apart_steps = self.machine.link(axis).odometer.position_steps() - sought_steps;
+            self.machine.set_stalls_apart(axis, apart_steps);
+            // Where a motor that speeds up seems stalled, it does so once more, long before the end.
+            if self.machine.config().mm(axis, apart_steps).abs() > pull_off_mm {
+                return Err(Alarm::StallsApart { axis });
+            }
+        }
         self.phase(axis, HomingPhase::PullOff);
+        let way = Way { mm: pull_off_mm, to_switch: false, ..way };
         self.retreat(way).await?;
         if let Some(way) = self.offset(way) {
             self.retreat(way).await?;
@@ -146,6 +197,8 @@ where
         let machine = self.machine;
         let [first, second] = [Side::First, Side::Second].map(|side| Motor { axis: way.axis, side });
         let is_two = machine.config().squared_axis(way.axis).is_some();
+        // The input of a driver falls when the motor stops.
+        let was_pressed = Cell::new(false);
         let pressed = async {
             let (first, second) = (machine.switch_of(first), machine.switch_of(second));
             match way.held {
@@ -153,6 +206,7 @@ where
                 None if is_two => _ = select(first.wait_pressed(), second.wait_pressed()).await,
                 _ => first.wait_pressed().await,
             }
+            was_pressed.set(true);
             machine.halt();
         };
         // The move always answers, because the switch's halt ends it: it is never dropped half-way.
@@ -168,7 +222,7 @@ where
         };
         match finish {
             _ if machine.cause().is_some() => Err(self.stop_alarm()),
-            _ if is_found => Ok(()),
+            _ if is_found || was_pressed.get() => Ok(()),
             _ => Err(missed),
         }
     }

@@ -7,13 +7,15 @@ use embassy_time::{Duration, with_timeout};
 use embedded_hal::digital::InputPin;
 use embedded_hal_async::digital::Wait;
 
-use crate::config::{Config, HomingConfig};
 use crate::machine::Machine;
 use crate::motor::LimitInput;
 
 /// Watches a limit switch for ever. It is wired to ground with a pull-up, so low is pressed (unless the configuration
 /// inverts that). The first edge of a press stops a running machine at once. Homing and the status see the debounced
 /// level. `which` says whose switch `input` is.
+///
+/// Where the input is a driver's that says when its motor stalls, high is pressed, from the first edge on: a driver does not
+/// bounce, and each step that is made meanwhile is lost.
 ///
 /// # Cancellation
 /// Dropping it leaves the last debounced level of the switch in place and its axis unwatched; nothing moves.
@@ -22,21 +24,28 @@ where
     I: InputPin<Error = Infallible> + Wait,
 {
     let switch = machine.switch(which);
-    let mut pressed = is_low(&mut input) != machine.config().switches_inverted;
-    switch.publish(pressed);
     loop {
-        let Config { switches_inverted, homing: HomingConfig { debounce, .. }, .. } = machine.config();
-        let awaited_low = pressed == switches_inverted;
-        wait_level(&mut input, awaited_low).await;
-        if !pressed {
-            // At rest this edge stops nothing. But a motion that is asked for before the switch is debounced must not
-            // go further onto it.
-            switch.touch();
-        }
-        machine.limit_edge(which, awaited_low);
-        pressed = debounced_low(&mut input, debounce).await != switches_inverted;
+        let (pressed_is_low, is_stall, debounce) = meaning(machine, which);
+        let mut pressed = is_low(&mut input) == pressed_is_low;
         switch.publish(pressed);
+        // Until a level of the input may mean something else.
+        while select(wait_level(&mut input, pressed != pressed_is_low), switch.wait_reread()).await.is_first() {
+            if !pressed {
+                // At rest this edge stops nothing. But a motion that is asked for before the switch is debounced must not
+                // go further onto it.
+                switch.touch();
+            }
+            machine.limit_edge(which, pressed != pressed_is_low);
+            pressed = !pressed && is_stall || debounced_low(&mut input, debounce).await == pressed_is_low;
+            switch.publish(pressed);
+        }
     }
+}
+
+/// Whether low means pressed, whether pressed means a stall, and how long a level must be steady.
+fn meaning(machine: &Machine, which: LimitInput) -> (bool, bool, Duration) {
+    let config = machine.config();
+    (config.pressed_is_low(which), config.is_stall(which), config.homing.debounce)
 }
 
 /// Watches the emergency stop for ever. It is wired to ground with a pull-up, so low is pressed, or high if the

@@ -51,6 +51,7 @@ struct Inner {
     capabilities: [Option<Capabilities>; AXES],
     faults: [u32; AXES],
     homed: [bool; AXES],
+    stalls_apart_steps: [i32; AXES],
     life: Life,
     current: Option<CurrentChunk>,
     /// How many motions the coordinator would take off the queue at once.
@@ -102,6 +103,7 @@ impl Machine {
                 capabilities: [None; AXES],
                 faults: [0; AXES],
                 homed: [false; AXES],
+                stalls_apart_steps: [0; AXES],
                 life: Life::new(),
                 current: None,
                 room: CHAIN_MOVES,
@@ -138,6 +140,7 @@ impl Machine {
             inner.config = config;
         });
         self.reread_hold_input();
+        self.switches.iter().for_each(Switch::reread);
         Ok(())
     }
 
@@ -157,6 +160,12 @@ impl Machine {
     #[must_use]
     pub fn homed(&self) -> [bool; AXES] {
         self.with(|inner| inner.homed)
+    }
+
+    /// How far apart the two stalls were by which each axis was homed last, steps; 0 if it was not homed by stall.
+    #[must_use]
+    pub fn stalls_apart_steps(&self) -> [i32; AXES] {
+        self.with(|inner| inner.stalls_apart_steps)
     }
 
     /// How often each axis's port has faulted since power-up.
@@ -269,6 +278,10 @@ impl Machine {
 
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {
         self.with(|inner| inner.homed[axis as usize] = homed);
+    }
+
+    pub(crate) fn set_stalls_apart(&self, axis: Axis, steps: i32) {
+        self.with(|inner| inner.stalls_apart_steps[axis as usize] = steps);
     }
 
     /// Waits until the motors are to be freed.

@@ -33,12 +33,19 @@ pub(crate) struct Switch {
     /// It has closed, and is not known to have opened again.
     touched: AtomicBool,
     changed: Signal<CriticalSectionRawMutex, ()>,
+    /// Another level of its input means pressed now, or may.
+    reread: Signal<CriticalSectionRawMutex, ()>,
 }
 
 impl Switch {
     /// A switch that is not pressed.
     pub const fn new() -> Self {
-        Self { pressed: AtomicBool::new(false), touched: AtomicBool::new(false), changed: Signal::new() }
+        Self {
+            pressed: AtomicBool::new(false),
+            touched: AtomicBool::new(false),
+            changed: Signal::new(),
+            reread: Signal::new(),
+        }
     }
 
     pub fn is_pressed(&self) -> bool {
@@ -60,6 +67,16 @@ impl Switch {
         self.pressed.store(pressed, Ordering::Relaxed);
         self.touched.store(false, Ordering::Relaxed);
         self.changed.signal(());
+    }
+
+    /// Has its task read the input anew.
+    pub fn reread(&self) {
+        self.reread.signal(());
+    }
+
+    /// Waits until the input is to be read anew. Only its task may wait.
+    pub async fn wait_reread(&self) {
+        self.reread.wait().await;
     }
 
     /// Waits until it is pressed. Only the coordinator may wait: the signal has room for one waiter.

@@ -89,6 +89,7 @@ fn every_reason_says_something_of_its_own() {
         Alarm::HomingReset,
         Alarm::SwitchStuck { motor },
         Alarm::Skewed { motor },
+        Alarm::StallsApart { axis: Axis::X },
         Alarm::SwitchNotFound { axis },
         Alarm::EmergencyStop,
         Alarm::LateStep { axis },

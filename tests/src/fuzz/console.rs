@@ -154,7 +154,7 @@ impl Console {
                 }
             }
             Command::Home { axis } => assert!(axis.is_none_or(|axis| axis < AXES)),
-            Command::Buzz { axis } => assert!(axis < AXES),
+            Command::Buzz { axis } | Command::MeasureStall { axis } => assert!(axis < AXES),
             Command::ExplainError(error) => tells(report::message, error),
             Command::ExplainAlarm(alarm) => tells(report::message, alarm),
             Command::ShowSettings | Command::ShowParameters | Command::ShowBuild => self.list(),

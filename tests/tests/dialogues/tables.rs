@@ -127,6 +127,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Home { axis: None } => "$H",
         Command::Home { .. } => "$HX, $HY, $HZ",
         Command::Buzz { .. } => "$BUZZ=X, Y, Z",
+        Command::MeasureStall { .. } => "$STALL=X, Y, Z",
         Command::Unlock => "$X",
         Command::ToggleCheck => "$C",
         Command::Sleep => "$SLP",
@@ -165,7 +166,7 @@ fn every_command_has_a_row_with_its_states() {
     ];
     let lines = [
         "$", "$$", "$1=5", "$#", "$G", "$I", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z",
-        "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
+        "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

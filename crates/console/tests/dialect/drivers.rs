@@ -23,12 +23,15 @@ fn the_steps_follow_the_microsteps() {
 #[test]
 fn what_is_about_drivers_is_known_by_its_number() {
     let rows = SETTING_TABLE.iter().filter(|row| row.is_trinamic()).flat_map(|row| row.numbers());
-    let expected = [150, 151, 152, 140, 141, 142, 210, 211, 212, 338, 908, 980, 981, 982];
+    let expected = [150, 151, 152, 140, 141, 142, 200, 201, 202, 210, 211, 212, 338, 339, 908, 909, 980, 981, 982];
     assert_eq!(rows.collect::<Vec<_>>(), expected);
     let refused = SettingError::NoTrinamic { number: 980 };
     let words = "$980 is about drivers that talk, which this board does not have: set them by their jumpers";
     assert_eq!((refused.to_string().as_str(), refused.error()), (words, Error::UnknownStatement));
     for state in ReportedState::ALL {
         assert_eq!(Talk::new(state).bytes(b"m122\n"), "(drivers) ok", "{state}");
+        let measured = if state == ReportedState::Idle { "(measure a stall of 1) ok" } else { "error:8" };
+        assert_eq!(Talk::new(state).bytes(b"$stall=Y\n"), measured, "{state}");
+        assert_eq!(Talk::new(ReportedState::Idle).bytes(b"$stall=B\n"), "error:3");
     }
 }

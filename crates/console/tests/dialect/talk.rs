@@ -101,6 +101,8 @@ impl Talk {
             Command::Home { axis: None } => heard.push_str("(home) "),
             Command::Home { axis: Some(axis) } => write!(heard, "(home {axis}) ").unwrap(),
             Command::Buzz { axis } => write!(heard, "(buzz {axis}) ").unwrap(),
+            #[cfg(feature = "trinamic")]
+            Command::MeasureStall { axis } => write!(heard, "(measure a stall of {axis}) ").unwrap(),
             Command::Unlock => heard.push_str("(unlock) "),
             Command::ToggleCheck => heard.push_str("(check) "),
             Command::Sleep => heard.push_str("(sleep) "),

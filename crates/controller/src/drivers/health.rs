@@ -15,6 +15,8 @@ pub enum Health {
     Hot,
     /// A coil of its motor seems open.
     OpenCoil,
+    /// It has stopped the machine by its output, and reports nothing else.
+    Stalled,
     /// It does not answer.
     Silent,
     /// It answers, and does not take what it is set to.
@@ -50,7 +52,7 @@ impl Health {
 
     /// The motor may not be where its steps say, so the machine must stop.
     pub fn stops(self) -> bool {
-        !matches!(self, Self::Unknown | Self::Well | Self::Hot | Self::OpenCoil)
+        !matches!(self, Self::Unknown | Self::Well | Self::Hot | Self::OpenCoil | Self::Stalled)
     }
 
     /// What it is, in a word or a few, and what to do.
@@ -60,6 +62,10 @@ impl Health {
             Self::Well => ("well", ""),
             Self::Hot => ("hot", "cool it, or lower its current ($140-$142)"),
             Self::OpenCoil => ("sees an open coil", "switch the supply off, check the motor's plug and cable"),
+            Self::Stalled => (
+                "has told a stall of its motor",
+                "free it, lower the acceleration ($120-$122) or $200-$202, $909 forbids it",
+            ),
             Self::Silent => {
                 ("does not answer", "switch the motors' supply on, check the board; $338 leaves an axis out")
             }

@@ -2,12 +2,14 @@
 
 use isostep_console::Settings;
 use tmc2209::data::MicroStepResolution;
-use tmc2209::reg::{CHOPCONF, GCONF, IHOLD_IRUN, TPWMTHRS};
+use tmc2209::reg::{CHOPCONF, GCONF, IHOLD_IRUN};
 use tmc2209::{INTERNAL_CLOCK_HZ, rms_current_to_vsense_cs};
+
+use super::stall::{LOOKS_FROM, seek_mm_min};
 
 /// TSTEP counts clocks between steps of this size, whatever the microsteps.
 const FINEST_MICROSTEPS: f32 = 256.0;
-/// The longest time that TPWMTHRS holds, clocks.
+/// The longest time that the registers hold, clocks.
 const LONGEST_CLOCKS: f32 = 1_048_575.0;
 /// From the last step to the current at standstill: this many of 2^18 clocks, 22 ms each, for each step down.
 const HOLD_DELAY: u8 = 8;
@@ -19,18 +21,24 @@ pub struct Registers {
     pub chopconf: u32,
     pub ihold_irun: u32,
     pub tpwmthrs: u32,
+    pub tcoolthrs: u32,
+    pub sgthrs: u32,
 }
 
 impl Registers {
-    pub fn new(settings: &Settings, axis: usize, sense_milliohms: u16) -> Self {
+    /// `looks` has it tell stalls.
+    pub fn new(settings: &Settings, axis: usize, sense_milliohms: u16, looks: bool) -> Self {
         let sense_ohms = f32::from(sense_milliohms) / 1000.0;
         let (is_sensitive, run) = rms_current_to_vsense_cs(sense_ohms, settings.run_current_ma[axis].into());
         let stealth_mm_min = settings.stealth_mm_min[axis];
+        let looks_mm_min = if looks { LOOKS_FROM * seek_mm_min(settings, axis) } else { 0.0 };
         Self {
             gconf: gconf(stealth_mm_min == 0.0),
             chopconf: chopconf(settings.microsteps[axis], is_sensitive, settings.interpolate_mask & (1 << axis) != 0),
             ihold_irun: ihold_irun(run, settings.hold_percent[axis]),
-            tpwmthrs: tpwmthrs(settings, axis),
+            tpwmthrs: clocks(settings, axis, stealth_mm_min),
+            tcoolthrs: clocks(settings, axis, looks_mm_min),
+            sgthrs: settings.stall_threshold[axis].into(),
         }
     }
 
@@ -83,14 +91,13 @@ fn ihold_irun(run: u8, hold_percent: u16) -> u32 {
     currents.0
 }
 
-/// The time between the finest steps at the speed from which SpreadCycle chops, clocks.
-fn tpwmthrs(settings: &Settings, axis: usize) -> u32 {
-    let stealth_mm_min = settings.stealth_mm_min[axis];
-    let mut threshold = TPWMTHRS(0);
-    if stealth_mm_min > 0.0 {
-        let steps_s = stealth_mm_min / 60.0 * settings.steps_per_mm[axis];
-        let finest_s = steps_s * FINEST_MICROSTEPS / f32::from(settings.microsteps[axis]);
-        threshold.set((INTERNAL_CLOCK_HZ / finest_s).clamp(1.0, LONGEST_CLOCKS) as u32);
+/// The time between the finest steps at this speed, clocks: what a speed is to TPWMTHRS, from which on SpreadCycle chops, and
+/// TCOOLTHRS, from which on stalls are told. 0, which is never reached, at no speed.
+pub fn clocks(settings: &Settings, axis: usize, mm_min: f32) -> u32 {
+    if mm_min == 0.0 {
+        return 0;
     }
-    threshold.0
+    let steps_s = mm_min / 60.0 * settings.steps_per_mm[axis];
+    let finest_s = steps_s * FINEST_MICROSTEPS / f32::from(settings.microsteps[axis]);
+    (INTERNAL_CLOCK_HZ / finest_s).clamp(1.0, LONGEST_CLOCKS) as u32
 }

@@ -5,8 +5,8 @@ use core::convert::Infallible;
 use embassy_futures::select::select;
 use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;
-use isostep_motion::{Motor, State};
-use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SLAVECONF, TPWMTHRS};
+use isostep_motion::{Alarm, Motor, State};
+use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SGTHRS, SLAVECONF, TCOOLTHRS, TPWMTHRS};
 
 use super::exchange::{Failure, Line, SEND_DELAY};
 use super::health::Health;
@@ -40,7 +40,9 @@ impl<F: NorFlash> Controller<'_, F> {
     pub async fn watch_drivers<W: Wire>(&self, mut wire: W) -> Infallible {
         let Some(drivers) = &self.drivers else { core::future::pending().await };
         loop {
-            select(drivers.asked.wait(), Timer::after_millis(ROUND_MS)).await;
+            let pause_ms = if drivers.measured.get().is_some() { 0 } else { ROUND_MS };
+            select(drivers.asked.wait(), Timer::after_millis(pause_ms)).await;
+            self.measure(drivers, &mut wire).await;
             self.round(drivers, &mut wire).await;
         }
     }
@@ -89,6 +91,9 @@ impl<F: NorFlash> Controller<'_, F> {
             known.set = None;
             failure.into()
         });
+        let has_locked =
+            matches!(self.machine.state(), State::Alarm(Alarm::DriverFailed { motor: whose }) if whose == motor);
+        known.with_stall(before, has_locked);
         drivers.note(driver, |noted| *noted = known);
         self.judge(drivers, motor, before, known.health);
     }
@@ -98,7 +103,10 @@ impl<F: NorFlash> Controller<'_, F> {
         self.with(|program| {
             let settings = &program.settings;
             let motor = motor(driver, settings).filter(|&motor| is_watched(motor, settings))?;
-            Some((motor, Registers::new(settings, motor.axis as usize, drivers.hardware.sense_milliohms)))
+            let looks = (drivers.looks_mask.get() | settings.stall_alarm_mask & settings.stall_homing_mask)
+                & (1 << motor.axis as u16)
+                != 0;
+            Some((motor, Registers::new(settings, motor.axis as usize, drivers.hardware.sense_milliohms, looks)))
         })
     }
 
@@ -155,6 +163,8 @@ impl<W: Wire> Line<'_, W> {
             self.request(GCONF(wanted.gconf)),
             self.request(IHOLD_IRUN(wanted.ihold_irun)),
             self.request(TPWMTHRS(wanted.tpwmthrs)),
+            self.request(TCOOLTHRS(wanted.tcoolthrs)),
+            self.request(SGTHRS(wanted.sgthrs)),
             self.request(CHOPCONF(wanted.chopconf)),
             // It is cleared by ones.
             self.request(GSTAT(u32::MAX)),
@@ -164,6 +174,15 @@ impl<W: Wire> Line<'_, W> {
 }
 
 impl Known {
+    /// A driver that is well, and was, and has locked the machine nevertheless, has done so by its output.
+    fn with_stall(&mut self, before: Health, has_locked: bool) {
+        let is_new = has_locked && !core::mem::replace(&mut self.has_locked, has_locked);
+        let was_well = matches!(before, Health::Well | Health::Hot) && is_new;
+        if has_locked && self.health == Health::Well && (was_well || before == Health::Stalled) {
+            self.health = Health::Stalled;
+        }
+    }
+
     /// `health`, unless nothing worse is found than coils that have seemed open for some time while the motor turned.
     fn with_coils(&mut self, health: Health, status: &DRV_STATUS) -> Health {
         if !status.stst() {

@@ -123,6 +123,8 @@ pub(super) enum Trigger {
     ToolCutOff,
     /// The driver of this motor has failed.
     DriverFailed(Motor),
+    /// It says by its output that its motor has stalled, or that it has failed.
+    Stalled(Motor),
     /// The coordinator was dropped in a run, and another one takes over.
     TakenOver,
     /// The outputs have been switched off, all at once.
@@ -230,6 +232,8 @@ impl Life {
             Trigger::Fault(alarm) => return self.stop(Cause::Fault(alarm)),
             Trigger::ToolCutOff => return self.stop(Cause::ToolCutOff),
             Trigger::DriverFailed(motor) => return self.stop(Cause::Driver(motor)),
+            // Homing looks for stalls, too.
+            Trigger::Stalled(motor) if !matches!(self.state, State::Home) => return self.stop(Cause::Driver(motor)),
             Trigger::TakenOver if matches!(self.cause, Some(Cause::Fault(_))) => {
                 self.cause = self.emergency.then_some(Cause::EmergencyStop);
                 return Reaction::Distrust;
@@ -237,7 +241,12 @@ impl Life {
             Trigger::OutputsCut => (self.door.is_held, self.door.is_resuming) = (false, false),
             Trigger::Raise(alarm) if !self.is_locked() => self.state = State::Alarm(alarm),
             Trigger::Unlock => return self.unlock(),
-            Trigger::Hold | Trigger::CancelJog | Trigger::TakenOver | Trigger::Limit(_) | Trigger::Raise(_) => {}
+            Trigger::Hold
+            | Trigger::CancelJog
+            | Trigger::TakenOver
+            | Trigger::Limit(_)
+            | Trigger::Stalled(_)
+            | Trigger::Raise(_) => {}
         }
         Reaction::None
     }

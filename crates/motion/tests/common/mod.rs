@@ -19,6 +19,7 @@ pub fn works() -> Config {
         latch_mm_s: 1.0,
         pull_off_mm: 2.0,
         debounce: Duration::from_millis(5),
+        by_stall: [false; AXES],
     };
     Config::new([limits; AXES], [50.0; AXES], [400.0, 350.0, 100.0], homing)
 }

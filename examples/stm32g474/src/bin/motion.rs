@@ -81,6 +81,7 @@ fn config() -> Config {
         latch_mm_s: 1.0,
         pull_off_mm: 2.0,
         debounce: Duration::from_millis(25),
+        by_stall: [false; AXES],
     };
     Config {
         wiring: [Wiring { direction_inverted: false, pulse_ns: 2_000 }; AXES],

@@ -34,6 +34,7 @@ fn triggers(life: &Life) -> Vec<Trigger> {
         Trigger::EmergencyStop(!life.emergency),
         Trigger::ToolCutOff,
         Trigger::DriverFailed(Motor::first(AXIS)),
+        Trigger::Stalled(Motor::first(AXIS)),
         Trigger::TakenOver,
         Trigger::OutputsCut,
         Trigger::Unlock,
@@ -168,8 +169,9 @@ fn a_stop_halts_what_moves() {
             let mut next = *life;
             next.on(trigger) == Reaction::Halt && next.cause.is_some()
         };
-        // Homing is to press limit switches.
-        let limit_halts = life.state == State::Home || is_halted(Trigger::Limit(Motor::first(AXIS)));
+        // Homing is to press limit switches, and to stall motors.
+        let ends = [Trigger::Limit(Motor::first(AXIS)), Trigger::Stalled(Motor::first(AXIS))];
+        let limit_halts = life.state == State::Home || ends.into_iter().all(is_halted);
         let others = [
             Trigger::EmergencyStop(true),
             Trigger::Fault(JUDGED),
@@ -228,7 +230,7 @@ const SITUATIONS: [(&str, &[Trigger]); 8] = [
     ("Alarm", &[Trigger::Raise(HARMLESS)]),
 ];
 
-const ROWS: [(&str, Trigger); 18] = [
+const ROWS: [(&str, Trigger); 19] = [
     ("a move is asked for", Trigger::Asked(Kind::Program)),
     ("a jog is asked for", Trigger::Asked(Kind::Jog)),
     ("homing is asked for", Trigger::Asked(Kind::Homing)),
@@ -245,6 +247,7 @@ const ROWS: [(&str, Trigger); 18] = [
     ("a step port faults", Trigger::Fault(JUDGED)),
     ("the tool was cut off", Trigger::ToolCutOff),
     ("a driver fails", Trigger::DriverFailed(Motor::first(AXIS))),
+    ("a driver says stall", Trigger::Stalled(Motor::first(AXIS))),
     ("a soft limit is found", Trigger::Raise(Alarm::SoftLimit { axis: AXIS })),
     ("`$X`", Trigger::Unlock),
 ];
