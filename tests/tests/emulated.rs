@@ -34,6 +34,8 @@ mod shaped;
 #[cfg(not(feature = "four-axes"))]
 #[path = "emulated/squared.rs"]
 mod squared;
+#[path = "emulated/stall.rs"]
+mod stall;
 #[path = "emulated/sweep.rs"]
 mod sweep;
 #[path = "emulated/tool.rs"]

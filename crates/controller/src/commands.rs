@@ -89,6 +89,10 @@ impl<F: NorFlash> Controller<'_, F> {
     #[cold]
     #[inline(never)]
     fn explain(&self, line: &str, error: Error, text: &mut Message) {
+        // What has been said already is what is wrong.
+        if !text.is_empty() {
+            return;
+        }
         if let Some(refusal) = Refusal::of(line, error) {
             text.say(refusal);
         } else if error == Error::InvalidTarget

@@ -69,7 +69,8 @@ impl Switch {
         self.changed.signal(());
     }
 
-    /// Has its task read the input anew.
+    /// Has its task read the input anew. Not inlined: see below.
+    #[inline(never)]
     pub fn reread(&self) {
         self.reread.signal(());
     }
@@ -86,7 +87,7 @@ impl Switch {
         }
     }
 
-    /// Not inlined: on a chip homing is in slow memory, and no critical section may be.
+    /// Not inlined: on a chip homing and settings are in slow memory, and no critical section may be.
     #[inline(never)]
     fn poll_changed(&self, context: &mut Context<'_>) -> Poll<()> {
         pin!(self.changed.wait()).poll(context)

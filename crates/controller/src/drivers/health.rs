@@ -64,7 +64,7 @@ impl Health {
             Self::OpenCoil => ("sees an open coil", "switch the supply off, check the motor's plug and cable"),
             Self::Stalled => (
                 "has told a stall of its motor",
-                "free it, lower the acceleration ($120-$122) or $200-$202, $909 forbids it",
+                "free it, or lower $120-$122 or $200-$202; $909 says which axes are watched",
             ),
             Self::Silent => {
                 ("does not answer", "switch the motors' supply on, check the board; $338 leaves an axis out")
