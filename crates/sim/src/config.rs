@@ -154,10 +154,13 @@ pub struct Config {
     pub bounce_us: u32,
     /// Largest deviation of a limit switch from its nominal position, mm to either side. It differs in each approach.
     pub switch_scatter_mm: f64,
-    /// Seed of everything random: contact bounce, and where switches close.
+    /// Seed of everything random: contact bounce, where switches close, and loads.
     pub seed: u64,
     /// The motor of all axes.
     pub motor: MotorData,
+    /// How much the load of a motor that turns varies to either side, as a part of what would stall it. Drivers that talk
+    /// measure it; no step is lost by it.
+    pub load_noise: f64,
     /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
     pub loads: [Option<Load>; AXES],
     /// The loads on springs, whose ringing is told: see `ringing` of isostep-report. They change nothing else.
@@ -166,6 +169,9 @@ pub struct Config {
     pub beam_mm: f64,
     /// The board.
     pub board: Board,
+    /// The board's jumpers: the limit input of these axes is wired to their driver's DIAG, which is high for a stall, and not
+    /// to their switch. Only where the drivers talk.
+    pub diag: [bool; AXES],
     /// The port that makes the edges.
     pub port: Port,
     /// Timing requirements of the drivers.
@@ -213,11 +219,13 @@ impl Default for Config {
             switch_scatter_mm: 0.0,
             seed: 1,
             motor: MotorData::NEMA_17,
+            load_noise: 0.0,
             loads: [None; AXES],
             springs: Springs::default(),
             // Of a common diode laser.
             beam_mm: 0.1,
             board: Board::default(),
+            diag: [false; AXES],
             port: Port::default(),
             driver: DriverTiming::DRV8825,
             streaming: Streaming::GRBL,
@@ -315,6 +323,10 @@ impl Config {
         if self.board != default.board {
             line += &format!(" --board {}", self.board);
         }
+        if self.diag != default.diag {
+            let wired = Axis::ALL.into_iter().filter(|&axis| self.diag[axis as usize]);
+            line += &format!(" --diag {}", wired.map(|axis| axis.to_string()).collect::<Vec<_>>().join(","));
+        }
         if self.port != default.port {
             line += &format!(" --port {}", self.port);
         }
@@ -358,10 +370,11 @@ mod tests {
         config.settings.interval_thirds = true;
         config.settings.speed_law = 1;
         config.board = Board::SkrPico;
+        (config.diag[0], config.diag[1]) = (true, true);
         config.port = Port::Timer;
         config.emergency_contact = Contact::NormallyClosed;
         let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --skew -2.5 --switch Y=stuck-open --estop nc --law thirds \
-                    --speed-law s-curve --board skr-pico --port timer";
+                    --speed-law s-curve --board skr-pico --diag X,Y --port timer";
         assert_eq!(config.replay("a.nc"), line);
         let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
         let config = Config { settings_file, motor: "1.2,300,10".parse().unwrap(), ..Config::default() };

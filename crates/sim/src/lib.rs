@@ -40,6 +40,7 @@
 
 pub mod analysis;
 mod background;
+mod carriage;
 pub mod config;
 pub mod corners;
 pub mod drive;

@@ -1,4 +1,4 @@
-//! The mechanics of one axis: a carriage between two end stops, and a limit switch.
+//! The limit switch of one axis.
 //!
 //! Positions are microsteps from where the limit switch closes, positive away from it. They are the true positions,
 //! which the controller knows only through the switch.
@@ -45,40 +45,6 @@ impl FromStr for SwitchFault {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no fault of a switch: use stuck-open, stuck-closed or none")]
 pub struct UnknownFault(String);
-
-/// A carriage and its true position.
-#[derive(Debug)]
-pub struct Carriage {
-    place_steps: i32,
-    stops_steps: (i32, i32),
-}
-
-impl Carriage {
-    /// A carriage at `place_steps`, between end stops at `stops_steps`.
-    pub fn new(place_steps: i32, stops_steps: (i32, i32)) -> Self {
-        Self { place_steps: place_steps.clamp(stops_steps.0, stops_steps.1), stops_steps }
-    }
-
-    /// Its position.
-    pub fn place_steps(&self) -> i32 {
-        self.place_steps
-    }
-
-    /// Changes the resolution: a step becomes `scale` steps. The carriage keeps its position in mm, and the side of the
-    /// switch it is on. The end stops are then at `stops_steps`, or at the carriage if it is beyond them.
-    pub fn rescale(&mut self, scale: f64, stops_steps: (i32, i32)) {
-        let place_steps = (f64::from(self.place_steps) * scale).round() as i32;
-        self.place_steps = if self.place_steps > 0 { place_steps.max(1) } else { place_steps };
-        self.stops_steps = (stops_steps.0.min(self.place_steps), stops_steps.1.max(self.place_steps));
-    }
-
-    /// Moves it by `steps`; returns how many of them an end stop blocked.
-    pub fn shift(&mut self, steps: i32) -> u32 {
-        let wanted = self.place_steps + steps;
-        self.place_steps = wanted.clamp(self.stops_steps.0, self.stops_steps.1);
-        wanted.abs_diff(self.place_steps)
-    }
-}
 
 /// Over what part of a turn the switch of an axis without an end is closed: ten degrees.
 const CLOSED_OF_TURN: i32 = 36;
@@ -215,30 +181,6 @@ impl Switch {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn beyond_the_end_stops_steps_are_lost() {
-        let mut carriage = Carriage::new(2, (-3, 10));
-        assert_eq!(carriage.shift(-4), 0);
-        assert_eq!(carriage.shift(-4), 3);
-        assert_eq!(carriage.place_steps(), -3);
-        assert_eq!(carriage.shift(15), 2);
-        assert_eq!(carriage.place_steps(), 10);
-    }
-
-    #[test]
-    fn with_another_resolution_the_carriage_stays_where_it_is() {
-        let mut carriage = Carriage::new(100, (-150, 1_000));
-        carriage.rescale(1.6, (-240, 1_600));
-        assert_eq!(carriage.place_steps(), 160);
-        assert_eq!(carriage.shift(2_000), 560);
-        carriage.rescale(0.5, (-120, 600));
-        assert_eq!(carriage.place_steps(), 800, "beyond the new end stop");
-        assert_eq!(carriage.shift(1), 1);
-        carriage.rescale(0.001, (-1, 2));
-        carriage.rescale(0.001, (-1, 2));
-        assert_eq!(carriage.place_steps(), 1, "still off its switch");
-    }
 
     #[test]
     fn the_switch_closes_at_its_place_and_opens_when_left() {

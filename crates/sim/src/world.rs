@@ -2,6 +2,7 @@
 //! events.
 
 mod bouncing;
+mod diag;
 mod inputs;
 mod side;
 mod talking;
@@ -90,9 +91,11 @@ impl World {
         let (mechanics, wiring) = (config.mechanics(&machine_config), Wiring::of(&machine_config));
         let motors = Axis::ALL.into_iter().map(Moving::first).chain(wiring.second.map(Moving::second));
         let sides: Vec<_> = motors.map(|motor| SideWorld::new(motor, config, &mechanics, &wiring)).collect();
+        let talking = Talking::new(config);
         let mut inputs = inputs::all(wiring.second);
-        for (input, side) in inputs.iter_mut().zip(&sides) {
-            input.high = side.switch.is_closed() == wiring.switches_open;
+        for (index, side) in sides.iter().enumerate() {
+            let diag = talking.as_ref().and_then(|talking| talking.diag(index));
+            inputs[index].high = diag.unwrap_or(side.switch.is_closed() == wiring.switches_open);
         }
         let random = Rand32::new(config.seed);
         let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
@@ -116,7 +119,7 @@ impl World {
             mechanics,
             wiring,
             machine: None,
-            talking: config.board.talking().map(Talking::new),
+            talking,
             motor: config.motor,
             loads: config.loads,
             motion: Motion::default(),
@@ -242,7 +245,7 @@ impl World {
     pub fn set_switch(&mut self, motor: impl Into<Moving>, fault: SwitchFault) {
         if let Some(index) = side_index(&self.wiring, motor.into()) {
             self.sides[index].switch.set_fault(fault);
-            self.refresh_switch(index);
+            self.refresh_limit(index);
         }
     }
 
@@ -258,12 +261,15 @@ impl World {
         if let (Some(index), Some(talking)) = (side_index(&self.wiring, motor), &mut self.talking) {
             talking.set(index, fault);
         }
+        self.refresh_diags();
     }
 
     /// What the board hears on the wire of its drivers when it sends this; nothing if they do not talk.
     pub fn exchange_with_drivers(&mut self, sent: &[u8]) -> Vec<u8> {
         let now_ns = self.clock.now_ns();
-        self.talking.as_mut().map(|talking| talking.exchange(now_ns, sent)).unwrap_or_default()
+        let heard = self.talking.as_mut().map(|talking| talking.exchange(now_ns, sent)).unwrap_or_default();
+        self.refresh_diags();
+        heard
     }
 
     /// The drivers that talk, as they are set.
@@ -433,21 +439,21 @@ impl World {
             self.refit();
         }
         self.count(t_ns, index, direction);
-        if let Some(talking) = &mut self.talking {
-            talking.step(t_ns, index, direction);
-        }
         let binds = self.binds(index, direction);
         let is_off = self.talking.as_ref().is_some_and(|talking| talking.is_off(index));
+        let microsteps = self.talking.as_ref().map(|talking| talking.microsteps(index));
         let this = &mut self.sides[index];
-        let lost = match this.turn(t_ns, direction, binds, is_off) {
-            Ok(()) => {
-                this.losing = false;
-                self.carriage_moved(t_ns, index);
-                return;
-            }
-            Err(cause) => cause,
-        };
-        self.lose(t_ns, index, lost, 1);
+        let (from_steps, hindrance) = (this.carriage.place_steps(), this.hindrance(binds, is_off));
+        let lost = this.turn(t_ns, direction, hindrance, microsteps);
+        let has_moved = this.carriage.place_steps() != from_steps;
+        match lost {
+            Some((cause, steps)) => self.lose(t_ns, index, cause, steps),
+            None => this.losing = false,
+        }
+        if has_moved {
+            self.carriage_moved(t_ns, index);
+        }
+        self.drivers_step(t_ns, index, direction, hindrance);
     }
 
     /// Counts a step of a motor. It is one of its axis, unless the first motor has made the same.
@@ -505,15 +511,17 @@ impl World {
         if this.switch.next_flip_ns().is_some() {
             self.bouncer.take().into_iter().for_each(Waker::wake);
         }
-        self.refresh_switch(index);
+        self.refresh_limit(index);
         if self.plate.is_some_and(|plate| plate.axis as usize == index) {
             self.refresh_probe();
         }
     }
 
-    fn refresh_switch(&mut self, index: usize) {
-        let closed = self.sides[index].switch.is_closed();
-        self.set_input(index, closed == self.wiring.switches_open);
+    /// A limit input shows its switch, or a driver's DIAG if that is wired to it.
+    fn refresh_limit(&mut self, index: usize) {
+        let diag = self.talking.as_ref().and_then(|talking| talking.diag(index));
+        let is_closed = self.sides[index].switch.is_closed();
+        self.set_input(index, diag.unwrap_or(is_closed == self.wiring.switches_open));
     }
 
     fn set_input(&mut self, index: usize, high: bool) {
@@ -529,14 +537,16 @@ impl World {
     }
 
     fn next_flip_ns(&self) -> Option<u64> {
-        self.sides.iter().filter_map(|side| side.switch.next_flip_ns()).min()
+        let flips_ns = self.sides.iter().filter_map(|side| side.switch.next_flip_ns());
+        flips_ns.chain(self.next_stall_end_ns()).min()
     }
 
     fn flip(&mut self) {
         let now_ns = self.clock.now_ns();
+        self.talking.iter_mut().for_each(|talking| talking.follow(now_ns));
         for index in 0..self.sides.len() {
             self.sides[index].switch.settle(now_ns);
-            self.refresh_switch(index);
+            self.refresh_limit(index);
         }
     }
 }

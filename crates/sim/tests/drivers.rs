@@ -14,6 +14,12 @@ fn wire() -> Wire {
     Wire::new(ADDRESSES)
 }
 
+/// A motor turns at this speed with this load for four full steps.
+fn turn(wire: &mut Wire, driver: usize, speed_steps_s: f64, load: f64) {
+    wire.set_load(driver, speed_steps_s, load);
+    wire.step(driver, 4 * i32::from(wire.microsteps(driver)));
+}
+
 /// What is heard after the echo.
 fn after_echo(wire: &mut Wire, sent: &[u8]) -> Vec<u8> {
     let heard = wire.exchange(sent);
@@ -160,6 +166,7 @@ fn speed_selects_the_chopper() {
     assert_eq!(get::<TSTEP>(&mut wire, 0).get(), 187, "backward");
     for (threshold, is_spread_cycle) in [(0, false), (187, false), (188, true)] {
         set(&mut wire, 0, TPWMTHRS::from(threshold));
+        turn(&mut wire, 0, -FAST_STEPS_S / 2.0, 0.0);
         assert_eq!(wire.is_spread_cycle(0), is_spread_cycle, "{threshold}");
         assert_eq!(get::<DRV_STATUS>(&mut wire, 0).stealth(), !is_spread_cycle);
         assert_eq!(get::<SG_RESULT>(&mut wire, 0).get() == 0, is_spread_cycle);
@@ -176,7 +183,7 @@ fn load_lowers_the_reading_on_a_line() {
     let off_line = || {
         let mut wire = wire();
         let off = |percent: i32| {
-            wire.set_load(1, FAST_STEPS_S, f64::from(percent) / 100.0);
+            turn(&mut wire, 1, FAST_STEPS_S, f64::from(percent) / 100.0);
             let reading = i32::from(get::<SG_RESULT>(&mut wire, 1).get());
             assert_eq!(reading % 2, 0);
             (reading - 4 * (100 - percent)).abs()
@@ -192,7 +199,7 @@ fn load_lowers_the_reading_on_a_line() {
 fn diag_tells_of_a_stall_where_it_may() {
     let mut wire = wire();
     let stalls = |wire: &mut Wire, speed_steps_s, load| {
-        wire.set_load(0, speed_steps_s, load);
+        turn(wire, 0, speed_steps_s, load);
         assert_eq!(get::<IOIN>(wire, 0).diag(), wire.diag(0));
         wire.diag(0)
     };

@@ -29,8 +29,11 @@ pub(super) struct Tmc2209 {
     registers: Map,
     fault: Option<DriverFault>,
     speed_steps_s: f64,
-    /// What load and noise make of `SG_RESULT` where it is measured.
-    stall_guard: u32,
+    load: f64,
+    /// As it was measured last.
+    sg_result: u32,
+    /// Whether that was a stall when it was judged.
+    is_stalled: bool,
     noise: Rand32,
 }
 
@@ -38,7 +41,7 @@ impl Tmc2209 {
     /// A driver after power-up, its motor standing.
     pub(super) fn new(address: u8, seed: u64) -> Self {
         let (registers, noise) = (at_reset(), Rand32::new(seed));
-        Self { address, registers, fault: None, speed_steps_s: 0.0, stall_guard: 0, noise }
+        Self { address, registers, fault: None, speed_steps_s: 0.0, load: 0.0, sg_result: 0, is_stalled: false, noise }
     }
 
     pub(super) fn address(&self) -> u8 {
@@ -54,6 +57,7 @@ impl Tmc2209 {
         self.fault = fault;
         if fault == Some(DriverFault::Off) {
             self.registers = at_reset();
+            self.judge();
         }
         if self.has_stopped() {
             let told = u32::from(*self.registers.gstat()) | DRV_ERR;
@@ -61,21 +65,37 @@ impl Tmc2209 {
         }
     }
 
-    /// The motor's speed, and its load from 0, free, to 1, a stall.
+    /// The motor's speed, and its load from 0, free, to 1, a stall. One that comes to rest stalls no more.
     pub(super) fn set_load(&mut self, speed_steps_s: f64, load: f64) {
-        self.speed_steps_s = speed_steps_s.abs();
-        let noise = f64::from(self.noise.rand_range(0..2 * SG_NOISE + 1)) - f64::from(SG_NOISE);
-        let reading = SG_FREE * (1.0 - load) + noise;
-        // Bits 9 and 0 are always 0.
-        self.stall_guard = reading.clamp(0.0, 510.0) as u32 & !1;
+        (self.speed_steps_s, self.load) = (speed_steps_s.abs(), load);
+        self.is_stalled &= self.is_fast();
     }
 
-    /// Steps at the pin STEP, backward if negative.
+    /// Steps at the pin STEP, backward if negative. The load is measured where a full step ends.
     pub(super) fn step(&mut self, steps: i32) {
         let forward = if self.registers.gconf().shaft() { -1 } else { 1 };
         let moved = steps.wrapping_mul(forward * 256 / i32::from(self.microsteps()));
-        let count = i32::from(self.registers.mscnt().get()).wrapping_add(moved).rem_euclid(1024);
-        self.registers.set_state(MSCNT::from(count.unsigned_abs()).into());
+        let before = i32::from(self.registers.mscnt().get());
+        let count = before.wrapping_add(moved);
+        self.registers.set_state(MSCNT::from(count.rem_euclid(1024).unsigned_abs()).into());
+        if count.div_euclid(256) != before.div_euclid(256) {
+            self.measure();
+        }
+    }
+
+    fn measure(&mut self) {
+        let full_steps_s = self.speed_steps_s / f64::from(self.microsteps());
+        let is_measured = !self.is_spread_cycle() && full_steps_s >= SG_MIN_FULL_STEPS_S;
+        let noise = f64::from(self.noise.rand_range(0..2 * SG_NOISE + 1)) - f64::from(SG_NOISE);
+        let reading = SG_FREE * (1.0 - self.load) + noise;
+        // Bits 9 and 0 are always 0.
+        self.sg_result = if is_measured { reading.clamp(0.0, 510.0) as u32 & !1 } else { 0 };
+        self.judge();
+    }
+
+    fn judge(&mut self) {
+        let is_loaded = self.sg_result <= 2 * u32::from(self.registers.sgthrs().get());
+        self.is_stalled = is_loaded && self.is_fast() && !self.is_spread_cycle();
     }
 
     /// What a read of this register gives: 0 where nothing can be read.
@@ -83,7 +103,7 @@ impl Tmc2209 {
         match Address::try_from(register) {
             Ok(Address::IOIN) => self.pins().into(),
             Ok(Address::TSTEP) => self.tstep(),
-            Ok(Address::SG_RESULT) => self.sg_result(),
+            Ok(Address::SG_RESULT) => self.sg_result,
             Ok(Address::DRV_STATUS) => self.status(),
             Ok(address) if address.readable() => (*self.registers.state(address)).into(),
             _ => 0,
@@ -101,6 +121,7 @@ impl Tmc2209 {
             }
             _ => {}
         }
+        self.judge();
     }
 
     /// An error that is still there cannot be cleared.
@@ -121,13 +142,19 @@ impl Tmc2209 {
     fn tstep(&self) -> u32 {
         let rate = self.speed_steps_s * 256.0 / f64::from(self.microsteps());
         // Also of a motor that stands, whose quotient is infinite.
-        (f64::from(INTERNAL_CLOCK_HZ) / rate).min(STANDING.into()) as u32
+        (f64::from(INTERNAL_CLOCK_HZ) / rate).clamp(1.0, STANDING.into()) as u32
     }
 
-    fn sg_result(&self) -> u32 {
-        let full_steps_s = self.speed_steps_s / f64::from(self.microsteps());
-        let is_measured = !self.is_spread_cycle() && full_steps_s >= SG_MIN_FULL_STEPS_S;
-        if is_measured { self.stall_guard } else { 0 }
+    /// Whether the motor turns, and from the speed of `TCOOLTHRS` on.
+    fn is_fast(&self) -> bool {
+        let tstep = self.tstep();
+        tstep < STANDING && tstep <= self.registers.tcoolthrs().get()
+    }
+
+    /// How long after its last step a motor that is stalled is slower than `TCOOLTHRS`, ns.
+    pub(super) fn stall_ends_after_ns(&self) -> Option<u64> {
+        let clocks = u64::from(self.registers.tcoolthrs().get() + 1) * 256 / u64::from(self.microsteps());
+        self.is_stalled.then_some(clocks * 1_000_000_000 / INTERNAL_CLOCK_HZ as u64 + 1)
     }
 
     fn status(&self) -> u32 {
@@ -145,9 +172,7 @@ impl Tmc2209 {
 
     /// Whether DIAG is high: a stall, or an error that stops the motor.
     pub(super) fn diag(&self) -> bool {
-        let is_fast = self.tstep() <= self.registers.tcoolthrs().get();
-        let is_loaded = self.sg_result() <= 2 * u32::from(self.registers.sgthrs().get());
-        self.has_stopped() || !self.is_spread_cycle() && is_fast && is_loaded
+        self.has_stopped() || self.is_stalled
     }
 
     /// Whether it chops by current now, by its configuration or above the speed of `TPWMTHRS`. (Without the hysteresis of

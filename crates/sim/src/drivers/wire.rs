@@ -83,22 +83,28 @@ impl Wire {
         self.nodes[driver].set_fault(None);
     }
 
-    /// What a motor does: steps at its pin STEP a second, and its load from 0, free, to 1, a stall. `SG_RESULT` follows
-    /// the load on a straight line from 400 to 0, with noise of 10 at most, in StealthChop and from 50 full steps a second
-    /// on. Elsewhere it is 0.
+    /// What a motor does: steps at its pin STEP a second, and its load from 0, free, to 1, a stall. `SG_RESULT` is measured
+    /// where a full step ends: on a straight line of the load from 400 to 0, with noise of 10 at most, in StealthChop and
+    /// from 50 full steps a second on. Elsewhere it is 0.
     pub fn set_load(&mut self, driver: usize, speed_steps_s: f64, load: f64) {
         self.nodes[driver].driver.set_load(speed_steps_s, load);
     }
 
-    /// Steps at a driver's pin STEP, backward if negative: they count in `MSCNT`.
+    /// Steps at a driver's pin STEP, backward if negative: they count in `MSCNT`, of whose full steps each is 256.
     pub fn step(&mut self, driver: usize, steps: i32) {
         self.nodes[driver].driver.step(steps);
     }
 
-    /// Whether a driver's pin DIAG is high: in StealthChop, from the speed of `TCOOLTHRS` on, while `SG_RESULT` is at most
-    /// twice `SGTHRS`; and while an error keeps the motor off.
+    /// Whether a driver's pin DIAG is high: in StealthChop, from the speed of `TCOOLTHRS` on, if `SG_RESULT` is at most
+    /// twice `SGTHRS`; and while an error keeps the motor off. A stall is judged where a full step ends, and when a
+    /// register is written; it ends too when the motor becomes slower than `TCOOLTHRS`, or stands.
     pub fn diag(&self, driver: usize) -> bool {
         self.nodes[driver].driver.diag()
+    }
+
+    /// How long after its last step a motor whose stall DIAG tells is slower than `TCOOLTHRS`, ns.
+    pub(crate) fn stall_ends_after_ns(&self, driver: usize) -> Option<u64> {
+        self.nodes[driver].driver.stall_ends_after_ns()
     }
 
     /// Whether a driver has no supply, or has switched its motor off.

@@ -2,12 +2,14 @@
 
 use isostep_motion::{Axis, Motor as Moving, Side};
 
+use super::STALL_NS;
+use crate::carriage::Carriage;
 use crate::config::Config;
 use crate::drive::Drive;
 use crate::driver::DriverInputs;
 use crate::mechanics::{Mechanics, Wiring};
 use crate::motor::Motor;
-use crate::plant::{Carriage, Switch};
+use crate::plant::Switch;
 use crate::record::LossCause;
 
 /// A motor of an axis, from its driver to the switch of its side.
@@ -72,19 +74,43 @@ impl SideWorld {
         self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
     }
 
-    /// Makes one microstep of the motor and moves the carriage, unless its driver `is_off` or the frame `binds`.
-    pub(super) fn turn(&mut self, t_ns: u64, direction: i32, binds: bool, is_off: bool) -> Result<(), LossCause> {
-        let cause = match self.inputs.is_enabled() {
+    /// What keeps the motor from making a step, if its driver `is_off` or the frame `binds`.
+    pub(super) fn hindrance(&self, binds: bool, is_off: bool) -> Option<LossCause> {
+        match self.inputs.is_enabled() {
             false => Some(LossCause::Disabled),
             true if is_off => Some(LossCause::DriverOff),
             true if self.is_stalled => Some(LossCause::Stalled),
             true => binds.then_some(LossCause::Bound),
-        };
-        if let Some(cause) = cause {
-            self.motor.hold();
-            return Err(cause);
         }
-        self.motor.step(t_ns, direction);
-        if self.carriage.shift(self.away * direction) > 0 { Err(LossCause::EndStop) } else { Ok(()) }
+    }
+
+    /// Makes one microstep of the motor and moves the carriage, unless something keeps it from that. Returns why steps were
+    /// lost, and how many. The microsteps of a full step are known where the driver talks.
+    pub(super) fn turn(
+        &mut self,
+        t_ns: u64,
+        direction: i32,
+        hindrance: Option<LossCause>,
+        microsteps: Option<i32>,
+    ) -> Option<(LossCause, u32)> {
+        if let Some(cause) = hindrance {
+            self.motor.hold();
+            return Some((cause, 1));
+        }
+        let steps = self.away * direction;
+        let lost = match microsteps {
+            Some(microsteps) => self.carriage.turn(steps, microsteps),
+            None => self.carriage.shift(steps),
+        };
+        if self.carriage.ahead_steps() == 0 {
+            self.motor.step(t_ns, direction);
+        } else {
+            self.motor.hold();
+        }
+        if microsteps.is_some() && lost > 0 {
+            self.losing = t_ns.saturating_sub(self.slipped_ns) <= STALL_NS;
+            self.slipped_ns = t_ns;
+        }
+        (lost > 0).then_some((LossCause::EndStop, lost))
     }
 }

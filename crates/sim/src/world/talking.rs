@@ -1,7 +1,9 @@
 //! Drivers that talk, and what their motors do.
 
-use isostep_controller::DriverHardware;
+use isostep_motion::AXES;
+use oorandom::Rand32;
 
+use crate::config::Config;
 use crate::drivers::{DriverFault, Wire};
 
 /// A motor that has made no step for so long stands, ns.
@@ -13,6 +15,10 @@ const TURNING: f64 = 0.25;
 pub(super) struct Talking {
     wire: Wire,
     paces: [Pace; 4],
+    /// The axes whose limit input is wired to DIAG.
+    diag: [bool; AXES],
+    load_noise: f64,
+    random: Rand32,
 }
 
 /// The last steps of a motor.
@@ -20,11 +26,15 @@ pub(super) struct Talking {
 struct Pace {
     last_ns: u64,
     between_ns: u64,
+    load: f64,
 }
 
 impl Talking {
-    pub(super) fn new(hardware: DriverHardware) -> Self {
-        Self { wire: Wire::new(hardware.addresses), paces: [Pace::default(); 4] }
+    /// The drivers of a board on which they talk.
+    pub(super) fn new(config: &Config) -> Option<Self> {
+        let wire = Wire::new(config.board.talking()?.addresses);
+        let (diag, load_noise, random) = (config.diag, config.load_noise, Rand32::new(config.seed));
+        Some(Self { wire, paces: [Pace::default(); 4], diag, load_noise, random })
     }
 
     pub(super) fn wire(&self) -> &Wire {
@@ -43,19 +53,58 @@ impl Talking {
         self.wire.is_off(side)
     }
 
-    pub(super) fn step(&mut self, t_ns: u64, side: usize, direction: i32) {
+    /// Microsteps of a full step.
+    pub(super) fn microsteps(&self, side: usize) -> i32 {
+        self.wire.microsteps(side).into()
+    }
+
+    /// Whether a driver's DIAG is high, if a limit input is wired to it.
+    pub(super) fn diag(&self, side: usize) -> Option<bool> {
+        let is_wired = self.diag.get(side) == Some(&true);
+        is_wired.then(|| self.wire.diag(side))
+    }
+
+    /// When a driver's DIAG falls that tells of a stall at a limit input, if no step is made until then.
+    pub(super) fn stall_ends_ns(&self, side: usize) -> Option<u64> {
+        self.diag(side)?;
+        let after_ns = self.wire.stall_ends_after_ns(side)?;
+        Some(self.paces[side].last_ns + after_ns.min(STANDS_NS))
+    }
+
+    /// Makes a step at a driver's pin STEP. Something blocks the motor by so many full steps: one is a stall.
+    pub(super) fn step(&mut self, t_ns: u64, side: usize, direction: i32, blocked_full: f64) {
+        let load = self.load(blocked_full);
         let pace = &mut self.paces[side];
-        *pace = Pace { last_ns: t_ns, between_ns: t_ns - pace.last_ns };
+        *pace = Pace { last_ns: t_ns, between_ns: t_ns - pace.last_ns, load };
+        self.wire.set_load(side, pace.speed_steps_s(t_ns), load);
         self.wire.step(side, direction);
+    }
+
+    /// The load of a motor that turns, or as the field winds up that of one that does not.
+    fn load(&mut self, blocked_full: f64) -> f64 {
+        let turning = TURNING + self.load_noise * f64::from(2.0 * self.random.rand_float() - 1.0);
+        turning + (1.0 - turning) * blocked_full.min(1.0)
+    }
+
+    /// Makes the drivers follow time, in which motors come to rest.
+    pub(super) fn follow(&mut self, now_ns: u64) {
+        for (side, pace) in self.paces.into_iter().enumerate() {
+            self.wire.set_load(side, pace.speed_steps_s(now_ns), pace.load);
+        }
     }
 
     /// What the board hears when it sends this.
     pub(super) fn exchange(&mut self, now_ns: u64, sent: &[u8]) -> Vec<u8> {
-        for (side, pace) in self.paces.into_iter().enumerate() {
-            let turns = pace.between_ns > 0 && now_ns - pace.last_ns < STANDS_NS;
-            let (speed_steps_s, load) = if turns { (1e9 / pace.between_ns as f64, TURNING) } else { (0.0, 0.0) };
-            self.wire.set_load(side, speed_steps_s, load);
-        }
+        self.follow(now_ns);
         self.wire.exchange(sent)
+    }
+}
+
+impl Pace {
+    /// By the last interval, or by the present one if that is longer already.
+    fn speed_steps_s(self, now_ns: u64) -> f64 {
+        let since_ns = now_ns - self.last_ns;
+        let turns = self.between_ns > 0 && since_ns < STANDS_NS;
+        if turns { 1e9 / self.between_ns.max(since_ns) as f64 } else { 0.0 }
     }
 }
