@@ -99,7 +99,8 @@ fn alarm_9_switch_not_found() {
         &mut sim,
         &heard,
         9,
-        "X limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132)]",
+        "X limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132); by stall ($339) raise \
+         $200-$202]",
     );
     unlock(&mut sim, false);
 }

@@ -43,7 +43,8 @@ fn drivers_are_set_before_the_welcome() {
     let sim = powered_up(&skr_pico());
     for driver in 0..3 {
         // The scale is a thirty-second, rounded down, of 1,768 mA or of 979 mA.
-        let expected = DriverSetup { microsteps: 16, run_ma: 795, hold_ma: 398, is_spread_cycle: true };
+        let expected =
+            DriverSetup { microsteps: 16, run_ma: 795, hold_ma: 398, is_spread_cycle: true, tells_stalls: false };
         assert_eq!(setup(&sim, driver), expected, "{driver}");
     }
     assert_eq!(setup(&sim, 3).microsteps, 16, "the pins': no axis has a second motor");
@@ -56,7 +57,7 @@ fn settings_are_with_the_drivers_when_they_are_answered() {
     assert_eq!(say(&mut sim, "$141=1200"), ["ok"]);
     assert_eq!(say(&mut sim, "$211=30"), ["ok"]);
     assert_eq!(say(&mut sim, "$981=600"), ["ok"]);
-    let of_y = DriverSetup { microsteps: 16, run_ma: 1160, hold_ma: 331, is_spread_cycle: false };
+    let of_y = DriverSetup { microsteps: 16, run_ma: 1160, hold_ma: 331, is_spread_cycle: false, tells_stalls: false };
     assert_eq!(setup(&sim, 1), of_y);
     assert_eq!(setup(&sim, 0).run_ma, 795);
     // At 600 mm/min StealthChop ends.

@@ -25,6 +25,7 @@ mod resets;
 mod senders;
 mod settings;
 mod shapers;
+mod stall;
 mod states;
 mod stops;
 mod stored;

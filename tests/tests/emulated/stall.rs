@@ -54,6 +54,19 @@ fn without_a_jumper_nothing_moves() {
     assert_eq!(run.edges.len(), 0);
 }
 
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_stall_that_is_never_told_is_alarm_9() {
+    if !is_skr_pico() {
+        return;
+    }
+    // There is no end.
+    let script = format!("{SETTINGS}{THRESHOLDS}send $130=30\nexpect ok\nsend $HX\nexpect ALARM:9\nexpect error:9\n");
+    let run = Board::new("stall-endless").with(&["--diag", "X,Y,Z"]).script(&script);
+    assert!(run.ok, "{}", run.printed);
+    assert_eq!(run.edges.len(), 45 * 50);
+}
+
 /// A threshold above what a free motor has is a stall wherever the axis gets fast.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]

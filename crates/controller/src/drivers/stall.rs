@@ -137,7 +137,7 @@ pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     let index = axis as usize;
     let seek_mm_min = seek_mm_min(settings, index);
     let full_steps_mm = settings.steps_per_mm[index] / f32::from(settings.microsteps[index]);
-    let slowest_mm_min = LEAST_FULL_STEPS_S * 60.0 / full_steps_mm;
+    let slowest_mm_min = LEAST_FULL_STEPS_S / LOOKS_FROM * 60.0 / full_steps_mm;
     let (stealth_mm_min, least_mm_min) = (settings.stealth_mm_min[index], STEALTH_SEEKS * seek_mm_min);
     let (way_mm, travel_mm) = (way_mm(settings, axis) as f32, settings.reach_mm(index));
     let kind = if settings.trinamic_mask & (1 << index) == 0 {

@@ -181,6 +181,11 @@ impl Tmc2209 {
         self.registers.gconf().en_spread_cycle() || self.tstep() < self.registers.tpwmthrs().get()
     }
 
+    /// Whether there is a speed at which it tells a stall.
+    pub(super) fn tells_stalls(&self) -> bool {
+        self.registers.tcoolthrs().get() > 0
+    }
+
     /// Microsteps of a full step: by the register, if that is selected, or else by the pins.
     pub(super) fn microsteps(&self) -> u16 {
         if !self.registers.gconf().mstep_reg_select() {

@@ -15,6 +15,8 @@ pub struct DriverSetup {
     pub hold_ma: u32,
     /// It chops by SpreadCycle now, not by StealthChop.
     pub is_spread_cycle: bool,
+    /// It tells stalls: at some speed (`TCOOLTHRS`), below some load (`SGTHRS`).
+    pub tells_stalls: bool,
 }
 
 /// Four TMC2209s on one wire, by which the board sends and hears. The `driver` of its methods is an index of the
@@ -119,6 +121,7 @@ impl Wire {
             run_ma: self.run_current_ma(driver),
             hold_ma: self.hold_current_ma(driver),
             is_spread_cycle: self.is_spread_cycle(driver),
+            tells_stalls: self.nodes[driver].driver.tells_stalls(),
         }
     }
 
