@@ -63,6 +63,15 @@ fn the_width_of_the_beam_is_told() {
     assert!(printed.contains(" --beam 0.3\n"), "{printed}");
 }
 
+#[test]
+fn jumpers_for_diag_are_told_and_refused_where_no_driver_talks() {
+    let program = "G1 X5 F600\nM2\n";
+    let printed = about("diag.nc", program, &["sim", "--board", "skr-pico", "--diag", "Y,x"]);
+    assert!(printed.contains(" --board skr-pico --diag X,Y\n"), "{printed}");
+    let printed = about("no-diag.nc", program, &["sim", "--diag", "X"]);
+    assert_eq!(printed, "error: --diag: the drivers of a pico do not talk: use --board skr-pico\n");
+}
+
 /// Writes `program` to a file, and returns what the verb prints about it, errors too.
 fn about(name: &str, program: &str, arguments: &[&str]) -> String {
     let path = std::env::temp_dir().join(format!("isostep-{}-{name}", std::process::id()));

@@ -1,9 +1,10 @@
 //! Stepper drivers that are set up by registers: TMC2209s on one wire, as a board hears them.
 //!
-//! A driver has the registers of its data sheet, and what a motor does to them is told to it: speed, load and steps. It has
-//! no clock: whoever tells it the speed says so when the motor comes to rest. A reply is there at once, whatever `NODECONF` says, and the current goes from run to
-//! hold when the motor stands. Thresholds have no hysteresis. Nor are coils: `MSCURACT`, `PWM_SCALE` and `PWM_AUTO` read 0, `COOLCONF` and `VACTUAL` are kept without
-//! effect, and so is `TOFF`, by which software switches a motor off.
+//! A driver has the registers of its data sheet, and what a motor does to them is told to it: speed, load and steps. It
+//! measures the load where a full step ends. It has no clock: whoever tells it the speed must do so too when the motor has
+//! come to rest. A reply is there at once, whatever `NODECONF` says, and the current goes from run to hold when the motor
+//! stands. Thresholds of speed have no hysteresis. Nor are there coils: `MSCURACT`, `PWM_SCALE` and `PWM_AUTO` read 0,
+//! `COOLCONF` and `VACTUAL` are kept without effect, and so is `TOFF`, by which software switches a motor off.
 //!
 //! ```
 //! use isostep_sim::drivers::Wire;

@@ -63,6 +63,9 @@ pub struct Outcome {
     pub places_steps: [i32; AXES],
     /// Distance of each carriage from its position by the count of edges, steps.
     pub drift_steps: [i32; AXES],
+    /// How far the field of each motor is beyond an end stop that blocks the carriage, steps: they are not lost yet. Only
+    /// where the drivers talk.
+    pub ahead_steps: [i32; AXES],
     /// The side of a second motor.
     pub second: Option<SecondSide>,
     /// The machine's final state.
@@ -150,6 +153,7 @@ impl Outcome {
             }),
             places_steps: world.places_steps(),
             drift_steps: world.drift_steps(),
+            ahead_steps: world.ahead_steps(),
             second: second_side(world, &machine_config),
             state: machine.state(),
             steps_per_mm: machine_config.steps_per_mm,

@@ -377,6 +377,11 @@ impl World {
         self.sides.get(SECOND).map(SideWorld::drift_steps)
     }
 
+    /// How far the field of each first motor is beyond an end stop that blocks the carriage.
+    pub(crate) fn ahead_steps(&self) -> [i32; AXES] {
+        std::array::from_fn(|axis| self.sides[axis].carriage.ahead_steps())
+    }
+
     /// The steps made per axis in both directions, since power-up.
     pub fn steps(&self) -> [u64; AXES] {
         self.steps

@@ -35,6 +35,9 @@ const PARKING: (&str, &str) = ("programs/parking.nc (built in)", include_str!(".
 /// The user is shown the elapsed time if a run takes at least this long.
 const LONG_S: f64 = 1.0;
 
+/// The first axes, for which an SKR Pico has jumpers.
+const JUMPERS: usize = 3;
+
 const EXAMPLES: &str = "\
 The tasks are those of the firmware; motors, carriages and switches are simulated, and every STEP edge is checked
 against the closed form of its move and the driver's datasheet. Equal runs write equal files, to the byte.
@@ -140,6 +143,10 @@ pub struct Args {
     /// The board: a Pico with bare drivers, or an SKR Pico, whose TMC2209 talk: M122, $140-$142, and more in docs/console.md
     #[arg(long, value_parser = ["pico", "skr-pico"], default_value = "pico")]
     board: String,
+    /// Jumpers of an SKR Pico: the limit inputs of these axes are wired to their drivers' DIAG, high for a stall, and not to
+    /// their switches
+    #[arg(long, value_name = "X,Y,Z", value_parser = jumpers)]
+    diag: Option<[bool; AXES]>,
     /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
     #[arg(long, value_parser = ["pio", "timer"], default_value = "pio")]
     port: String,
@@ -306,6 +313,12 @@ fn config(args: &Args) -> Result<Config> {
     let mut config = Config { seed: args.seed, motor: args.motor, keep_waves: args.vcd.is_some(), ..Config::default() };
     config.board = Board::ALL.into_iter().find(|board| board.to_string() == args.board).unwrap_or_default();
     config.driver = config.board.driver();
+    config.diag = args.diag.unwrap_or_default();
+    ensure!(
+        config.board == Board::SkrPico || args.diag.is_none(),
+        "--diag: the drivers of a {} do not talk: use --board skr-pico",
+        config.board
+    );
     config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };
     let machine = match &args.settings {
         None => config.settings,
@@ -369,6 +382,19 @@ fn load(text: &str) -> Result<(usize, Load), String> {
 fn axis_index(axis: &str) -> Result<usize, String> {
     let index = remarks::AXIS_NAMES.iter().position(|name| name.eq_ignore_ascii_case(axis));
     index.ok_or_else(|| format!("`{axis}` is no axis: use {NAMES_OF_AXES}"))
+}
+
+/// Parses the format of `--diag`: axes, of which the board has jumpers for the first three.
+fn jumpers(text: &str) -> Result<[bool; AXES], String> {
+    let mut wired = [false; AXES];
+    for axis in text.split(',') {
+        let index = axis_index(axis)?;
+        if index >= JUMPERS {
+            return Err(format!("the board has no jumper for {axis}: use X, Y or Z"));
+        }
+        wired[index] = true;
+    }
+    Ok(wired)
 }
 
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
@@ -476,6 +502,8 @@ mod tests {
         assert_eq!(beam("0.25"), Ok(0.25));
         assert!(beam("0").unwrap_err().contains("such as 0.1") && beam("x").is_err());
         assert!(load("Q=40,2").unwrap_err().contains("use X, Y or Z"));
+        assert_eq!(jumpers("y,X"), Ok(std::array::from_fn(|axis| axis < 2)));
+        assert!(jumpers("").is_err() && jumpers("X,Q").unwrap_err().contains("use X, Y or Z"));
         assert!(switch("X=loose").unwrap_err().contains("use stuck-open"));
     }
 }

@@ -106,7 +106,8 @@ fn positions(outcome: &Outcome, homed: [bool; AXES]) -> Result<(), Broken> {
     // Without soft limits, the axis may have been sent to an end stop.
     let at_end_stop = |axis: Axis| {
         let mut losses = outcome.losses.iter().filter(|loss| loss.axis == axis as usize);
-        !outcome.config.settings.soft_limits && losses.any(|loss| loss.cause == LossCause::EndStop)
+        let is_blocked = losses.any(|loss| loss.cause == LossCause::EndStop) || outcome.ahead_steps[axis as usize] != 0;
+        !outcome.config.settings.soft_limits && is_blocked
     };
     let is_elsewhere =
         |axis: &Axis| homed[*axis as usize] && outcome.drift_steps[*axis as usize] != 0 && !at_end_stop(*axis);

@@ -3,7 +3,7 @@
 use isostep_motion::Axis;
 
 use super::*;
-use crate::config::Config;
+use crate::config::{Board, Config};
 use crate::faults::Trouble;
 
 const WORLDS: u64 = 100;
@@ -62,4 +62,13 @@ fn a_motor_that_is_held_is_no_failure() {
         Act::Rest,
     ];
     assert!(run(&Scenario { config, acts }).is_ok());
+}
+
+/// Beyond its end a carriage is elsewhere than it says, before a step is lost.
+#[test]
+fn a_carriage_that_is_sent_beyond_its_end_is_no_failure() {
+    let mut config = Config { board: Board::SkrPico, driver: Board::SkrPico.driver(), ..Config::default() };
+    config.settings.soft_limits = false;
+    let acts = [lines(&["$H"]), vec![Act::Rest], lines(&["G0 Y403.04"]), vec![Act::Rest]].concat();
+    assert_eq!(run(&Scenario { config, acts }).map(|amount| amount.faults), Ok(0));
 }

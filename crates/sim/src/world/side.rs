@@ -2,7 +2,6 @@
 
 use isostep_motion::{Axis, Motor as Moving, Side};
 
-use super::STALL_NS;
 use crate::carriage::Carriage;
 use crate::config::Config;
 use crate::drive::Drive;
@@ -31,6 +30,8 @@ pub(super) struct SideWorld {
     pub(super) losing: bool,
     /// When its rotor last slipped.
     pub(super) slipped_ns: u64,
+    /// The direction in which the rotor last fell back from an end stop, until it turns the other way; otherwise 0.
+    pub(super) fell_back: i32,
     /// Whether its motor is blocked.
     pub(super) is_stalled: bool,
 }
@@ -55,6 +56,7 @@ impl SideWorld {
             zero_steps: place_steps,
             losing: false,
             slipped_ns: 0,
+            fell_back: 0,
             is_stalled: false,
         }
     }
@@ -108,8 +110,10 @@ impl SideWorld {
             self.motor.hold();
         }
         if microsteps.is_some() && lost > 0 {
-            self.losing = t_ns.saturating_sub(self.slipped_ns) <= STALL_NS;
-            self.slipped_ns = t_ns;
+            self.losing = self.fell_back == steps;
+            self.fell_back = steps;
+        } else if self.fell_back != steps {
+            self.fell_back = 0;
         }
         (lost > 0).then_some((LossCause::EndStop, lost))
     }
