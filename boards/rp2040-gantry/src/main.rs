@@ -78,12 +78,13 @@ async fn start(spawner: Spawner) {
     if let Some(cause) = restart {
         defmt::warn!("restarted by the watchdog: {}", cause);
     }
-    let settings = Settings::default();
-    let machine = &*MACHINE.init(Machine::new(config(&settings), pins::EMERGENCY_CONTACT));
+    // No variable, which would be kept as long as this waits.
+    let machine = &*MACHINE.init(Machine::new(config(&Settings::DEFAULT), pins::EMERGENCY_CONTACT));
     let flash = flash::take(board.flash);
     #[cfg(feature = "prove")]
     let flash = prove::start(spawner, board.prove, flash);
-    let controller = Controller::new(machine, settings, flash::open(flash)).with_boot_loader().on_board(pins::NAME);
+    let controller =
+        Controller::new(machine, Settings::DEFAULT, flash::open(flash)).with_boot_loader().on_board(pins::NAME);
     #[cfg(feature = "prove")]
     let controller = controller.with_prove(prove::answer);
     #[cfg(feature = "skr-pico")]

@@ -5,7 +5,7 @@ use core::pin::pin;
 use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
-use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, Rate, Spindle};
+use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, PathControl, Rate, Spindle};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power, aside};
 
 use crate::arcs::Chord;
@@ -22,6 +22,15 @@ const BUZZ_MM_S: f64 = 5.0;
 pub(crate) struct Beyond {
     axis: Axis,
     place_steps: i32,
+}
+
+/// A [`Move`], or what a block has before it. Borrowed, because a move is large and would be kept with its future.
+#[derive(Clone, Copy)]
+struct Way<'a> {
+    target_pm: &'a [i64; AXES],
+    rate: Rate,
+    arc: Option<&'a Arc>,
+    path: PathControl,
 }
 
 impl<F: NorFlash> Controller<'_, F> {
@@ -49,12 +58,13 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
             self.with(|program| program.work_offset_pm = offset_pm);
         }
-        if let (Some(target_pm), Some(Move { path, .. })) = (block.via_pm, block.motion) {
-            let via = Move { target_pm, rate: Rate::Rapid, arc: None, path };
-            aside(pin!(self.go_to(&via, block.line_number, checks, text))).await?;
+        if let (Some(target_pm), Some(Move { path, .. })) = (&block.via_pm, &block.motion) {
+            let via = Way { target_pm, rate: Rate::Rapid, arc: None, path: *path };
+            aside(pin!(self.go_to(via, block.line_number, checks, text))).await?;
         }
-        if let Some(motion) = &block.motion {
-            self.go_to(motion, block.line_number, checks, text).await?;
+        if let Some(Move { target_pm, rate, arc, path }) = &block.motion {
+            let way = Way { target_pm, rate: *rate, arc: arc.as_ref(), path: *path };
+            self.go_to(way, block.line_number, checks, text).await?;
         }
         if let Some(probe) = &block.probe {
             aside(pin!(self.probe(probe, block.line_number, checks, text))).await?;
@@ -177,9 +187,9 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    async fn go_to(&self, motion: &Move, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let &Move { target_pm, rate, ref arc, path } = motion;
-        let (target_steps, beyond) = self.target_steps(target_pm, arc.as_ref());
+    async fn go_to(&self, way: Way<'_>, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
+        let Way { target_pm, rate, arc, path } = way;
+        let (target_steps, beyond) = self.target_steps(*target_pm, arc);
         if let Some(beyond) = beyond {
             return Err(aside(pin!(self.refuse_target(beyond, arc.is_some(), text))).await);
         }
@@ -204,7 +214,7 @@ impl<F: NorFlash> Controller<'_, F> {
             None => {
                 let offsets = match deviation_mm {
                     0.0 => [0; AXES],
-                    _ => self.with(|program| program.geometry.offsets(target_pm)),
+                    _ => self.with(|program| program.geometry.offsets(*target_pm)),
                 };
                 self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
                     .await

@@ -73,10 +73,24 @@ impl Output {
     /// Safe: the message is sent whole or not at all. A reset cuts no message short.
     pub async fn send(&self, message: &Message) {
         let _turn = self.turn.lock().await;
-        while self.pipe.free_capacity() < message.len() {
+        self.has_room(message.len()).await;
+        self.put(message);
+    }
+
+    /// Sends one message like [`send`](Self::send). It is written when there is room for the longest, so it takes no memory
+    /// while it waits.
+    pub async fn send_written(&self, write: impl FnOnce(&mut Message)) {
+        let _turn = self.turn.lock().await;
+        self.has_room(MESSAGE_BYTES).await;
+        let mut message = Message::new();
+        write(&mut message);
+        self.put(&message);
+    }
+
+    async fn has_room(&self, bytes: usize) {
+        while self.pipe.free_capacity() < bytes {
             self.drained.wait().await;
         }
-        self.put(message);
     }
 
     /// Sends one message if there is room at once; otherwise it is dropped, because a late status report is worth

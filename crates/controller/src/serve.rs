@@ -264,17 +264,18 @@ impl<F: NorFlash> Controller<'_, F> {
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
         let mut news = self.news();
         loop {
-            let mut text = Message::new();
             match select(states.changed(), news.next()).await {
                 Either::First(State::Alarm(alarm)) => {
                     let (code, axis) = status::code(alarm);
-                    text.print(|text| report::alarm(text, code));
-                    text.say(code.about(axis));
+                    let say = |text: &mut Message| {
+                        text.print(|text| report::alarm(text, code));
+                        text.say(code.about(axis));
+                    };
+                    output.send_written(say).await;
                 }
-                Either::First(_) => continue,
-                Either::Second(news) => text.say(news),
+                Either::First(_) => {}
+                Either::Second(news) => output.send_written(|text| text.say(news)).await,
             }
-            output.send(&text).await;
         }
     }
 }

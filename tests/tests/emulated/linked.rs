@@ -23,8 +23,8 @@ const CRATES_IN_RAM: [&str; 10] = [
 ];
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
 /// about the device; plans by the curved laws, ahead of time; homes; probes, at the contact and after it; takes an override;
-/// gets a run ready; runs once before anything moves; or is named by a table of functions and called by nobody.
-const MAY_WAIT: [&str; 59] = [
+/// gets a chain and a run ready; runs once before anything moves; or is named by a table of functions and called by nobody.
+const MAY_WAIT: [&str; 61] = [
     "isostep_console",
     "isostep_controller",
     "rp2040_gantry..flash..Flash",
@@ -36,9 +36,11 @@ const MAY_WAIT: [&str; 59] = [
     "isostep_motion3run7streams",
     "isostep_motion7shaping48_$LT$impl$u20$isostep_motion..config..Config$GT$7shaping",
     "isostep_profile6shaper6Shaper",
+    "isostep_profile6shaper8Impulses6mean_s",
     "12note_contact",
     "10stop_alarm",
     "14override_chain",
+    "11begin_chain",
     "isostep_profile4plan",
     "isostep_profile7compile5spans5Spans9next_span",
     "isostep_profile4ramp6Bounds",
