@@ -299,6 +299,7 @@ fn skr_pico(_: Cases) -> Result<()> {
     let variant = Variant { board: Board::SkrPico, ..Variant::default() };
     let variants = [variant, Variant { port: Port::Timer, ..variant }, Variant { estop: Contact::Nc, ..variant }];
     let names = ["skr-pico", "skr-pico-timer-port", "skr-pico-estop-nc"];
+    check_footprint(Variant { axes: Axes::Four, ..variant })?;
     check_footprint(variant)?;
     for (variant, name) in variants.into_iter().zip(names) {
         build::kept_firmware(variant, name)?;

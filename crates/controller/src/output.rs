@@ -186,4 +186,20 @@ mod tests {
         assert!(poll_once(more).is_ready());
         assert_eq!(drained(&output), MESSAGE_BYTES);
     }
+
+    #[test]
+    fn a_message_is_written_when_there_is_room_for_the_longest() {
+        let output = Output::new();
+        // One byte is missing.
+        for _ in 0..=BYTES - MESSAGE_BYTES {
+            block_on(output.send(&message("-")));
+        }
+        let words = Cell::new("early");
+        let mut late = core::pin::pin!(output.send_written(|text| text.print(|to| to.push_str(words.get()))));
+        assert!(poll_once(late.as_mut()).is_pending());
+        words.set("as it is now");
+        assert_eq!(drained(&output), BYTES - MESSAGE_BYTES + 1);
+        assert!(poll_once(late).is_ready());
+        assert_eq!(drained(&output), words.get().len());
+    }
 }

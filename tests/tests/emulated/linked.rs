@@ -159,13 +159,13 @@ fn what_the_linker_script_names_exists() {
     let elf = object::File::parse(&*bytes).unwrap();
     let names: Vec<_> = elf.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
     let words = script.split(|end: char| end.is_whitespace() || "()".contains(end));
+    let names_of = |word: &'static str| word.strip_prefix(".text.").or(word.strip_prefix(".rodata.*"));
     // Patterns with a class of characters are of many modules.
-    let patterns: Vec<_> =
-        words.filter_map(|word| word.strip_prefix(".text.")).filter(|word| !word.contains('[')).collect();
+    let patterns: Vec<_> = words.filter_map(names_of).filter(|word| !word.contains('[')).collect();
     assert!(patterns.len() > 10, "{patterns:?}");
     // A Pico's drivers do not talk.
     let is_here = |pattern: &&str| is_skr_pico() || !pattern.contains("tmc2209");
     for pattern in patterns.into_iter().filter(is_here) {
-        assert!(names.iter().any(|name| fits(pattern, name)), "memory.x: no function fits `{pattern}`");
+        assert!(names.iter().any(|name| fits(pattern, name)), "memory.x: nothing has a name that fits `{pattern}`");
     }
 }
