@@ -186,7 +186,8 @@ fn host(cases: Cases) -> Result<()> {
     let args = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
     let mut args: Vec<_> = args.iter().map(String::as_str).collect();
     args.extend(["--no-default-features", "--lib", "--test=dialect", "--test=examples"]);
-    suites::run("without paper-laws", tests, &args)
+    // Few random cases are enough here: what remains computes as it did above.
+    suites::run("without paper-laws", || Cases::Few.cargo_test(), &args)
 }
 
 fn emulator(cases: Cases) -> Result<()> {

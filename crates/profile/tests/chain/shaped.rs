@@ -244,7 +244,7 @@ fn drive(case: &Case, shapers: &[Shaper; AXES], events: &[Event]) -> TestCaseRes
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(500, 5_000), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(500, 1_500), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn pushes_are_shaped(case in bent(40), shapers in shapers(), events in pushes()) {
