@@ -166,9 +166,9 @@ const PROFILE: &[Suite] = &[
     suite(&["isostep-profile"], &["chain"], 900),
 ];
 const CONSOLE: &[Suite] = &[
-    suite(&["isostep-console"], &[], 30),
+    few_cases(&["isostep-console"], &[], 30),
     four_axes(&["isostep-console"], 30),
-    suite(WHOLE, &["corpus", "dialogues"], 180),
+    few_cases(WHOLE, &["corpus", "dialogues"], 180),
 ];
 const SIMULATED: Suite = suite(&["isostep-sim", "isostep-report"], &[], 90);
 const MOTION: &[Suite] = &[
@@ -276,6 +276,7 @@ impl Tool {
         command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
         command.args(suite.choice().iter().map(|choice| format!("--cargo-arg={choice}"))).args(suite.features());
         command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
+        command.args(files(names).iter().map(|file| format!("--file={file}")));
         if suite.packages != [self.package.name()] {
             // For its run without a mutant, cargo-mutants would use the tests of the package that it changes. So that
             // run is made here.
@@ -297,6 +298,11 @@ impl Tool {
         }
         Ok(found)
     }
+}
+
+/// The files of these mutants. A name begins with its file.
+fn files(names: &[String]) -> BTreeSet<&str> {
+    names.iter().filter_map(|name| name.split(':').next()).collect()
 }
 
 /// A regular expression that matches exactly this text. Only special characters are escaped, because some escapes have
@@ -327,8 +333,8 @@ impl Found {
         [&self.caught, &self.missed, &self.timeouts, &self.unviable].map(Vec::len).iter().sum()
     }
 
-    /// Reads the results of these mutants. Others are ignored, because cargo-mutants always tries mutants that leave a
-    /// field out of an expression, even if they are not requested.
+    /// Reads the results of these mutants. Others are ignored, because cargo-mutants tries every mutant that leaves a field
+    /// out of an expression in these files, even if it is not requested.
     fn read(folder: &Path, names: &[String]) -> Result<Self> {
         let of = |file: &str| -> Result<Vec<String>> {
             let path = folder.join(file);
@@ -397,6 +403,13 @@ mod tests {
         let refused = listed(&file, &all).unwrap_err().to_string();
         assert!(refused.contains("`four` is no mutant of these sources"), "{refused}");
         fs::remove_file(&file).unwrap();
+    }
+
+    #[test]
+    fn files_are_named_once() {
+        let names =
+            ["src/b.rs:1:2: delete !", "src/a.rs:3:4: replace a::b", "src/b.rs:5:6: delete -"].map(str::to_owned);
+        assert_eq!(files(&names).into_iter().collect::<Vec<_>>(), ["src/a.rs", "src/b.rs"]);
     }
 
     #[test]
