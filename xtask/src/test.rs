@@ -289,7 +289,8 @@ fn four_axes(_: Cases) -> Result<()> {
         build::kept_firmware(Variant { axes: Axes::Four, ..variant }, name)?;
     }
     let elves = names.map(build::kept_elf);
-    let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated", "--", "--ignored"];
+    let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated"];
+    let of_board = [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=dead_man::"]].concat();
     suites::run("four axes on the board", || on_board(Cases::Few, &elves), &of_board)
 }
 
