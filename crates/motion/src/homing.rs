@@ -28,7 +28,6 @@ use crate::axes::{AXES, Axis};
 use crate::config::HomingConfig;
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
-use crate::machine::Machine;
 use crate::motor::{Motor, Side};
 use crate::port::Direction;
 
@@ -36,34 +35,6 @@ use crate::port::Direction;
 const SEEK_TRAVELS: f64 = 1.5;
 /// The latch gives up after this many times the way that the axis has backed off.
 const LATCH_BACK_OFFS: f64 = 5.0;
-
-/// How an axis homes.
-struct Plan {
-    travel_mm: f64,
-    seek_mm_s: f64,
-    latch_mm_s: f64,
-    back_off_mm: f64,
-    pull_off_mm: f64,
-    by_stall: bool,
-}
-
-impl Plan {
-    /// Not inlined: a whole configuration is large, and would be kept while the axis moves.
-    #[inline(never)]
-    fn of(machine: &Machine, axis: Axis) -> Self {
-        let config = machine.config();
-        let HomingConfig { seek_mm_s, latch_mm_s, pull_off_mm, by_stall, .. } = config.homing;
-        let by_stall = by_stall[axis as usize];
-        Self {
-            travel_mm: config.travel_mm[axis as usize],
-            seek_mm_s,
-            latch_mm_s: if by_stall { seek_mm_s } else { latch_mm_s },
-            back_off_mm: if by_stall { pull_off_mm + config.run_up_mm(axis) } else { pull_off_mm },
-            pull_off_mm,
-            by_stall,
-        }
-    }
-}
 
 /// A part of homing: a straight way of an axis, or of one of its sides.
 #[derive(Clone, Copy)]
@@ -102,34 +73,22 @@ where
     }
 
     async fn home_axis(&mut self, axis: Axis) -> Result<(), Alarm> {
-        let Plan { travel_mm, seek_mm_s, latch_mm_s, back_off_mm, pull_off_mm, by_stall } =
-            Plan::of(self.machine, axis);
-        let way = Way { axis, mm: 0.0, to_switch: true, speed_mm_s: seek_mm_s, held: None };
-        match self.missing(axis) {
-            None if by_stall => return Err(Alarm::SwitchStuck { motor: Motor::first(axis) }),
-            // A carriage that already stands on its switch has nothing to seek.
-            None => {}
-            Some(_) => {
-                self.phase(axis, HomingPhase::Seek);
-                self.approach(Way { mm: SEEK_TRAVELS * travel_mm, ..way }).await?;
-            }
+        // A carriage that already stands on its switch has nothing to seek.
+        if self.missing(axis).is_some() {
+            let way = self.begin(axis, HomingPhase::Seek);
+            self.approach(way).await?;
+        } else if self.by_stall(axis) {
+            return Err(Alarm::SwitchStuck { motor: Motor::first(axis) });
         }
         let sought_steps = self.machine.link(axis).odometer.position_steps();
-        self.phase(axis, HomingPhase::BackOff);
-        self.retreat(Way { mm: back_off_mm, to_switch: false, ..way }).await?;
-        self.phase(axis, HomingPhase::Latch);
-        let way = Way { speed_mm_s: latch_mm_s, ..way };
-        self.approach(Way { mm: LATCH_BACK_OFFS * back_off_mm, to_switch: true, ..way }).await?;
-        if by_stall {
-            let apart_steps = self.machine.link(axis).odometer.position_steps() - sought_steps;
-            self.machine.set_stalls_apart(axis, apart_steps);
-            // Where a motor that speeds up seems stalled, it does so once more, long before the end.
-            if self.machine.config().mm(axis, apart_steps).abs() > pull_off_mm {
-                return Err(Alarm::StallsApart { axis });
-            }
+        let way = self.begin(axis, HomingPhase::BackOff);
+        self.retreat(way).await?;
+        let way = self.begin(axis, HomingPhase::Latch);
+        self.approach(way).await?;
+        if self.by_stall(axis) {
+            self.compare_stalls(axis, sought_steps)?;
         }
-        self.phase(axis, HomingPhase::PullOff);
-        let way = Way { mm: pull_off_mm, to_switch: false, ..way };
+        let way = self.begin(axis, HomingPhase::PullOff);
         self.retreat(way).await?;
         if let Some(way) = self.offset(way) {
             self.retreat(way).await?;
@@ -140,16 +99,44 @@ where
         Ok(())
     }
 
+    fn by_stall(&self, axis: Axis) -> bool {
+        self.machine.config().homing.by_stall[axis as usize]
+    }
+
+    /// Reports the phase, and returns its way. Not inlined: a whole configuration is large, and would be kept meanwhile.
+    #[inline(never)]
+    fn begin(&mut self, axis: Axis, phase: HomingPhase) -> Way {
+        self.report(Event::Homing { axis, phase });
+        let config = self.machine.config();
+        let HomingConfig { seek_mm_s, pull_off_mm, by_stall, .. } = config.homing;
+        let (run_up_mm, latch_mm_s) =
+            if by_stall[axis as usize] { (config.run_up_mm(axis), seek_mm_s) } else { (0.0, config.homing.latch_mm_s) };
+        let back_off_mm = pull_off_mm + run_up_mm;
+        let (mm, to_switch, speed_mm_s) = match phase {
+            HomingPhase::Seek => (SEEK_TRAVELS * config.travel_mm[axis as usize], true, seek_mm_s),
+            HomingPhase::BackOff => (back_off_mm, false, seek_mm_s),
+            HomingPhase::Latch => (LATCH_BACK_OFFS * back_off_mm, true, latch_mm_s),
+            HomingPhase::PullOff => (pull_off_mm, false, latch_mm_s),
+        };
+        Way { axis, mm, to_switch, speed_mm_s, held: None }
+    }
+
+    /// Notes how far the latch has ended from where the seek did. Where a motor that speeds up seems stalled it does so
+    /// twice, the second time long before it is back.
+    fn compare_stalls(&self, axis: Axis, sought_steps: i32) -> Result<(), Alarm> {
+        let apart_steps = self.machine.link(axis).odometer.position_steps() - sought_steps;
+        self.machine.set_stalls_apart(axis, apart_steps);
+        let config = self.machine.config();
+        let is_one_place = config.mm(axis, apart_steps).abs() <= config.homing.pull_off_mm;
+        if is_one_place { Ok(()) } else { Err(Alarm::StallsApart { axis }) }
+    }
+
     /// The way by which one side goes farther than the pull-off, if it is a step at least.
     fn offset(&self, way: Way) -> Option<Way> {
         let config = self.machine.config();
         let offset_mm = config.squared_axis(way.axis)?.offset_mm;
         let held = if offset_mm > 0.0 { Side::First } else { Side::Second };
         (config.steps(way.axis, offset_mm) != 0).then_some(Way { mm: offset_mm.abs(), held: Some(held), ..way })
-    }
-
-    fn phase(&mut self, axis: Axis, phase: HomingPhase) {
-        self.report(Event::Homing { axis, phase });
     }
 
     /// The sides of `axis`.

@@ -162,10 +162,14 @@ impl<W: Wire> Line<'_, W> {
             self.request(patient),
             self.request(GCONF(wanted.gconf)),
             self.request(IHOLD_IRUN(wanted.ihold_irun)),
+            self.request(CHOPCONF(wanted.chopconf)),
+        ])
+        .await?;
+        // In two parts, which need room one after the other.
+        self.write(&[
             self.request(TPWMTHRS(wanted.tpwmthrs)),
             self.request(TCOOLTHRS(wanted.tcoolthrs)),
             self.request(SGTHRS(wanted.sgthrs)),
-            self.request(CHOPCONF(wanted.chopconf)),
             // It is cleared by ones.
             self.request(GSTAT(u32::MAX)),
         ])
