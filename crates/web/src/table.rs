@@ -114,7 +114,7 @@ fn axis_bits() -> Vec<(u16, String)> {
 fn group(number: u16) -> &'static str {
     match number {
         0..=4 => "Motors",
-        140..=169 | 210..=219 | 338 | 908 | 980..=989 => "Drivers",
+        140..=169 | 200..=219 | 338 | 339 | 908 | 909 | 980..=989 => "Drivers",
         100..=139 | 376 | 701 => "Axes",
         5 | 20..=27 | 901 => "Limits and homing",
         11 | 12 | 904 => "Corners and arcs",
