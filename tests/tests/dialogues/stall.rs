@@ -41,7 +41,10 @@ fn looks(sim: &mut Sim) -> bool {
     sim.driver_setup(0).unwrap().tells_stalls
 }
 
-/// How far X is from where it should be after homing, steps.
+/// What is wrong with a machine.
+type Change = fn(&mut Config);
+
+/// How far an axis is from where it should be after homing, steps.
 fn off_steps(sim: &Sim, axis: usize) -> i32 {
     sim.places_steps()[axis] - (HOME_MM * STEPS_PER_MM) as i32
 }
@@ -69,7 +72,7 @@ fn an_axis_homes_by_a_stall() {
 
 #[test]
 fn homing_by_stall_is_refused_where_no_stall_could_be_told() {
-    let told = |change: &dyn Fn(&mut Config)| {
+    let told = |change: Change| {
         let mut config = config();
         change(&mut config);
         let mut sim = powered_up(&config);
@@ -79,42 +82,42 @@ fn homing_by_stall_is_refused_where_no_stall_could_be_told() {
         assert!(!looks(&mut sim));
         heard[0].strip_prefix("[MSG:a stall of ").unwrap().to_owned()
     };
-    let cases: [(&dyn Fn(&mut Config), &str); 9] = [
+    let cases: [(Change, &str); 9] = [
         (
-            &|config| config.settings.trinamic_mask = 0b110,
+            |config| config.settings.trinamic_mask = 0b110,
             "X cannot be told: $338 leaves its driver out. Take it in, or out of $339]",
         ),
         (
-            &|config| config.settings.second_motor_axis = 2,
+            |config| config.settings.second_motor_axis = 2,
             "Y cannot be told: only X, Y and Z with one motor each have a driver whose DIAG can be wired. Take it out of $339]",
         ),
         (
-            &|config| config.settings.stealth_mm_min[2] = 2_200.0,
+            |config| config.settings.stealth_mm_min[2] = 2_200.0,
             "Z cannot be told: it seeks by SpreadCycle, $982=2200. Set $982=2250, or more]",
         ),
         (
-            &|config| config.settings.homing_seek_mm_min = 900.0,
+            |config| config.settings.homing_seek_mm_min = 900.0,
             "X cannot be told: it seeks at 900 mm/min, which is too slow. Set $25=1280, or more, and $110]",
         ),
         (
-            &|config| config.settings.max_rate_mm_min[1] = 900.0,
+            |config| config.settings.max_rate_mm_min[1] = 900.0,
             "Y cannot be told: it seeks at 900 mm/min, which is too slow. Set $25=1280, or more, and $111]",
         ),
         (
-            &|config| (config.settings.accel_mm_s2[2], config.settings.travel_mm[2]) = (50.0, 20.0),
+            |config| (config.settings.accel_mm_s2[2], config.settings.travel_mm[2]) = (50.0, 20.0),
             "Z cannot be told: its run-up is 20 mm long, its travel 20. Raise $122, or lower $25]",
         ),
         (
-            &|config| config.settings.stall_threshold[1] = 0,
+            |config| config.settings.stall_threshold[1] = 0,
             "Y cannot be told: $201=0. With Y in the middle of its travel send $STALL=Y]",
         ),
         (
-            &|config| config.diag[0] = false,
+            |config| config.diag[0] = false,
             "X cannot be told: its limit input is high while the motor stands. Set the jumper from its driver's DIAG, unplug the \
              switch]",
         ),
         (
-            &|config| (config.diag[0], config.settings.stall_threshold[1]) = (false, 0),
+            |config| (config.diag[0], config.settings.stall_threshold[1]) = (false, 0),
             "Y cannot be told: $201=0. With Y in the middle of its travel send $STALL=Y]",
         ),
     ];

@@ -72,3 +72,19 @@ fn a_carriage_that_is_sent_beyond_its_end_is_no_failure() {
     let acts = [lines(&["$H"]), vec![Act::Rest], lines(&["G0 Y403.04"]), vec![Act::Rest]].concat();
     assert_eq!(run(&Scenario { config, acts }).map(|amount| amount.faults), Ok(0));
 }
+
+/// Of the worlds that are to home by stall most can.
+#[test]
+fn worlds_home_by_stall() {
+    let is_one = |config: &Config| config.diag.contains(&true);
+    let worlds: Vec<_> = (0..200).map(|seed| Scenario::new(seed).config).filter(is_one).collect();
+    let homes = |config: &&Config| {
+        let mut sim = crate::Sim::new(&Config { faults: Vec::new(), ..(*config).clone() });
+        sim.run_for(embassy_time::Duration::from_millis(500)).unwrap();
+        sim.send(b"$H\n");
+        sim.run_until_idle().unwrap();
+        sim.replies().iter().any(|reply| reply.contains("has stalled twice"))
+    };
+    let homed = worlds.iter().filter(homes).count();
+    assert!(worlds.len() > 15 && homed > worlds.len() / 2, "{homed} of {}", worlds.len());
+}
