@@ -287,7 +287,12 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
-    async fn home(&self, axis: Option<usize>, text: &mut Message) -> Result<After, Error> {
+    async fn home(
+        &self,
+        axis: Option<usize>,
+        #[cfg_attr(not(feature = "trinamic"), expect(unused_variables, reason = "only drivers have words about it"))]
+        text: &mut Message,
+    ) -> Result<After, Error> {
         self.closed_door()?;
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
         #[cfg(feature = "trinamic")]

@@ -161,8 +161,16 @@ fn a_threshold_is_proposed() {
     assert_eq!(sim.places_steps(), start, "it ends where it began");
     assert_eq!(say(&mut sim, &proposed), ["ok"]);
     assert_eq!(say(&mut sim, "$HX"), ["[MSG:X has stalled twice, 0 steps apart]", "ok"]);
-    // Homed, it stands where its travel begins, and goes the other way.
-    assert_eq!(say(&mut sim, "$STALL=X").last().unwrap(), "ok");
+    // Homed, it stands where its travel begins. Feed override does not slow it, and a jog cancel ends it.
+    bytes(&mut sim, b"\x92\x92\x92\x92\x92");
+    assert!(say(&mut sim, "$STALL=X")[0].starts_with("[MSG:X turns freely"));
+    sim.send(b"$STALL=X\n");
+    sim.run_for(ROUND).unwrap();
+    sim.send(b"\x85");
+    sim.run_until_idle().unwrap();
+    assert_eq!(sim.replies().last().unwrap(), "ok");
+    assert_ne!(sim.machine().position_steps()[0], 0, "it stands where it was cancelled");
+    assert_eq!(state(&mut sim), "Idle");
     say(&mut sim, "G0 X340");
     let far = say(&mut sim, "$STALL=X");
     assert_eq!(far, ["[MSG:there is no room for X to move: jog it to the middle of its travel]", "error:20"]);

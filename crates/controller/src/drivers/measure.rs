@@ -4,7 +4,7 @@ use core::fmt;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::Error;
-use isostep_motion::{AXES, Axis, Direction, Motion, Power};
+use isostep_motion::{Axis, Direction, Motion};
 use tmc2209::reg::{DRV_STATUS, SG_RESULT, TSTEP};
 
 use super::exchange::{Failure, Line};
@@ -92,9 +92,11 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let measuring = Measuring::new(drivers, axis as usize);
         for target_steps in [to_steps, from_steps].into_iter().cycle().take(2 * RUNS) {
-            self.submit(straight(target_steps, feed_mm_s)).await?;
+            // No override slows a jog, and a jog cancel ends it.
+            self.submit(Motion::Jog { target_steps, feed_mm_s }).await?;
         }
         self.settled().await?;
+        self.follow_machine();
         drop(measuring);
         text.say(Free { axis, readings: drivers.readings.get() });
         Ok(())
@@ -127,18 +129,6 @@ impl<F: NorFlash> Controller<'_, F> {
                 drivers.readings.set(readings);
             }
         }
-    }
-}
-
-fn straight(target_steps: [i32; AXES], feed_mm_s: f64) -> Motion {
-    Motion::Move {
-        target_steps,
-        offsets: [0; AXES],
-        feed_mm_s: Some(feed_mm_s),
-        exact_stop: true,
-        deviation_mm: 0.0,
-        line: 0,
-        power: Power::Off,
     }
 }
 
