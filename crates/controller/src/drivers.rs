@@ -83,6 +83,8 @@ struct Known {
     sg_result: u16,
     /// How many times in a row a coil seemed open.
     open: u8,
+    /// Rounds since its settings were read back.
+    rounds: u8,
     /// The machine was locked because of this driver when it was asked last.
     has_locked: bool,
 }
@@ -96,7 +98,15 @@ pub(crate) struct News {
 
 impl Drivers {
     pub fn new(hardware: DriverHardware) -> Self {
-        let known = Known { health: Health::Unknown, set: None, status: 0, sg_result: 0, open: 0, has_locked: false };
+        let known = Known {
+            health: Health::Unknown,
+            set: None,
+            status: 0,
+            sg_result: 0,
+            open: 0,
+            rounds: 0,
+            has_locked: false,
+        };
         Self {
             hardware,
             known: RefCell::new([known; DRIVERS]),

@@ -16,6 +16,8 @@ use crate::controller::Controller;
 
 /// The time between two rounds.
 const ROUND_MS: u64 = 100;
+/// Its settings are read back in one round of so many. What makes a driver forget them is told in every round.
+const CHECK_ROUNDS: u8 = 8;
 /// A coil that seems open so often in a row is: a motor that turns fast makes one seem so now and then.
 const OPEN_ROUNDS: u8 = 5;
 
@@ -137,7 +139,9 @@ impl<W: Wire> Line<'_, W> {
         if known.set != Some(wanted) || restarted {
             self.set(wanted, !was_set).await?;
             known.set = Some(wanted);
-        } else if self.read::<CHOPCONF>().await?.0 != wanted.chopconf || self.read::<GCONF>().await?.0 != wanted.gconf {
+        } else if known.is_due()
+            && (self.read::<CHOPCONF>().await?.0 != wanted.chopconf || self.read::<GCONF>().await?.0 != wanted.gconf)
+        {
             return Err(Failure::NotTaken);
         }
         let status: DRV_STATUS = self.read().await?;
@@ -178,6 +182,12 @@ impl<W: Wire> Line<'_, W> {
 }
 
 impl Known {
+    /// Whether its settings are to be read back in this round.
+    fn is_due(&mut self) -> bool {
+        self.rounds = (self.rounds + 1) % CHECK_ROUNDS;
+        self.rounds == 0
+    }
+
     /// A driver that is well, and was, and has locked the machine nevertheless, has done so by its output.
     fn with_stall(&mut self, before: Health, has_locked: bool) {
         let is_new = has_locked && !core::mem::replace(&mut self.has_locked, has_locked);
