@@ -1,9 +1,9 @@
 //! The BIGTREETECH SKR Pico V1.0, with four TMC2209; see the table in `docs/bring-up.md`.
 //!
 //! By the maker's names of the terminals: the motors X, Y, Z and E0, and the stops X, Y and Z. The emergency stop is on E0-STOP,
-//! and the fourth motor's switch on RGB, next to Z-STOP, so that three state machines watch all. LASER is the PWM, FAN1 enable,
-//! FAN2 direction, HB flood, HE0 mist. THB is feed hold and TH0 cycle start: the board pulls them up and filters them. It has no
-//! plain LED.
+//! and the fourth motor's switch on THB, whose pin is next to that of Z-STOP, so that three state machines watch all. LASER is
+//! the PWM, FAN1 enable, FAN2 direction, HB flood, HE mist. SERVO is feed hold and TH0 cycle start. RGB is no input: a buffer
+//! drives it. It has no plain LED.
 
 use isostep_controller::DriverHardware;
 
@@ -11,7 +11,7 @@ board! {
     step: [PIN_11, PIN_6, PIN_19, PIN_14],
     dir: [PIN_10, PIN_5, PIN_28, PIN_13],
     enable: [PIN_12, PIN_7, PIN_2, PIN_15],
-    limits: [PIN_4, PIN_3, PIN_25, PIN_24],
+    limits: [PIN_4, PIN_3, PIN_25, PIN_26],
     emergency_stop: PIN_16,
     tool: {
         pwm: PIN_20 of PWM_SLICE2,
@@ -22,7 +22,7 @@ board! {
         cut_off: [DMA_CH11, DMA_CH10, DMA_CH9],
     },
     probe: PIN_22,
-    hold: PIN_26,
+    hold: PIN_29,
     start: PIN_27,
     led: [],
     driver_wire: [PIN_8, PIN_9],
