@@ -23,7 +23,8 @@ const BUILD_TIMEOUT_S: u32 = 600;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Each mutant is a small change: a function that does nothing, a < for a <=, a + for a -. The tests of its crate are to fail by
-it; those that they do not catch are put to slower tests. What is excluded, and why, is in .cargo/mutants.toml.
+it; those that they do not catch are put to slower tests, as long as fewer are caught than --least asks for. What is excluded,
+and why, is in .cargo/mutants.toml.
 
 cargo-mutants is installed under target/tools, works in a copy of the sources, and compiles it under target/mutants. A sample is
 drawn from a seed: the same command tries the same mutants as long as the crate is the same. docs/testing.md has the scores.
@@ -199,8 +200,10 @@ pub fn run(args: Args) -> Result<()> {
     if usize::from(args.suite) > suites.len() {
         bail!("--suite {}: {} has {} suites", args.suite, args.package.name(), suites.len());
     }
-    for (index, suite) in suites.iter().enumerate().skip(usize::from(args.suite) - 1) {
-        if names.is_empty() {
+    let first = usize::from(args.suite) - 1;
+    for (index, suite) in suites.iter().enumerate().skip(first) {
+        // More may be caught by slower tests, and the answer would be the same.
+        if names.is_empty() || index > first && tally.score(&names) >= args.least {
             break;
         }
         announce(&format!("{} mutants of {} of {}, {suite}", names.len(), all.len(), args.package.name()));
