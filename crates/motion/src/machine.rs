@@ -162,7 +162,7 @@ impl Machine {
         self.with(|inner| inner.homed)
     }
 
-    /// How far apart the two stalls were by which each axis was homed last, steps; 0 if it was not homed by stall.
+    /// How far apart the two stalls were by which each axis last homed by stall, steps; 0 if it never has.
     #[must_use]
     pub fn stalls_apart_steps(&self) -> [i32; AXES] {
         self.with(|inner| inner.stalls_apart_steps)

@@ -32,6 +32,9 @@ pub enum Board {
 impl Board {
     /// Both boards.
     pub const ALL: [Self; 2] = [Self::Pico, Self::SkrPico];
+    /// The first axes, whose drivers' DIAG an SKR Pico's jumpers can lead to a limit input. That of the fourth driver would be on
+    /// the emergency stop's.
+    pub const JUMPERS: usize = if AXES < 3 { AXES } else { 3 };
 
     /// What the timing of its drivers is, if nothing else is said.
     pub fn driver(self) -> DriverTiming {

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use isostep_sim::{AXES, Axis, Board, Config, Sim};
+use isostep_sim::{Axis, Board, Config, Sim};
 use isostep_trials::stride;
 
 const HOMINGS: usize = 100;
 const MICROSTEPS: i32 = 16;
-/// The first axes, for which the board has jumpers.
-const JUMPERS: usize = if AXES < 3 { AXES } else { 3 };
+const JUMPERS: usize = Board::JUMPERS;
 
 /// A machine that homes by stalls, at 125 full steps a second. Where full steps end differs by the phase.
 fn config(phase: i32, load_noise: f64) -> Config {

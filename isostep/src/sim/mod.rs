@@ -35,9 +35,6 @@ const PARKING: (&str, &str) = ("programs/parking.nc (built in)", include_str!(".
 /// The user is shown the elapsed time if a run takes at least this long.
 const LONG_S: f64 = 1.0;
 
-/// The first axes, for which an SKR Pico has jumpers.
-const JUMPERS: usize = 3;
-
 const EXAMPLES: &str = "\
 The tasks are those of the firmware; motors, carriages and switches are simulated, and every STEP edge is checked
 against the closed form of its move and the driver's datasheet. Equal runs write equal files, to the byte.
@@ -389,7 +386,7 @@ fn jumpers(text: &str) -> Result<[bool; AXES], String> {
     let mut wired = [false; AXES];
     for axis in text.split(',') {
         let index = axis_index(axis)?;
-        if index >= JUMPERS {
+        if index >= Board::JUMPERS {
             return Err(format!("the board has no jumper for {axis}: use X, Y or Z"));
         }
         wired[index] = true;

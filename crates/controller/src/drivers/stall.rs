@@ -15,6 +15,8 @@ use crate::output::Message;
 const LEAST_FULL_STEPS_S: f32 = 50.0;
 /// A driver is told to look for stalls from this part of the seek's speed on: slower, a motor that speeds up seems stalled.
 pub const LOOKS_FROM: f32 = 0.75;
+/// The first drivers, whose DIAG a board can lead to a limit input. The fourth's would be on the emergency stop's.
+const JUMPERS: usize = 3;
 /// How far StealthChop must reach beyond the seek: its end is not exact, and the driver's clock is not.
 const STEALTH_SEEKS: f32 = 1.25;
 
@@ -142,7 +144,7 @@ pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     let (way_mm, travel_mm) = (way_mm(settings, axis) as f32, settings.reach_mm(index));
     let kind = if settings.trinamic_mask & (1 << index) == 0 {
         Kind::LeftOut
-    } else if index > 2 || settings.second_motor() == Some(index) {
+    } else if index >= JUMPERS || settings.second_motor() == Some(index) {
         Kind::Unwired
     } else if seek_mm_min < slowest_mm_min {
         Kind::Slow { seek_mm_min, least_mm_min: slowest_mm_min }

@@ -11,8 +11,6 @@ use crate::config::{Board, Config};
 use crate::drivers::DriverFault;
 use crate::faults::Trouble;
 
-/// The motors whose DIAG a jumper can lead to a limit input.
-const JUMPERS: usize = 3;
 /// How fast such worlds seek, full steps/s: fast enough for a stall to be told.
 const SEEK_FULL_STEPS_S: f32 = 80.0;
 /// `SG_RESULT` is 300 of a motor that turns freely, 80 less or more with noise of the load, and 10 at a stall.
@@ -48,7 +46,7 @@ pub(super) fn talk(seed: u64, mut scenario: Scenario) -> Scenario {
 /// its run-up too long, homing is refused.
 fn home_by_stall(config: &mut Config, random: &mut Random) {
     let settings = &mut config.settings;
-    let axes = (0..AXES.min(JUMPERS)).filter(|&axis| settings.second_motor() != Some(axis));
+    let axes = (0..Board::JUMPERS).filter(|&axis| settings.second_motor() != Some(axis));
     let mask = axes.clone().fold(0, |mask, axis| mask | 1 << axis);
     let full_steps_mm = |axis: usize| settings.steps_per_mm[axis] / f32::from(settings.microsteps[axis]);
     let slowest_mm_min = axes.map(|axis| SEEK_FULL_STEPS_S * 60.0 / full_steps_mm(axis)).fold(0.0, f32::max);
