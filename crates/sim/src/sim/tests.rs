@@ -1,9 +1,11 @@
 //! Tests of whole machines: what a good one does, and that faults of a bad one are detected.
 
 use isostep_motion::Alarm;
+use tmc2209::WriteRequest;
+use tmc2209::reg::CHOPCONF;
 
 use super::*;
-use crate::config::Port;
+use crate::config::{Board, Port};
 use crate::record::LossCause;
 use crate::{trace, vcd, verify};
 
@@ -288,4 +290,18 @@ fn a_machine_that_is_dropped_is_gone() {
     let (machine, world) = (Rc::downgrade(&sim.machine), Rc::downgrade(&sim.world));
     drop(sim);
     assert!(machine.upgrade().is_none() && world.upgrade().is_none(), "something still holds it");
+}
+
+/// Somebody else on the wire, or noise, has changed a driver's register. It is read back within a second.
+#[test]
+fn a_register_that_is_not_as_it_was_set_is_told() {
+    let board = Board::SkrPico;
+    let mut sim = Sim::new(&Config { board, driver: board.driver(), ..Config::default() });
+    sim.run_for(Duration::from_millis(300)).unwrap();
+    sim.replies();
+    sim.world.borrow_mut().exchange_with_drivers(WriteRequest::new(2, CHOPCONF::from(0x1000_0053)).bytes());
+    sim.run_for(Duration::from_millis(1_500)).unwrap();
+    let heard = sim.replies();
+    assert!(heard.iter().any(|line| line.starts_with("[MSG:Y driver does not take its settings: ")), "{heard:?}");
+    assert!(heard.contains(&"ALARM:17".to_owned()), "{heard:?}");
 }
