@@ -1,6 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder: those
 //! that build, flash, emulate, test, and have the package `isostep-bench` measure. The other verbs are in the package `isostep`. `workspace`,
-//! `toolchain`, `other_chip`, `tools`, `node`, `firmware`, `footprint`, `uf2`, `variant`, `process`, `suites` and `cpu` are
+//! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `firmware`, `footprint`, `uf2`, `variant`, `process`, `suites` and `cpu` are
 //! shared by the verbs.
 
 // All modules print with its macros.
@@ -27,6 +27,7 @@ mod oldest;
 mod other_chip;
 mod process;
 mod prove;
+mod publish;
 mod setup;
 mod side_by_side;
 mod size;
@@ -64,7 +65,7 @@ Examples:
   cargo xtask console                                    talk to the board, or to that machine
   cargo xtask prove                                      measure this very board, beside the emulated one
   cargo xtask test --fast                                host tests only
-  cargo xtask test                                       every test, the emulated board included; --all tries more random cases
+  cargo xtask test                                       every test, the emulated board included; --all: what a release needs too
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
   cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here

@@ -1,5 +1,6 @@
 //! `cargo xtask test`: runs all tests, the fast ones first.
 
+use std::env;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -11,7 +12,7 @@ use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::{self, cargo, firmware_cargo};
 use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
-use crate::{build, cpu, node, other_chip, suites, web, workspace};
+use crate::{build, cpu, node, other_chip, publish, suites, web, workspace};
 use isostep::stopwatch::Stopwatch;
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
@@ -31,6 +32,13 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   page             the page in Chromium, with the simulated machine and the emulated board; only with --all; skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
+  every image      clippy and rustdoc of every image of the firmware; only with --all
+  audit            cargo xtask audit; only with --all
+  worlds           a thousand of the swarm; only with --all
+  mutants          20 of the console's; only with --all
+  publishing       each crate that could be published compiles from what would be uploaded; only with --all
+  release          cargo xtask dist; only with --all
+  bench            cargo xtask bench --quick; only with --all
 
 Examples:
   cargo xtask test --all                 every random case, not a few of each kind
@@ -53,6 +61,11 @@ pub struct Args {
 }
 
 type Stage = (&'static str, fn(Cases) -> Result<()>);
+
+/// A verb of `cargo xtask`, which runs as it would by hand.
+macro_rules! verb {
+    ($name:literal, $($arg:literal),+) => { ($name, |_| process::run(Command::new(env::current_exe()?).args([$($arg),+]))) };
+}
 
 /// How many random cases are tried.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -85,6 +98,17 @@ const ANOTHER_BOARD: Stage = ("another board", another_board);
 const ANOTHER_CHIP: Stage = ("another chip", another_chip);
 const SENDERS: Stage = ("real senders", senders);
 
+/// What a release needs besides, and takes long.
+const RELEASE: [Stage; 7] = [
+    verb!("every image", "lint", "--all"),
+    verb!("audit", "audit"),
+    verb!("worlds", "swarm", "--seeds", "1000"),
+    verb!("mutants", "mutants", "console", "--sample", "20", "--least", "80"),
+    ("publishing", |_| publish::check()),
+    verb!("release", "dist"),
+    verb!("bench", "bench", "--quick"),
+];
+
 const STAGES: [Stage; 12] = [
     ("host tests", host),
     ("emulator tests", emulator),
@@ -108,7 +132,8 @@ pub fn run(args: Args) -> Result<()> {
     };
     let more: &[Stage] = if args.cncjs { &[("cncjs", |_| cncjs())] } else { &[] };
     let cases = if args.all { Cases::All } else { Cases::Few };
-    let stages: Vec<_> = stages.iter().chain(more).collect();
+    let release = if args.all && !args.fast && !args.senders { &RELEASE[..] } else { &[] };
+    let stages: Vec<_> = stages.iter().chain(more).chain(release).collect();
     let mut summary = format!("{:<16} {:<8}{:>8}{:>8}\n", "stage", "", "wall s", "CPU s");
     let mut failure = None;
     let all = Watch::start();
