@@ -89,6 +89,12 @@ struct Known {
     has_locked: bool,
 }
 
+impl Known {
+    /// Of one that has not been asked yet.
+    const UNKNOWN: Self =
+        Self { health: Health::Unknown, set: None, status: 0, sg_result: 0, open: 0, rounds: 0, has_locked: false };
+}
+
 /// What has changed of a motor's driver.
 #[derive(Clone, Copy)]
 pub(crate) struct News {
@@ -98,18 +104,9 @@ pub(crate) struct News {
 
 impl Drivers {
     pub fn new(hardware: DriverHardware) -> Self {
-        let known = Known {
-            health: Health::Unknown,
-            set: None,
-            status: 0,
-            sg_result: 0,
-            open: 0,
-            rounds: 0,
-            has_locked: false,
-        };
         Self {
             hardware,
-            known: RefCell::new([known; DRIVERS]),
+            known: RefCell::new([Known::UNKNOWN; DRIVERS]),
             news: Watch::new(),
             asked: Signal::new(),
             pending: Cell::new(false),

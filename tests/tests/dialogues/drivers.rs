@@ -5,6 +5,7 @@ use isostep_motion::{Alarm, Axis, Motor, State};
 use isostep_sim::drivers::{DriverFault, DriverSetup};
 use isostep_sim::world::{Loss, LossCause};
 use isostep_sim::{Board, Config, Sim};
+use isostep_trials::stride;
 
 use crate::talk::{begin, say, state};
 
@@ -280,4 +281,134 @@ fn both_consoles_hear_of_a_fault_and_a_reset_leaves_a_setting_half_way_to_no_dri
     let heard = [later(&mut sim), sim.replies_of(1)];
     assert_eq!(heard[0], heard[1]);
     assert!(heard[0].contains(&"ALARM:17".into()), "{heard:?}");
+}
+
+/// The faults that stop the machine also if they are over before anybody asks: the driver keeps that they were.
+const KEPT: [DriverFault; 3] = [DriverFault::Off, DriverFault::Overheated, DriverFault::Shorted];
+
+/// A fault that is over at once.
+fn blink(sim: &mut Sim, motor: impl Into<Motor>, fault: DriverFault) {
+    let motor = motor.into();
+    sim.set_driver(motor, Some(fault));
+    sim.set_driver(motor, None);
+}
+
+/// A driver's failure is told whenever it comes in the exchange that sets it anew, also where the settings have been read back
+/// already. Afterwards the driver is as the settings say.
+#[test]
+fn a_failure_while_the_settings_change_is_told() {
+    for fault in KEPT {
+        for wait_us in (0..60_000).step_by(stride(500)) {
+            let mut sim = powered_up(&skr_pico());
+            sim.send(b"$141=1200\n");
+            sim.run_for(Duration::from_micros(wait_us as u64)).unwrap();
+            blink(&mut sim, Axis::Y, fault);
+            let heard = later(&mut sim);
+            assert!(heard.contains(&"ALARM:17".into()), "{fault} after {wait_us} us: {heard:?}");
+            assert_eq!((setup(&sim, 1).run_ma, setup(&sim, 1).is_spread_cycle), (1160, true), "{fault}, {wait_us} us");
+        }
+    }
+}
+
+/// A fault that comes and goes is told each time, also when it comes again as soon as the machine is unlocked.
+#[test]
+fn a_fault_that_comes_again_is_told_again() {
+    for (first, second) in KEPT.into_iter().flat_map(|first| KEPT.map(|second| (first, second))) {
+        for wait_ms in [0, 20, 60, 110, 250, 500] {
+            let mut sim = powered_up(&skr_pico());
+            blink(&mut sim, Axis::X, first);
+            sim.run_until_state(|state| matches!(state, State::Alarm(_))).unwrap();
+            sim.run_for(Duration::from_millis(wait_ms)).unwrap();
+            assert_eq!(begin(&mut sim, "$X", Duration::from_millis(1)).last().unwrap(), "ok");
+            assert_eq!(sim.machine().state(), State::Idle);
+            blink(&mut sim, Axis::X, second);
+            let heard = later(&mut sim);
+            let whole = format!("{first}, then {second} {wait_ms} ms later: {heard:?}");
+            assert!(heard.contains(&"ALARM:17".into()), "{whole}");
+            assert_eq!(begin(&mut sim, "$X", ROUND).last().unwrap(), "ok", "{whole}");
+            assert_eq!(state(&mut sim), "Idle", "it is over: {whole}");
+        }
+    }
+}
+
+/// A driver that warns now and then is told each time, and stops nothing.
+#[test]
+fn a_driver_that_is_hot_again_is_told_again() {
+    let mut sim = powered_up(&skr_pico());
+    for _ in 0..3 {
+        sim.set_driver(Axis::Z, Some(DriverFault::Hot));
+        assert_eq!(later(&mut sim), ["[MSG:Z driver is hot: cool it, or lower its current ($140-$142)]"]);
+        sim.set_driver(Axis::Z, None);
+        assert_eq!(later(&mut sim), ["[MSG:Z driver is well]"]);
+    }
+    assert_eq!(state(&mut sim), "Idle");
+}
+
+/// A coil has to seem open in five rounds in a row. A round in which it does not, and a driver that is left out for a while, begin
+/// the count anew.
+#[test]
+fn a_coil_that_seems_open_now_and_then_is_not_told() {
+    let open = |sim: &mut Sim, millis: u64| {
+        sim.set_driver(Axis::Z, Some(DriverFault::OpenCoil));
+        sim.run_for(Duration::from_millis(millis)).unwrap();
+        sim.set_driver(Axis::Z, None);
+    };
+    let mut sim = powered_up(&skr_pico());
+    say(&mut sim, "G91");
+    sim.send(b"G1 Z50 F300\n");
+    sim.run_for(ROUND).unwrap();
+    sim.replies();
+    // A round is 100 ms and 20 ms of datagrams.
+    for _ in 0..5 {
+        open(&mut sim, 430);
+        assert_eq!(later(&mut sim), [""; 0]);
+    }
+    open(&mut sim, 800);
+    let words = "[MSG:Z driver sees an open coil: switch the supply off, check the motor's plug and cable]";
+    assert_eq!(later(&mut sim), [words, "[MSG:Z driver is well]"]);
+    sim.run_until_idle().unwrap();
+    sim.send(b"G1 Z-5 F300\n");
+    sim.run_for(ROUND).unwrap();
+    // The move ends, and with it the rounds that could show the coil as well again.
+    sim.set_driver(Axis::Z, Some(DriverFault::OpenCoil));
+    sim.run_until_idle().unwrap();
+    assert!(later(&mut sim).contains(&words.into()));
+    sim.set_driver(Axis::Z, None);
+    assert_eq!(later(&mut sim), [""; 0], "it stands, so nobody knows");
+    assert_eq!(say(&mut sim, "$338=3"), ["ok"]);
+    assert_eq!(say(&mut sim, "$338=7"), ["ok"]);
+    assert_eq!(later(&mut sim), [""; 0]);
+    assert!(say(&mut sim, "M122")[2].starts_with("[MSG:Z driver: well, "));
+}
+
+/// What has been set once can be set again, to what it was before too.
+#[test]
+fn settings_that_change_again_are_with_the_drivers() {
+    let mut sim = powered_up(&skr_pico());
+    for (microsteps, ma, is_ma) in [(32, 1200, 1160), (16, 800, 795), (8, 1200, 1160), (16, 800, 795)] {
+        assert_eq!(say(&mut sim, &format!("$150={microsteps}")).last().unwrap(), "ok");
+        assert_eq!(say(&mut sim, &format!("$140={ma}\n$980=600")), ["ok", "ok"]);
+        assert_eq!((setup(&sim, 0).microsteps, setup(&sim, 0).run_ma), (microsteps, is_ma));
+        assert!(!setup(&sim, 0).is_spread_cycle);
+        assert_eq!(say(&mut sim, "$980=0"), ["ok"]);
+        assert!(setup(&sim, 0).is_spread_cycle);
+        sim.run_for(Duration::from_secs(3)).unwrap();
+        assert_eq!(sim.replies(), [""; 0], "read back, they are as they were set");
+    }
+}
+
+/// An alarm of a probe leaves the position trusted, and a driver that fails meanwhile does not.
+#[test]
+fn a_driver_that_fails_in_another_alarm_takes_the_position() {
+    for fault in KEPT {
+        let mut sim = powered_up(&skr_pico());
+        assert_eq!(say(&mut sim, "$H"), ["ok"]);
+        assert!(say(&mut sim, "G38.2 Z5 F300").contains(&"ALARM:5".into()));
+        assert_eq!(sim.machine().homed(), [true; 3]);
+        blink(&mut sim, Axis::X, fault);
+        let heard = later(&mut sim);
+        assert!(heard.iter().any(|line| line.starts_with("[MSG:X driver ")), "{fault}: {heard:?}");
+        assert_eq!(sim.machine().homed(), [false; 3], "{fault}");
+        assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+    }
 }

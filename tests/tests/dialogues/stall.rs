@@ -283,3 +283,44 @@ fn a_reset_ends_the_look_for_stalls() {
         assert_eq!(say(&mut sim, "$HX"), ["[MSG:X has stalled twice, 0 steps apart]", "ok"], "after {wait_ms} ms");
     }
 }
+
+/// Each stall is told as what it is, not the first alone.
+#[test]
+fn a_motor_that_stalls_again_is_told_again() {
+    let mut config = config();
+    config.settings.stall_alarm_mask = 1;
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$H").last().unwrap(), "ok");
+    say(&mut sim, "$20=0");
+    for _ in 0..3 {
+        sim.send(b"G1 X-100 F1800\n");
+        sim.run_for(Duration::from_secs(5)).unwrap();
+        let heard = sim.replies();
+        let words = "[MSG:X driver has told a stall of its motor: free it";
+        assert_eq!(heard.iter().filter(|line| line.starts_with(words)).count(), 1, "{heard:?}");
+        assert_eq!(say(&mut sim, "$X").last().unwrap(), "ok");
+        assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
+    }
+}
+
+/// The emergency stop is pressed in the same instant, and another console has asked for homing already: of the axes that it homes
+/// alone the position is trusted then.
+#[test]
+fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_told() {
+    let mut sim = powered_up(&Config { second_console: true, ..config() });
+    sim.send(b"$H\n");
+    sim.run_for(ROUND).unwrap();
+    sim.send_to(1, b"$HZ\n");
+    sim.run_for(ROUND).unwrap();
+    sim.set_emergency_stop(true);
+    sim.set_driver(Axis::Y, Some(DriverFault::Shorted));
+    sim.run_for(Duration::from_millis(28)).unwrap();
+    sim.set_emergency_stop(false);
+    sim.run_for(Duration::from_millis(66)).unwrap();
+    sim.set_driver(Axis::Y, None);
+    sim.run_until_idle().unwrap();
+    let heard = sim.replies();
+    let is_told = |words: &str| heard.iter().any(|line| line.starts_with(words));
+    assert!(is_told("ALARM:10") && is_told("[MSG:Y driver has found a short, its motor is off"), "{heard:?}");
+    assert_eq!(sim.machine().homed(), [false, false, true], "{heard:?}");
+}

@@ -1,6 +1,6 @@
 //! How a driver is, by what it reports, and what to do about it.
 
-use tmc2209::reg::{DRV_STATUS, GSTAT};
+use tmc2209::reg::DRV_STATUS;
 
 use super::exchange::Failure;
 
@@ -32,16 +32,17 @@ pub enum Health {
 }
 
 impl Health {
-    /// What the flags say of a driver that was `before`, without those of open coils: these are true only of a moving motor.
-    pub fn judge(before: Self, global: &GSTAT, status: &DRV_STATUS) -> Self {
-        if status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb() {
+    /// What the flags say of a driver that has switched its motor off since it was asked last (`has_failed`) or has too little
+    /// voltage (`is_low`), without those of open coils: these are true only of a moving motor.
+    pub fn judge(has_failed: bool, is_low: bool, status: &DRV_STATUS) -> Self {
+        if is_shorted(status) {
             Self::Shorted
         } else if status.ot() {
             Self::Overheated
-        } else if global.uv_cp() {
+        } else if is_low {
             Self::Undervoltage
-        } else if global.drv_err() && !before.stops() {
-            // It has cooled meanwhile: a short stays until the driver is switched off. The flag is kept until it is cleared.
+        } else if has_failed {
+            // It has cooled meanwhile: a short stays until the driver is switched off.
             Self::Overheated
         } else if status.otpw() {
             Self::Hot
@@ -76,6 +77,15 @@ impl Health {
             Self::Shorted => ("has found a short, its motor is off", "switch the supply off, check motor and cable"),
         }
     }
+}
+
+/// Whether a driver keeps its motor off.
+pub fn is_off(status: &DRV_STATUS) -> bool {
+    is_shorted(status) || status.ot()
+}
+
+fn is_shorted(status: &DRV_STATUS) -> bool {
+    status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb()
 }
 
 impl From<Failure> for Health {

@@ -9,7 +9,7 @@ use isostep_motion::{Alarm, Motor, State};
 use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SGTHRS, SLAVECONF, TCOOLTHRS, TPWMTHRS};
 
 use super::exchange::{Failure, Line, SEND_DELAY};
-use super::health::Health;
+use super::health::{Health, is_off};
 use super::registers::Registers;
 use super::{DRIVERS, Drivers, Known, News, Wire, is_watched, motor};
 use crate::controller::Controller;
@@ -80,16 +80,17 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Sets a driver if it has to be, asks it how it is, and tells what has changed.
     async fn attend<W: Wire>(&self, drivers: &Drivers, driver: usize, wire: &mut W) {
         let Some((motor, wanted)) = self.wanted(drivers, driver) else {
-            return drivers.note(driver, |known| (known.health, known.set) = (Health::Unknown, None));
+            return drivers.note(driver, |known| *known = Known::UNKNOWN);
         };
         let mut line = Line { wire, address: drivers.hardware.addresses[driver] };
         let mut known = drivers.known.borrow()[driver];
         let before = known.health;
+        let is_locked = || matches!(self.machine.state(), State::Alarm(_));
         // Somebody has unlocked the machine: then it is tried again.
-        if before.stops() && !matches!(self.machine.state(), State::Alarm(_)) {
+        if before.stops() && !is_locked() {
             known.set = None;
         }
-        known.health = line.ask(&mut known, wanted).await.unwrap_or_else(|failure| {
+        known.health = line.ask(&mut known, wanted, is_locked).await.unwrap_or_else(|failure| {
             known.set = None;
             failure.into()
         });
@@ -132,34 +133,43 @@ impl Drivers {
 
 impl<W: Wire> Line<'_, W> {
     /// Reads what the driver reports, and sets it if it is not set to `wanted`.
-    async fn ask(&mut self, known: &mut Known, wanted: Registers) -> Result<Health, Failure> {
+    async fn ask(
+        &mut self,
+        known: &mut Known,
+        wanted: Registers,
+        is_locked: impl Fn() -> bool,
+    ) -> Result<Health, Failure> {
+        let is_unset = known.set.is_none();
+        if is_unset {
+            // Its motor is off for a moment, which clears a short.
+            self.write(&[self.request(CHOPCONF(wanted.off()))]).await?;
+        }
         let global: GSTAT = self.read().await?;
-        let was_set = known.set.is_some();
-        let restarted = global.reset() && was_set;
+        // What a driver that is not set has kept was before the machine was switched on, or has locked it.
+        let is_old = is_unset && (known.health == Health::Unknown || is_locked());
+        // What was read and nothing else is cleared, so whatever happens from now on is for the next round.
+        if global.reset() || global.drv_err() {
+            self.write(&[self.request(global)]).await?;
+        }
+        let restarted = global.reset() && !is_old;
         if known.set != Some(wanted) || restarted {
-            self.set(wanted, !was_set).await?;
+            self.set(wanted).await?;
             known.set = Some(wanted);
         } else if known.is_due()
             && (self.read::<CHOPCONF>().await?.0 != wanted.chopconf || self.read::<GCONF>().await?.0 != wanted.gconf)
         {
             return Err(Failure::NotTaken);
         }
+        let before = DRV_STATUS(known.status);
         let status: DRV_STATUS = self.read().await?;
         (known.status, known.sg_result) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
-        // What happened before it was set has been told, or is of the time before the machine was switched on.
-        let global = if was_set { global } else { self.read().await? };
-        let health = if restarted { Health::Restarted } else { Health::judge(known.health, &global, &status) };
-        if global.drv_err() {
-            self.write(&[self.request(GSTAT(global.0))]).await?;
-        }
+        // While an error lasts its flag cannot be cleared.
+        let has_failed = global.drv_err() && !is_old && !is_off(&before);
+        let health = if restarted { Health::Restarted } else { Health::judge(has_failed, global.uv_cp(), &status) };
         Ok(known.with_coils(health, &status))
     }
 
-    /// Sets the driver. `from_off` has its motor off for a moment, which clears a short.
-    async fn set(&mut self, wanted: Registers, from_off: bool) -> Result<(), Failure> {
-        if from_off {
-            self.write(&[self.request(CHOPCONF(wanted.off()))]).await?;
-        }
+    async fn set(&mut self, wanted: Registers) -> Result<(), Failure> {
         let mut patient = SLAVECONF(0);
         patient.set_send_delay(SEND_DELAY);
         self.write(&[
@@ -174,8 +184,6 @@ impl<W: Wire> Line<'_, W> {
             self.request(TPWMTHRS(wanted.tpwmthrs)),
             self.request(TCOOLTHRS(wanted.tcoolthrs)),
             self.request(SGTHRS(wanted.sgthrs)),
-            // It is cleared by ones.
-            self.request(GSTAT(u32::MAX)),
         ])
         .await
     }
@@ -190,8 +198,8 @@ impl Known {
 
     /// A driver that is well, and was, and has locked the machine nevertheless, has done so by its output.
     fn with_stall(&mut self, before: Health, has_locked: bool) {
-        let is_new = has_locked && !core::mem::replace(&mut self.has_locked, has_locked);
-        let was_well = matches!(before, Health::Well | Health::Hot) && is_new;
+        let had_locked = core::mem::replace(&mut self.has_locked, has_locked);
+        let was_well = matches!(before, Health::Well | Health::Hot) && !had_locked;
         if has_locked && self.health == Health::Well && (was_well || before == Health::Stalled) {
             self.health = Health::Stalled;
         }
