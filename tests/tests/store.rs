@@ -520,6 +520,51 @@ fn bits_that_flip_under_a_running_machine_never_stop_a_change() {
     }
 }
 
+/// The last word of a sector, which is programmed when the sector is full.
+const LAST_WORD_BYTES: usize = 8;
+
+/// A flash whose log goes on in the only sector that is not full, its store, and what is kept there.
+fn nearly_full() -> (Flash, Store<Flash>, Kept) {
+    let (flash, mut wanted) = (Flash::blank(), defaults());
+    let mut store = opened(&flash, 4).0;
+    let mut value = 0.0;
+    while open_ends(&flash).len() != 1 {
+        value += 1.0;
+        wanted.settings.set(110, value);
+        assert!(save(&mut store, &wanted));
+    }
+    (flash, store, wanted)
+}
+
+/// Where the last word of each sector is that is not full.
+fn open_ends(flash: &Flash) -> Vec<usize> {
+    let bytes = flash.bytes();
+    let ends = (1..=4).map(|sector| sector * SECTOR_BYTES - LAST_WORD_BYTES);
+    ends.filter(|&end| bytes[end..end + LAST_WORD_BYTES] == [0xFF; LAST_WORD_BYTES]).collect()
+}
+
+/// A bit flips, and the sector that the log goes on in seems full as all others. Whatever is stored next, everything that is in
+/// force is stored again: the settings too, of which none has changed, and also if the flash refuses on the way.
+#[test]
+fn a_log_that_cannot_be_continued_is_written_again() {
+    // Erasing takes four operations, and so does the new log's first sector.
+    for refused_after in [None, Some(0), Some(2), Some(5), Some(7), Some(9), Some(11)] {
+        let (flash, mut store, mut wanted) = nearly_full();
+        let end = open_ends(&flash)[0];
+        flash.change(|bytes| bytes[end] ^= 1);
+        wanted.parameters.coordinates.place_mut(2)[0] = 7_000_000_000;
+        let save_places = |store: &mut Store<Flash>| block_on(store.save(false, |item| wanted.value(item)));
+        if let Some(operations) = refused_after {
+            flash.cut_power_after(operations, 1);
+            assert!(save_places(&mut store).is_err(), "refused after {operations} operations");
+            flash.mend();
+        }
+        assert_eq!(save_places(&mut store), Ok(()));
+        let (store, loaded) = opened(&flash, 4);
+        assert_eq!((loaded, store.kept()), (Ok(()), &wanted), "refused after {refused_after:?} operations");
+    }
+}
+
 #[test]
 fn nothing_is_stored_while_anything_moves() {
     let flash = Flash::blank();

@@ -56,6 +56,8 @@ pub struct Store<F: NorFlash> {
     /// An item that may be in the log with another value than the kept one, because appending it was refused or
     /// dropped.
     doubtful: Option<Item>,
+    /// The log could not be continued, and not all that is in force has been written again yet.
+    is_lost: bool,
 }
 
 /// What the flash holds; defaults where it holds nothing.
@@ -105,7 +107,7 @@ impl<F: NorFlash> Store<F> {
         assert!(2 * items_bytes <= sectors.bytes() as usize / 2 - Sectors::<F>::SIZE, "no room for all items twice");
         let config = QueueConfig::new(0..sectors.bytes());
         let log = Log::new(sectors, config, Cache::new_uncached());
-        Self { log, defaults, kept: Kept::new(defaults), anew: true, since_copy: 0, doubtful: None }
+        Self { log, defaults, kept: Kept::new(defaults), anew: true, since_copy: 0, doubtful: None, is_lost: false }
     }
 
     /// What the flash holds, after [`load`](Self::load).
@@ -161,15 +163,18 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Cancellation
     /// As a power cut: each item has its old value or its new one. Call it again.
-    pub async fn save(&mut self, mut settings: bool, now: impl Fn(Item) -> Value) -> Result<(), NotStored> {
+    pub async fn save(&mut self, settings: bool, now: impl Fn(Item) -> Value) -> Result<(), NotStored> {
         let mut again = true;
         loop {
-            match self.write(settings, &now).await {
+            match self.write(settings || self.is_lost, &now).await {
                 Err(LogError::Corrupted { .. }) if again => {
                     // The log cannot be continued. But everything that is in force is known, and is written again.
-                    (self.anew, settings, again) = (true, true, false);
+                    (self.anew, self.is_lost, again) = (true, true, false);
                 }
-                written => return written.map_err(|_| NotStored),
+                written => {
+                    self.is_lost &= written.is_err();
+                    return written.map_err(|_| NotStored);
+                }
             }
         }
     }
