@@ -390,13 +390,16 @@ impl Life {
     }
 
     /// Notes why everything stops; the first cause is kept. At rest only the emergency stop, a tool that was cut off and a
-    /// driver that has failed mean anything. Only a driver holds an axis at rest.
+    /// driver that has failed mean anything. Only a driver holds an axis at rest, also while the machine is locked.
     fn stop(&mut self, cause: Cause) -> Reaction {
+        let is_driver = matches!(cause, Cause::Driver(_));
         if self.is_locked() {
-            return Reaction::None;
+            return if is_driver { Reaction::Distrust } else { Reaction::None };
         }
         if self.pending > 0 {
-            self.cause = self.cause.or(Some(cause));
+            // A reset at rest would leave the position trusted.
+            let gives_way = is_driver && matches!(self.cause, Some(Cause::Reset));
+            self.cause = self.cause.filter(|_| !gives_way).or(Some(cause));
             return Reaction::Halt;
         }
         let (alarm, reaction) = match cause {

@@ -99,7 +99,7 @@ fn reached() -> BTreeMap<String, (Life, Vec<Trigger>)> {
 fn for_all(check: impl Fn(&Life) -> Result<(), String>) {
     let reached = reached();
     // ARCHITECTURE.md names the number.
-    assert_eq!(reached.len(), 9884, "lives that can be reached");
+    assert_eq!(reached.len(), 9932, "lives that can be reached");
     for (life, way) in reached.values() {
         if let Err(why) = check(life) {
             panic!("{why}: {life:?}\nafter {way:?}");
@@ -180,6 +180,22 @@ fn a_stop_halts_what_moves() {
         ];
         let halt = limit_halts && others.into_iter().all(is_halted);
         holds(!life.moving || halt, "a stop came while axes moved, and they were not halted")
+    });
+}
+
+/// Only its driver holds an axis where it is: also of a machine that is locked, braking or being reset.
+#[test]
+fn no_position_is_trusted_after_a_driver_has_failed() {
+    for_all(|life| {
+        let mut next = *life;
+        let mut reactions =
+            [Trigger::DriverFailed(Motor::first(AXIS)), Trigger::Moving(false)].map(|it| next.on(it)).to_vec();
+        while next.pending > 0 {
+            let result = next.cause.filter(|_| life.moving).map_or(Ok(()), |cause| Err(cause.alarm(next.state)));
+            let ends = if next.is_locked() { Trigger::PassedOver } else { Trigger::Ended(result, 1) };
+            reactions.push(next.on(ends));
+        }
+        holds(reactions.contains(&Reaction::Distrust), "the position is trusted")
     });
 }
 
