@@ -22,8 +22,8 @@ use crate::places::Places;
 const ROUNDING_STEPS: f64 = 1e-8;
 /// An edge is no nearer than this to where an axis stands, steps; a tenth more for rounding.
 const NEAREST_STEPS: f64 = 1.1e-6;
-/// An edge that is farther off than this has no instant, s.
-const OFF_MAX_S: f64 = 1.0;
+/// An edge that is farther off than this has no instant, ns.
+const OFF_MAX_NS: f64 = 1e9;
 /// How often an interval that has the instant of such an edge is halved.
 const HALVINGS: u32 = 10;
 
@@ -121,7 +121,7 @@ fn check(outcome: &Outcome, first: usize, run: &[MoveRecord]) -> RunCheck {
     let worst = axes
         .iter()
         .enumerate()
-        .flat_map(|(axis, track)| track.errors_s().map(move |(t_s, error_s)| ((axis, t_s), error_s.abs() * 1e9)));
+        .flat_map(|(axis, track)| track.errors_ns().map(move |(t_s, error_ns)| ((axis, t_s), error_ns.abs())));
     let end_s = if is_whole { last.plan_s } else { axes.iter().filter_map(Track::last_s).fold(0.0, f64::max) };
     let missing = axes.iter().enumerate().filter_map(|(axis, track)| Some((axis, track.missing_s(end_s)?)));
     RunCheck {
@@ -142,7 +142,7 @@ pub fn errors_ns(outcome: &Outcome, run: &[MoveRecord], axis: Axis) -> Vec<(f64,
     let places = Places::of(run);
     let track = Track::of(outcome, run, &places, axis);
     let start_s = run[0].start_ns as f64 * 1e-9;
-    track.errors_s().map(|(t_s, error_s)| (start_s + t_s, error_s * 1e9)).collect()
+    track.errors_ns().map(|(t_s, error_ns)| (start_s + t_s, error_ns)).collect()
 }
 
 /// The edges of one axis in a run, and where it should be.
@@ -151,8 +151,8 @@ struct Track<'a> {
     axis: usize,
     origin_steps: i32,
     edges: Vec<TrackEdge>,
-    /// How far off an edge may be, s.
-    tolerance_s: f64,
+    /// How far off an edge may be, ns.
+    tolerance_ns: f64,
     /// Its highest acceleration, steps/s².
     accel_steps_s2: f64,
     top_steps_s: f64,
@@ -187,7 +187,7 @@ impl<'a> Track<'a> {
             axis,
             origin_steps: first.origin_steps[axis],
             edges,
-            tolerance_s: port.tolerance_ns() * 1e-9,
+            tolerance_ns: port.tolerance_ns(),
             accel_steps_s2: limits.accel_steps_s2.max(limits.decel_steps_s2),
             top_steps_s: limits.top_speed_steps_s,
         }
@@ -197,32 +197,32 @@ impl<'a> Track<'a> {
         self.edges.last().map(|edge| edge.t_s)
     }
 
-    /// For each edge, its instant and how much later than the closed form it was, s.
-    fn errors_s(&self) -> impl Iterator<Item = (f64, f64)> {
+    /// For each edge, its instant, s, and how much later than the closed form it was, ns.
+    fn errors_ns(&self) -> impl Iterator<Item = (f64, f64)> {
         let mut count = self.origin_steps;
         self.edges.iter().map(move |edge| {
             let half_steps = f64::from(count) + 0.5 * f64::from(edge.direction);
             count += edge.direction;
-            (edge.t_s, self.error_s(edge, half_steps))
+            (edge.t_s, self.error_ns(edge, half_steps))
         })
     }
 
-    /// How much later an edge was than the axis passed this place in its direction.
-    fn error_s(&self, edge: &TrackEdge, half_steps: f64) -> f64 {
+    /// How much later an edge was than the axis passed this place in its direction, ns.
+    fn error_ns(&self, edge: &TrackEdge, half_steps: f64) -> f64 {
         let beyond = |t_s: f64| f64::from(edge.direction) * (self.places.steps(self.axis, t_s) - half_steps);
-        let error_s = nearest_s(&beyond, edge, self.tolerance_s, ROUNDING_STEPS);
+        let error_ns = nearest_ns(&beyond, edge, self.tolerance_ns, ROUNDING_STEPS);
         let speed_steps_s = (beyond(edge.t_s + 1e-6) - beyond(edge.t_s - 1e-6)).abs() / 2e-6;
-        if error_s.abs() > self.tolerance_s && speed_steps_s < 1.5 * (2.0 * self.accel_steps_s2 * NEAREST_STEPS).sqrt()
-        {
-            return nearest_s(&beyond, edge, self.tolerance_s, NEAREST_STEPS);
+        let slow_steps_s = 1.5 * (2.0 * self.accel_steps_s2 * NEAREST_STEPS).sqrt();
+        if error_ns.abs() > self.tolerance_ns && speed_steps_s < slow_steps_s {
+            return nearest_ns(&beyond, edge, self.tolerance_ns, NEAREST_STEPS);
         }
-        error_s
+        error_ns
     }
 
     /// When the axis is first farther than half a step from its count, up to `end_s`; all s from the start of the run.
     fn missing_s(&self, end_s: f64) -> Option<f64> {
         let left_out_steps = self.accel_steps_s2 / (8.0 * self.top_steps_s * self.top_steps_s);
-        let allowed = 0.5 + left_out_steps + self.top_steps_s * self.tolerance_s + NEAREST_STEPS;
+        let allowed = 0.5 + left_out_steps + self.top_steps_s * self.tolerance_ns * 1e-9 + NEAREST_STEPS;
         let (mut made, mut count) = (0, self.origin_steps);
         self.turns().take_while(|(t_s, _)| *t_s <= end_s).find_map(|(t_s, steps)| {
             while let Some(edge) = self.edges.get(made).filter(|edge| edge.t_s <= t_s) {
@@ -260,36 +260,37 @@ fn turns_of_cubic([begin, third, two_thirds, end]: [f64; 4]) -> [Option<f64>; 2]
     if one < other { [one, other] } else { [other, one] }
 }
 
-/// How much later an edge was than a place was passed, to which `beyond` is negative before and positive behind. A place so
-/// near that it is within `slack_steps` counts as passed. Positive if it was late.
-fn nearest_s(beyond: &impl Fn(f64) -> f64, edge: &TrackEdge, tolerance_s: f64, slack_steps: f64) -> f64 {
-    let around = |off_s: f64| [beyond(edge.t_s - off_s), beyond(edge.t_s + off_s)];
+/// How much later an edge was than a place was passed, to which `beyond` is negative before and positive behind, ns. A place so
+/// near that it is within `slack_steps` counts as passed. Positive if it was late. What is within the tolerance is at most the
+/// tolerance itself, to the last digit.
+fn nearest_ns(beyond: &impl Fn(f64) -> f64, edge: &TrackEdge, tolerance_ns: f64, slack_steps: f64) -> f64 {
+    let around = |off_ns: f64| [beyond(edge.t_s - off_ns * 1e-9), beyond(edge.t_s + off_ns * 1e-9)];
     let is_off = |[before, after]: [f64; 2]| after < -slack_steps || !edge.is_kept_apart && before > slack_steps;
-    let [before, after] = around(tolerance_s);
+    let [before, after] = around(tolerance_ns);
     if !is_off([before, after]) {
         // So near that the axis has one speed.
         let is_passed = edge.is_kept_apart && before > 0.0 || after - before <= 2.0 * slack_steps;
         let late = if is_passed { 0.0 } else { (before + after) / (after - before) };
-        return tolerance_s * late.clamp(-1.0, 1.0);
+        return tolerance_ns * late.clamp(-1.0, 1.0);
     }
     let sign = if after < -slack_steps { -1.0 } else { 1.0 };
-    let (mut least_s, mut most_s) = (tolerance_s, 2.0 * tolerance_s);
-    while is_off(around(most_s)) {
-        if most_s > OFF_MAX_S {
-            return sign * most_s;
+    let (mut least_ns, mut most_ns) = (tolerance_ns, 2.0 * tolerance_ns);
+    while is_off(around(most_ns)) {
+        if most_ns > OFF_MAX_NS {
+            return sign * most_ns;
         }
-        (least_s, most_s) = (most_s, 2.0 * most_s);
+        (least_ns, most_ns) = (most_ns, 2.0 * most_ns);
     }
     for _ in 0..HALVINGS {
-        let middle_s = 0.5 * (least_s + most_s);
-        if is_off(around(middle_s)) { least_s = middle_s } else { most_s = middle_s }
+        let middle_ns = 0.5 * (least_ns + most_ns);
+        if is_off(around(middle_ns)) { least_ns = middle_ns } else { most_ns = middle_ns }
     }
-    sign * most_s
+    sign * most_ns
 }
 
 #[cfg(test)]
 mod tests {
-    use super::turns_of_cubic;
+    use super::*;
 
     #[test]
     fn a_cubic_turns_where_its_slope_is_zero() {
@@ -301,5 +302,16 @@ mod tests {
         assert_eq!(turns(|x| (x - 0.25) * (x - 0.25)), [None, Some(0.25)], "a parabola");
         assert_eq!(turns(|x| 3.0 * x), [None, None], "a line");
         assert_eq!(turns(|_| 3.0), [None, None], "a rest");
+    }
+
+    /// The tolerance of a port is 24 ns, which is a bit more in seconds and back.
+    #[test]
+    fn an_edge_within_the_tolerance_is_off_by_no_more_than_the_tolerance() {
+        let edge = TrackEdge { t_s: 0.1, direction: 1, is_kept_apart: false };
+        let beyond = |t_s: f64| 1_000.0 * (t_s - 0.1 - 24e-9) - 1e-9;
+        assert_eq!(nearest_ns(&beyond, &edge, 24.0, ROUNDING_STEPS), -24.0);
+        let beyond = |t_s: f64| 1_000.0 * (t_s - 0.1 - 48e-9);
+        let early_ns = nearest_ns(&beyond, &edge, 24.0, ROUNDING_STEPS);
+        assert!((-48.1..-47.9).contains(&early_ns), "{early_ns}");
     }
 }

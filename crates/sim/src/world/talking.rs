@@ -101,10 +101,29 @@ impl Talking {
 }
 
 impl Pace {
-    /// By the last interval, or by the present one if that is longer already.
+    /// By the last interval, or by the present one if that is longer already. A task that delays is ahead of the others, so its
+    /// last step may be later than now.
     fn speed_steps_s(self, now_ns: u64) -> f64 {
-        let since_ns = now_ns - self.last_ns;
+        let since_ns = now_ns.saturating_sub(self.last_ns);
         let turns = self.between_ns > 0 && since_ns < STANDS_NS;
         if turns { 1e9 / self.between_ns.max(since_ns) as f64 } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Board;
+
+    /// The task of a timer port delays after an edge, and is ahead of the task that asks the drivers then.
+    #[test]
+    fn a_driver_may_be_asked_before_its_last_step() {
+        let mut talking = Talking::new(&Config { board: Board::SkrPico, ..Config::default() }).unwrap();
+        talking.step(1_000_000, 0, 1, 0.0);
+        talking.step(2_000_000, 0, 1, 0.0);
+        talking.follow(1_999_000);
+        assert_eq!(talking.paces[0].speed_steps_s(1_999_000), 1_000.0);
+        talking.follow(2_000_000 + STANDS_NS);
+        assert_eq!(talking.paces[0].speed_steps_s(2_000_000 + STANDS_NS), 0.0);
     }
 }
