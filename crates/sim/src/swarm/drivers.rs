@@ -1,6 +1,9 @@
-//! Worlds with drivers that talk: one in four has a board with them, on which they are set, asked and fail.
+//! Worlds with drivers that talk: one in four has a board with them, on which they are set, asked and fail: one or several at once,
+//! for an instant or longer, again and again, while they are set anew, and as soon as the machine is unlocked.
 //!
 //! They are drawn apart from all else, so that a seed's world is the same but for them.
+
+use std::fmt;
 
 use isostep_motion::{AXES, Motor};
 use oorandom::Rand64;
@@ -20,8 +23,49 @@ const TALKS: u64 = 4;
 /// Of these, worlds whose axes home by stall, as far as they can: one in so many.
 const STALLS: u64 = 2;
 const LONGEST_US: f64 = 600_000.0;
+/// The longest time from a fault that is over to the next one of the same driver.
+const APART_US: f64 = 300_000.0;
+/// Longer than it takes to set all drivers.
+const SETTING_US: f64 = 80_000.0;
 /// What is said of drivers. All of them stay watched.
 const LINES: [&str; 8] = ["M122", "$140=900", "$151=32", "$152=8", "$211=20", "$980=600", "$908=0", "$151=16"];
+
+/// A driver that fails for a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Failing {
+    /// The motor of the driver.
+    pub motor: Motor,
+    /// What is wrong with it.
+    pub fault: DriverFault,
+    /// When that begins, us from the beginning of the act.
+    pub after_us: u64,
+    /// How long it lasts, us.
+    pub us: u64,
+}
+
+impl Failing {
+    /// The fault in words of [`Fault`](crate::faults::Fault).
+    pub(super) fn trouble(&self) -> Trouble {
+        Trouble::Driver(self.motor, self.fault)
+    }
+
+    /// Whether the machine must have stopped for this fault half a second after it began.
+    pub(super) fn must_stop(&self, has_motor: impl Fn(Motor) -> bool) -> bool {
+        let is_told = match self.fault {
+            // Somebody must ask while it lasts, and ask again.
+            DriverFault::Late => self.us > 400_000,
+            DriverFault::Off | DriverFault::Overheated | DriverFault::Shorted => true,
+            DriverFault::Garbled | DriverFault::Hot | DriverFault::OpenCoil => false,
+        };
+        is_told && has_motor(self.motor)
+    }
+}
+
+impl fmt::Display for Failing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} after {} us for {} us", self.trouble(), self.after_us, self.us)
+    }
+}
 
 /// The scenario of this seed, with drivers that talk if its world has them.
 pub(super) fn talk(seed: u64, mut scenario: Scenario) -> Scenario {
@@ -33,8 +77,7 @@ pub(super) fn talk(seed: u64, mut scenario: Scenario) -> Scenario {
     (scenario.config.board, scenario.config.driver) = (board, board.driver());
     for _ in 0..random.below(6) {
         let at = random.below(scenario.acts.len() as u64 + 1) as usize;
-        let act = if random.one_in(2) { Act::Line(0, random.of(&LINES).to_owned()) } else { random.driver_fault() };
-        scenario.acts.insert(at, act);
+        scenario.acts.splice(at..at, random.about_drivers());
     }
     if random.one_in(STALLS) {
         home_by_stall(&mut scenario.config, &mut random);
@@ -59,21 +102,48 @@ fn home_by_stall(config: &mut Config, random: &mut Random) {
 }
 
 impl Random {
-    fn driver_fault(&mut self) -> Act {
-        let motor = self.motor();
-        let fault = self.of(&DriverFault::ALL);
-        Act::Fault(Trouble::Driver(motor, fault), self.between(1.0, LONGEST_US) as u64)
+    /// A line about drivers, or drivers that fail: in some cases while they are set anew, in most until the machine is unlocked, and
+    /// in some of these again then.
+    fn about_drivers(&mut self) -> Vec<Act> {
+        let line = Act::Line(0, self.of(&LINES).to_owned());
+        if self.one_in(4) {
+            return vec![line];
+        }
+        let mut acts = if self.one_in(2) { vec![line, self.soon(SETTING_US)] } else { Vec::new() };
+        acts.push(self.failings());
+        if !self.one_in(4) {
+            acts.push(Act::Line(0, self.of(&["$X", "$X", "$H"]).to_owned()));
+        }
+        if self.one_in(2) {
+            acts.extend([self.soon(APART_US), self.failings()]);
+        }
+        acts
     }
-}
 
-/// Whether the machine must have stopped for this fault, which lasts for `us` and began half a second ago.
-pub(super) fn must_stop(trouble: Trouble, us: u64, has_motor: impl Fn(Motor) -> bool) -> bool {
-    let Trouble::Driver(motor, fault) = trouble else { return false };
-    let is_told = match fault {
-        // Somebody must ask while it lasts, and ask again.
-        DriverFault::Late => us > 400_000,
-        DriverFault::Off | DriverFault::Overheated | DriverFault::Shorted => true,
-        DriverFault::Garbled | DriverFault::Hot | DriverFault::OpenCoil => false,
-    };
-    is_told && has_motor(motor)
+    fn soon(&mut self, longest_us: f64) -> Act {
+        Act::Wait(self.between(1.0, longest_us) as u64)
+    }
+
+    /// One driver that fails again and again, or several that fail at once or soon after each other.
+    fn failings(&mut self) -> Act {
+        let (count, comes_back) = (self.of(&[1, 1, 2, 3, 4]), self.one_in(2));
+        let (mut failings, mut after_us) = (Vec::<Failing>::new(), 0);
+        let mut motor = self.motor();
+        for _ in 0..count {
+            let fault = self.of(&DriverFault::ALL);
+            let failing = Failing { motor, fault, after_us, us: self.between(1.0, LONGEST_US) as u64 };
+            let apart_us = self.between(1.0, APART_US) as u64;
+            if comes_back {
+                after_us += failing.us + apart_us;
+            } else {
+                motor = self.motor();
+                after_us += if self.one_in(2) { 0 } else { apart_us };
+            }
+            // A driver has one fault at a time.
+            if comes_back || failings.iter().all(|other| other.motor != failing.motor) {
+                failings.push(failing);
+            }
+        }
+        Act::Drivers(failings)
+    }
 }

@@ -20,6 +20,7 @@ mod talk;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+pub use self::drivers::Failing;
 use self::runner::Runner;
 pub use self::scenario::{Act, Scenario};
 pub use self::shrink::shrink;

@@ -3,7 +3,7 @@
 use embassy_time::Duration;
 use isostep_motion::{AXES, Axis, Direction, Motor, Side, State};
 
-use super::drivers;
+use super::drivers::Failing;
 use super::scenario::{Act, Scenario};
 use super::talk::{Talk, WELCOME};
 use super::{Amount, Failure, judge};
@@ -30,6 +30,7 @@ const FAULT_MAX_US: u64 = 600_000;
 const DRIVER_TOLD_US: u64 = 500_000;
 /// The drivers have been set after this time from power-up, us, if they answer.
 const START_US: u64 = 200_000;
+const ALARM: &str = "ALARM:";
 const DRIVER_ALARM: &str = "ALARM:17";
 /// The longest time that the machine may need to finish.
 const LIMIT: Duration = Duration::from_secs(3_600);
@@ -63,8 +64,8 @@ pub(super) struct Runner<'a> {
     pub has_deceived: bool,
     /// Whether a driver may have failed.
     had_driver_fault: bool,
-    /// How often a console was told of an alarm of a driver.
-    driver_alarms: usize,
+    /// How often a console was told of an alarm.
+    alarms: usize,
     act: Option<usize>,
 }
 
@@ -86,7 +87,7 @@ impl<'a> Runner<'a> {
             held_until_ns: 0,
             has_deceived: false,
             had_driver_fault: false,
-            driver_alarms: 0,
+            alarms: 0,
             act: None,
         }
     }
@@ -118,13 +119,10 @@ impl<'a> Runner<'a> {
             Act::Wait(us) => self.wait(*us),
             Act::Rest => self.rest(),
             Act::Fault(trouble, us) => {
-                if let Trouble::Driver(..) = trouble {
-                    self.await_start()?;
-                }
-                let (alarms, was_locked) = (self.driver_alarms, self.is_locked());
                 self.suffer(*trouble, *us);
-                self.is_told(*trouble, *us, alarms, was_locked)
+                Ok(())
             }
+            Act::Drivers(failings) => self.fail_drivers(failings),
             Act::Between(sections, stimulus) => {
                 // Bytes of the stimulus may be a reset.
                 self.talks.iter_mut().for_each(|talk| talk.may_forget());
@@ -161,25 +159,44 @@ impl<'a> Runner<'a> {
 
     /// Waits until the drivers have been set after power-up. What fails for an instant before that matters to nobody.
     fn await_start(&mut self) -> Result<(), Failure> {
-        self.wait(START_US.saturating_sub(self.sim.now_ns() / 1_000))
+        self.wait_to(START_US * 1_000)
     }
 
-    /// A driver that fails stops the machine, whatever it does, within the time of a few rounds. So many `alarms` of
-    /// drivers had been told before: a line that waited may have unlocked the machine. One that was locked already trusts no
-    /// position that it would lose.
-    fn is_told(&mut self, trouble: Trouble, us: u64, alarms: usize, was_locked: bool) -> Result<(), Failure> {
-        let Trouble::Driver(..) = trouble else { return Ok(()) };
+    /// Drivers that fail stop the machine, whatever it does, within the time of a few rounds. It may be stopped by something else
+    /// at the same time, and a line that waited may have unlocked it. One that is locked trusts no position any more.
+    fn fail_drivers(&mut self, failings: &[Failing]) -> Result<(), Failure> {
+        self.await_start()?;
         self.had_driver_fault = true;
-        let second = self.sim.machine().config().squared.map(|squared| Motor::second(squared.axis));
-        let has_motor = |motor: Motor| motor.side == Side::First || Some(motor) == second;
-        let must_stop = !was_locked && drivers::must_stop(trouble, us, has_motor);
-        self.wait(DRIVER_TOLD_US)?;
-        let has_stopped = self.is_locked() || self.driver_alarms > alarms;
-        if must_stop && !has_stopped && !self.is_spoilt {
-            let found = format!("{} after {trouble}", self.sim.machine().state());
+        let from_ns = self.sim.now_ns();
+        let mut stopping = Vec::new();
+        for failing in failings {
+            self.wait_to(from_ns + failing.after_us * 1_000)?;
+            if failing.must_stop(|motor| self.has_motor(motor)) {
+                stopping.push((failing, self.is_locked(), self.alarms));
+            }
+            self.suffer(failing.trouble(), failing.us);
+        }
+        let told_us = failings.iter().map(|failing| failing.after_us + failing.us.max(DRIVER_TOLD_US)).max();
+        self.wait_to(from_ns + told_us.unwrap_or(0) * 1_000)?;
+        if self.is_spoilt {
+            return Ok(());
+        }
+        let (state, homed) = (self.sim.machine().state(), self.sim.machine().homed());
+        let goes_on = |&&(_, was_locked, alarms): &&(_, bool, usize)| !was_locked && alarms == self.alarms;
+        if let Some((failing, ..)) = stopping.iter().find(goes_on).filter(|_| !self.is_locked()) {
+            let found = format!("{state} after {}", failing.trouble());
             return Err(self.failure("a driver that fails stops the machine", found));
         }
+        if self.is_locked() && !stopping.is_empty() && homed != [false; AXES] {
+            let found = format!("{homed:?} in {state}");
+            return Err(self.failure("after a driver has failed no position is trusted", found));
+        }
         Ok(())
+    }
+
+    fn has_motor(&self, motor: Motor) -> bool {
+        let second = self.sim.machine().config().squared.map(|squared| Motor::second(squared.axis));
+        motor.side == Side::First || Some(motor) == second
     }
 
     fn is_locked(&self) -> bool {
@@ -211,12 +228,10 @@ impl<'a> Runner<'a> {
     pub(super) fn hear(&mut self) -> Result<(), Failure> {
         for console in 0..self.talks.len() {
             for line in self.sim.replies_of(console) {
-                if line == DRIVER_ALARM {
-                    self.driver_alarms += 1;
-                    if !self.had_driver_fault {
-                        let found = format!("console {console}: {line}");
-                        return Err(self.failure("no driver is said to fail that does not", found));
-                    }
+                self.alarms += usize::from(line.starts_with(ALARM));
+                if line == DRIVER_ALARM && !self.had_driver_fault {
+                    let found = format!("console {console}: {line}");
+                    return Err(self.failure("no driver is said to fail that does not", found));
                 }
                 if line.starts_with(WELCOME) {
                     self.welcomed_at = self.sim.steps();
@@ -245,6 +260,11 @@ impl<'a> Runner<'a> {
             self.hear()?;
         }
         Ok(())
+    }
+
+    /// Lets time pass up to `at_ns` since power-up.
+    fn wait_to(&mut self, at_ns: u64) -> Result<(), Failure> {
+        self.wait(at_ns.saturating_sub(self.sim.now_ns()) / 1_000)
     }
 
     fn ran(&self, ran: Result<(), RunError>) -> Result<(), Failure> {

@@ -6,7 +6,7 @@ use isostep_console::{SETTING_TABLE, Settings};
 use isostep_motion::{AXES, Axis, Contact, Motor};
 use oorandom::Rand64;
 
-use super::drivers;
+use super::drivers::{self, Failing};
 use super::lines::Lines;
 use super::random::Random;
 use crate::config::{Config, Gantry, Port};
@@ -44,6 +44,8 @@ pub enum Act {
     Rest,
     /// Applies a fault for this time, us.
     Fault(Trouble, u64),
+    /// Drivers fail, in this order.
+    Drivers(Vec<Failing>),
     /// Applies a stimulus after this many more critical sections, if tasks are interrupted.
     Between(u64, Stimulus),
     /// Opens the first console, as a host does.
@@ -56,7 +58,12 @@ impl Act {
     /// Whether it is a fault and not normal use.
     pub(super) fn is_fault(&self) -> bool {
         match self {
-            Self::Fault(..) | Self::Between(..) | Self::Reset { .. } | Self::Open | Self::PowerCut(_) => true,
+            Self::Fault(..)
+            | Self::Drivers(_)
+            | Self::Between(..)
+            | Self::Reset { .. }
+            | Self::Open
+            | Self::PowerCut(_) => true,
             Self::Bytes(_, bytes) => bytes.contains(&0x18) || bytes.ends_with(b"\n"),
             Self::Line(..) | Self::Wait(_) | Self::Rest => false,
         }
@@ -78,6 +85,10 @@ impl fmt::Display for Act {
             Self::Wait(us) => write!(f, "wait {us} us"),
             Self::Rest => write!(f, "wait until it rests"),
             Self::Fault(trouble, us) => write!(f, "{trouble} for {us} us"),
+            Self::Drivers(failings) => {
+                let words = failings.iter().map(ToString::to_string).collect::<Vec<_>>();
+                f.write_str(&words.join(", "))
+            }
             Self::Between(sections, stimulus) => write!(f, "after {sections} critical sections {stimulus:?}"),
             Self::Open => write!(f, "a host opens console 0"),
             Self::PowerCut(operations) => {
