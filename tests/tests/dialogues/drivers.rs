@@ -249,6 +249,20 @@ fn every_second_reply_may_be_disturbed() {
     assert_eq!(setup(&sim, 0).run_ma, 994);
 }
 
+/// A reply that comes too late disturbs the next one too, and is no reason to stop, however often that happens.
+#[test]
+fn a_reply_that_is_late_now_and_then_is_asked_for_again() {
+    let mut sim = powered_up(&skr_pico());
+    for wait_ms in 0..100 {
+        sim.set_driver(Axis::Y, Some(DriverFault::Late));
+        sim.run_for(Duration::from_millis(2)).unwrap();
+        sim.set_driver(Axis::Y, None);
+        sim.run_for(Duration::from_millis(50 + wait_ms)).unwrap();
+    }
+    assert_eq!(sim.replies(), [""; 0]);
+    assert_eq!(state(&mut sim), "Idle");
+}
+
 /// An open coil is told of a motor that turns, and stops nothing.
 #[test]
 fn an_open_coil_is_told_while_the_motor_turns() {

@@ -292,16 +292,27 @@ fn a_machine_that_is_dropped_is_gone() {
     assert!(machine.upgrade().is_none() && world.upgrade().is_none(), "something still holds it");
 }
 
-/// Somebody else on the wire, or noise, has changed a driver's register. It is read back within a second.
+/// Somebody else on the wire, or noise, has changed a driver's register. It is read back within a second, as it was set last, for as
+/// long as the machine is on.
 #[test]
 fn a_register_that_is_not_as_it_was_set_is_told() {
     let board = Board::SkrPico;
     let mut sim = Sim::new(&Config { board, driver: board.driver(), ..Config::default() });
-    sim.run_for(Duration::from_millis(300)).unwrap();
-    sim.replies();
-    sim.world.borrow_mut().exchange_with_drivers(WriteRequest::new(2, CHOPCONF::from(0x1000_0053)).bytes());
-    sim.run_for(Duration::from_millis(1_500)).unwrap();
-    let heard = sim.replies();
-    assert!(heard.iter().any(|line| line.starts_with("[MSG:Y driver does not take its settings: ")), "{heard:?}");
-    assert!(heard.contains(&"ALARM:17".to_owned()), "{heard:?}");
+    let world = sim.world.clone();
+    let mut said = |line: &str| {
+        sim.send(format!("{line}\n").as_bytes());
+        sim.run_for(Duration::from_millis(1_500)).unwrap();
+        (sim.replies(), sim.driver_setup(1).unwrap().microsteps)
+    };
+    said("");
+    for (line, microsteps, before) in [("", 16, 8), ("$151=32", 32, 16), ("$151=8", 8, 32), ("", 8, 32)] {
+        assert_eq!(said(line).1, microsteps, "{line}");
+        assert!(said("").0.iter().all(|line| line == "ok"), "it is as it was set");
+        let changed = CHOPCONF::from(0x1000_0053 | (8 - u32::ilog2(before)) << 24);
+        world.borrow_mut().exchange_with_drivers(WriteRequest::new(2, changed).bytes());
+        let (heard, is_set) = said("");
+        assert!(heard.iter().any(|line| line.starts_with("[MSG:Y driver does not take its settings: ")), "{heard:?}");
+        assert!(heard.contains(&"ALARM:17".to_owned()) && is_set == microsteps, "{heard:?}");
+        assert!(said("$X").0.contains(&"ok".to_owned()));
+    }
 }
