@@ -1,5 +1,7 @@
 //! `cargo xtask dist`: makes the files of a release, for users without a toolchain.
 
+mod which;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
@@ -15,7 +17,7 @@ use crate::process;
 use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
 use crate::{build, workspace};
 
-/// Make the files of a release: UF2 files, checksums, licences
+/// Make the files of a release: UF2 files, a table of them, checksums, licences
 #[derive(clap::Args)]
 #[command(after_help = "\
 The files, in target/dist:
@@ -26,6 +28,8 @@ The files, in target/dist:
   isostep-VERSION-PORT-DRIVER[-estop-nc]-4-axes.uf2
                                      the same for X, Y, Z and A; the others are for three axes and a second motor
   isostep-VERSION-prove-PORT.uf2     the image that measures itself, for `isostep prove`; it never energises a motor
+  WHICH.md                           a table: which of them is for which board, driver, number of axes, emergency stop and
+                                     step port; it is printed too
   LICENCES.txt                       of the project, and of every package that is linked into the firmware
   SHA256SUMS                         of the files above; `sha256sum --check SHA256SUMS` compares them
 
@@ -40,14 +44,18 @@ pub fn run(Args {}: Args) -> Result<()> {
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let mut files = Vec::new();
     let proving = Port::value_variants().iter().map(|&port| Variant::proving(port));
-    for variant in variants().chain(proving) {
+    let variants: Vec<_> = variants().chain(proving).collect();
+    for &variant in &variants {
         build::firmware(variant)?;
         let uf2 = fs::read(workspace::firmware_uf2())?;
         files.push(written(&folder, &name(variant), &uf2)?);
     }
+    let which = which::table(&variants);
+    files.push(written(&folder, "WHICH.md", which.as_bytes())?);
     files.push(written(&folder, "LICENCES.txt", licences(&linked()?)?.as_bytes())?);
     let sums = files.iter().map(|path| checksum(path)).collect::<Result<String>>()?;
     written(&folder, "SHA256SUMS", sums.as_bytes())?;
+    print!("\n{which}");
     Ok(())
 }
 

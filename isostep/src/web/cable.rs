@@ -18,8 +18,10 @@ use crate::flight::Flight;
 
 /// How much is kept of what the board has said. A reader that is slower lets the board wait, or drop its words.
 const AHEAD: usize = 64;
-/// How long a board may take to say what it does.
+/// How long a board may take to say what it does. One that says nothing may move.
 const LAST_WORDS: Duration = Duration::from_secs(1);
+/// A board that has said nothing for so long has answered all that it was asked.
+const SILENCE: Duration = Duration::from_millis(100);
 const JOG_CANCEL: u8 = 0x85;
 
 /// What the board says, or why it says nothing more.
@@ -79,23 +81,33 @@ impl Cable {
 
     /// Nobody looks at the machine any more: a jog is cancelled and a program held. Says what was done.
     pub async fn leave(mut self) -> &'static str {
-        self.report = None;
-        if self.send(&[JOG_CANCEL, b'?']).is_err() {
+        if self.send(&[JOG_CANCEL]).is_err() {
             return "the board is gone too";
         }
-        let words = async { while self.report.is_none() && self.hear().await.is_ok() {} };
-        let _ = time::timeout(LAST_WORDS, words).await;
-        if is_idle(self.report.as_deref()) && self.flight.in_flight() == 0 {
+        if time::timeout(LAST_WORDS, self.is_idle()).await.unwrap_or(false) {
             return "the machine was idle";
         }
         let _ = self.send(b"!");
         "a jog is cancelled, a program held"
     }
-}
 
-/// A machine that says nothing may move.
-fn is_idle(report: Option<&str>) -> bool {
-    report.is_some_and(|report| report.starts_with("<Idle"))
+    /// Whether the machine says that it is idle, twice: the first report may be an answer to the page, and of a time before
+    /// its last line.
+    async fn is_idle(&mut self) -> bool {
+        if !self.says_idle().await {
+            return false;
+        }
+        while let Ok(Ok(_)) = time::timeout(SILENCE, self.hear()).await {}
+        self.says_idle().await
+    }
+
+    /// Asks whether the machine is idle, and whether it has answered every line.
+    async fn says_idle(&mut self) -> bool {
+        self.report = None;
+        let _ = self.send(b"?");
+        while self.report.is_none() && self.hear().await.is_ok() {}
+        self.flight.in_flight() == 0 && self.report.as_ref().is_some_and(|report| report.starts_with("<Idle"))
+    }
 }
 
 /// Frees the port, for which its reader has to end: 20 ms at most.

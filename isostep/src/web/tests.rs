@@ -261,37 +261,93 @@ fn a_page_that_answers_no_ping_has_gone() {
     assert!((50..5000).contains(&closing.position_steps[0]), "{:?}", closing.position_steps);
 }
 
-/// What a page's leaving makes the server send to a board that answers so.
-fn last_bytes(name: &str, answer: &'static [u8]) -> Vec<u8> {
+/// What goes to a board once its page has gone. The page has said this, and has heard `before`; the board answers each `?`
+/// that comes later by the next of `answers`, and then by the last.
+fn last_bytes(name: &str, said: &[u8], before: &str, answers: &[&[u8]]) -> String {
     let mut pty = Pty::open(None).unwrap();
     let (host, token) = served(name, Some(pty.path()));
     let mut client = Client::open(&host, &token);
-    client.say(b"$$\n");
-    let stopwatch = Stopwatch::start();
-    let (mut client, mut sent) = (Some(client), Vec::new());
+    client.say(said);
+    let wait = || thread::sleep(Duration::from_millis(1));
+    let mut heard = Vec::new();
+    while heard.len() < said.len() {
+        pty.look().unwrap();
+        heard.extend(pty.read().unwrap());
+        wait();
+    }
+    if !before.is_empty() {
+        pty.write(before.as_bytes()).unwrap();
+        client.hear(before);
+    }
+    drop(client);
+    let (stopwatch, mut answers, mut sent) = (Stopwatch::start(), answers.iter().peekable(), Vec::new());
     // Longer than the server waits for an answer.
-    while stopwatch.elapsed_s() < 2.5 {
+    while stopwatch.elapsed_s() < 1.6 {
         pty.look().unwrap();
         let bytes = pty.read().unwrap();
-        if bytes.contains(&b'\n') {
-            pty.write(b"ok\r\n").unwrap();
-            thread::sleep(Duration::from_millis(200));
-            client = None;
-        } else if bytes.contains(&b'?') {
+        for _ in bytes.iter().filter(|&&byte| byte == b'?') {
+            let answer = answers.next().expect("an answer");
             pty.write(answer).unwrap();
+            if answers.peek().is_none() {
+                answers = std::slice::from_ref(answer).iter().peekable();
+            }
         }
         sent.extend(bytes);
-        thread::sleep(Duration::from_millis(1));
+        wait();
     }
-    assert!(client.is_none());
-    sent
+    sent.escape_ascii().to_string()
 }
+
+const IDLE: &str = "<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n";
+const RUN: &str = "<Run|MPos:0.000,0.000,0.000|FS:0,0>\r\n";
 
 #[test]
 fn a_machine_that_is_idle_is_not_held_and_one_that_is_silent_is() {
-    assert_eq!(last_bytes("idle", b"<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n"), b"$$\n\x85?");
-    assert_eq!(last_bytes("run", b"<Run|MPos:0.000,0.000,0.000|FS:0,0>\r\n"), b"$$\n\x85?!");
-    assert_eq!(last_bytes("silent", b""), b"$$\n\x85?!");
+    let leaving = |name, answer: &[u8]| last_bytes(name, b"$$\n", "ok\r\n", &[answer]);
+    assert_eq!(leaving("idle", IDLE.as_bytes()), r"\x85??");
+    assert_eq!(leaving("run", RUN.as_bytes()), r"\x85?!");
+    assert_eq!(leaving("silent", b""), r"\x85?!");
+}
+
+/// What the page has heard is of earlier.
+#[test]
+fn a_machine_that_was_idle_when_the_page_last_asked_is_asked_anew() {
+    let before = format!("{IDLE}ok\r\n");
+    assert_eq!(last_bytes("anew", b"?G1X9F60\n", &before, &[RUN.as_bytes()]), r"\x85?!");
+    assert_eq!(last_bytes("anew-idle", b"?G1X9F60\n", &before, &[IDLE.as_bytes()]), r"\x85??");
+}
+
+#[test]
+fn a_machine_that_is_idle_is_held_while_a_line_is_not_answered() {
+    assert_eq!(last_bytes("line", b"G1X9F60\n", "", &[IDLE.as_bytes()]), r"\x85?!");
+    assert_eq!(last_bytes("second", b"G1X9F60\nG1X0\n", "ok\r\n", &[IDLE.as_bytes()]), r"\x85?!");
+    let welcome = "\r\nGrbl 1.1h ['$' for help]\r\n";
+    assert_eq!(last_bytes("reset", b"G1X9F60\n\x18", welcome, &[IDLE.as_bytes()]), r"\x85??", "the line is forgotten");
+}
+
+/// The page has asked just before it went: the answer comes later, and tells of the time before the line.
+#[test]
+fn an_answer_to_the_page_is_not_taken_for_one_to_the_server() {
+    let late = format!("{IDLE}ok\r\n");
+    let answers = [late.as_bytes(), RUN.as_bytes()];
+    assert_eq!(last_bytes("late", b"?G1X9F60\n", "", &answers), r"\x85??!");
+}
+
+/// The line is in the machine before it moves.
+#[test]
+fn a_line_of_a_page_that_goes_at_once_is_held() {
+    let (_, closing) = while_running(1.0, |path| {
+        let (host, token) = served("at-once", Some(path));
+        let mut client = Client::open(&host, &token);
+        client.hear("Grbl 1.1");
+        client.ask("<Idle|");
+        client.say(b"G1 X300 F600\n");
+        drop(client);
+        let mut next = Client::open(&host, &token);
+        next.ask("<Hold:0|");
+    });
+    assert_eq!(closing.state, "Hold:0");
+    assert!(closing.position_steps[0] < 500, "{:?}", closing.position_steps);
 }
 
 #[test]
