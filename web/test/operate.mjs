@@ -45,6 +45,38 @@ export const tests = {
     assert.deepEqual((await answers(page, "$G"))[0].includes("G90"), true, "the modes of the program are as they were");
   },
 
+  async "what a person is typing stays while reports come"() {
+    const page = await operated();
+    const typed = { "jog-feed": "12", "tool-s": "34", "probe-distance": "5", "probe-feed": "67", "probe-thickness": "8", line: "G0 X" };
+    for (const [id, value] of Object.entries(typed)) await page.fill(`#${id}`, value);
+    await put(page, "program", "M3 S700\nG1 X8 F1200\nG55\nM5\n");
+    await page.evaluate(() => document.getElementById("send-program").click());
+    await reads(page, "tool-now", /^on, M3, S 700 now$/);
+    await reads(page, "sending-now", /^Done/);
+    await is(page, "Idle");
+    await stands(page, "x", 8);
+    for (const [id, value] of Object.entries(typed)) assert.equal(await page.inputValue(`#${id}`), value, id);
+    assert.equal(await page.inputValue("#work-system"), "G55");
+    assert.equal(await page.evaluate(() => document.activeElement.id), "line", "nothing else has taken the focus");
+  },
+
+  async "a setting that gives steps another length takes the zero of its axis away"() {
+    const page = await operated();
+    await home(page);
+    await answers(page, "$101=100");
+    await reads(page, "homed-now", /^X, Z only$/);
+    await page.click("#home");
+    await is(page, "Home");
+    await is(page, "Idle");
+    await answers(page, "$RST=#");
+    await reads(page, "homed-now", /^yes$/);
+    await page.click("#tab-settings");
+    await page.click("#restore-settings");
+    await page.click("#restore-yes");
+    await page.click("#tab-operate");
+    await reads(page, "homed-now", /^X, Z only$/);
+  },
+
   async "a jog beyond the travel is refused in the machine's words"() {
     const page = await operated();
     await home(page);

@@ -1,15 +1,16 @@
 // A board by Web Serial, scripted: Chromium has no port here.
 import assert from "node:assert/strict";
-import { opened } from "./harness.mjs";
+import { opened, put } from "./harness.mjs";
 
 const is = (page, state) => page.locator(`#state[data-state=${state}]`).waitFor();
 
-/** Runs in the page before its own scripts: a board at X10, which reports work positions; `window.fake` is the cable. */
+/** Runs in the page before its own scripts: a board at X10, which reports work positions; `window.fake` is the cable, and may withhold answers. */
 function plugIn() {
   const fake = (window.fake = { sent: "", filters: undefined, options: undefined, signals: undefined, opened: 0, asked: 0 });
   let toPage;
   const say = (text) => toPage.enqueue(new TextEncoder().encode(text));
   const answer = (line) => {
+    if (fake.isWithheld) return;
     if (line === "$$") say("$10=0\r\n$13=0\r\n$130=350.000\r\nok\r\n");
     else say(line.startsWith("$J=") ? "error:15\r\n" : "ok\r\n");
   };
@@ -50,6 +51,7 @@ function plugIn() {
       port.readable = port.writable = null;
     },
   };
+  fake.answer = (count) => say("ok\r\n".repeat(count));
   fake.spoil = () => {
     const spoilt = toPage;
     port.readable = new ReadableStream({ start: (controller) => (toPage = controller) });
@@ -110,6 +112,31 @@ export const tests = {
     await is(page, "Idle");
     await page.waitForFunction(() => window.fake.sent.includes("$$\n"));
     assert.equal((await page.evaluate(() => window.fake.sent)).split("$$").length, 2, "asked once");
+  },
+
+  async "a program has 128 bytes under way and no more, as many lines as fit"() {
+    const page = await withBoard();
+    await is(page, "Idle");
+    await page.waitForFunction(() => window.fake.sent.includes("$G\n"));
+    await page.evaluate(() => Object.assign(window.fake, { sent: "", isWithheld: true }));
+    await put(page, "program", "N1 G1 X12 F1200\n".repeat(40));
+    await page.locator("#send-program:enabled").click();
+    /** Lines that are sent once the page has asked for two more reports. */
+    const sent = async () => {
+      const asked = () => window.fake.sent.split("?").length;
+      const before = await page.evaluate(asked);
+      await page.waitForFunction((before) => window.fake.sent.split("?").length > before + 1, before);
+      return page.evaluate(() => window.fake.sent.split("\n").length - 1);
+    };
+    assert.equal(await sent(), 8, "lines of 16 bytes");
+    await page.evaluate(() => window.fake.answer(1));
+    assert.equal(await sent(), 9);
+    await page.evaluate(() => window.fake.answer(8));
+    assert.equal(await sent(), 17);
+    await page.locator("#sending-now", { hasText: "9 of 40 lines answered" }).waitFor();
+    await page.evaluate(() => Object.assign(window.fake, { isWithheld: false }).answer(8));
+    await page.locator("#sending-now", { hasText: "Done: 40 lines." }).waitFor();
+    assert.equal(await sent(), 40);
   },
 
   async "a board that is unplugged is told, and taken again"() {

@@ -117,6 +117,24 @@ export const tests = {
     assert.equal(await setting(page, 120), 50);
   },
 
+  async "what a person is typing stays when the machine has other settings"() {
+    const page = await operated("settings");
+    const typed = field(page, 120).locator("input");
+    // On the way to 50.5 it is the number that is in force.
+    await typed.fill("50.");
+    await answers(page, "$121=60");
+    assert.equal(await field(page, 121).locator("input").inputValue(), "60");
+    assert.equal(await typed.inputValue(), "50.");
+    await page.keyboard.type("5");
+    await answers(page, "$120=70");
+    assert.equal(await typed.inputValue(), "50.5");
+    assert.match(await page.locator("#pending-list").textContent(), /^\$120 X acceleration: 70 → 50\.5 mm\/s2$/);
+    await send(page);
+    assert.equal(await setting(page, 120), 50.5);
+    await answers(page, "$120=80");
+    assert.equal(await typed.inputValue(), "80", "what was sent is not entered any more");
+  },
+
   async "settings wait while the machine moves"() {
     const page = await operated("settings");
     await enter(page, 120, "80");

@@ -29,7 +29,8 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   two axes         the machine of X and Y alone; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   SKR Pico         its firmware on the emulated board, with its pins and drivers; only with --all
-  page             the page in Chromium, with the simulated machine and the emulated board; only with --all; skipped without Chromium
+  page             what it makes of a machine's words; with --all also in Chromium, with the simulated machine and the emulated
+                   board, skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
   every image      clippy and rustdoc of every image of the firmware; only with --all
@@ -93,7 +94,7 @@ const FOUR_AXES: Stage = ("four axes", four_axes);
 const SKR_PICO: Stage = ("SKR Pico", skr_pico);
 
 /// These need more than Rust and Node.
-const PAGE: Stage = ("page", |_| web::test());
+const PAGE: Stage = ("page", page);
 const ANOTHER_BOARD: Stage = ("another board", another_board);
 const ANOTHER_CHIP: Stage = ("another chip", another_chip);
 const SENDERS: Stage = ("real senders", senders);
@@ -165,11 +166,12 @@ pub fn run(args: Args) -> Result<()> {
             summary += &format!("{name:<16} skipped: {why}\n");
             continue;
         }
-        if [SLOW_CLOCK.0, TWO_AXES.0, FOUR_AXES.0, SKR_PICO.0, PAGE.0].contains(name) && cases == Cases::Few {
+        if [SLOW_CLOCK.0, TWO_AXES.0, FOUR_AXES.0, SKR_PICO.0].contains(name) && cases == Cases::Few {
             summary += &format!("{name:<16} skipped: --all runs it\n");
             continue;
         }
         if *name == PAGE.0
+            && cases == Cases::All
             && let Some(remedy) = web::missing()
         {
             summary += &format!("{name:<16} skipped: {remedy}\n");
@@ -338,6 +340,10 @@ fn skr_pico(_: Cases) -> Result<()> {
         tests
     };
     suites::run("SKR Pico", tests, &["--test=emulated", "--", "--ignored", "--skip=prove::"])
+}
+
+fn page(cases: Cases) -> Result<()> {
+    if cases == Cases::All { web::test() } else { web::test_values() }
 }
 
 fn senders(_: Cases) -> Result<()> {

@@ -59,6 +59,7 @@ pub fn run(args: Args) -> Result<()> {
     build(&out)?;
     println!("{}: {:.0} kB", workspace::shown(&out), size_bytes(&out)? as f64 / 1e3);
     if args.test {
+        test_values()?;
         chromium::test(&out)?;
     }
     if args.figures {
@@ -73,8 +74,16 @@ pub fn run(args: Args) -> Result<()> {
 /// A stage of `cargo xtask test`.
 pub fn test() -> Result<()> {
     let out = default_out();
+    test_values()?;
     build(&out)?;
     chromium::test(&out)
+}
+
+/// Tests what the page makes of a machine's words, which needs neither a browser nor the simulated machine.
+pub fn test_values() -> Result<()> {
+    node::install(&dir())?;
+    announce("what the page makes of a machine's words");
+    process::run(&mut npm("values"))
 }
 
 pub use chromium::missing;

@@ -20,7 +20,13 @@ export class Homed {
   accepted(line: string): void {
     const homed = /^\$H([A-Z]?)$/i.exec(line.trim());
     if (homed) for (const axis of homed[1] ? [homed[1].toUpperCase()] : AXIS_NAMES) this.axes.add(axis);
-    if (/^\$(SLP|RST)/i.test(line)) this.forget();
+    if (/^\$SLP/i.test(line)) this.forget();
+  }
+
+  /** A message was printed. One says which axes a setting has taken the zero of. */
+  told(message: string): void {
+    const lost = /^\[MSG:what the position of((?: [A-Z])+) means has changed/.exec(message)?.[1] ?? "";
+    for (const axis of lost.trim().split(" ")) this.axes.delete(axis);
   }
 
   /** `ALARM:n` was raised. */

@@ -42,7 +42,7 @@ export class Machine {
   private readonly words = new Words((line, then) => this.query(line, then));
   /** The alarm whose words come next, if one has just been raised. */
   private alarm = "";
-  /** Whether a reset of the page has not been answered yet: it keeps the position. */
+  /** Whether a reset of the page, by a byte or a line, has not been answered yet: it keeps the position. */
   private isResetting = false;
   /** The timer after which no welcome is waited for. */
   private greeting: number | undefined;
@@ -167,6 +167,7 @@ export class Machine {
 
   private accepted(line: string): void {
     this.homed.accepted(line);
+    if (/^\$RST/i.test(line) || (/^\$C$/i.test(line) && this.state === "Check")) this.isResetting = true;
     const set = setting(line);
     if (!set) return;
     this.settings.set(...set);
@@ -210,6 +211,7 @@ export class Machine {
   private hear(line: string): void {
     const report = status(line, this.report);
     if (report) return this.show(report);
+    this.homed.told(line);
     if (line === "ok" || line.startsWith("error:")) return this.flight.answer(line);
     if (line.startsWith("Grbl ")) {
       clearTimeout(this.greeting);

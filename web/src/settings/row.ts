@@ -57,11 +57,12 @@ export class Row {
     return `$${number} ${name}: ${this.inForce} → ${this.value} ${unit}`.trim();
   }
 
-  /** What the machine has now. What a person has entered stays until it is sent. */
+  /** What the machine has now. What a person has entered, or is typing, stays until it is sent. */
   set(inForce: string): void {
-    const wasChanged = this.isChanged;
+    const isTyped = this.value !== this.inForce && this.control.element.matches("input:focus");
+    const isEntered = this.isChanged || isTyped;
     this.inForce = short(inForce);
-    if (!wasChanged) this.control.value = this.inForce;
+    if (!isEntered) this.control.value = this.inForce;
     this.mark();
   }
 

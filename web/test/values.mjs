@@ -1,0 +1,259 @@
+// What the page makes of what a machine says, without a browser: `node --test values.mjs`. The machine here is a script.
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { build } from "esbuild";
+
+const at = (path) => fileURLToPath(new URL(path, import.meta.url));
+const MODULES = ["operate/dialect", "operate/flight", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
+
+/** The page's own modules, as a browser gets them. */
+async function bundled() {
+  const contents = MODULES.map((name) => `export * from "./${name}";`).join("\n");
+  const stdin = { contents, resolveDir: at("../src"), loader: "ts" };
+  const { outputFiles } = await build({ stdin, bundle: true, format: "esm", target: "es2022", write: false, logLevel: "warning" });
+  return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
+}
+
+// What they ask a browser for. No time passes unless a test says so.
+const timers = [];
+Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: () => 0, clearTimeout() {} });
+const { changes, differences, FORGOTTEN, Lines, linesOf, Machine, read, realTime, send, setting, status, UNKNOWN } = await bundled();
+
+const WINDOW_BYTES = 128;
+const RESET = 0x18;
+
+/** A machine of the page with a scripted one behind it, which was switched on with it unless a test says otherwise. */
+function attached({ isAtPowerUp = true } = {}) {
+  const machine = new Machine();
+  const board = { machine, lines: [], bytes: [], told: [] };
+  let partial = "";
+  const take = (bytes) => {
+    for (const byte of bytes) {
+      const letter = String.fromCharCode(byte);
+      if (byte >= 0x80 || "?!~\x18".includes(letter)) board.bytes.push(byte);
+      else if (letter === "\n") board.lines.push(partial), (partial = "");
+      else partial += letter;
+    }
+  };
+  let toPage;
+  machine.watch({ alarmed: (words) => words && board.told.push(words) });
+  machine.attach((listener) => ((toPage = listener), { send: take, close() {} }), isAtPowerUp);
+  board.say = (...lines) => toPage.bytes(new TextEncoder().encode(lines.map((line) => `${line}\r\n`).join("")));
+  /** Sends a line, which is answered so. */
+  board.answers = (line, ...answer) => {
+    machine.ask(line, () => undefined);
+    assert.equal(board.lines.at(-1), line);
+    board.say(...answer);
+  };
+  /** Bytes of the lines that were sent, with their ends. */
+  board.sentBytes = (from = 0) => board.lines.slice(from).reduce((sum, line) => sum + line.length + 1, 0);
+  return board;
+}
+
+test("128 bytes are under way and no more, as many lines as fit", () => {
+  const { machine, lines, say, sentBytes } = attached();
+  const line = "G1 X12.34 F1200"; // 16 bytes with its end.
+  const answered = [];
+  for (let number = 0; number < 20; number++) machine.ask(line, (answer) => answered.push(answer));
+  assert.equal(lines.length, 8);
+  assert.equal(sentBytes(), WINDOW_BYTES);
+  say("ok");
+  assert.equal(lines.length, 9, "an answer makes room for one of them");
+  say("error:20", "ok", "<Run|MPos:1.000,0.000,0.000|FS:1200,0>", "[MSG:words]");
+  assert.equal(lines.length, 11, "an error does too, and nothing else does");
+  assert.deepEqual(answered, ["ok", "error:20", "ok"]);
+  assert.equal(machine.underWay, 17);
+});
+
+test("a line goes as soon as it just fits, its end counted", () => {
+  const { machine, lines, say } = attached();
+  const ask = (length) => machine.ask("(".repeat(length), () => undefined);
+  ask(99);
+  ask(27); // 100 and 28 bytes are 128.
+  assert.equal(lines.length, 2);
+  ask(0); // Even the end of a line is too much now.
+  assert.equal(lines.length, 2);
+  say("ok");
+  assert.equal(lines.length, 3);
+  ask(98); // 28 and 1 and 99 bytes are 128.
+  assert.equal(lines.length, 4);
+});
+
+test("a line longer than the window goes when no other is under way, and none goes beside it", () => {
+  const { machine, lines, say } = attached();
+  for (const length of [10, 200, 3]) machine.ask("(".repeat(length), () => undefined);
+  assert.deepEqual(lines.map(({ length }) => length), [10]);
+  say("ok");
+  assert.deepEqual(lines.map(({ length }) => length), [10, 200]);
+  say("error:11");
+  assert.deepEqual(lines.map(({ length }) => length), [10, 200, 3]);
+});
+
+test("real-time bytes wait for nothing and take no room", () => {
+  const { machine, lines, bytes } = attached();
+  machine.ask("(".repeat(126), () => undefined);
+  for (const byte of [0x21, 0x7e, 0x85, 0x3f]) machine.byte(byte);
+  assert.deepEqual(bytes, [0x21, 0x7e, 0x85, 0x3f]);
+  machine.ask("", () => undefined);
+  assert.equal(lines.length, 2, "127 bytes and 1");
+});
+
+test("a reset forgets what was under way, and the window is empty after it", () => {
+  const { machine, lines, say, sentBytes } = attached();
+  const answered = [];
+  for (let number = 0; number < 20; number++) machine.ask("G1 X12.34 F1200", (answer) => answered.push(answer));
+  machine.byte(RESET);
+  say("Grbl 1.1h ['$' for help]");
+  assert.deepEqual(answered, Array(20).fill(FORGOTTEN));
+  assert.equal(lines[8], "$$", "the settings are read anew");
+  for (let number = 0; number < 20; number++) machine.ask("G1 X12.34 F1200", () => undefined);
+  assert.equal(sentBytes(8), 3 + 7 * 16, "125 bytes");
+});
+
+test("what a line prints is given to who asked, and to nobody else", () => {
+  const { machine, say } = attached();
+  const [said, queried] = [[], []];
+  machine.watch({ logged: (line) => said.push(line) });
+  machine.ask("G0 X1", () => undefined);
+  machine.query("$G", (printed, answer) => queried.push(printed, answer));
+  say("[MSG:of the first]", "ok", "[GC:G0 G54]", "<Idle|MPos:0.000,0.000,0.000|FS:0,0>", "ok", "[MSG:of nobody]");
+  assert.deepEqual(queried, [["[GC:G0 G54]"], "ok"]);
+  assert.deepEqual(said, ["[MSG:of the first]", "[MSG:of nobody]"]);
+});
+
+test("an error is explained in the machine's words, which are asked for once", () => {
+  const { machine, lines, say } = attached();
+  const told = [];
+  machine.explain("error:22", (words) => told.push(words));
+  say("[MSG:no feed: give F]", "ok");
+  machine.explain("error:22", (words) => told.push(words));
+  assert.deepEqual(told, Array(2).fill("error:22: no feed: give F"));
+  assert.deepEqual(lines, ["$E22"]);
+});
+
+/** What is homed after each alarm of docs/console.md, if all axes were before it. */
+const HOMED_AFTER = { 1: "no", 2: "yes", 3: "no", 4: "yes", 5: "yes", 6: "no", 7: "no", 8: "no", 9: "no", 10: "no", 15: "no", 17: "no", 20: "no", 21: "yes", 22: "no", 23: "no", 24: "no" };
+
+test("what is homed after each alarm is what the documentation says of it", async () => {
+  const page = await readFile(at("../../docs/console.md"), "utf8");
+  const alarms = page.slice(page.indexOf("| alarm |"), page.indexOf("## States"));
+  const rows = [...alarms.matchAll(/^\| (\d+) \|.*\| ((?:not )?trusted)[^|]*\| [^|]*\|$/gm)];
+  const documented = Object.fromEntries(rows.map(([, alarm, position]) => [alarm, position === "trusted" ? "yes" : "no"]));
+  assert.deepEqual(HOMED_AFTER, documented);
+  for (const [alarm, homed] of Object.entries(HOMED_AFTER)) {
+    const { machine, answers, say, told } = attached();
+    answers("$H", "ok");
+    assert.equal(machine.homed.words, "yes");
+    say(`ALARM:${alarm}`, "[MSG:its words]");
+    assert.deepEqual(told, [`ALARM:${alarm}`, `ALARM:${alarm}: its words`]);
+    assert.equal(machine.homed.words, homed, `ALARM:${alarm}`);
+    assert.deepEqual(["X", "Y", "Z"].map((axis) => machine.homed.has(axis)), Array(3).fill(homed === "yes"), `ALARM:${alarm}`);
+    answers("$X", "[MSG:Caution: Unlocked]", "ok");
+    assert.equal(machine.homed.words, homed, "to unlock homes nothing");
+    answers("$H", "ok");
+    assert.equal(machine.homed.words, "yes");
+  }
+});
+
+test("an axis is homed by its own line, if that was not refused", () => {
+  const { machine, answers } = attached();
+  answers("$HY", "ok");
+  answers("$hx", "ok");
+  answers("$HZ", "error:9");
+  assert.equal(machine.homed.words, "X, Y only");
+  answers("$HZ", "ok");
+  assert.equal(machine.homed.words, "yes");
+  answers("$SLP", "ok");
+  assert.equal(machine.homed.words, "no", "motors that were free may have been turned");
+});
+
+test("an axis whose steps or switch are others is homed no more, whoever has set that", () => {
+  const { machine, answers, say } = attached();
+  const lost = "[MSG:what the position of X Z means has changed: home again with $H]";
+  answers("$H", "ok");
+  answers("$27=3", "ok");
+  answers("$RST=#", "ok");
+  assert.equal(machine.homed.words, "yes");
+  machine.query("$RST=$", () => undefined);
+  say(lost, "ok");
+  assert.equal(machine.homed.words, "Y only");
+  answers("$H", "ok");
+  say(lost);
+  assert.equal(machine.homed.words, "Y only");
+});
+
+test("a reset of the page, by its byte or a line, keeps what is homed, and a welcome that nobody has asked for leaves it unknown", () => {
+  const welcome = "Grbl 1.1h ['$' for help]";
+  const { machine, answers, say } = attached();
+  answers("$H", "ok");
+  machine.byte(RESET);
+  say(welcome, "ok");
+  assert.equal(machine.homed.words, "yes");
+  answers("$RST=#", "[MSG:Restoring defaults]", "ok", welcome, "ok");
+  assert.equal(machine.homed.words, "yes");
+  answers("$C", "[MSG:Enabled]", "ok", "<Check|MPos:0.000,0.000,0.000|FS:0,0>");
+  answers("$C", "[MSG:Disabled]", "ok", welcome, "ok");
+  assert.equal(machine.homed.words, "yes");
+  say(welcome, "ok");
+  assert.equal(machine.homed.words, "unknown");
+  assert.equal(attached({ isAtPowerUp: false }).machine.homed.words, "unknown");
+  assert.equal(attached().machine.homed.words, "no");
+});
+
+test("a report adds to what the last one told", () => {
+  const first = status("<Run|WPos:7.000,0.000,-1.500|FS:600,500|WCO:3.000,0.000,1.000|Ov:90,50,110|A:SF|Pn:XP|Bf:12,100|Ln:7>", UNKNOWN);
+  assert.deepEqual(first, {
+    state: "Run", machinePosition: [10, 0, -0.5], workPosition: [7, 0, -1.5], offset: [3, 0, 1], feed: 600, spindle: 500,
+    pins: "XP", overrides: [90, 50, 110], accessories: "SF", room: [12, 100], line: 7,
+  });
+  const second = status("<Hold:1|MPos:11.000,2.000,0.000|FS:0,0>", first);
+  assert.deepEqual(second, { ...first, state: "Hold:1", machinePosition: [11, 2, 0], workPosition: [8, 2, -1], feed: 0, spindle: 0, pins: "", room: undefined, line: undefined });
+  assert.equal(status("<Idle|MPos:0.000,0.000,0.000|Ov:100,100,100>", second).accessories, "", "it comes with the overrides, if anything is on");
+  assert.equal(status("<Idle|MPos:0.000", second), undefined);
+});
+
+test("lines come in any pieces", () => {
+  const lines = new Lines();
+  const heard = ["o", "k\r", "\n<Idle|MPos:1.0", "00,0.000,0.000>\r\nerror:2", "\n"].flatMap((piece) => lines.push(new TextEncoder().encode(piece)));
+  assert.deepEqual(heard, ["ok", "<Idle|MPos:1.000,0.000,0.000>", "error:2"]);
+});
+
+test("a program's lines go without comments, with their numbers where there is room and none of its own", () => {
+  const sent = (program) => linesOf(program).map(({ sent }) => sent);
+  assert.deepEqual(sent("G21 ; mm\r\n(all)\n%\nG1 X1 (fast) F600\n$H\n"), ["N1 G21", "%", "N4 G1 X1  F600", "$H"]);
+  assert.deepEqual(sent("N10 G0 X1\nG0 X2"), ["N10 G0 X1", "G0 X2"]);
+  const long = `G1 ${"X1".repeat(38)}`; // 78 characters, which N1 makes 80.
+  assert.deepEqual(sent(long), [long]);
+  assert.equal(realTime(linesOf("G0 X1\nG0 X2 !\n")).number, 2);
+});
+
+test("settings are read from whatever stands about them, and those that are in force are left out", () => {
+  const wanted = read("$100=250.000 ; x\n$$\nok\n$110=500\n$100 = 80\n<Idle>\n");
+  assert.deepEqual([...wanted], [[100, "80"], [110, "500"]]);
+  assert.deepEqual(changes(new Map([[100, "80.000"], [110, "600.000"]]), wanted), [[110, "500"]]);
+  assert.deepEqual(setting("$13=1"), [13, "1"]);
+  assert.equal(setting("$N0=G54"), undefined);
+  assert.deepEqual(differences([{ number: 1, default: "25" }, { number: 2, default: "0" }], new Map([[1, "25.000"], [2, "4"]])), [[2, "4"]]);
+});
+
+test("a setting that waits for another is tried again after it, and the last refusal is told", async () => {
+  const { machine, lines, say } = attached();
+  const inForce = new Map();
+  const answer = (line) => {
+    const [number, value] = setting(line);
+    if (number === 30) return ["[MSG:never]", "error:2"];
+    if (number === 20 && !inForce.has(22)) return ["[MSG:needs $22]", "error:10"];
+    inForce.set(number, value);
+    return ["ok"];
+  };
+  const sent = send(machine, [[20, "1"], [30, "0"], [22, "1"]]);
+  for (let number = 0; number < 6; number++) {
+    say(...answer(lines[number]));
+    await new Promise(setImmediate);
+  }
+  assert.deepEqual(await sent, { taken: [22, 20], refused: new Map([[30, "never"]]) });
+  assert.deepEqual(lines, ["$20=1", "$30=0", "$22=1", "$20=1", "$30=0", "$30=0"]);
+  assert.equal(machine.settings.get(20), "1");
+});
