@@ -52,6 +52,7 @@ use isostep_sim::{AXES, Port, run};
 use isostep_tests::emulated::{self, Board, Run};
 use isostep_tests::rig::{Emulated, Pace, position_steps};
 use isostep_tests::{cases, root};
+use oorandom::Rand32;
 
 const CLOCK_CYCLE_NS: f64 = 8.0;
 
@@ -336,11 +337,12 @@ fn all_axes_start_on_the_same_cycle() {
     assert!(run.edges.chunks(3).all(|step| step.iter().all(|edge| edge.t_ns == step[0].t_ns)));
 }
 
-/// Three axes at 240,000 steps/s. Whatever stops them, the last edge may come at most 10 us later. Without the brake it
-/// would take tens of microseconds, until the tasks of the axes run.
+/// Three axes at 240,000 steps/s. Whatever stops them, the last edge may come at most 1.5 us later: the guard brakes before
+/// it takes a lock, and what masks interrupts in a move takes less than the rest. Without the brake it would take tens of
+/// microseconds, until the tasks of the axes run, and 5 us if it were put on when the stop is decided.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn every_stop_takes_less_than_10_us() {
+fn every_stop_takes_less_than_1_5_us() {
     let mut script = "expect Grbl\nsend $0=0\nexpect ok\n".to_owned();
     for axis in 0..AXES as u32 {
         let settings = [(110, 288_000), (120, 100_000)];
@@ -363,9 +365,58 @@ fn every_stop_takes_less_than_10_us() {
     // A carriage that moves beyond its switch presses it. So the carriages start far from their switches.
     let run = Board::new("stop-latency").with(&["--start", "900,900,900"]).script(&script);
     assert!(run.ok, "{}", run.printed);
-    let (_, slowest) = run.printed.rsplit_once("the slowest: ").expect("a line on the stops");
-    let slowest_us: f64 = slowest.split(' ').nth(1).unwrap().parse().unwrap();
-    assert!(slowest_us <= 10.0, "{slowest}");
+    let stops = run.figures["stops"].as_array().unwrap();
+    assert!(stops.len() >= 18, "{stops:?}");
+    for stop in stops {
+        assert!(stop["latency_ns"].as_f64().unwrap() <= 1_500.0, "{stop}");
+    }
+}
+
+/// The guard brakes for a press before anything is decided, but not in homing, which looks for the switches: presses that are
+/// over before any code runs, while it begins and moves, change nothing. Where it ends and a move begins, each either stops
+/// the machine with an alarm or does nothing: a brake without an alarm would hold the axes for ever.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn presses_while_homing_begins_lasts_and_ends_are_no_brake() {
+    let begin = "expect Grbl\nsend $24=600\nexpect ok\nsend $25=2880\nexpect ok\nsend $26=1\nexpect ok\n";
+    let press = |axis: char, wait_us: f64| {
+        format!("wait-us {wait_us:.3}\nswitch {axis} stuck-closed\nwait-us 0.1\nswitch {axis} normal\n")
+    };
+    let mut random = Rand32::new(4);
+    // With both levels of DIR: the emulator counts with that of the default.
+    for (test, directions, check) in
+        [("homing-presses-low", "$3=0\n$23=7", "check-position\n"), ("homing-presses-high", "$3=7\n$23=0", "")]
+    {
+        let set = directions.lines().map(|line| format!("send {line}\nexpect ok\n")).collect::<String>();
+        let board = || Board::new(test).with(&["--start", "10,6,10", "--bounce-us", "300"]);
+        let plain = board().script(&format!("{begin}{set}send $HZ\nexpect ok\nsend $HZ\nexpect ok\nwait-idle\n"));
+        assert!(plain.ok, "{}", plain.printed);
+        let mut script = format!("{begin}{set}send $HZ\n");
+        // Z is pressed before it can have met its switch; after that a press would have its level debounced anew.
+        script.extend((0..20).map(|index| press(['Z', 'X', 'Y'][index % 3], 100.0 * f64::from(random.rand_float()))));
+        script.extend((0..60).map(|index| press(['X', 'Y'][index % 2], 9_000.0 * f64::from(random.rand_float()))));
+        script += "expect ok\nsend $HZ\nexpect ok\nwait-idle\nbytes 3f\nexpect <Idle\n";
+        let pressed = board().script(&script);
+        assert!(pressed.ok, "{}", pressed.printed);
+        let steps = |run: &Run| run.edges.iter().map(|edge| (edge.axis, edge.direction)).collect::<Vec<_>>();
+        assert_eq!(steps(&pressed), steps(&plain), "{test}");
+
+        let told_s = |run: &Run, what: &str| -> Vec<f64> {
+            let told = run.printed.lines().filter(|line| line.ends_with(what));
+            told.map(|line| line.trim_start().split(' ').next().unwrap().parse().unwrap()).collect()
+        };
+        let lasts_us = 1e6 * (told_s(&plain, "< ok").last().unwrap() - told_s(&plain, "> $HZ").last().unwrap());
+        let mut script = format!("{begin}{set}send $HZ\nexpect ok\n");
+        for _ in 0..isostep_trials::cases(8, 40) {
+            let wait_us = lasts_us - 1_500.0 + 6_000.0 * f64::from(random.rand_float());
+            script += &format!("send $HZ\nsend G91G0X1F600\n{}wait-ms 300\nsend $X\n", press('X', wait_us));
+            script += &format!("wait-ms 20\n{check}send G0X-0.5\nwait-ms 300\nbytes 3f\nexpect <Idle\n");
+        }
+        let ended = board().script(&script);
+        assert!(ended.ok, "{}", ended.printed);
+        let alarms = ended.printed.matches("< ALARM:1").count();
+        assert!((2..8).contains(&alarms) || isostep_trials::cases(8, 40) > 8, "{alarms}: {}", ended.printed);
+    }
 }
 
 /// A tenth of a microsecond, which is over before any code runs. At rest, only the emergency stop means anything.

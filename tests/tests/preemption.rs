@@ -66,7 +66,12 @@ fn stopped(sweep: &Sweep, port: Port, section: u64, stop: &Stimulus) -> (Sim, Ca
 }
 
 /// Tries a stop at every critical section of the sweep. Returns how many there are.
-fn swept(sweep: &Sweep, port: Port, stop: &Stimulus, check: fn(&Outcome, Came) -> Result<(), String>) -> u64 {
+fn swept(
+    sweep: &Sweep,
+    port: Port,
+    stop: &Stimulus,
+    check: &mut dyn FnMut(&Outcome, Came) -> Result<(), String>,
+) -> u64 {
     let mut sim = ready(sweep, port);
     let first = sim.sections();
     happen(&mut sim, sweep);
@@ -94,12 +99,15 @@ fn all(stop: Stimulus, check: fn(&Outcome, Came) -> Result<(), String>) {
 }
 
 fn over(sweeps: &[Sweep], stop: Stimulus, check: fn(&Outcome, Came) -> Result<(), String>) {
-    let swept = sweeps.iter().flat_map(|sweep| Port::ALL.map(|port| swept(sweep, port, &stop, check)));
+    let swept = sweeps.iter().flat_map(|sweep| Port::ALL.map(|port| swept(sweep, port, &stop, &mut { check })));
     println!("{stop:?} came at the end of {} critical sections", swept.sum::<u64>());
 }
 
 fn is_locked(outcome: &Outcome, came: Came) -> Result<(), String> {
     stands_still(outcome, came)?;
+    if !came.brakes {
+        return Err("an interrupt would not have braked for it".into());
+    }
     let locked = State::Alarm(Alarm::EmergencyStop);
     if outcome.state == locked { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
 }
@@ -110,17 +118,54 @@ fn no_emergency_stop_is_lost() {
     over(&[TWO_RESETS], Stimulus::EmergencyStop, is_locked);
 }
 
-/// A switch that closes in Idle stops nothing.
+const Z_CLOSES: Stimulus = Stimulus::Switch(Axis::Z, SwitchFault::StuckClosed);
+
+/// A switch stops what is under way, and nothing else. A board brakes for it before that is decided, and must be right: a
+/// brake without a stop would hold the axes for ever.
+fn stops_as_braked(outcome: &Outcome, came: Came) -> Result<(), String> {
+    let is_stopped = outcome.state == State::Alarm(Alarm::HardLimit { motor: Axis::Z.into() });
+    if came.brakes != is_stopped {
+        return Err(format!("braked: {}, in {:?}, and the machine is in {:?}", came.brakes, came.state, outcome.state));
+    }
+    if is_stopped { stands_still(outcome, came) } else { Ok(()) }
+}
+
 #[test]
 fn no_limit_switch_is_lost() {
-    all(Stimulus::Switch(Axis::Z, SwitchFault::StuckClosed), |outcome, came| {
-        if came.state == State::Idle {
-            return Ok(());
-        }
-        stands_still(outcome, came)?;
-        let locked = State::Alarm(Alarm::HardLimit { motor: Axis::Z.into() });
-        if outcome.state == locked { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
+    all(Z_CLOSES, |outcome, came| {
+        let is_due = came.state != State::Idle;
+        if is_due == came.brakes { stops_as_braked(outcome, came) } else { Err(format!("braked in {:?}", came.state)) }
     });
+}
+
+/// Homing looks for the switch: from its first critical section to its last a press is none, and before and after it is.
+#[test]
+fn a_switch_that_closes_as_homing_begins_or_ends_stops_only_what_is_not_homing() {
+    let begins =
+        Sweep { name: "homing begins after a move", before: ("G1 X1 F1200\n", 30_000), during: &[("$HZ\n", 150_000)] };
+    let mut sim = ready(&Sweep { before: ("", 10_000), ..begins }, Port::Pio);
+    let begun_ns = sim.now_ns();
+    send(&mut sim, "$HZ\n");
+    sim.run_until_idle().unwrap();
+    let homed_us = (sim.now_ns() - begun_ns) / 1_000;
+    let ends = Sweep {
+        name: "homing ends before a move",
+        before: ("$HZ\n", homed_us - 80_000),
+        during: &[("G1 X1 F1200\n", 30_000)],
+    };
+    let mut seen = [0; 2];
+    for sweep in [&begins, &ends] {
+        swept(sweep, Port::Pio, &Z_CLOSES, &mut |outcome, came| {
+            seen[usize::from(came.brakes)] += 1;
+            let is_due = matches!(came.state, State::Run);
+            if is_due == came.brakes {
+                stops_as_braked(outcome, came)
+            } else {
+                Err(format!("braked in {:?}", came.state))
+            }
+        });
+    }
+    assert!(seen.iter().all(|&times| times >= 20), "{seen:?}");
 }
 
 /// The first reset brakes on the path. Then the machine must be ready.

@@ -49,6 +49,11 @@ fn brake<const AXIS: usize>(engaged: bool) {
     BANK.brake(AXIS, engaged);
 }
 
+/// Engages the brakes of all axes.
+pub fn brake_all() {
+    (0..AXES).for_each(|axis| BANK.brake(axis, true));
+}
+
 /// STEP and DIR of an axis's motors, as masks of SIO: one write sets both of a kind.
 struct AxisPins {
     axis: usize,

@@ -103,8 +103,8 @@ impl ToolPort for Tool {
     }
 }
 
-/// Forces all outputs of the tool low, or releases them, unless the dead man's switch has run out. It is called in
-/// critical sections only, so calls never overlap.
+/// Forces all outputs of the tool low, or releases them, unless the dead man's switch has run out. It is called where nothing
+/// interrupts it: in critical sections, and in the handler of the guard. So calls never overlap.
 pub fn brake(engaged: bool) {
     let mut low = engaged;
     loop {
@@ -127,8 +127,13 @@ fn override_pads(low: bool) {
             ctrl.set_outover(over);
         });
     };
+    // One by one: a loop would read the table of the pins for each of them.
+    let [enable, direction, flood, mist] = pins::TOOL_SWITCHES;
     drive(pins::TOOL_PWM, PWM_FUNCTION);
-    pins::TOOL_SWITCHES.into_iter().for_each(|pin| drive(pin, SIO_FUNCTION));
+    drive(enable, SIO_FUNCTION);
+    drive(direction, SIO_FUNCTION);
+    drive(flood, SIO_FUNCTION);
+    drive(mist, SIO_FUNCTION);
 }
 
 /// Enables or disables the pull-up of the probe's input.

@@ -27,7 +27,7 @@ where
     loop {
         let (pressed_is_low, is_stall, debounce) = meaning(machine, which);
         let mut pressed = is_low(&mut input) == pressed_is_low;
-        switch.publish(pressed);
+        machine.publish_switch(which, pressed);
         // Until a level of the input may mean something else.
         while select(wait_level(&mut input, pressed != pressed_is_low), switch.wait_reread()).await.is_first() {
             if !pressed {
@@ -37,7 +37,7 @@ where
             }
             machine.limit_edge(which, pressed != pressed_is_low);
             pressed = !pressed && is_stall || debounced_low(&mut input, debounce).await == pressed_is_low;
-            switch.publish(pressed);
+            machine.publish_switch(which, pressed);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What the tasks of one machine share.
 
+mod armed;
 mod door;
 mod hold;
 mod life;
@@ -10,6 +11,7 @@ mod status;
 mod stop;
 
 use core::cell::RefCell;
+use core::sync::atomic::AtomicU32;
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -48,6 +50,8 @@ pub struct Busy(pub State);
 
 struct Inner {
     config: Config,
+    /// The edges of limit inputs that are presses: see `armed`.
+    presses: u32,
     capabilities: [Option<Capabilities>; AXES],
     faults: [u32; AXES],
     homed: [bool; AXES],
@@ -80,6 +84,8 @@ pub struct Machine {
     /// Wakes the task that watches the emergency stop.
     emergency: Signal<CriticalSectionRawMutex, ()>,
     tool: ToolLink,
+    /// The edges that stop everything: see `armed`.
+    armed: AtomicU32,
     inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
 }
 
@@ -98,8 +104,11 @@ impl Machine {
             released: Signal::new(),
             emergency: Signal::new(),
             tool: ToolLink::new(),
+            armed: AtomicU32::new(0),
             inner: Mutex::new(RefCell::new(Inner {
                 config,
+                // No edge is one before its task has read the switch.
+                presses: 0,
                 capabilities: [None; AXES],
                 faults: [0; AXES],
                 homed: [false; AXES],
@@ -138,6 +147,7 @@ impl Machine {
                 inner.homed[axis as usize] &= keeps_places[axis as usize];
             }
             inner.config = config;
+            self.rearm(inner);
         });
         self.reread_hold_input();
         self.switches.iter().for_each(Switch::reread);
@@ -245,10 +255,7 @@ impl Machine {
     }
 
     pub(crate) fn switch(&self, input: LimitInput) -> &Switch {
-        match input {
-            LimitInput::Of(axis) => &self.switches[axis as usize],
-            LimitInput::Second => &self.switches[AXES],
-        }
+        &self.switches[input.index()]
     }
 
     pub(crate) fn switch_of(&self, motor: Motor) -> &Switch {
@@ -359,6 +366,7 @@ impl Machine {
         let before = inner.life;
         let reaction = inner.life.on(trigger);
         inner.rest_outputs();
+        self.arm(inner);
         let Life { state, pending, .. } = inner.life;
         let (is_other, is_emptied) = (state != before.state, pending == 0 && before.pending > 0);
         if is_other || is_emptied && !inner.life.is_locked() {

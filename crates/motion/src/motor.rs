@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::axes::Axis;
+use crate::axes::{AXES, Axis};
 
 /// A side of an axis that two motors move. Each has a motor and a limit switch of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,6 +70,16 @@ pub enum LimitInput {
     Of(Axis),
     /// That of the second motor, whichever axis has one. Without a second motor this input has no meaning.
     Second,
+}
+
+impl LimitInput {
+    /// Its place among all: those of the axes in their order, then that of the second motor.
+    pub(crate) const fn index(self) -> usize {
+        match self {
+            Self::Of(axis) => axis as usize,
+            Self::Second => AXES,
+        }
+    }
 }
 
 /// The second motor of an axis in a run.

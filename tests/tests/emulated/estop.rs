@@ -35,7 +35,7 @@ fn a_broken_wire_stops_as_soon_as_a_press() {
     assert_eq!(stops.len(), count);
     for stop in stops {
         let [latency_ns, off_ns] = ["latency_ns", "outputs_off_ns"].map(|name| stop[name].as_f64().expect(name));
-        assert!(latency_ns <= 10_000.0 && off_ns <= 20_000.0, "{stop}");
+        assert!(latency_ns <= 1_500.0 && off_ns <= 2_500.0, "{stop}");
     }
 }
 

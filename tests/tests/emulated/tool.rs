@@ -193,16 +193,17 @@ fn stops(count: usize, seed: u64) -> String {
 /// Every stop must switch the tool off, and the tool must stay off.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn every_stop_puts_the_tool_off_within_20_us() {
+fn every_stop_puts_the_tool_off_at_once() {
     let count = cases(30, 500) as usize;
     let run = Board::new("tool-stops").with(&["--start", "150,40,15"]).script(&stops(count, 7));
     assert!(run.ok, "{}", run.printed);
     let stops = run.figures["tool"]["stops"].as_array().unwrap();
-    let inputs = ["X_LIMIT", "ESTOP", "RESET", "CRASH"];
+    // The guard puts the brake on before it takes a lock. USB waits for the task that prepares a level.
+    let most_us = [("X_LIMIT", 3.0), ("ESTOP", 3.0), ("RESET", 20.0), ("CRASH", 20.0)];
     let of = |input: &str| stops.iter().filter(|stop| stop["input"] == *input).collect::<Vec<_>>();
-    assert!(inputs.iter().map(|input| of(input).len()).sum::<usize>() >= count, "{stops:?}");
-    for input in inputs {
+    assert!(most_us.iter().map(|(input, _)| of(input).len()).sum::<usize>() >= count, "{stops:?}");
+    for (input, most_us) in most_us {
         let most_ns = of(input).iter().map(|stop| stop["outputs_off_ns"].as_f64().expect("off")).fold(0.0, f64::max);
-        assert!(most_ns < 20_000.0, "{input}: {most_ns} ns");
+        assert!(most_ns < 1_000.0 * most_us, "{input}: {most_ns} ns");
     }
 }

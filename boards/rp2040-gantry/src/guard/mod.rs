@@ -3,8 +3,9 @@
 //! # Design
 //! Through the HAL's GPIO interrupt, an executor and a task, an edge takes 9 us to stop the steps, and longer while the
 //! core is busy. So state machines of PIO1 watch all inputs (`program`). At every change they raise an interrupt that
-//! has the highest priority. The handler reports the change to the machine, which engages the brake immediately. Only a
-//! critical section delays it. The tasks that watch the same inputs do the rest: debouncing, and what takes time.
+//! has the highest priority. The handler asks whether the change stops the machine, which takes no lock, and if so it
+//! brakes the axes and the tool. Then it reports the change to the machine, which stops it and decides on the alarm. Only a
+//! critical section delays it (`stops_at_limit` in isostep-motion says why no lock is needed). The tasks that watch the same inputs do the rest: debouncing, and what takes time.
 //!
 //! A press counts however short it is: the handler is told the levels that came with each change, not those that there
 //! are by then. Each group of pins next to each other has a state machine of its own with the same program, and its levels
@@ -13,19 +14,21 @@
 mod edges;
 mod program;
 
-use core::cell::Cell;
 use core::sync::atomic::AtomicU32;
 
 use embassy_rp::interrupt;
 use embassy_rp::pac::PIO1;
 use embassy_rp::{Peri, peripherals};
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::once_lock::OnceLock;
 use isostep_motion::{Axis, Contact, LimitInput, Machine};
 
 use self::edges::Changes;
 use crate::pins::{self, Group};
-use crate::priority;
+#[cfg(not(feature = "timer-port"))]
+use crate::pio_port as port;
+#[cfg(feature = "timer-port")]
+use crate::timer_port as port;
+use crate::{priority, tool};
 
 /// The pins that are watched: a proving image has no fourth motor, and other work for its state machine.
 const PINS: [usize; if cfg!(feature = "prove") { 4 } else { 5 }] =
@@ -62,7 +65,8 @@ static WATCHERS: [Watcher; GROUPS.len()] = {
     watchers
 };
 
-static GUARDED: Mutex<CriticalSectionRawMutex, Cell<Option<&Machine>>> = Mutex::new(Cell::new(None));
+/// Set once, and read without a lock.
+static GUARDED: OnceLock<&Machine> = OnceLock::new();
 
 /// Where the level of an input is told.
 #[derive(Clone, Copy)]
@@ -90,7 +94,8 @@ struct Watcher {
 
 /// Guards `machine` from now on.
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
-    GUARDED.lock(|guarded| guarded.set(Some(machine)));
+    // It is started once.
+    let _ = GUARDED.init(machine);
     WATCHERS.iter().zip(0..).for_each(|(watcher, index)| watcher.start(index));
     priority::enable_guard();
     // The guard keeps the PIO for ever.
@@ -101,7 +106,15 @@ pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
 pub fn reset_heard() {
     #[cfg(feature = "prove")]
     crate::prove::reset_seen();
-    if let Some(machine) = GUARDED.lock(Cell::get) {
+    if let Some(machine) = GUARDED.try_get() {
+        let stops = machine.stops_at_reset();
+        cortex_m::interrupt::free(|_| {
+            if stops {
+                port::brake_all();
+            }
+            // The first one switches the tool off, too.
+            tool::brake(true);
+        });
         machine.reset_heard();
     }
 }
@@ -164,7 +177,7 @@ impl Changes for Seen {
 /// Handles a change of each group. If there are more, it is called again.
 #[interrupt]
 fn PIO1_IRQ_1() {
-    let Some(machine) = GUARDED.lock(Cell::get) else { return };
+    let Some(machine) = GUARDED.try_get() else { return };
     // One by one: a loop would read its tables from flash.
     tell::<0>(machine);
     if GROUPS.len() > 1 {
@@ -181,6 +194,22 @@ fn tell<const GROUP: usize>(machine: &Machine) {
     let Some((changed, levels)) = WATCHERS.get(GROUP).and_then(Watcher::take) else { return };
     let has_changed = |Place { group, bit }: Place| group == GROUP && changed & 1 << bit != 0;
     let is_low = |Place { bit, .. }: Place| levels & 1 << bit == 0;
+    let is_heeded =
+        |which: LimitInput, place: Place| has_changed(place) && machine.stops_at_limit(which, is_low(place));
+    let is_emergency =
+        has_changed(EMERGENCY_STOP) && is_low(EMERGENCY_STOP) == const { pins::EMERGENCY_CONTACT.pressed_is_low() };
+    let mut stops = is_emergency && machine.stops_at_emergency();
+    stops |= is_heeded(const { LIMIT_INPUTS[0] }, const { LIMITS[0] });
+    stops |= is_heeded(const { LIMIT_INPUTS[1] }, const { LIMITS[1] });
+    stops |= is_heeded(const { LIMIT_INPUTS[2] }, const { LIMITS[2] });
+    #[cfg(not(feature = "prove"))]
+    {
+        stops |= is_heeded(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
+    }
+    if stops {
+        port::brake_all();
+        tool::brake(true);
+    }
     if has_changed(EMERGENCY_STOP) {
         machine.emergency_stop_edge(is_low(EMERGENCY_STOP));
     }

@@ -28,6 +28,12 @@ pub fn open_gate() -> Instant {
     })
 }
 
+/// Engages the brake, which is that of all axes.
+#[inline(always)]
+pub fn brake_all() {
+    brake(true);
+}
+
 /// Engages or releases the brake. No edge rises while it is engaged.
 pub fn brake(engaged: bool) {
     if engaged {

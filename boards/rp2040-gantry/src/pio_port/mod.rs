@@ -59,6 +59,8 @@ use crate::priority;
 
 pub use PioPort as Port;
 
+pub use self::gate::brake_all;
+
 /// The state machines count cycles of the system clock.
 const TICK_HZ: u32 = 125_000_000;
 const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;

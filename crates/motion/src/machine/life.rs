@@ -186,6 +186,16 @@ impl Life {
         self.forget != Forget::Nothing || self.cause.is_some()
     }
 
+    /// Whether the first edge of a limit switch, or a stall that a driver tells, stops everything.
+    pub fn heeds_limits(&self) -> bool {
+        self.pending > 0 && !self.is_locked() && !matches!(self.state, State::Home)
+    }
+
+    /// Whether a reset byte stops everything.
+    pub fn heeds_reset_byte(&self) -> bool {
+        self.pending > 0 && !self.is_locked() && (self.reset_heard || self.forget == Forget::All)
+    }
+
     /// Changes the state, and what goes with it, as `trigger` demands. What is to be done then is the result.
     pub fn on(&mut self, trigger: Trigger) -> Reaction {
         match trigger {

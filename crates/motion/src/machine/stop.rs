@@ -61,25 +61,11 @@ impl Machine {
 
     /// A limit input has changed, and is now low or high. The first edge of a press stops a running machine at once, if
     /// hard limits are on and the axis has an end. Where the input is a driver's it means, but in homing, that the
-    /// [driver has failed](Self::driver_failed). It may be called any number of times, from any context.
+    /// [driver has failed](Self::driver_failed). It may be called any number of times, from any context. Before the task of
+    /// the input has read it for the first time no edge counts.
     pub fn limit_edge(&self, input: LimitInput, is_low: bool) {
-        let (is_press, is_stall, squared, is_endless) = self.with(|inner| {
-            let config = &inner.config;
-            let is_stall = config.is_stall(input);
-            let is_press = is_low == config.pressed_is_low(input);
-            (is_press && (is_stall || config.hard_limits), is_stall, config.squared, config.is_endless)
-        });
-        let motor = match input {
-            LimitInput::Of(axis) => Some(Motor::first(axis)),
-            LimitInput::Second => squared.map(|squared| Motor::second(squared.axis)),
-        };
-        // A pressed switch bounces when it is left; that is no press. There is no end behind that of an axis that turns.
-        if let Some(motor) = motor
-            && is_press
-            && (is_stall || !is_endless[motor.axis as usize])
-            && !self.switch(input).is_pressed()
-        {
-            self.on(if is_stall { Trigger::Stalled(motor) } else { Trigger::Limit(motor) });
+        if let Some(trigger) = self.with(|inner| inner.pressed(input, is_low)) {
+            self.on(trigger);
         }
     }
 

@@ -199,6 +199,26 @@ fn no_position_is_trusted_after_a_driver_has_failed() {
     });
 }
 
+/// An interrupt of the board brakes before it reports what it has heard. A brake that the report does not confirm would hold
+/// the axes in a run which nobody ends, so there is none; and none is missing.
+#[test]
+fn an_interrupt_brakes_exactly_where_its_report_stops_the_machine() {
+    for_all(|life| {
+        let reacts = |trigger| {
+            let mut next = *life;
+            (next.on(trigger), next)
+        };
+        let halts = |trigger| reacts(trigger).0 == Reaction::Halt;
+        let [limit, stall] = [Trigger::Limit, Trigger::Stalled].map(|of| halts(of(Motor::first(AXIS))));
+        holds(life.heeds_limits() == limit && limit == stall, "a limit switch, or a stall")?;
+        holds(life.heeds_reset_byte() == halts(Trigger::ResetHeard), "a reset byte")?;
+        // It locks a machine at rest too, whose outputs are switched off then.
+        let (reaction, next) = reacts(Trigger::EmergencyStop(true));
+        let stops = reaction == Reaction::Halt || next.is_locked() && !life.is_locked();
+        holds(life.is_locked() != stops, "the emergency stop")
+    });
+}
+
 #[test]
 fn what_is_refused_changes_nothing() {
     for_all(|life| {

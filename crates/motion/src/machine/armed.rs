@@ -1,0 +1,106 @@
+//! Which edges stop the machine at once, for an interrupt of the board that brakes before it takes a lock.
+//!
+//! # Design
+//! The life cycle decides on a stop in a critical section, which takes microseconds. So what it would decide is known before
+//! the edge comes: every critical section that changes what it depends on (the life, the configuration, the debounced level
+//! of a switch) stores the result in one word. An interrupt comes before such a section or after it, so the word it reads
+//! is what the life cycle decides right afterwards. It brakes by the word, and reports the edge, which decides on the alarm.
+
+use core::sync::atomic::Ordering;
+
+use super::{Inner, Machine, Trigger};
+use crate::axes::{AXES, Axis};
+use crate::config::Config;
+use crate::motor::{LimitInput, Motor};
+
+/// The falling edges of the limit inputs are the lowest bits of the word, in the order of the switches; then the rising ones.
+const RISING_SHIFT: usize = 8;
+const EMERGENCY_STOP: u32 = 1 << 16;
+const RESET_BYTE: u32 = 1 << 17;
+
+const _: () = assert!(AXES < RISING_SHIFT, "a limit input has two bits of the word");
+
+const fn edge(input: LimitInput, is_low: bool) -> u32 {
+    let falling = 1 << input.index();
+    if is_low { falling } else { falling << RISING_SHIFT }
+}
+
+/// For an interrupt of the board which no critical section and nothing of this crate interrupts. If the answer is yes, the
+/// report of the edge that follows stops the machine, so the board may brake the axes and the tool before it. Not even a
+/// lock is taken.
+impl Machine {
+    /// Whether [`limit_edge`](Self::limit_edge) would stop everything now.
+    #[inline(always)]
+    #[must_use]
+    pub fn stops_at_limit(&self, input: LimitInput, is_low: bool) -> bool {
+        self.armed.load(Ordering::Relaxed) & edge(input, is_low) != 0
+    }
+
+    /// Whether a press that [`emergency_stop_edge`](Self::emergency_stop_edge) reports would lock the machine now.
+    #[inline(always)]
+    #[must_use]
+    pub fn stops_at_emergency(&self) -> bool {
+        self.armed.load(Ordering::Relaxed) & EMERGENCY_STOP != 0
+    }
+
+    /// Whether [`reset_heard`](Self::reset_heard) would stop everything now.
+    #[inline(always)]
+    #[must_use]
+    pub fn stops_at_reset(&self) -> bool {
+        self.armed.load(Ordering::Relaxed) & RESET_BYTE != 0
+    }
+
+    /// Stores anew which edges stop the machine.
+    pub(super) fn arm(&self, inner: &Inner) {
+        let of = |is_so: bool, bits: u32| if is_so { bits } else { 0 };
+        let (life, presses) = (&inner.life, inner.presses);
+        let armed = of(life.heeds_limits(), presses)
+            | of(!life.is_locked(), EMERGENCY_STOP)
+            | of(life.heeds_reset_byte(), RESET_BYTE);
+        self.armed.store(armed, Ordering::Relaxed);
+    }
+
+    /// Sets the debounced level of a limit switch.
+    pub(crate) fn publish_switch(&self, input: LimitInput, is_pressed: bool) {
+        self.with(|inner| {
+            self.switch(input).publish(is_pressed);
+            inner.presses &= !(edge(input, true) | edge(input, false));
+            inner.presses |= press(&inner.config, input, is_pressed);
+            self.arm(inner);
+        });
+    }
+
+    /// Stores anew which edges are presses, after a change of the configuration.
+    pub(super) fn rearm(&self, inner: &mut Inner) {
+        let of_axes = Axis::ALL.into_iter().map(LimitInput::Of);
+        let presses = of_axes
+            .chain([LimitInput::Second])
+            .map(|input| press(&inner.config, input, self.switch(input).is_pressed()));
+        inner.presses = presses.fold(0, |all, one| all | one);
+        self.arm(inner);
+    }
+}
+
+impl Inner {
+    /// What this edge of a limit input triggers, if it is a press.
+    pub(super) fn pressed(&self, input: LimitInput, is_low: bool) -> Option<Trigger> {
+        let motor = match input {
+            LimitInput::Of(axis) => Motor::first(axis),
+            LimitInput::Second => Motor::second(self.config.squared?.axis),
+        };
+        let is_press = self.presses & edge(input, is_low) != 0;
+        is_press.then(|| if self.config.is_stall(input) { Trigger::Stalled(motor) } else { Trigger::Limit(motor) })
+    }
+}
+
+/// The edge of a limit input that is a press, if there is one. A pressed switch bounces when it is left; that is no press.
+/// There is no end behind that of an axis that turns, and no switch of a second motor that there is not.
+fn press(config: &Config, input: LimitInput, is_pressed: bool) -> u32 {
+    let axis = match input {
+        LimitInput::Of(axis) => Some(axis),
+        LimitInput::Second => config.squared.map(|squared| squared.axis),
+    };
+    let has_end = axis.is_some_and(|axis| !config.is_endless[axis as usize]);
+    let is_heeded = config.is_stall(input) || config.hard_limits && has_end;
+    if is_heeded && !is_pressed { edge(input, config.pressed_is_low(input)) } else { 0 }
+}
