@@ -53,6 +53,16 @@ fn laser_words_between_moves_stop_nothing() {
     assert!(plain == edges(["M4 S1000 ", "S1 ", "M3 ", "M5 ", "M4 ", "S20 "]), "on the lines of the moves");
 }
 
+/// S0 is a dark pixel: it does not switch the laser's supply.
+#[test]
+fn s0_leaves_the_enable_output_of_a_laser_on() {
+    let mut sim = laser();
+    for line in ["M3 S0", "M4", "S500", "S0"] {
+        assert_eq!(say(&mut sim, line), ["ok"]);
+        assert_eq!(sim.tool(), DARK, "{line}");
+    }
+}
+
 /// The level is constant during feed moves. The laser is dark between runs, in rapids and at rest. Every
 /// change is on time.
 #[test]

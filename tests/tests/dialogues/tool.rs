@@ -2,7 +2,8 @@
 
 use embassy_time::Duration;
 use isostep_motion::{Axis, Level, Outputs, Spindle};
-use isostep_sim::{Config, Sim, SwitchFault};
+use isostep_sim::tool::{ToolChange, ToolOutput};
+use isostep_sim::{Config, Port, Sim, SwitchFault};
 
 use crate::talk::{
     ON, assert_at, begin, bytes, duty, field, homed, powered_up, refused, report, say, state, status, watch,
@@ -49,7 +50,7 @@ fn m3_m4_m5_turn_the_spindle() {
 fn s_is_linear_from_the_least_to_the_full_duty() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "$30=24000\n$31=6000\n$36=90\n$35=20\n$33=20000\nM3"), ["ok"; 6]);
-    assert_eq!((sim.tool(), field(&mut sim, "FS").as_str()), ([0, ON, 0, 0, 0], "0,0"), "S0");
+    assert_eq!((sim.tool(), field(&mut sim, "FS").as_str()), (OFF, "0,0"), "S0");
     for (speed, ratio, reported) in [
         ("1", 0.2, "0,6000"),
         ("6000", 0.2, "0,6000"),
@@ -61,7 +62,8 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
     ] {
         assert_eq!(say(&mut sim, &format!("S{speed}")), ["ok"]);
         assert!(sim.tool()[0].abs_diff(duty(ratio)) <= 1, "S{speed}: {:?}", sim.tool());
-        assert_eq!((sim.tool()[1], field(&mut sim, "FS").as_str()), (ON, reported), "S{speed}");
+        let enable = if speed == "0" { 0 } else { ON };
+        assert_eq!((sim.tool()[1], field(&mut sim, "FS").as_str()), (enable, reported), "S{speed}");
     }
     refused(&mut sim, "$31=24000", 2);
     refused(&mut sim, "$35=91", 2);
@@ -124,6 +126,51 @@ fn setting_394_gives_the_spindle_time() {
     // M5 before the spindle has its speed: the move does not wait.
     assert_eq!(begin(&mut sim, "M4\nM5\nG1 X0", Duration::from_millis(200)), ["ok"; 3]);
     assert!(sim.machine().position_steps()[0] < 50 * x_mm, "it moves");
+}
+
+/// A spindle with S0 stands, whatever its direction: enable is off, because a VFD runs by it. It begins to turn with the
+/// next S, and nothing moves before it has its speed.
+#[test]
+fn a_spindle_that_starts_from_s0_is_waited_for() {
+    for port in Port::ALL {
+        for (stands, modes_reported) in
+            [("M4 S0\nG4 P0.1", "M4 M9"), ("M3 S900\nG4 P0\nS0\nG0 X1\nG4 P3", "M3 M9"), ("M3\nM4", "M4 M9")]
+        {
+            for goes in ["G1 X2 F300", "G0 X2", "$J=X2 F300"] {
+                let mut sim = powered_up(&Config { port, ..Config::default() });
+                assert_eq!(say(&mut sim, "$394=2.5").last_line(), "ok");
+                assert_eq!(say(&mut sim, stands).last_line(), "ok");
+                assert_eq!((sim.tool(), accessories(&mut sim)), (OFF, None), "{port}, {stands:?}");
+                assert_eq!(modes(&mut sim), modes_reported, "{stands:?}");
+                assert_eq!(say(&mut sim, &format!("S900\n{goes}")), ["ok", "ok"], "{stands:?}");
+                let outcome = sim.outcome();
+                let is_rise = |change: &&ToolChange| change.output == ToolOutput::Pwm && change.duty > 0;
+                let rose_ns = outcome.tool.iter().rfind(is_rise).unwrap().t_ns;
+                let first = outcome.edges.iter().find(|edge| edge.t_ns > rose_ns).unwrap();
+                let waits_ms = (first.t_ns - rose_ns) / 1_000_000;
+                assert!((2_500..2_700).contains(&waits_ms), "{port}, {stands:?}, {goes}: {waits_ms} ms");
+            }
+        }
+    }
+}
+
+/// With S0 nothing is waited for, and a hold has nothing to start again.
+#[test]
+fn a_spindle_with_s0_holds_nothing_up() {
+    let mut sim = homed();
+    assert_eq!(say(&mut sim, "$394=2.5\nM3 S0"), ["ok", "ok"]);
+    let before = sim.now();
+    assert_eq!(say(&mut sim, "G1 X1 F600"), ["ok"]);
+    assert!(sim.now() - before < Duration::from_secs(1));
+    bytes(&mut sim, b"!");
+    for byte in [0x9E, 0x9E, 0x9A] {
+        bytes(&mut sim, &[byte]);
+        assert_eq!(sim.tool(), OFF, "after 0x{byte:x}");
+    }
+    let before = sim.now();
+    sim.send(b"~G1 X2\n");
+    sim.run_until_idle().unwrap();
+    assert!(sim.now() - before < Duration::from_secs(1));
 }
 
 /// The machine is held, jogged, reset, or stopped while the spindle gets its speed.

@@ -89,7 +89,7 @@ impl OutputsAsked {
 
 impl Machine {
     /// Changes the outputs. If the spindle begins to turn, or turns in the other direction, the motions that follow
-    /// wait until it has its speed.
+    /// wait until it has its speed. A spindle turns if it has a direction and a level above zero.
     ///
     /// # Errors
     /// In an alarm, and while a stop or a reset is under way, the outputs stay off.
@@ -175,7 +175,8 @@ impl Machine {
 }
 
 impl Inner {
-    /// What the outputs are now: what is asked of them, except for what a hold or the safety door keeps off.
+    /// What the outputs are now: what is asked of them, except for what a hold or the safety door keeps off. A spindle
+    /// whose speed is 0 stands.
     pub(super) fn effective(&self) -> Outputs {
         let (outputs, laser) = (self.outputs.asked, self.config.tool.laser);
         let is_guarded = self.life.door.keeps_off() && (laser || !self.life.moving);
@@ -183,7 +184,8 @@ impl Inner {
             return Outputs::OFF;
         }
         let is_dark = laser && matches!(self.life.state, State::Hold { still: true });
-        if is_dark || self.outputs.stopped.is_some() { outputs.without_spindle() } else { outputs }
+        let stands = !laser && outputs.level == Level::ZERO;
+        if is_dark || stands || self.outputs.stopped.is_some() { outputs.without_spindle() } else { outputs }
     }
 
     /// If the spindle turns otherwise than `before`, the motions that follow wait until it has its speed.

@@ -89,7 +89,8 @@ impl Asked {
     /// light is exact, even if it reaches the full level in the middle.
     pub fn made(self, percent: u8) -> Level {
         const FULL: u32 = u16::MAX as u32;
-        let [from, to] = [self.from, self.to].map(|level| (level * u32::from(percent) + 50) / 100);
+        // No override makes nothing of what is asked for: a spindle would stand, and start again without a wait.
+        let [from, to] = [self.from, self.to].map(|level| ((level * u32::from(percent) + 50) / 100).max(level.min(1)));
         let (low, high) = (from.min(to), from.max(to));
         let mean = match FULL.saturating_sub(low) {
             0 => FULL,
@@ -153,6 +154,7 @@ mod tests {
         let made = |from, to, percent| asked(from, to).made(percent).0;
         assert_eq!([10, 100, 200].map(|percent| made(40_000, 40_000, percent)), [4_000, 40_000, 65_535]);
         assert_eq!(made(100_000, 100_000, 50), 50_000, "the override comes before the limit");
+        assert_eq!([made(0, 0, 10), made(1, 1, 10), made(4, 4, 10)], [0, 1, 1], "it makes nothing only of nothing");
         assert_eq!([made(10_000, 20_000, 100), made(20_000, 10_000, 200)], [15_000, 30_000]);
         assert_eq!(
             [made(0, 131_070, 100), made(131_070, 0, 100)],

@@ -47,7 +47,8 @@ pub enum Spindle {
 pub struct Outputs {
     /// Enable and direction.
     pub spindle: Spindle,
-    /// The spindle's speed. The level of a laser belongs to each move ([`Power`](crate::Power)).
+    /// The spindle's speed; at zero it stands, with enable off. The level of a laser belongs to each move
+    /// ([`Power`](crate::Power)).
     pub level: Level,
     /// Flood coolant.
     pub flood: bool,
