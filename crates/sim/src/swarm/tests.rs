@@ -4,6 +4,7 @@ use isostep_motion::Axis;
 
 use super::*;
 use crate::config::{Board, Config};
+use crate::drivers::DriverFault;
 use crate::faults::Trouble;
 
 const WORLDS: u64 = 100;
@@ -71,6 +72,20 @@ fn a_carriage_that_is_sent_beyond_its_end_is_no_failure() {
     config.settings.soft_limits = false;
     let acts = [lines(&["$H"]), vec![Act::Rest], lines(&["G0 Y403.04"]), vec![Act::Rest]].concat();
     assert_eq!(run(&Scenario { config, acts }).map(|amount| amount.faults), Ok(0));
+}
+
+const RESET: Act = Act::Reset { by: 0, early: b"", late: b"", apart_us: 60 };
+
+/// A driver that still fails locks the machine again after the reset, and a start-up line may move onto a switch.
+#[test]
+fn an_alarm_after_a_reset_that_no_forgotten_line_has_raised_is_no_failure() {
+    let config = Config { board: Board::SkrPico, driver: Board::SkrPico.driver(), ..Config::default() };
+    let overheated = Trouble::Driver(Axis::X.into(), DriverFault::Overheated);
+    let acts = [vec![Act::Fault(overheated, 800_000)], lines(&["$X"]), vec![Act::Wait(5_000), RESET]].concat();
+    assert_eq!(run(&Scenario { config, acts }).map(drop), Ok(()));
+    let config = Config { start_mm: [3.0, 40.0, 15.0], ..Config::default() };
+    let acts = [lines(&["$N0=G91 G1 X-2 F600"]), vec![Act::Wait(500_000), RESET]].concat();
+    assert_eq!(run(&Scenario { config, acts }).map(drop), Ok(()));
 }
 
 /// Of the worlds that are to home by stall most can.
