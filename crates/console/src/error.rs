@@ -16,7 +16,7 @@ codes! {
         NotIdle = 8, "The command needs a machine at rest: wait until ? says Idle.";
         Locked = 9, "G-code is locked out in Alarm and Jog: home with $H, unlock with $X, or end the jog.";
         SoftLimitsNeedHoming = 10, "Soft limits need homing: set $22=1 first.";
-        LineTooLong = 11, "A line holds 79 characters, spaces and comments not counted: split it.";
+        LineTooLong = 11, "A line holds 79 characters, spaces and comments not counted: split it. Or it was lost, as a message says.";
         RateTooHigh = 12, "The step rate is above what the outputs carry: lower $110-$112, $100-$102 or $0.";
         DoorOpen = 13, "The safety door is open: close it and try again.";
         TravelExceeded = 15, "The jog would leave the travel ($130-$132), so it was not begun: jog less far.";

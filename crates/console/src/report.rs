@@ -28,6 +28,9 @@ pub mod messages {
     pub const HOW_TO_UNLOCK: &str = "'$H'|'$X' to unlock";
     /// Sent after the welcome if another console, or the board, has asked for the reset.
     pub const RESET_ELSEWHERE: &str = "Reset from elsewhere: all lines sent before are forgotten";
+    /// Sent before the error of every line that was lost.
+    pub const LINES_LOST: &str = "This line is lost, because more was sent ahead than the console keeps: \
+        reset (ctrl-x), then send no more than Bf: says";
     /// `$X` has left Alarm.
     pub const UNLOCKED: &str = "Caution: Unlocked";
     /// A limit switch is pressed that should not be.

@@ -15,11 +15,14 @@ use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, asi
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
 use crate::controller::{Controller, Mode, Program, Unsaved};
+use crate::jogs::Fate;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
 
 /// How the line of a jog begins.
 const JOG: &str = "$J=";
+/// What is in the line of a probe.
+const PROBE: &str = "G38.";
 
 /// What comes after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,19 +40,25 @@ pub(crate) enum After {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Carries out one line and answers it. A jog that was sent before a jog cancel, which has `overtaken` it, is
-    /// forgotten like those that the machine has taken already.
+    /// Carries out one line and answers it. If it is a jog, `fate` says what becomes of it.
     ///
     /// # Cancellation
     /// Safe: a motion is either in the machine's queue or was never asked for.
-    pub(crate) async fn line(&self, line: Result<&str, Error>, overtaken: bool, out: &Output) -> After {
+    pub(crate) async fn line(&self, line: Result<&str, Error>, fate: Fate, out: &Output) -> After {
+        let is_jog = line.is_ok_and(|line| line.starts_with(JOG));
+        if is_jog && fate == Fate::Refused || self.is_held() && self.may_not_wait(line) {
+            aside(pin!(self.refuse(Error::NotIdle, out))).await;
+            return After::NextLine;
+        }
+        let pauses = self.pauses.get();
         let _turn = self.turn.lock().await;
         if self.begin_line() {
             aside(pin!(self.catch_up())).await;
         }
         let mut text = Message::new();
         let answer = match line {
-            Ok(line) if overtaken && line.starts_with(JOG) => Ok(After::NextLine),
+            Ok(_) if is_jog && self.pauses.get() != pauses => Err(Error::NotIdle),
+            Ok(_) if is_jog && fate == Fate::Cancelled => Ok(After::NextLine),
             Ok(line) => self.carry_out(line, &mut text, out).await,
             Err(error) => Err(error),
         };
@@ -82,6 +91,18 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         self.with(|program| program.in_line = false);
         after
+    }
+
+    /// Whether a line that somebody sends by hand would have to wait, in a hold, for the line of another console: that
+    /// one waits for the resume, and nobody expects this one to move then.
+    fn may_not_wait(&self, line: Result<&str, Error>) -> bool {
+        self.turn.try_lock().is_err() && line.is_ok_and(|line| line.starts_with(JOG) || line.contains(PROBE))
+    }
+
+    async fn refuse(&self, error: Error, out: &Output) {
+        let mut text = Message::new();
+        text.answer(Err(error));
+        out.send(&text).await;
     }
 
     /// Says of a refused line what its error does not.

@@ -1,6 +1,6 @@
 //! What all consoles share, and what changes it at once.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
@@ -30,6 +30,8 @@ pub struct Controller<'a, F: NorFlash> {
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
     pub(crate) resets: Resets,
+    /// How often M0 or M6 has held the machine.
+    pub(crate) pauses: Cell<u32>,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     /// The board's name; empty if it has none.
     pub(crate) board: &'static str,
@@ -120,6 +122,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             program: RefCell::new(program),
             turn: Mutex::new(()),
             resets: Resets::new(),
+            pauses: Cell::new(0),
             store: Mutex::new(store),
             board: "",
             has_boot_loader: false,
@@ -241,6 +244,11 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.machine
             .set_overrides(Overridden { feed_percent: overrides.feed_percent, rapid_percent: overrides.rapid_percent });
         self.machine.set_spindle_percent(overrides.spindle_percent);
+    }
+
+    /// Whether the machine is held, or brakes for that, and not for a reset.
+    pub(crate) fn is_held(&self) -> bool {
+        matches!(self.machine.state(), State::Hold { .. }) && !self.is_restarting()
     }
 
     /// Notes that a reset has come. From now on no console goes on with a line from before it.

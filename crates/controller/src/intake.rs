@@ -2,11 +2,17 @@
 
 use core::cell::Cell;
 
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::signal::Signal;
+
 /// The bytes of lines pass through it, real-time bytes do not.
 pub(crate) struct Intake {
     state: Cell<State>,
     /// The last byte did not end a line.
     in_line: Cell<bool>,
+    /// How many lines have been lost whose loss has not been told.
+    lost: Cell<u32>,
+    loses: Signal<NoopRawMutex, ()>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -17,29 +23,58 @@ enum State {
     Shut,
     /// Takes nothing until a line has ended.
     ToLineEnd,
+    /// Takes nothing, because bytes before have been lost, and counts the lines.
+    Losing,
 }
 
 impl Intake {
     /// Open, at the beginning of a line.
     pub const fn new() -> Self {
-        Self { state: Cell::new(State::Open), in_line: Cell::new(false) }
+        Self { state: Cell::new(State::Open), in_line: Cell::new(false), lost: Cell::new(0), loses: Signal::new() }
     }
 
     /// Takes nothing from now on.
     pub fn shut(&self) {
-        self.state.set(State::Shut);
+        self.begin(State::Shut);
     }
 
     /// Takes all bytes from now on, beginning with a line. What the host sends of a line that it began before is not
     /// taken.
     pub fn open(&self) {
-        self.state.set(if self.in_line.get() { State::ToLineEnd } else { State::Open });
+        self.begin(if self.in_line.get() { State::ToLineEnd } else { State::Open });
     }
 
     /// Takes all bytes from now on: the next one begins a line.
     pub fn begin_line(&self) {
-        self.state.set(State::Open);
+        self.begin(State::Open);
         self.in_line.set(false);
+    }
+
+    /// A reset has come: what was lost before is forgotten.
+    fn begin(&self, state: State) {
+        self.state.set(state);
+        self.lost.set(0);
+    }
+
+    /// There is no room for these bytes, which were taken. Nothing is taken from now on, before a reset.
+    pub fn lose(&self, bytes: &[u8]) {
+        self.state.set(State::Losing);
+        let lines = bytes.iter().filter(|byte| ends_line(byte)).count() as u32;
+        self.lost.set(self.lost.get().saturating_add(lines));
+        self.loses.signal(());
+    }
+
+    /// Waits until a line has been lost that has not been returned yet.
+    ///
+    /// # Cancellation
+    /// Safe: no line is forgotten.
+    pub async fn lost_line(&self) {
+        loop {
+            if let Some(left) = self.lost.get().checked_sub(1) {
+                return self.lost.set(left);
+            }
+            self.loses.wait().await;
+        }
     }
 
     pub fn is_shut(&self) -> bool {
@@ -53,6 +88,10 @@ impl Intake {
         match self.state.get() {
             State::Open => bytes,
             State::Shut => &[],
+            State::Losing => {
+                self.lose(bytes);
+                &[]
+            }
             State::ToLineEnd => match bytes.iter().position(ends_line) {
                 Some(end) => {
                     self.state.set(State::Open);
@@ -70,6 +109,10 @@ fn ends_line(byte: &u8) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use core::pin::pin;
+
+    use embassy_futures::poll_once;
+
     use super::*;
 
     #[test]
@@ -82,6 +125,23 @@ mod tests {
         assert_eq!((intake.taken(b"F10"), intake.is_shut()), (&b""[..], false));
         assert_eq!(intake.taken(b"0\nG21\nG"), b"G21\nG");
         assert_eq!(intake.taken(b"90\n"), b"90\n");
+    }
+
+    #[test]
+    fn every_line_that_is_lost_is_told_once_until_a_reset() {
+        let intake = Intake::new();
+        let told = || (0..9).take_while(|_| poll_once(pin!(intake.lost_line())).is_ready()).count();
+        assert_eq!((intake.taken(b"G1 X1\nG1"), told()), (&b"G1 X1\nG1"[..], 0));
+        // The pipe takes all but the rest of the second line and what is behind it.
+        intake.lose(b"1\nG1 X2\nG");
+        assert_eq!((told(), told()), (2, 0));
+        assert_eq!((intake.taken(b"1 X3\nG21\r"), told()), (&b""[..], 2));
+        assert_eq!((intake.taken(b"G90\n"), intake.taken(b"M")), (&b""[..], &b""[..]));
+        intake.open();
+        assert_eq!((intake.taken(b"3\nM5\n"), told()), (&b"M5\n"[..], 0), "the rest of the line is forgotten");
+        intake.lose(b"M3\n");
+        intake.begin_line();
+        assert_eq!((intake.taken(b"M5\n"), told()), (&b"M5\n"[..], 0));
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod controller;
 #[cfg(feature = "trinamic")]
 mod drivers;
 mod intake;
-mod jog_cancel;
+mod jogs;
 mod moves;
 mod news;
 mod output;
@@ -32,5 +32,5 @@ pub use controller::Controller;
 pub use drivers::{DriverHardware, Wire, exchange_time};
 pub use isostep_console::{Error, Parameters, Settings};
 pub use prove::Prove;
-pub use serve::LinkError;
+pub use serve::{FlowControl, LinkError};
 pub use store::Store;

@@ -97,6 +97,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         out.send(text).await;
         text.clear();
+        self.begin_pause();
         self.machine.hold_for_tool_change();
         self.settled().await
     }
@@ -116,8 +117,14 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Holds until a resume, or a reset.
     async fn pause(&self) -> Result<(), Error> {
+        self.begin_pause();
         self.machine.hold();
         self.settled().await
+    }
+
+    /// Notes that a line holds the machine: jogs that have come before the resume are not made after it.
+    fn begin_pause(&self) {
+        self.pauses.set(self.pauses.get().wrapping_add(1));
     }
 
     /// Begins a jog. A jog to a place outside the travel does not begin, and locks nothing.

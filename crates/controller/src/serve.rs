@@ -1,9 +1,15 @@
 //! One console: bytes in, bytes out, real-time bytes at once.
 //!
 //! # Design
-//! Four futures run side by side. `receive` never waits for a move: it acts on real-time bytes as they arrive and puts
-//! the rest into a pipe, which is larger than the window that is advertised to senders. `execute` takes lines from the
-//! pipe, one at a time. `notify` reports alarms. Only `transmit` waits for the host.
+//! Four futures run side by side. `receive` acts on real-time bytes as they arrive and puts the rest into a pipe, which
+//! is larger than the window that is advertised to senders. `execute` takes lines from the pipe, one at a time. `notify`
+//! reports alarms. Only `transmit` waits for the host.
+//!
+//! Behind the lines of a host that sends more than the pipe holds there may be real-time bytes, which are heard only if
+//! the lines before them are read. A link with flow control has its host wait while the machine works: no line is lost.
+//! But where nothing goes on without a real-time byte, in a hold or asleep, and on a link that would lose bytes itself,
+//! `receive` reads on, and lines are lost. Each is told by an error. What comes behind them would be a program with a
+//! gap, so no line is taken before a reset.
 //!
 //! A reset is the machine's, whichever console it came from: every `session` drops the line that it carries out before
 //! that line is polled again, forgets the lines that wait, and greets its host. The host of another console does not
@@ -19,23 +25,35 @@ use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
+use embassy_time::{Duration, Timer};
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::ReportedState;
 use isostep_console::report::{self, messages};
-use isostep_console::{LineAssembler, Realtime, StatusReporter, realtime};
+use isostep_console::{Error, LineAssembler, Realtime, StatusReporter, realtime};
 use isostep_motion::{State, aside};
 
 use crate::commands::After;
-use crate::controller::Controller;
+use crate::controller::{Controller, Mode};
 use crate::intake::Intake;
-use crate::jog_cancel::JogCancel;
+use crate::jogs::Jogs;
 use crate::output::{Message, Output};
 use crate::status;
 
 /// Four times the window that is advertised to senders.
 const INPUT_BYTES: usize = 512;
 const CHUNK_BYTES: usize = 64;
+/// How often a console whose pipe is full looks whether it must read on.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// What a link does with bytes that are not read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlowControl {
+    /// It has its host wait, as USB does.
+    Link,
+    /// It loses them, as a UART without RTS and CTS does.
+    None,
+}
 
 /// Why a console ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,19 +71,24 @@ struct Console {
     intake: Intake,
     input: Pipe<NoopRawMutex, INPUT_BYTES>,
     output: Output,
-    jog_cancel: JogCancel,
+    jogs: Jogs,
+    /// The last pause that its jogs have heard of.
+    known_pause: Cell<u32>,
+    flow_control: FlowControl,
     reporter: RefCell<StatusReporter>,
     /// The last reset of which its host knows: the host has asked for it, or has been told.
     known_reset: Cell<u32>,
 }
 
 impl Console {
-    fn new(known_reset: u32) -> Self {
+    fn new(known_reset: u32, flow_control: FlowControl) -> Self {
         Self {
             intake: Intake::new(),
             input: Pipe::new(),
             output: Output::new(),
-            jog_cancel: JogCancel::new(),
+            jogs: Jogs::new(),
+            known_pause: Cell::new(0),
+            flow_control,
             reporter: RefCell::new(StatusReporter::new()),
             known_reset: Cell::new(known_reset),
         }
@@ -74,7 +97,7 @@ impl Console {
     /// Forgets the lines that wait, and what the host has been told of the machine.
     fn forget(&self) {
         self.input.clear();
-        self.jog_cancel.forget();
+        self.jogs.forget();
         *self.reporter.borrow_mut() = StatusReporter::new();
     }
 }
@@ -87,8 +110,13 @@ impl<F: NorFlash> Controller<'_, F> {
     ///
     /// # Cancellation
     /// Safe: lines not yet carried out are forgotten; motion already asked for goes on to its end.
-    pub async fn serve<R: Read, W: Write>(&self, rx: R, tx: W) -> Result<Infallible, LinkError<R::Error, W::Error>> {
-        let console = Console::new(self.resets.count());
+    pub async fn serve<R: Read, W: Write>(
+        &self,
+        rx: R,
+        tx: W,
+        flow_control: FlowControl,
+    ) -> Result<Infallible, LinkError<R::Error, W::Error>> {
+        let console = Console::new(self.resets.count(), flow_control);
         let ended = select4(
             self.receive(&console, rx),
             self.session(&console),
@@ -115,7 +143,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let mut left = &bytes[..n];
             loop {
                 let ordinary = left.iter().take_while(|&&byte| realtime::classify(byte).is_none()).count();
-                console.input.write_all(console.intake.taken(&left[..ordinary])).await;
+                self.put(console, console.intake.taken(&left[..ordinary])).await;
                 let Some((&byte, behind)) = left[ordinary..].split_first() else { break };
                 left = behind;
                 match realtime::classify(byte) {
@@ -128,13 +156,48 @@ impl<F: NorFlash> Controller<'_, F> {
                     }
                     Some(realtime) => {
                         if realtime == Realtime::JogCancel {
-                            console.jog_cancel.come(console.input.len());
+                            console.jogs.cancel(console.input.len());
                         }
                         self.real_time(realtime);
                     }
                     None => {}
                 }
             }
+        }
+    }
+
+    /// Puts bytes of lines into the pipe, or loses those for which there is no room, if it must read on.
+    async fn put(&self, console: &Console, mut bytes: &[u8]) {
+        self.refuse_jogs(console);
+        while !bytes.is_empty() {
+            match select(console.input.write(bytes), self.must_read_on(console)).await {
+                Either::First(count) => bytes = &bytes[count..],
+                Either::Second(()) => {
+                    console.intake.lose(bytes);
+                    break;
+                }
+            }
+        }
+        self.refuse_jogs(console);
+    }
+
+    /// Waits until bytes must be read although there is no room for them.
+    async fn must_read_on(&self, console: &Console) {
+        let goes_on_by_itself = || {
+            let is_held = matches!(self.machine.state(), State::Hold { still: true });
+            !is_held && self.with(|program| program.mode != Mode::Sleep)
+        };
+        while console.flow_control == FlowControl::Link && goes_on_by_itself() {
+            Timer::after(LOOK).await;
+        }
+    }
+
+    /// Has the jogs refused that wait in a hold, or that came before the end of a pause. Call it before and after bytes
+    /// are put into the pipe, and before a line is carried out.
+    fn refuse_jogs(&self, console: &Console) {
+        let pause = self.pauses.get();
+        if console.known_pause.replace(pause) != pause || self.is_held() {
+            console.jogs.refuse(console.input.len());
         }
     }
 
@@ -191,23 +254,38 @@ impl<F: NorFlash> Controller<'_, F> {
         let mut assembler = LineAssembler::new();
         let (mut bytes, mut length) = ([0; CHUNK_BYTES], 0);
         loop {
-            console.jog_cancel.hold(length);
-            let n = console.input.read(&mut bytes).await;
+            console.jogs.hold(length);
+            let n = match select(console.input.read(&mut bytes), console.intake.lost_line()).await {
+                Either::First(n) => n,
+                Either::Second(()) => {
+                    aside(pin!(self.tell_lost_line(console))).await;
+                    continue;
+                }
+            };
             let mut left = &bytes[..n];
             while !left.is_empty() {
                 let before = left.len();
                 let line = assembler.take(&mut left);
                 length += before - left.len();
                 let Some(line) = line else { break };
-                console.jog_cancel.hold(left.len());
-                let overtaken = console.jog_cancel.has_overtaken(core::mem::take(&mut length));
-                if self.line(line, overtaken, &console.output).await == After::Restart {
+                console.jogs.hold(length + left.len());
+                self.refuse_jogs(console);
+                let fate = console.jogs.fate(core::mem::take(&mut length));
+                if self.line(line, fate, &console.output).await == After::Restart {
                     return;
                 }
                 // The ports' queues are filled between lines, however many lines there are.
                 yield_now().await;
             }
         }
+    }
+
+    /// Answers a line that was lost. Those before it have been answered.
+    async fn tell_lost_line(&self, console: &Console) {
+        let mut text = Message::new();
+        text.say(messages::LINES_LOST);
+        text.answer(Err(Error::LineTooLong));
+        console.output.send(&text).await;
     }
 
     /// Sends the welcome, and what follows it: what to look at, what is not as it was stored, how to unlock, or the

@@ -11,9 +11,12 @@ use crate::output::Message;
 use crate::status::position_pm;
 
 impl Program {
-    /// The level of the S in force.
+    /// The level of the S in force: zero only for S0, at which a spindle stands.
     fn level(&self) -> Level {
-        Level::of_ratio(self.interpreter.modal().speed_rpm / self.settings.spindle_max_rpm)
+        match self.interpreter.modal().speed_rpm {
+            0.0 => Level::ZERO,
+            rpm => Level::of_ratio(rpm / self.settings.spindle_max_rpm).max(Level::LEAST),
+        }
     }
 
     /// How strongly a laser shines in a move of this rate.

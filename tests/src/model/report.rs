@@ -77,6 +77,9 @@ pub fn compare(report: &Report, model: &Model) -> Result<(), Difference> {
     if matches!(model.state, State::Alarm(_)) {
         modes.stop_tool();
     }
+    if modes.speed == 0 {
+        modes.spindle = 5;
+    }
     for (is_on, letter) in [(modes.spindle == 3, 'S'), (modes.spindle == 4, 'C'), (modes.flood, 'F'), (modes.mist, 'M')]
     {
         accessories.extend(is_on.then_some(letter));

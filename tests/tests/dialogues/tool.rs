@@ -52,6 +52,7 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
     assert_eq!(say(&mut sim, "$30=24000\n$31=6000\n$36=90\n$35=20\n$33=20000\nM3"), ["ok"; 6]);
     assert_eq!((sim.tool(), field(&mut sim, "FS").as_str()), (OFF, "0,0"), "S0");
     for (speed, ratio, reported) in [
+        ("0.001", 0.2, "0,6000"),
         ("1", 0.2, "0,6000"),
         ("6000", 0.2, "0,6000"),
         ("10500", 0.375, "0,10500"),

@@ -10,6 +10,8 @@ pub struct Level(u16);
 impl Level {
     /// Zero.
     pub const ZERO: Self = Self(0);
+    /// The lowest above zero.
+    pub const LEAST: Self = Self(1);
     /// The full output.
     pub const FULL: Self = Self(u16::MAX);
 

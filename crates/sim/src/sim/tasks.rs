@@ -5,7 +5,7 @@ use std::rc::Rc;
 use embassy_futures::join::join;
 use embassy_futures::select::select;
 use embedded_io_async::{Read, Write};
-use isostep_controller::{Controller, DriverHardware, Store};
+use isostep_controller::{Controller, DriverHardware, FlowControl, Store};
 use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{Axis, Event, LimitInput, Machine, Motor, axis, buttons, limit, probing, tool};
 
@@ -103,18 +103,23 @@ pub(super) fn spawn_consoles(
     match baud {
         None => {
             let links = pipes.map(|(rx, tx, opened)| (rx.clone(), tx.clone(), opened.clone())).collect();
-            executor.spawn("console", serve_all(machine.clone(), parts, links));
+            executor.spawn("console", serve_all(machine.clone(), parts, links, FlowControl::Link));
         }
         Some(baud) => {
             let uart = |pipe: &Pipe| Uart::new(pipe.clone(), executor.clock().clone(), baud);
             let links = pipes.map(|(rx, tx, opened)| (uart(rx), uart(tx), opened.clone())).collect();
-            executor.spawn("console", serve_all(machine.clone(), parts, links));
+            executor.spawn("console", serve_all(machine.clone(), parts, links, FlowControl::None));
         }
     }
 }
 
 /// Serves one console, or two.
-async fn serve_all(machine: Rc<Machine>, (store, mut drivers): Parts, links: Vec<(impl Read, impl Write, Pipe)>) {
+async fn serve_all(
+    machine: Rc<Machine>,
+    (store, mut drivers): Parts,
+    links: Vec<(impl Read, impl Write, Pipe)>,
+    flow: FlowControl,
+) {
     let mut controller = Controller::new(&machine, store.kept().settings, store);
     if let Some((hardware, _)) = &drivers {
         controller = controller.with_drivers(*hardware);
@@ -129,11 +134,11 @@ async fn serve_all(machine: Rc<Machine>, (store, mut drivers): Parts, links: Vec
             in_background(&clock, || controller.sets_drivers(), controller.watch_drivers(wire)).await;
         }
     };
-    join(serve_links(&controller, links), watching).await;
+    join(serve_links(&controller, links, flow), watching).await;
 }
 
-async fn serve_links(controller: &Controller<'_, Flash>, links: Vec<(impl Read, impl Write, Pipe)>) {
-    let mut links = links.into_iter().map(|link| serve(controller, link));
+async fn serve_links(controller: &Controller<'_, Flash>, links: Vec<(impl Read, impl Write, Pipe)>, flow: FlowControl) {
+    let mut links = links.into_iter().map(|link| serve(controller, link, flow));
     match (links.next(), links.next()) {
         (Some(first), Some(second)) => drop(join(first, second).await),
         (Some(only), None) => only.await,
@@ -142,9 +147,13 @@ async fn serve_links(controller: &Controller<'_, Flash>, links: Vec<(impl Read, 
 }
 
 /// Serves one console, session after session, as on a board whose host opens and closes the port.
-async fn serve(controller: &Controller<'_, Flash>, (mut rx, mut tx, mut opened): (impl Read, impl Write, Pipe)) {
+async fn serve(
+    controller: &Controller<'_, Flash>,
+    (mut rx, mut tx, mut opened): (impl Read, impl Write, Pipe),
+    flow: FlowControl,
+) {
     loop {
         // The link cannot fail, so a session ends only when the console is opened again.
-        select(controller.serve(&mut rx, &mut tx), opened.read(&mut [0])).await;
+        select(controller.serve(&mut rx, &mut tx, flow), opened.read(&mut [0])).await;
     }
 }
