@@ -15,7 +15,7 @@ mod uart;
 use core::panic::PanicInfo;
 
 use embassy_executor::SendSpawner;
-use isostep_controller::{Controller, Settings, config};
+use isostep_controller::{Controller, FlowControl, Settings, config};
 use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{AXES, Axis, Contact, LimitInput, Machine, TimerPort, axis, limit};
 use portable_atomic as _;
@@ -55,7 +55,7 @@ async fn serve(switches: SendSpawner, rest: SendSpawner, machine: &'static Machi
     }
     rest.spawn(coordinate(machine).unwrap());
     let (rx, tx) = uart::open();
-    match controller.serve(rx, tx).await {
+    match controller.serve(rx, tx, FlowControl::None).await {
         Ok(never) => match never {},
         Err(_) => unreachable!("the link does not fail"),
     }

@@ -6,7 +6,7 @@ use embassy_executor::Spawner;
 use embassy_futures::select::select;
 use embassy_rp::uart::BufferedUartTx;
 use embedded_io_async::{Read, Write};
-use isostep_controller::Controller;
+use isostep_controller::{Controller, FlowControl};
 
 use crate::aside::aside;
 use crate::fail_still::Cause;
@@ -29,7 +29,8 @@ pub fn spawn(
 async fn serve_usb(controller: &'static Controller<'static, Flash>, restart: Option<Cause>, mut port: usb::Port) -> ! {
     loop {
         port.rx.wait_connection().await;
-        select(session(controller, restart, &mut port.rx, &mut port.tx), port.lines.dtr_rises()).await;
+        select(session(controller, restart, &mut port.rx, &mut port.tx, FlowControl::Link), port.lines.dtr_rises())
+            .await;
     }
 }
 
@@ -42,7 +43,7 @@ async fn serve_uart(
 ) -> ! {
     let sessions = pin!(async {
         loop {
-            session(controller, restart, &mut rx, &mut tx).await;
+            session(controller, restart, &mut rx, &mut tx, FlowControl::None).await;
         }
     });
     // A line takes longer on the cable than in the cache.
@@ -50,12 +51,18 @@ async fn serve_uart(
 }
 
 /// Serves a console until the link fails.
-async fn session<R: Read, W: Write>(controller: &Controller<'_, Flash>, restart: Option<Cause>, rx: R, mut tx: W) {
+async fn session<R: Read, W: Write>(
+    controller: &Controller<'_, Flash>,
+    restart: Option<Cause>,
+    rx: R,
+    mut tx: W,
+    flow_control: FlowControl,
+) {
     if let Some(cause) = restart {
         // If the link fails here, it fails again below.
         let _ = tx.write_all(cause.message().as_bytes()).await;
     }
-    if controller.serve(rx, tx).await.is_err() {
+    if controller.serve(rx, tx, flow_control).await.is_err() {
         defmt::info!("a console has lost its link");
     }
 }

@@ -138,6 +138,17 @@ fn a_jog_sent_in_a_pause_is_refused() {
     }
 }
 
+/// In a hold by hand too, if its line waits behind another.
+#[test]
+fn a_jog_that_waits_in_a_hold_is_refused() {
+    let mut sim = two_consoles(None);
+    tell(&mut sim, 0, b"G4 P1\n", 50);
+    tell(&mut sim, 0, b"!", 50);
+    assert_eq!(tell(&mut sim, 0, b"$J=G91 X5 F600\n", 50), [""; 0]);
+    assert_eq!(tell(&mut sim, 0, b"~", 2_000), ["ok", "error:8"]);
+    assert_eq!((tell(&mut sim, 0, b"$J=G91 X1 F600\n", 500), sim.counted_steps()), (vec!["ok".to_owned()], [50, 0, 0]));
+}
+
 /// Another console's jogs and probes are refused at once: its lines would wait for the resume, and then move.
 #[test]
 fn jogs_and_probes_of_the_other_console_are_refused_in_a_pause() {

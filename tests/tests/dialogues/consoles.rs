@@ -9,7 +9,7 @@ use embassy_futures::block_on;
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use isostep_controller::store::Kept;
-use isostep_controller::{Controller, Error, Parameters, Settings, Store, config};
+use isostep_controller::{Controller, Error, FlowControl, Parameters, Settings, Store, config};
 use isostep_motion::{Contact, Machine, coordinator};
 use isostep_sim::Flash;
 use isostep_sim::executor::Executor;
@@ -79,7 +79,7 @@ impl Two {
             let (rx, tx) = (Pipe::new(), Pipe::new());
             let (its_rx, its_tx) = (rx.clone(), tx.clone());
             executor.spawn(name, async move {
-                let _ = controller.serve(its_rx, its_tx).await;
+                let _ = controller.serve(its_rx, its_tx, FlowControl::Link).await;
             });
             (rx, tx, Lines::default())
         });

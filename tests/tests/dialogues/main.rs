@@ -1,6 +1,7 @@
 //! Timed dialogues with the whole controller in virtual time: what a sender sends, what it receives, and what moves.
 //! They follow the tables of docs/console.md.
 
+mod ahead;
 mod alarms;
 mod arcs;
 mod blends;

@@ -5,7 +5,7 @@
 use embassy_executor::Spawner;
 use embassy_futures::yield_now;
 use embassy_stm32::usart::BufferedUart;
-use isostep_controller::{Controller, Settings, Store, config};
+use isostep_controller::{Controller, FlowControl, Settings, Store, config};
 use isostep_motion::{Contact, Machine};
 use static_cell::{ConstStaticCell, StaticCell};
 use stm32g474::flash::SettingsFlash;
@@ -33,7 +33,7 @@ async fn main(rest: Spawner) -> ! {
 async fn serve(controller: &Controller<'static, SettingsFlash>, link: BufferedUart<'static>) -> ! {
     let (mut tx, mut rx) = link.split();
     loop {
-        let Err(_lost) = controller.serve(&mut rx, &mut tx).await;
+        let Err(_lost) = controller.serve(&mut rx, &mut tx, FlowControl::None).await;
         yield_now().await;
     }
 }
