@@ -17,16 +17,14 @@ pub(crate) const PLANES: [[usize; AXES]; if AXES > Z { 3 } else { 1 }] = {
     *planes.first_chunk().expect("there are three planes at most")
 };
 
-/// An arc that turns by less than this is a full circle, rad. Grbl's value.
-const FULL_CIRCLE_RAD: f64 = 5e-7;
 /// How much the distances of start and target from the centre may differ, as in Grbl. Up to `MISFIT_MM` is always
 /// allowed and more than `MISFIT_MAX_MM` never; in between, up to `MISFIT_OF_RADIUS` of the radius is allowed.
 const MISFIT_MM: f64 = 0.005;
 const MISFIT_MAX_MM: f64 = 0.5;
 const MISFIT_OF_RADIUS: f64 = 0.001;
 
-/// How much rounding may have changed the distance between start and target: a fraction of a picometre.
-const ROUNDING_MM: f64 = 1e-9;
+/// How much rounding may have moved a place in these computations: less than a picometre.
+const ROUNDING_MM: f64 = 1e-10;
 
 /// Where an arc begins and ends, and its direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +55,26 @@ impl Ends {
         let [first, second, ..] = self.axes();
         [self.distance_mm(first), self.distance_mm(second)]
     }
+
+    /// The vectors to start and target from the centre, which is `offset_mm` from the start.
+    fn radii_mm(&self, offset_mm: [f64; 2]) -> [[f64; 2]; 2] {
+        let chord_mm = self.chord_mm();
+        [offset_mm.map(|mm| -mm), core::array::from_fn(|index| chord_mm[index] - offset_mm[index])]
+    }
+
+    /// Signed angle from start to target around the centre that is `offset_mm` from the start. It is a full circle only
+    /// where start and target are the same place in the plane.
+    fn travel_rad(&self, offset_mm: [f64; 2]) -> f64 {
+        let [from, to] = self.radii_mm(offset_mm);
+        let full_rad = if self.clockwise { -TAU } else { TAU };
+        if self.chord_mm() == [0.0; 2] {
+            return full_rad;
+        }
+        let rad = libm::atan2(cross(from, to), from[0] * to[0] + from[1] * to[1]);
+        // Where both are in one direction from the centre, rounding must not decide on a whole turn.
+        let wrong_way_mm = -full_rad.signum() * rad * hypotenuse(from);
+        if wrong_way_mm > ROUNDING_MM { rad + full_rad } else { rad }
+    }
 }
 
 /// An arc or a full circle in a plane. It is a helix if start and target differ along the perpendicular axis.
@@ -80,7 +98,7 @@ impl Arc {
     /// # Errors
     /// [`Error::InvalidTarget`]: the distances of start and target from the centre differ too much.
     pub fn around(ends: Ends, offset_mm: [f64; 2]) -> Result<Self, Error> {
-        let arc = Self::new(ends, offset_mm);
+        let arc = Self::new(ends, offset_mm, ends.travel_rad(offset_mm));
         if arc.fits() { Ok(arc) } else { Err(Error::InvalidTarget) }
     }
 
@@ -90,7 +108,7 @@ impl Arc {
         misfit_mm <= (MISFIT_OF_RADIUS * self.radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM)
     }
 
-    /// The arc with this radius. A negative radius means the arc of more than half a circle.
+    /// The arc with this radius: the shorter one, or with a negative radius that of more than half a circle.
     ///
     /// # Errors
     /// [`Error::InvalidTarget`]: start and target are the same, so the circle is undefined. [`Error::RadiusTooSmall`]:
@@ -102,24 +120,24 @@ impl Arc {
             return Err(Error::InvalidTarget);
         }
         let diameter_mm = 2.0 * radius_mm.abs();
-        if length_mm > diameter_mm + ROUNDING_MM {
+        if length_mm > diameter_mm + 1e-9 {
             return Err(Error::RadiusTooSmall);
         }
-        // Distance of the centre from the middle of the chord, in units of half the chord.
-        let square = (diameter_mm * diameter_mm - length_mm * length_mm).max(0.0);
-        let aside = libm::sqrt(square) / length_mm;
+        // Twice the distance of the centre from the middle of the chord.
+        let aside_mm = libm::sqrt(((diameter_mm - length_mm) * (diameter_mm + length_mm)).max(0.0));
         let to_the_left = ends.clockwise == (radius_mm < 0.0);
-        let aside = if to_the_left { aside } else { -aside };
-        Ok(Self::new(ends, [0.5 * (first_mm - aside * second_mm), 0.5 * (second_mm + aside * first_mm)]))
+        let aside = if to_the_left { aside_mm } else { -aside_mm } / length_mm;
+        let offset_mm = [0.5 * (first_mm - aside * second_mm), 0.5 * (second_mm + aside * first_mm)];
+        // The radius says which of the two arcs it is. Seen from the centre, a short chord is less than rounding.
+        let shorter_rad = 2.0 * libm::atan2(length_mm, aside_mm);
+        let turn_rad = if radius_mm < 0.0 { TAU - shorter_rad } else { shorter_rad };
+        Ok(Self::new(ends, offset_mm, if ends.clockwise { -turn_rad } else { turn_rad }))
     }
 
-    fn new(ends: Ends, offset_mm: [f64; 2]) -> Self {
-        let mut arc =
-            Self { ends, offset_mm, radius_mm: hypotenuse(offset_mm), target_radius_mm: 0.0, travel_rad: 0.0 };
-        let [from_mm, to_mm] = arc.radii_mm();
-        arc.target_radius_mm = hypotenuse(to_mm);
-        arc.travel_rad = travel_rad(from_mm, to_mm, ends.clockwise);
-        arc
+    fn new(ends: Ends, offset_mm: [f64; 2], travel_rad: f64) -> Self {
+        let [from_mm, to_mm] = ends.radii_mm(offset_mm);
+        let (radius_mm, target_radius_mm) = (hypotenuse(from_mm), hypotenuse(to_mm));
+        Self { ends, offset_mm, radius_mm, target_radius_mm, travel_rad }
     }
 
     /// The chords that replace the arc. None deviates from it by more than `tolerance_mm`, which is above 0.
@@ -180,17 +198,16 @@ impl Arc {
         bounds_mm
     }
 
-    /// Whether the arc has a point in this direction from its centre.
+    /// Whether the arc has a point in this direction from its centre, between its ends.
     fn passes(&self, direction: [f64; 2]) -> bool {
         let turn_rad = self.travel_rad.abs();
         let [from, to] = self.radii_mm();
         // The arc runs counter-clockwise from `first` to `last`.
         let (first, last) = if self.travel_rad < 0.0 { (to, from) } else { (from, to) };
-        let is_full_circle = turn_rad > TAU - 2.0 * FULL_CIRCLE_RAD;
         if turn_rad <= PI {
-            cross(first, direction) >= 0.0 && cross(direction, last) >= 0.0
+            cross(first, direction) > 0.0 && cross(direction, last) > 0.0
         } else {
-            is_full_circle || !(cross(last, direction) > 0.0 && cross(direction, first) > 0.0)
+            !(cross(last, direction) > 0.0 && cross(direction, first) > 0.0)
         }
     }
 
@@ -201,8 +218,7 @@ impl Arc {
 
     /// The vectors from the centre to start and target.
     fn radii_mm(&self) -> [[f64; 2]; 2] {
-        let (chord_mm, offset_mm) = (self.ends.chord_mm(), self.offset_mm);
-        [offset_mm.map(|mm| -mm), core::array::from_fn(|index| chord_mm[index] - offset_mm[index])]
+        self.ends.radii_mm(self.offset_mm)
     }
 }
 
@@ -220,7 +236,7 @@ pub struct Misfit {
 impl Misfit {
     /// `None` if they are equally far, as nearly as Grbl demands.
     pub(crate) fn of(ends: Ends, offset_mm: [f64; 2]) -> Option<Self> {
-        let arc = Arc::new(ends, offset_mm);
+        let arc = Arc::new(ends, offset_mm, 0.0);
         let Arc { radius_mm, target_radius_mm, .. } = arc;
         (!arc.fits()).then_some(Self { start_radius_mm: radius_mm, target_radius_mm })
     }
@@ -234,16 +250,6 @@ impl fmt::Display for Misfit {
             f,
             "the start is {start} mm from the arc's centre, the target {target} mm: correct the target or I, J, K"
         )
-    }
-}
-
-/// Signed angle from one direction to the other. As in Grbl, an angle close to zero counts as a full circle.
-fn travel_rad(from: [f64; 2], to: [f64; 2], clockwise: bool) -> f64 {
-    let rad = libm::atan2(cross(from, to), from[0] * to[0] + from[1] * to[1]);
-    match clockwise {
-        true if rad >= -FULL_CIRCLE_RAD => rad - TAU,
-        false if rad <= FULL_CIRCLE_RAD => rad + TAU,
-        _ => rad,
     }
 }
 

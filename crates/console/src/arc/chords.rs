@@ -88,7 +88,7 @@ fn count(arc: &Arc, tolerance_mm: f64) -> u32 {
     // the radius.
     let half_mm = libm::sqrt(tolerance_mm * (2.0 * radius_mm - tolerance_mm));
     let half_rad = libm::atan2(half_mm, radius_mm - tolerance_mm);
-    libm::ceil(arc.travel_rad.abs() / (2.0 * half_rad)) as u32
+    (libm::ceil(arc.travel_rad.abs() / (2.0 * half_rad)) as u32).max(1)
 }
 
 /// The relative change of the radius from start to target.

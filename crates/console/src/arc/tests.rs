@@ -112,6 +112,41 @@ fn a_radius_that_is_half_the_way_is_half_a_circle_wherever_it_is_drawn() {
     assert_eq!(Arc::of_radius(nowhere, 4.0), Err(Error::InvalidTarget));
 }
 
+/// What turns by little is no full circle, however little it is, whichever way it is written and wherever it is drawn.
+#[test]
+fn a_full_circle_leads_back_to_its_start_and_nowhere_else() {
+    let length_mm = |arc: Result<Arc, Error>| arc.unwrap().length_mm();
+    for (x_mm, y_mm) in [(0.0, 0.0), (123.456, -87.654), (1_000.0, 3.7)] {
+        for (along_mm, aside_mm) in [(0.001, 0.0), (0.0, 0.001), (-0.0007, 0.0007), (1e-6, 0.0), (1e-9, 1e-9)] {
+            let (start_mm, target_mm) = ([x_mm, y_mm, 0.0], [kept(x_mm + along_mm), kept(y_mm + aside_mm), 0.0]);
+            let chord_mm = (target_mm[0] - x_mm).hypot(target_mm[1] - y_mm);
+            for clockwise in [false, true] {
+                let short = length_mm(Arc::of_radius(ends(start_mm, target_mm, clockwise), 3_000.0));
+                assert!((short - chord_mm).abs() < 1e-12, "{short} mm from {start_mm:?} to {target_mm:?}");
+                let long = length_mm(Arc::of_radius(ends(start_mm, target_mm, clockwise), -3_000.0));
+                assert!((long + chord_mm - 3_000.0 * TAU).abs() < 1e-8, "{long} mm");
+            }
+        }
+        // By its centre: from (3000, 0) some 0.001 mm on, or nearly all the way round.
+        let around = |clockwise, up_mm: f64| {
+            let start_mm = [x_mm, y_mm, 0.0];
+            Arc::around(ends(start_mm, [x_mm, kept(y_mm + up_mm), 0.0], clockwise), [-3_000.0, 0.0])
+        };
+        for up_mm in [0.001, 1e-6, 2e-9] {
+            assert!((length_mm(around(false, up_mm)) - up_mm).abs() < 1e-9, "{up_mm} mm on");
+            assert!((length_mm(around(true, up_mm)) + up_mm - 3_000.0 * TAU).abs() < 1e-8, "{up_mm} mm back");
+        }
+        // Beside the start, in its direction from the centre: as far as the ends may differ from a circle.
+        for (x_far_mm, clockwise) in [(0.004, true), (-0.004, true), (0.004, false), (-1e-9, false)] {
+            let target_mm = [kept(x_mm + x_far_mm), y_mm, 0.0];
+            let beside = Arc::around(ends([x_mm, y_mm, 0.0], target_mm, clockwise), [-10.0, 0.0]).unwrap();
+            assert!(beside.length_mm() < 1e-9, "{} mm", beside.length_mm());
+            assert_eq!(corners(&beside, 0.002), [[x_mm, y_mm, 0.0], target_mm]);
+            assert!(beside.bounds_mm()[0][0] > x_mm - 0.01, "{:?}", beside.bounds_mm());
+        }
+    }
+}
+
 #[test]
 fn a_circle_within_the_tolerance_is_one_chord() {
     for radius_mm in [0.0, 0.001] {

@@ -38,6 +38,22 @@ fn a_target_that_is_the_start_is_a_full_circle_and_a_third_axis_a_helix() {
     );
 }
 
+/// Grbl takes an angle below 5e-7 rad for a full circle: here 0.001 mm would be 18.85 m.
+#[test]
+fn an_arc_of_a_small_angle_is_short() {
+    check(
+        "F600\nG2 X0.001 Y0 R3000\nG3 X0 R3000\nG3 X0 Y0.001 I-3000\nG2 X0 Y0 I-3000\nG2 X0 Y0 I-5",
+        expect![[r#"
+            F600 -> ok
+            G2 X0.001 Y0 R3000 -> (arc 600.0 [0.001, 0.0, 0.0] of 0.001 in 0.000..0.001 0.000..0.000 0.000..0.000) ok
+            G3 X0 R3000 -> (arc 600.0 [0.0, 0.0, 0.0] of 0.001 in 0.000..0.001 0.000..0.000 0.000..0.000) ok
+            G3 X0 Y0.001 I-3000 -> (arc 600.0 [0.0, 0.001, 0.0] of 0.001 in 0.000..0.000 0.000..0.001 0.000..0.000) ok
+            G2 X0 Y0 I-3000 -> (arc 600.0 [0.0, 0.0, 0.0] of 0.001 in 0.000..0.000 0.000..0.001 0.000..0.000) ok
+            G2 X0 Y0 I-5 -> (arc 600.0 [0.0, 0.0, 0.0] of 31.416 in -10.000..0.000 -5.000..5.000 0.000..0.000) ok
+        "#]],
+    );
+}
+
 #[test]
 fn planes_turn_z_to_x_and_y_to_z() {
     check(
@@ -104,7 +120,7 @@ fn what_is_no_arc_is_refused_in_grbls_order() {
             G18 G2 X10 J5 -> error:35
             G19 G2 Z1 I1 -> error:35
             G2 X10 I4.994 -> error:33
-            G2 X10 I4.998 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in -0.004..10.000 0.000..5.002 0.000..0.000) ok
+            G2 X10 I4.998 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.002 0.000..0.000) ok
             G2 X0 Y0 R5 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 -5.000..0.000 0.000..0.000) ok
             X10 -> error:35
             G2 X20 R4.9 -> error:34
