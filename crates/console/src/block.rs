@@ -41,6 +41,8 @@ const fn bit(letter: u8) -> u32 {
 enum Group {
     NonModal,
     Motion,
+    /// G80, which may stand beside a code of the group before: that one is in force then.
+    MotionEnd,
     Plane,
     Distance,
     ArcDistance,
@@ -91,7 +93,7 @@ pub(crate) enum AxisCommand {
     NonModal,
     /// The motion mode in force.
     Motion,
-    /// G43.1, G49.
+    /// G43.1.
     ToolLength,
 }
 
@@ -110,8 +112,8 @@ pub(crate) struct Words {
     pub(crate) modal: Modal,
     pub(crate) non_modal: Option<NonModal>,
     pub(crate) axis_command: Option<AxisCommand>,
-    /// G43.1 if true, G49 if false.
-    pub(crate) lengthens_tool: bool,
+    /// G49.
+    pub(crate) cancels_length: bool,
     /// G64, which may have a P word.
     pub(crate) blends: bool,
     /// M6.
@@ -134,7 +136,7 @@ impl Words {
             modal,
             non_modal: None,
             axis_command: None,
-            lengthens_tool: false,
+            cancels_length: false,
             blends: false,
             changes_tool: false,
             pauses: false,
@@ -243,11 +245,8 @@ impl Words {
             2800 | 3000 => self.non_modal_with_axes(NonModal::GoTo(usize::from(code == 30)))?,
             2810 | 3010 => self.non_modal(NonModal::Keep(usize::from(code == 30))),
             4000 => Group::CutterCompensation,
-            4310 | 4900 => {
-                self.claim_axes(AxisCommand::ToolLength)?;
-                self.lengthens_tool = code == 43;
-                Group::ToolLength
-            }
+            4310 => { self.claim_axes(AxisCommand::ToolLength)?; Group::ToolLength }
+            4900 => { self.cancels_length = true; Group::ToolLength }
             5300 => self.non_modal(NonModal::MachineCoordinates),
             5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; Group::CoordinateSystem }
             5910 | 5920 | 5930 => return Err(Error::UnsupportedSystem),
@@ -260,7 +259,12 @@ impl Words {
                 self.blends = code == 64;
                 Group::PathControl
             }
-            8000 => { modal.motion = MotionMode::Cancelled; Group::Motion }
+            8000 => {
+                if self.claimed_groups & Group::Motion.bit() == 0 {
+                    modal.motion = MotionMode::Cancelled;
+                }
+                Group::MotionEnd
+            }
             9000 | 9100 => { modal.incremental = code == 91; Group::Distance }
             9110 => Group::ArcDistance,
             9200 => self.non_modal_with_axes(NonModal::Shift)?,

@@ -253,10 +253,12 @@ impl Interpreter {
     }
 
     fn tool_length(&mut self, words: &Words) -> Result<(), Error> {
+        if words.cancels_length {
+            self.tool_length_pm = 0;
+        }
         if words.axis_command == Some(AxisCommand::ToolLength) {
             let mut given_pm = coordinates::given_pm(words);
             self.tool_length_pm = match (given_pm.next(), given_pm.next()) {
-                _ if !words.lengthens_tool => 0,
                 (Some((Z, z_pm)), None) => within(z_pm)?,
                 _ => return Err(Error::ToolAxis),
             };
@@ -267,11 +269,11 @@ impl Interpreter {
     /// The move of a block whose motion mode is not a probe, if its axis words are for that mode.
     fn motion(&self, words: &mut Words, motion: &mut Option<Move>) -> Result<(), Error> {
         let Modal { motion: mode, path, .. } = self.modal;
-        if mode == MotionMode::Cancelled && words.has_axes() {
-            return Err(Error::UnusedAxisWords);
-        }
         if words.axis_command != Some(AxisCommand::Motion) {
             return Ok(());
+        }
+        if mode == MotionMode::Cancelled {
+            return Err(Error::UnusedAxisWords);
         }
         if mode.feeds() {
             self.check_feed()?;

@@ -18,7 +18,7 @@ pub enum Axes {
     Motion,
     /// G10, G28, G30, G92.
     Once,
-    /// G43.1, G49.
+    /// G43.1.
     ToolLength,
 }
 
@@ -82,8 +82,10 @@ impl Block {
                 "motion"
             }
             800 => {
-                self.modes.motion = 800;
-                "motion"
+                if !self.groups.contains(&"motion") {
+                    self.modes.motion = 800;
+                }
+                "end of motion"
             }
             100 | 280 | 300 | 920 => {
                 self.claim(Axes::Once)?;
@@ -95,7 +97,9 @@ impl Block {
                 "once"
             }
             431 | 490 => {
-                self.claim(Axes::ToolLength)?;
+                if tenths == 431 {
+                    self.claim(Axes::ToolLength)?;
+                }
                 self.tool_length = Some(tenths);
                 "tool length"
             }

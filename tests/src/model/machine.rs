@@ -210,7 +210,7 @@ impl Model {
         let course = self.act_once(&mut block)?;
         let is_motion = block.axes == Axes::Motion;
         let (target, is_arc) = match self.modes.motion {
-            800 if block.has("XYZ") => return Err(Stop::Refused(31)),
+            800 if is_motion => return Err(Stop::Refused(31)),
             800 | 0 if !is_motion || !block.has("XYZ") => (None, false),
             _ if !is_motion => (None, false),
             0 => (Some(self.target(&block)?), false),

@@ -254,14 +254,19 @@ impl Author {
                 vec![Word::g(100), Word::whole('L', kind), Word::whole('P', self.below(7) as i64)]
             }
             3 => return vec![Word::g(921)],
+            4 if self.one_in(2) => return [0, 400, 490, 800, 170].map(Word::g).to_vec(),
             4 => return vec![Word::g(490)],
-            5 => return vec![Word::g(431), self.length('Z', model)],
+            5 => vec![Word::g(431)],
             _ => vec![Word::g(920)],
         };
+        // Axis words are these codes', whatever the motion mode.
+        if self.one_in(4) {
+            words.insert(0, Word::g(800));
+        }
         if self.one_in(4) {
             words.push(Word::g(540 + 10 * self.below(6) as i64));
         }
-        let which = 1 + self.below(7);
+        let which = if words.contains(&Word::g(431)) { 4 } else { 1 + self.below(7) };
         for (_, letter) in ['X', 'Y', 'Z'].into_iter().enumerate().filter(|&(axis, _)| which >> axis & 1 == 1) {
             words.push(self.length(letter, model));
         }
@@ -275,6 +280,9 @@ impl Author {
 
     fn go_home(&mut self, model: &Model, room: &Room) -> Vec<Word> {
         let mut words = vec![Word::g(self.of(&[280, 300]))];
+        if self.one_in(4) {
+            words.insert(0, Word::g(800));
+        }
         if self.one_in(2) {
             let modes = &model.modes;
             words.extend(self.axis_words(model, room, model.work_zero(), modes.incremental, modes.inches));

@@ -226,7 +226,8 @@ fn error_31_unused_axis_words() {
     let mut sim = homed();
     assert_eq!(say(&mut sim, "G80"), ["ok"]);
     refused(&mut sim, "X1", 31);
-    refused(&mut sim, "G92 X1", 31);
+    refused(&mut sim, "G28.1 X1", 31);
+    assert_eq!(say(&mut sim, "G92 X1\nG28 X1\nG43.1 Z1\nG10 L2 P2 X1"), ["ok"; 4], "they take the axis words");
 }
 
 #[test]

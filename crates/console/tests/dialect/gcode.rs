@@ -319,7 +319,7 @@ fn clashes_repeats_and_leftovers_are_refused() {
             G59.1 -> error:29
             G10 G0 L2 P1 X1 -> error:24
             G43.1 G0 Z1 -> error:24
-            G92 G49 X1 -> error:24
+            G92 G49 X1 -> ok
             G92 G53 X1 -> error:21
         "#]],
     );
@@ -431,17 +431,52 @@ fn g53_is_absolute_whatever_the_mode_and_needs_a_motion() {
     );
 }
 
+/// As RS274/NGC has it. Only what is left over is refused.
 #[test]
-fn an_axis_word_that_g80_leaves_over_is_refused_even_beside_other_codes() {
+fn axis_words_in_g80_are_those_of_the_code_that_takes_them() {
     check(
-        "G80\nG92 X1\nG10 L2 P1 X1\nG43.1 Z1\nG28 X1\nG28",
+        "G0 X5 Y5\nG80\nG92 X1\nG10 L2 P1 X1\nG43.1 Z1\nG28 X1\nG28\nX1\nG28.1 X1\nG4 P1 X1\nG92.1\nG80 G30 Y1\nG92 X1 G28\n$#",
         expect![[r#"
+            G0 X5 Y5 -> (rapid [5.0, 5.0, 0.0]) ok
             G80 -> ok
-            G92 X1 -> error:31
-            G10 L2 P1 X1 -> error:31
-            G43.1 Z1 -> error:31
-            G28 X1 -> error:31
+            G92 X1 -> ok
+            G10 L2 P1 X1 -> ok
+            G43.1 Z1 -> ok
+            G28 X1 -> (via [6.0, 5.0, 0.0]) (rapid [0.0, 5.0, 0.0]) ok
             G28 -> (rapid [0.0, 0.0, 0.0]) ok
+            X1 -> error:31
+            G28.1 X1 -> error:31
+            G4 P1 X1 -> error:31
+            G92.1 -> ok
+            G80 G30 Y1 -> (via [0.0, 1.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
+            G92 X1 G28 -> error:24
+            $# -> [G54:1.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:0.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:1.000] [PRB:0.000,0.000,0.000:0] ok
+        "#]],
+    );
+}
+
+/// The line with which many CAM programs begin.
+#[test]
+fn g49_takes_no_axis_words_and_g80_stands_beside_a_motion() {
+    check(
+        "G1 F100\nG0 G40 G49 G80 G17\nX1\nG80 G0 X2\nG80 G1 X3\nG80\n$G\nG1 X4\nG43.1 Z5\nG49 Z1\nG49 G43.1 Z1\nG0 G80 G1\nG80 G80\nG53 G80 X1\nG53 G0 G80 X1\n$J=G80 X1 F1",
+        expect![[r#"
+            G1 F100 -> ok
+            G0 G40 G49 G80 G17 -> ok
+            X1 -> (rapid [1.0, 0.0, 0.0]) ok
+            G80 G0 X2 -> (rapid [2.0, 0.0, 0.0]) ok
+            G80 G1 X3 -> (feed 100 [3.0, 0.0, 0.0]) ok
+            G80 -> ok
+            $G -> [GC:G80 G54 G17 G21 G90 G94 G64 M5 M9 T0 F100 S0] ok
+            G1 X4 -> (feed 100 [4.0, 0.0, 0.0]) ok
+            G43.1 Z5 -> ok
+            G49 Z1 -> (feed 100 [4.0, 0.0, 1.0]) ok
+            G49 G43.1 Z1 -> error:21
+            G0 G80 G1 -> error:24
+            G80 G80 -> error:21
+            G53 G80 X1 -> error:30
+            G53 G0 G80 X1 -> (rapid [1.0, 0.0, 1.0]) ok
+            $J=G80 X1 F1 -> error:16
         "#]],
     );
 }
