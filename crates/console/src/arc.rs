@@ -104,25 +104,24 @@ impl Arc {
 
     /// Whether start and target are equally far from the centre, as nearly as Grbl demands.
     fn fits(&self) -> bool {
-        let misfit_mm = (self.target_radius_mm - self.radius_mm).abs();
-        misfit_mm <= (MISFIT_OF_RADIUS * self.radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM)
+        (self.target_radius_mm - self.radius_mm).abs() <= misfit_max_mm(self.radius_mm)
     }
 
     /// The arc with this radius: the shorter one, or with a negative radius that of more than half a circle.
     ///
     /// # Errors
     /// [`Error::InvalidTarget`]: start and target are the same, so the circle is undefined. [`Error::RadiusTooSmall`]:
-    /// no circle of this radius reaches both.
+    /// half the distance between them is longer than the radius, by more than the ends of an arc may differ from a circle.
     pub fn of_radius(ends: Ends, radius_mm: f64) -> Result<Self, Error> {
         let chord_mm @ [first_mm, second_mm] = ends.chord_mm();
         let length_mm = hypotenuse(chord_mm);
         if length_mm == 0.0 {
             return Err(Error::InvalidTarget);
         }
-        let diameter_mm = 2.0 * radius_mm.abs();
-        if length_mm > diameter_mm + 1e-9 {
+        if is_too_small(radius_mm, length_mm) {
             return Err(Error::RadiusTooSmall);
         }
+        let diameter_mm = 2.0 * radius_mm.abs();
         // Twice the distance of the centre from the middle of the chord.
         let aside_mm = libm::sqrt(((diameter_mm - length_mm) * (diameter_mm + length_mm)).max(0.0));
         let to_the_left = ends.clockwise == (radius_mm < 0.0);
@@ -222,35 +221,77 @@ impl Arc {
     }
 }
 
-/// Why an arc was refused whose centre was given: its start and its target are not equally far from that centre. Displays
-/// as the text of a `[MSG:...]`.
+/// Why an arc was refused whose ends are on no circle of those that its words allow. Displays as the text of a
+/// `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Misfit {
-    /// The distance of the start from the centre.
-    pub start_radius_mm: f64,
-    /// The distance of the target from the centre.
-    pub target_radius_mm: f64,
+pub enum Misfit {
+    /// Start and target are not equally far from the centre.
+    Centre {
+        /// The distance of the start from the centre.
+        start_radius_mm: f64,
+        /// The distance of the target from the centre.
+        target_radius_mm: f64,
+        /// They would be equally far from it if I, J and K were its place.
+        fits_as_place: bool,
+    },
+    /// The target is farther away than twice the radius.
+    Radius {
+        /// The radius, without its sign.
+        radius_mm: f64,
+        /// The distance of the target from the start, in the plane.
+        chord_mm: f64,
+    },
 }
 
 impl Misfit {
-    /// `None` if they are equally far, as nearly as Grbl demands.
-    pub(crate) fn of(ends: Ends, offset_mm: [f64; 2]) -> Option<Self> {
+    /// `None` if start and target are equally far from the centre, as nearly as Grbl demands. The other offset is the one
+    /// that leads to the centre if I, J and K are its place.
+    pub(crate) fn of_centre(ends: Ends, offset_mm: [f64; 2], other_mm: Option<[f64; 2]>) -> Option<Self> {
         let arc = Arc::new(ends, offset_mm, 0.0);
-        let Arc { radius_mm, target_radius_mm, .. } = arc;
-        (!arc.fits()).then_some(Self { start_radius_mm: radius_mm, target_radius_mm })
+        let Arc { radius_mm: start_radius_mm, target_radius_mm, .. } = arc;
+        let fits_as_place = other_mm.is_some_and(|other_mm| Arc::new(ends, other_mm, 0.0).fits());
+        (!arc.fits()).then_some(Self::Centre { start_radius_mm, target_radius_mm, fits_as_place })
+    }
+
+    /// `None` if the radius is long enough.
+    pub(crate) fn of_radius(ends: Ends, radius_mm: f64) -> Option<Self> {
+        let chord_mm = hypotenuse(ends.chord_mm());
+        is_too_small(radius_mm, chord_mm).then_some(Self::Radius { radius_mm: radius_mm.abs(), chord_mm })
     }
 }
 
 impl fmt::Display for Misfit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mm = |mm: f64| Coordinate { pm: length::from_mm(mm), inches: false };
-        let (start, target) = (mm(self.start_radius_mm), mm(self.target_radius_mm));
-        write!(
-            f,
-            "the start is {start} mm from the arc's centre, the target {target} mm: correct the target or I, J, K"
-        )
+        match *self {
+            Self::Centre { start_radius_mm, target_radius_mm, fits_as_place } => {
+                let (start, target) = (mm(start_radius_mm), mm(target_radius_mm));
+                write!(f, "the start is {start} mm from the arc's centre, the target {target} mm: ")?;
+                f.write_str(match fits_as_place {
+                    true => "it fits if I, J, K are absolute (G90.1): have them written from the start (G91.1)",
+                    false => "correct the target or I, J, K",
+                })
+            }
+            Self::Radius { radius_mm, chord_mm } => {
+                let (radius, chord, least) = (mm(radius_mm), mm(chord_mm), mm(0.5 * chord_mm));
+                write!(
+                    f,
+                    "the target is {chord} mm from the start, more than twice R {radius} mm: correct it, or make R {least} mm"
+                )
+            }
+        }
     }
+}
+
+/// How much the distances of the ends of an arc of this radius from its centre may differ.
+fn misfit_max_mm(radius_mm: f64) -> f64 {
+    (MISFIT_OF_RADIUS * radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM)
+}
+
+/// Whether no circle of this radius reaches both ends of a chord, as nearly as they must be on it.
+fn is_too_small(radius_mm: f64, chord_mm: f64) -> bool {
+    0.5 * chord_mm - radius_mm.abs() > misfit_max_mm(radius_mm.abs())
 }
 
 /// The cross product: positive if `b` is to the left of `a`.

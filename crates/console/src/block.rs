@@ -191,6 +191,10 @@ impl Words {
         radius_pm
     }
 
+    pub(crate) fn has_radius(&self) -> bool {
+        self.given & bit(b'R') != 0
+    }
+
     /// I, J and K, which then count as used.
     pub(crate) fn take_offsets_pm(&mut self) -> [Option<i64>; 3] {
         let offsets_pm = b"IJK".map(|letter| self.length_pm(letter));
@@ -216,7 +220,13 @@ impl Words {
 
     /// Refuses the block unless all its values except the axes have been used.
     pub(crate) fn check_all_used(&self) -> Result<(), Error> {
-        if self.given & !AXIS_LETTERS == 0 { Ok(()) } else { Err(Error::UnusedWords) }
+        if self.unused().is_none() { Ok(()) } else { Err(Error::UnusedWords) }
+    }
+
+    /// A letter that no code has used, other than those of the axes.
+    pub(crate) fn unused(&self) -> Option<u8> {
+        let unused = self.given & !AXIS_LETTERS;
+        (unused != 0).then(|| b'A' + unused.trailing_zeros() as u8)
     }
 
     /// Whether all codes of the block are allowed in a jog.

@@ -96,6 +96,11 @@ impl Decimal {
         Some(if self.negative { -magnitude } else { magnitude })
     }
 
+    /// Whether all its decimals are 0.
+    pub fn is_whole(&self) -> bool {
+        self.decimals == 0 || self.mantissa().is_multiple_of(10u64.pow(self.decimals))
+    }
+
     /// The value in 10^-8, rounded half away from zero; `None` if it is too large.
     pub fn length(&self) -> Option<i64> {
         let magnitude = if self.digits <= LENGTH_DECIMALS {

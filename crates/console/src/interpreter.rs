@@ -5,11 +5,12 @@ mod coordinates;
 mod probes;
 
 use crate::{
-    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Modal, MotionMode, Move, PathControl, Rate, ReportedState,
-    Settings, Spindle,
+    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, Move, PathControl, Rate,
+    Refusal, ReportedState, Settings, Spindle,
     axes::Z,
     block::{AxisCommand, NonModal, Words},
     command::Jog,
+    refusal::Unused,
     rotary,
 };
 
@@ -163,6 +164,31 @@ impl Interpreter {
             (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm) = before;
         }
         result
+    }
+
+    /// What is wrong with `line` beside what its error says, if it was refused with that. It may be any line from a
+    /// [`LineAssembler`](crate::LineAssembler).
+    #[must_use]
+    pub fn explain<'l>(&self, line: &'l str, error: Error, settings: &Settings) -> Option<Explanation<'l>> {
+        if let Some(refusal) = Refusal::of(line, error) {
+            return Some(Explanation::Word(refusal));
+        }
+        match error {
+            Error::InvalidTarget | Error::RadiusTooSmall => self.misfit(line, settings).map(Explanation::Arc),
+            Error::UnusedWords => self.unused(line, settings).map(Explanation::Unused),
+            _ => None,
+        }
+    }
+
+    /// A word of `line` that no code uses: for a line of G-code that was refused with [`Error::UnusedWords`].
+    fn unused(&self, line: &str, settings: &Settings) -> Option<Unused> {
+        let mut words = Words::new(self.modal, settings.rotary());
+        words.read(&mut line.as_bytes()).ok()?;
+        let (is_of_arc, has_radius) = (words.modal.motion.is_arc(), words.has_radius());
+        let mut at_line = *self;
+        let refused = at_line.block(&mut words, None, &mut Block::default()).err()?;
+        let letter = words.unused().filter(|_| refused == Error::UnusedWords)?;
+        Some(Unused { letter, is_of_arc, has_radius })
     }
 
     /// Interprets what follows `$J=`.

@@ -66,7 +66,7 @@ pub use modal::{Coolant, Modal, MotionMode, PathControl, Spindle};
 pub use overrides::Overrides;
 pub use parameters::{Coordinates, Parameters};
 pub use realtime::Realtime;
-pub use refusal::{Refusal, stopped_at};
+pub use refusal::{Explanation, Refusal, Unused, stopped_at};
 pub use setting_error::SettingError;
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};
 pub use settings::{Carries, Settings};

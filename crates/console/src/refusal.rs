@@ -2,7 +2,7 @@
 
 use core::{fmt, ops::Range};
 
-use crate::{Error, Modal, block::Words, decimal::Decimal, rotary::Rotary};
+use crate::{Error, Misfit, Modal, block::Words, decimal::Decimal, rotary::Rotary};
 
 /// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
 /// decimals, and what to do. Letters other than G and M count as number 0.
@@ -40,6 +40,8 @@ const AXES: &str = match crate::AXES {
     3 => "three axes only, X Y Z: remove it",
     _ => "four axes only, X Y Z A: remove it",
 };
+const NESTED: &str = "a comment ends at its first ): leave brackets out of it";
+const COMMA: &str = "no commas here: write a decimal point, and nothing between words";
 const EXPRESSIONS: &str = "no variables, expressions, checksums here: let the post-processor write plain numbers";
 
 /// The bytes of the word at which reading `line` from left to right stops. `line` is as from
@@ -85,12 +87,20 @@ pub struct Refusal<'l> {
 
 impl<'l> Refusal<'l> {
     /// The refusal of `line`, which may be any line that [`stopped_at`] accepts: if it was refused with
-    /// [`Error::Unsupported`], or if it has variables, expressions or a checksum. `None` if the error says all.
+    /// [`Error::Unsupported`], or if it has what is left of a comment in a comment, a comma, variables, expressions or a
+    /// checksum. `None` if the error says all.
     pub fn of(line: &'l str, error: Error) -> Option<Self> {
         let stopped = stopped_at(line);
         let word = stopped.clone().and_then(|range| line.get(range)).unwrap_or_default();
-        if stopped.is_some() && line.contains(['#', '[', '*']) {
-            return Some(Self { word, remedy: EXPRESSIONS });
+        match () {
+            () if stopped.is_none() => {}
+            () if line.contains(')') => return Some(Self { word: ")", remedy: NESTED }),
+            () if line.contains(['#', '[', '*']) => return Some(Self { word, remedy: EXPRESSIONS }),
+            () if word.starts_with(',') => return Some(Self { word, remedy: COMMA }),
+            () => {}
+        }
+        if error == Error::IntegerRequired && stopped.is_none() && line.contains("G10") {
+            return Some(Self { word: "P", remedy: "G10 numbers systems by whole numbers: remove the fraction" });
         }
         (error == Error::Unsupported).then(|| match stopped {
             Some(_) => Self::of_word(word),
@@ -107,6 +117,47 @@ impl<'l> Refusal<'l> {
         let code = code.and_then(|(number, _)| number.code_hundredths()).unwrap_or_default() / 100;
         let row = REMEDIES.iter().find(|row| row.0 == letter && (row.1.into()..=row.2.into()).contains(&code));
         Self { word, remedy: row.map_or("unknown here: remove it", |row| row.3) }
+    }
+}
+
+/// What is wrong with a refused line beside its error. Displays as the text of a `[MSG:...]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Explanation<'l> {
+    /// A word is not known, or is none.
+    Word(Refusal<'l>),
+    /// The words of an arc do not fit.
+    Arc(Misfit),
+    /// A word is not used.
+    Unused(Unused),
+}
+
+impl fmt::Display for Explanation<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Word(refusal) => refusal.fmt(f),
+            Self::Arc(misfit) => misfit.fmt(f),
+            Self::Unused(unused) => unused.fmt(f),
+        }
+    }
+}
+
+/// A word that no code of its line uses. Displays as the text of a `[MSG:...]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unused {
+    pub(crate) letter: u8,
+    pub(crate) is_of_arc: bool,
+    pub(crate) has_radius: bool,
+}
+
+impl fmt::Display for Unused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let remedy = match self.letter {
+            b'P' if self.is_of_arc => "an arc has no turns here: write a line for each turn",
+            b'I'..=b'K' if self.is_of_arc && self.has_radius => "R has given the arc: keep one of them",
+            _ => "no code on the line uses it: remove it, or add the code that does",
+        };
+        write!(f, "{}: {remedy}", char::from(self.letter))
     }
 }
 

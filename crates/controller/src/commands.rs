@@ -9,7 +9,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
 use isostep_console::{
-    Command, Coordinates, Error, Fixed, Refusal, ReportedState, SETTING_TABLE, Setting, SettingError, Settings,
+    Command, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings,
 };
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
 
@@ -114,12 +114,9 @@ impl<F: NorFlash> Controller<'_, F> {
         if !text.is_empty() {
             return;
         }
-        if let Some(refusal) = Refusal::of(line, error) {
-            text.say(refusal);
-        } else if error == Error::InvalidTarget
-            && let Some(misfit) = self.with(|program| program.interpreter.misfit(line, &program.settings))
-        {
-            text.say(misfit);
+        let why = self.with(|program| program.interpreter.explain(line, error, &program.settings));
+        if let Some(why) = why {
+            text.say(why);
         }
     }
 

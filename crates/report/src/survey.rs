@@ -14,8 +14,8 @@ mod room;
 use std::collections::BTreeMap;
 
 use isostep_console::{
-    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, Refusal, ReportedState, SettingError, Settings,
-    Spindle, length,
+    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, ReportedState, SettingError, Settings, Spindle,
+    length,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -218,11 +218,6 @@ pub fn kind(word: Option<&str>, error: Error) -> String {
     }
 }
 
-fn remedy(line: &str, word: Option<&str>, error: Error) -> String {
-    let named = || word.map_or(error.to_string(), |word| format!("{word}: {error}"));
-    Refusal::of(line, error).map_or_else(named, |refusal| refusal.to_string())
-}
-
 /// A program, as far as it has been read.
 struct Reader {
     survey: Survey,
@@ -414,12 +409,12 @@ impl Reader {
 
     fn refuse(&mut self, line: &str, error: Error, setting: Option<SettingError>) {
         let word = word(line);
-        let remedy = match setting {
-            Some(refused) => refused.to_string(),
-            None => match self.interpreter.misfit(line, &self.settings).filter(|_| error == Error::InvalidTarget) {
-                Some(misfit) => misfit.to_string(),
-                None => remedy(line, word.as_deref(), error),
-            },
+        let why = self.interpreter.explain(line, error, &self.settings).map(|why| why.to_string());
+        let remedy = match (setting, why, &word) {
+            (Some(refused), ..) => refused.to_string(),
+            (None, Some(why), _) => why,
+            (None, None, Some(word)) => format!("{word}: {error}"),
+            (None, None, None) => error.to_string(),
         };
         let key = kind(word.as_deref(), error);
         *self.survey.refused_by_word.entry(key).or_default() += 1;

@@ -167,6 +167,7 @@ impl Block {
     fn value(&mut self, word: Word) -> Result<(), Refused> {
         match word {
             _ if !"FIJKLNPRSTXYZ".contains(word.letter) => Err(20),
+            _ if "LNT".contains(word.letter) && word.value % ONE != 0 => Err(23),
             Word { letter: 'T', value } if value > 255 * ONE => Err(38),
             _ if self.get(word.letter).is_some() => Err(25),
             _ if "FNPST".contains(word.letter) && word.value < 0 => Err(4),

@@ -301,6 +301,9 @@ impl Model {
             return Err(Stop::Refused(26));
         }
         let (Some(number), Some(kind)) = (block.take('P'), block.take('L')) else { return Err(Stop::Refused(28)) };
+        if number % ONE != 0 {
+            return Err(Stop::Refused(23));
+        }
         let system = match number / ONE {
             0 => self.modes.system,
             number @ 1..=6 => number as usize - 1,

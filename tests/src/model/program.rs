@@ -312,7 +312,11 @@ impl Author {
     fn faulty(&mut self, model: &Model) -> Vec<Word> {
         let x = self.length('X', model);
         let one = |letter| Word::whole(letter, 1);
-        match self.below(22) {
+        let half = |letter| Word { letter, value: 3 * ONE / 2 };
+        match self.below(25) {
+            22 => vec![half(self.of(&['T', 'N', 'L'])), x],
+            23 => vec![Word::g(100), x, Word::whole('L', 2), half('P')],
+            24 => vec![Word::g(980), Word::g(0)],
             0 => vec![Word::g(0), Word::g(10), x],
             1 => vec![Word::g(900), Word::g(910)],
             2 => vec![Word::g(100), Word::g(920), x],

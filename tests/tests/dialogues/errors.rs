@@ -176,7 +176,10 @@ fn error_22_no_feed() {
 
 #[test]
 fn error_23_integer_required() {
-    refused_and_unchanged(&["G1.5 X1", "M3.1", "G54.1", "G4.1 P1", "$1=2.5"], 23);
+    refused_and_unchanged(
+        &["G1.5 X1", "M3.1", "G54.1", "G4.1 P1", "$1=2.5", "T1.5", "N1.5 X1", "G10 L2 P1.5 X1", "G10 L2.5 P1 X1"],
+        23,
+    );
 }
 
 #[test]
@@ -257,7 +260,7 @@ fn error_33_invalid_target() {
 #[test]
 fn error_33_names_both_radii() {
     let mut sim = homed();
-    let told = |start: &str, target: &str| {
+    let told_of = |start: &str, target: &str| {
         format!(
             "[MSG:the start is {start} mm from the arc's centre, the target {target} mm: correct the target or I, J, K]"
         )
@@ -267,19 +270,39 @@ fn error_33_names_both_radii() {
         ("G91 G18 G3 X3 Z4 I-10 F100", "10.000", "13.601"),
         ("G20 G2 X1 I0.4 F10", "10.160", "15.240"),
     ] {
-        assert_eq!(say(&mut sim, line), [told(start, target).as_str(), "error:33"], "{line}");
+        assert_eq!(say(&mut sim, line), [told_of(start, target).as_str(), "error:33"], "{line}");
     }
     assert_eq!(say(&mut sim, "G2 X9000 R-9000 F100"), ["error:33"], "not for want of a centre");
+    assert_eq!(say(&mut sim, "G21 G90 G17 G0 X10 Y0 F100"), ["ok"]);
+    let told = "[MSG:the start is 0.000 mm from the arc's centre, the target 14.142 mm: it fits if I, J, K are absolute \
+                (G90.1): have them written from the start (G91.1)]";
+    assert_eq!(say(&mut sim, "G3 X0 Y10 I0 J0"), [told, "error:33"]);
+    assert_eq!(say(&mut sim, "G3 X0 Y10 I0 J0.1"), [told_of("0.100", "14.072").as_str(), "error:33"]);
 }
 
 #[test]
 fn error_34_radius_too_small() {
-    refused_and_unchanged(&["G2 X10 R4.999", "G3 X10 R0", "G18 G2 X-10 R-4.9"], 34);
+    refused_and_unchanged(&["G2 X10 F600 R4.99", "G3 X10 R0", "G18 G2 X-10 R-4.9"], 34);
+    let told =
+        "[MSG:the target is 10.000 mm from the start, more than twice R 4.990 mm: correct it, or make R 5.000 mm]";
+    assert_eq!(say(&mut homed(), "G2 X10 F600 R4.99"), [told, "error:34"]);
 }
 
 #[test]
 fn error_35_offsets_missing() {
     refused_and_unchanged(&["G2 X10", "G3 X10 K5", "G18 G2 X10 J5", "G19 G3 Y10 I5"], 35);
+}
+
+#[test]
+fn error_36_names_the_word() {
+    let mut sim = homed();
+    for (line, words) in [
+        ("G2 X0 I5 P2 F100", "P: an arc has no turns here: write a line for each turn"),
+        ("G2 X10 I5 R5 F100", "I: R has given the arc: keep one of them"),
+        ("G0 X1 P1", "P: no code on the line uses it: remove it, or add the code that does"),
+    ] {
+        assert_eq!(say(&mut sim, line), [format!("[MSG:{words}]").as_str(), "error:36"], "{line}");
+    }
 }
 
 #[test]

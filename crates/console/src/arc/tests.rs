@@ -106,7 +106,7 @@ fn a_radius_that_is_half_the_way_is_half_a_circle_wherever_it_is_drawn() {
         assert!((arc.travel_rad + PI).abs() < 0.05 && (arc.radius_mm - 0.15).abs() < 1e-4, "{start} {arc:?}");
     }
     let too_far = ends([0.0; 3], [10.0, 0.0, 0.0], true);
-    assert_eq!(Arc::of_radius(too_far, 4.999), Err(Error::RadiusTooSmall));
+    assert_eq!(Arc::of_radius(too_far, 4.9949), Err(Error::RadiusTooSmall));
     assert_eq!(Arc::of_radius(too_far, 0.0), Err(Error::RadiusTooSmall));
     let nowhere = ends([5.0, 0.0, 0.0], [5.0, 0.0, 3.0], true);
     assert_eq!(Arc::of_radius(nowhere, 4.0), Err(Error::InvalidTarget));

@@ -18,24 +18,37 @@ impl Interpreter {
         let arc = if let Some(radius_pm) = words.take_radius_pm() {
             Arc::of_radius(ends, length::to_mm(radius_pm))?
         } else {
-            Arc::around(ends, offset_mm(words)?)?
+            Arc::around(ends, mm_or_0(offsets_pm(words)?))?
         };
         // The middle of an arc may be out of range even if both ends are within it.
         arc.bounds_mm().iter().flatten().try_for_each(|&mm| within(length::from_mm(mm)).map(|_| ()))?;
         Ok(Some(arc))
     }
 
-    /// Why the centre that `line` gives for its arc does not fit: for a line of G-code that was refused with
-    /// [`Error::InvalidTarget`]. `None` if the line was refused for another reason.
-    #[must_use]
-    pub fn misfit(&self, line: &str, settings: &Settings) -> Option<Misfit> {
+    /// Why the centre or the radius that `line` gives for its arc does not fit: for a line of G-code that was refused with
+    /// [`Error::InvalidTarget`] or [`Error::RadiusTooSmall`]. `None` if the line was refused for another reason.
+    pub(super) fn misfit(&self, line: &str, settings: &Settings) -> Option<Misfit> {
         let mut words = Words::new(self.modal, settings.rotary());
         words.read(&mut line.as_bytes()).ok()?;
-        if !words.modal.motion.is_arc() || words.take_radius_pm().is_some() {
+        if !words.modal.motion.is_arc() {
             return None;
         }
         let at_line = Self { modal: words.modal, ..*self };
-        Misfit::of(at_line.ends(&words).ok()?, offset_mm(&mut words).ok()?)
+        let ends = at_line.ends(&words).ok()?;
+        if let Some(radius_pm) = words.take_radius_pm() {
+            return Misfit::of_radius(ends, length::to_mm(radius_pm));
+        }
+        let offsets_pm = offsets_pm(&mut words).ok()?;
+        Misfit::of_centre(ends, mm_or_0(offsets_pm), at_line.offset_to_mm(offsets_pm))
+    }
+
+    /// From the start of an arc to a place in its plane, in work coordinates; `None` if the place lacks a coordinate.
+    fn offset_to_mm(&self, place_pm: [Option<i64>; 2]) -> Option<[f64; 2]> {
+        let [Some(first_pm), Some(second_pm)] = place_pm else { return None };
+        let [first, second, ..] = PLANES[usize::from(self.modal.plane)];
+        let zero_pm = self.work_offset_pm();
+        let offset_mm = |axis: usize, pm| length::to_mm(zero_pm[axis] + pm - self.position_pm[axis]);
+        Some([offset_mm(first, first_pm), offset_mm(second, second_pm)])
     }
 
     fn ends(&self, words: &Words) -> Result<Ends, Error> {
@@ -50,13 +63,17 @@ impl Interpreter {
     }
 }
 
-/// From the start of an arc to its centre, in its plane.
-fn offset_mm(words: &mut Words) -> Result<[f64; 2], Error> {
+/// I, J and K of an arc, those of its plane.
+fn offsets_pm(words: &mut Words) -> Result<[Option<i64>; 2], Error> {
     let [first, second, ..] = PLANES[usize::from(words.modal.plane)];
     let offsets_pm = words.take_offsets_pm();
     let offsets_pm = [offsets_pm[first], offsets_pm[second]];
     if offsets_pm == [None; 2] {
         return Err(Error::OffsetsMissing);
     }
-    Ok(offsets_pm.map(|offset_pm| length::to_mm(offset_pm.unwrap_or(0))))
+    Ok(offsets_pm)
+}
+
+fn mm_or_0(offsets_pm: [Option<i64>; 2]) -> [f64; 2] {
+    offsets_pm.map(|offset_pm| length::to_mm(offset_pm.unwrap_or(0)))
 }

@@ -39,6 +39,9 @@ impl Interpreter {
         let (Some(number), Some(meaning)) = (words.take(b'P'), words.take(b'L')) else {
             return Err(Error::ValueMissing);
         };
+        if number % 1.0 != 0.0 {
+            return Err(Error::IntegerRequired);
+        }
         let system = match number as usize {
             0 => usize::from(self.modal.system),
             number @ 1..=WORK_SYSTEMS => number - 1,

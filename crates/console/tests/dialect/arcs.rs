@@ -119,15 +119,15 @@ fn what_is_no_arc_is_refused_in_grbls_order() {
             G2 X10 K5 -> error:35
             G18 G2 X10 J5 -> error:35
             G19 G2 Z1 I1 -> error:35
-            G2 X10 I4.994 -> error:33
+            G2 X10 I4.994 -> [MSG:the start is 4.994 mm from the arc's centre, the target 5.006 mm: correct the target or I, J, K] error:33
             G2 X10 I4.998 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.002 0.000..0.000) ok
             G2 X0 Y0 R5 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 -5.000..0.000 0.000..0.000) ok
             X10 -> error:35
-            G2 X20 R4.9 -> error:34
-            G2 X20 R0 -> error:34
-            G2 X20 I10 R10 -> error:36
-            G2 X20 J0 R10 -> error:36
-            G2 X20 I10 P1 -> error:36
+            G2 X20 R4.9 -> [MSG:the target is 20.000 mm from the start, more than twice R 4.900 mm: correct it, or make R 10.000 mm] error:34
+            G2 X20 R0 -> [MSG:the target is 20.000 mm from the start, more than twice R 0.000 mm: correct it, or make R 10.000 mm] error:34
+            G2 X20 I10 R10 -> [MSG:I: R has given the arc: keep one of them] error:36
+            G2 X20 J0 R10 -> [MSG:J: R has given the arc: keep one of them] error:36
+            G2 X20 I10 P1 -> [MSG:P: an arc has no turns here: write a line for each turn] error:36
             G2 G1 X20 I5 -> error:24
             G2 G3 X20 I5 -> error:24
             G53 G2 X20 I5 -> error:30
@@ -136,11 +136,49 @@ fn what_is_no_arc_is_refused_in_grbls_order() {
             G2.5 X1 I1 -> error:23
             G2.1 X1 I1 -> error:23
             G2 X9000 R-9000 -> error:33
-            G1 X20 I5 -> error:36
-            G0 X20 R5 -> error:36
+            G1 X20 I5 -> [MSG:I: no code on the line uses it: remove it, or add the code that does] error:36
+            G0 X20 R5 -> [MSG:R: no code on the line uses it: remove it, or add the code that does] error:36
             G2 X2 X3 I1 -> error:25
             G2 X20 I5 I5 -> error:25
             $G -> [GC:G2 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
+        "#]],
+    );
+}
+
+/// 0.005 mm, or 0.1 % of the radius, as for a centre.
+#[test]
+fn a_radius_may_be_as_wrong_as_a_centre() {
+    check(
+        "F600\nG2 X10.0001 R5\nX0 R5\nX10.0099 R5\nG3 X0 R4.949\nX0 R-4.949\nG91 G3 X200.19 R100\nX200.21 R100\nG20 X1 R.4998\nX1 R.49",
+        expect![[r#"
+            F600 -> ok
+            G2 X10.0001 R5 -> (arc 600.0 [10.0001, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.000 0.000..0.000) ok
+            X0 R5 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 -5.000..0.000 0.000..0.000) ok
+            X10.0099 R5 -> (arc 600.0 [10.0099, 0.0, 0.0] of 15.724 in 0.000..10.010 0.000..5.005 0.000..0.000) ok
+            G3 X0 R4.949 -> [MSG:the target is 10.010 mm from the start, more than twice R 4.949 mm: correct it, or make R 5.005 mm] error:34
+            X0 R-4.949 -> [MSG:the target is 10.010 mm from the start, more than twice R 4.949 mm: correct it, or make R 5.005 mm] error:34
+            G91 G3 X200.19 R100 -> (arc 600.0 [210.1999, 0.0, 0.0] of 314.458 in 10.010..210.200 -100.095..0.000 0.000..0.000) ok
+            X200.21 R100 -> [MSG:the target is 200.210 mm from the start, more than twice R 100.000 mm: correct it, or make R 100.105 mm] error:34
+            G20 X1 R.4998 -> (arc 600.0 [235.5999, 0.0, 0.0] of 39.898 in 210.200..235.600 -12.700..0.000 0.000..0.000) ok
+            X1 R.49 -> [MSG:the target is 25.400 mm from the start, more than twice R 12.446 mm: correct it, or make R 12.700 mm] error:34
+        "#]],
+    );
+}
+
+/// As Mach writes it by default.
+#[test]
+fn a_centre_that_is_a_place_is_told() {
+    check(
+        "F600\nG10 L2 P1 X100 Y-20\nG0 X10 Y0\nG3 X0 Y10 I0 J0\nG3 X0 Y10 I0.1 J0\nG3 X0 Y10 I0\nG91 G2 X-2 Y-2 I8 J0\nG90 G18 G2 X12 Z2 I12 K0",
+        expect![[r#"
+            F600 -> ok
+            G10 L2 P1 X100 Y-20 -> ok
+            G0 X10 Y0 -> (rapid [110.0, -20.0, 0.0]) ok
+            G3 X0 Y10 I0 J0 -> [MSG:the start is 0.000 mm from the arc's centre, the target 14.142 mm: it fits if I, J, K are absolute (G90.1): have them written from the start (G91.1)] error:33
+            G3 X0 Y10 I0.1 J0 -> [MSG:the start is 0.100 mm from the arc's centre, the target 14.213 mm: correct the target or I, J, K] error:33
+            G3 X0 Y10 I0 -> [MSG:the start is 0.000 mm from the arc's centre, the target 14.142 mm: correct the target or I, J, K] error:33
+            G91 G2 X-2 Y-2 I8 J0 -> [MSG:the start is 8.000 mm from the arc's centre, the target 10.198 mm: it fits if I, J, K are absolute (G90.1): have them written from the start (G91.1)] error:33
+            G90 G18 G2 X12 Z2 I12 K0 -> [MSG:the start is 12.000 mm from the arc's centre, the target 10.198 mm: it fits if I, J, K are absolute (G90.1): have them written from the start (G91.1)] error:33
         "#]],
     );
 }
@@ -150,20 +188,20 @@ fn arcs_are_modal_until_another_motion_or_the_end() {
     check(
         "G3 X10 I5 F600\nX0 I-5\nI5\nX10\nG28 X0\n$G\nG92 X5\nG0 X0\nX10 I5\nG2\n$G\nM2\n$G",
         expect![[r#"
-        G3 X10 I5 F600 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in 0.000..10.000 -5.000..0.000 0.000..0.000) ok
-        X0 I-5 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.000 0.000..0.000) ok
-        I5 -> error:36
-        X10 -> error:35
-        G28 X0 -> (via [0.0, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
-        $G -> [GC:G3 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
-        G92 X5 -> ok
-        G0 X0 -> (rapid [-5.0, 0.0, 0.0]) ok
-        X10 I5 -> error:36
-        G2 -> error:26
-        $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
-        M2 -> (end) ok
-        $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
-    "#]],
+            G3 X10 I5 F600 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in 0.000..10.000 -5.000..0.000 0.000..0.000) ok
+            X0 I-5 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.000 0.000..0.000) ok
+            I5 -> [MSG:I: no code on the line uses it: remove it, or add the code that does] error:36
+            X10 -> error:35
+            G28 X0 -> (via [0.0, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
+            $G -> [GC:G3 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
+            G92 X5 -> ok
+            G0 X0 -> (rapid [-5.0, 0.0, 0.0]) ok
+            X10 I5 -> [MSG:I: no code on the line uses it: remove it, or add the code that does] error:36
+            G2 -> error:26
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
+            M2 -> (end) ok
+            $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok
+        "#]],
     );
 }
 

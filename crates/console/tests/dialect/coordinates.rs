@@ -114,7 +114,7 @@ fn g10_and_g92_want_their_words() {
             G10 L2 P7 X1 -> error:29
             G10 L3 P1 X1 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
             G10 L2 P1 X1 R0 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
-            G10 L20 P1 X1 R0 -> error:36
+            G10 L20 P1 X1 R0 -> [MSG:R: no code on the line uses it: remove it, or add the code that does] error:36
             G92 -> error:26
             G92 X20000 -> error:33
             G10 L2 P1 X-10000.1 -> error:33

@@ -197,7 +197,7 @@ fn g64_is_as_g61_and_its_p_has_no_effect() {
             G61.1 X1 -> (rapid [1.0, 0.0, 0.0]) (stop) ok
             G64 P0.05 X2 -> (rapid [2.0, 0.0, 0.0]) ok
             G64 P.05 -> ok
-            P.05 -> error:36
+            P.05 -> [MSG:P: no code on the line uses it: remove it, or add the code that does] error:36
             G64 P0.1 G4 P2 -> error:25
             G4 P2 G64 -> (wait 2 s) ok
             G64 G4 -> error:28
@@ -310,8 +310,8 @@ fn clashes_repeats_and_leftovers_are_refused() {
             M0 M2 -> error:21
             G4 G28 P1 -> error:21
             X1 X2 -> error:25
-            G0 X1 P1 -> error:36
-            G0 X1 I1 -> error:36
+            G0 X1 P1 -> [MSG:P: no code on the line uses it: remove it, or add the code that does] error:36
+            G0 X1 I1 -> [MSG:I: no code on the line uses it: remove it, or add the code that does] error:36
             S1 S2 -> error:25
             M1.5 -> error:23
             G1.5 -> error:23
@@ -321,6 +321,37 @@ fn clashes_repeats_and_leftovers_are_refused() {
             G43.1 G0 Z1 -> error:24
             G92 G49 X1 -> ok
             G92 G53 X1 -> error:21
+        "#]],
+    );
+}
+
+/// What each line is told leads to a line that is taken.
+#[test]
+fn a_refused_line_is_told_what_to_do() {
+    check(
+        "X5,5\nX1, Y2\nG0 (bore (6 mm) twice) X1\n(tool #3 (flat) C)\nG1 (a) (b)) X1\nF600\nG2 X10 I5 P2\nG2 X10 R5 I5\nX5 R9 G1\nG0 X1 P1 L2\n\
+        T1.5\nN1.5 X1\nN1.0 X1\nT2.0\nG10 L2 P1.5 X1\nG10 L2.5 P1 X1\nG10 L20.0 P1.000 X0\n$N0=G10 L2 P1.5 X1\nT0.00000001\nN00000000000000000005.00000",
+        expect![[r#"
+            X5,5 -> [MSG:,5: no commas here: write a decimal point, and nothing between words] error:1
+            X1, Y2 -> [MSG:,: no commas here: write a decimal point, and nothing between words] error:1
+            G0 (bore (6 mm) twice) X1 -> [MSG:): a comment ends at its first ): leave brackets out of it] error:2
+            (tool #3 (flat) C) -> [MSG:): a comment ends at its first ): leave brackets out of it] error:2
+            G1 (a) (b)) X1 -> [MSG:): a comment ends at its first ): leave brackets out of it] error:1
+            F600 -> ok
+            G2 X10 I5 P2 -> [MSG:P: an arc has no turns here: write a line for each turn] error:36
+            G2 X10 R5 I5 -> [MSG:I: R has given the arc: keep one of them] error:36
+            X5 R9 G1 -> [MSG:R: no code on the line uses it: remove it, or add the code that does] error:36
+            G0 X1 P1 L2 -> [MSG:L: no code on the line uses it: remove it, or add the code that does] error:36
+            T1.5 -> error:23
+            N1.5 X1 -> error:23
+            N1.0 X1 -> (N1) (rapid [1.0, 0.0, 0.0]) ok
+            T2.0 -> ok
+            G10 L2 P1.5 X1 -> [MSG:P: G10 numbers systems by whole numbers: remove the fraction] error:23
+            G10 L2.5 P1 X1 -> error:23
+            G10 L20.0 P1.000 X0 -> ok
+            $N0=G10 L2 P1.5 X1 -> [MSG:P: G10 numbers systems by whole numbers: remove the fraction] error:23
+            T0.00000001 -> error:23
+            N00000000000000000005.00000 -> error:2
         "#]],
     );
 }
@@ -486,12 +517,12 @@ fn pauses_and_line_numbers_come_with_their_block() {
     check(
         "N7 G0 X1 M0\nM1\nN1.9 M0\nN-1\nN0 X2",
         expect![[r#"
-        N7 G0 X1 M0 -> (N7) (rapid [1.0, 0.0, 0.0]) (pause) ok
-        M1 -> ok
-        N1.9 M0 -> (N1) (pause) ok
-        N-1 -> error:4
-        N0 X2 -> (rapid [2.0, 0.0, 0.0]) ok
-    "#]],
+            N7 G0 X1 M0 -> (N7) (rapid [1.0, 0.0, 0.0]) (pause) ok
+            M1 -> ok
+            N1.9 M0 -> error:23
+            N-1 -> error:4
+            N0 X2 -> (rapid [2.0, 0.0, 0.0]) ok
+        "#]],
     );
 }
 

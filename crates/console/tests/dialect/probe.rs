@@ -45,7 +45,7 @@ fn a_probe_is_modal_and_the_program_goes_on_from_its_target() {
 fn a_probe_needs_a_feed_an_axis_and_a_way() {
     check(
         "G38.2 Z-1\nG38.2\nG38.2 F0 Z-1\nF100\nG38.2\nG38.2 F100 M3\nG38.3 X0\nG38.4 X0 I1\nG38.2 Z-20000\nG38.2 Z1 I1\nG38.2 Z1 R1\nG38.2 Z1 P1\n\
-         G53 G38.2 Z1\nG38.2 G53 Z1\nG38.2 G0 Z1\nG38.2 G38.3 Z1\nG28 G38.2 Z1\nG92 G38.2 Z1\nG43.1 G38.2 Z1\nG80 G38.2 Z1\nG38.2 G80 Z1\n$J=G38.2 X1 F1\n$J=G38.2 F1\n$G\n\
+         G53 G38.2 Z1\nG38.2 G53 Z1\nG38.2 G0 Z1\nG38.2 G38.3 Z1\nG28 G38.2 Z1\nG92 G38.2 Z1\nG43.1 G38.2 Z1\n$J=G38.2 X1 F1\n$J=G38.2 F1\n$G\n\
          G38.2 Z1\nG53 Z2\n$J=X1 F1\nZ1\nG18 G38.2 Y1",
         expect![[r#"
             G38.2 Z-1 -> error:22
@@ -57,9 +57,9 @@ fn a_probe_needs_a_feed_an_axis_and_a_way() {
             G38.3 X0 -> error:33
             G38.4 X0 I1 -> error:33
             G38.2 Z-20000 -> error:33
-            G38.2 Z1 I1 -> error:36
-            G38.2 Z1 R1 -> error:36
-            G38.2 Z1 P1 -> error:36
+            G38.2 Z1 I1 -> [MSG:I: no code on the line uses it: remove it, or add the code that does] error:36
+            G38.2 Z1 R1 -> [MSG:R: no code on the line uses it: remove it, or add the code that does] error:36
+            G38.2 Z1 P1 -> [MSG:P: no code on the line uses it: remove it, or add the code that does] error:36
             G53 G38.2 Z1 -> error:30
             G38.2 G53 Z1 -> error:30
             G38.2 G0 Z1 -> error:24
@@ -67,8 +67,6 @@ fn a_probe_needs_a_feed_an_axis_and_a_way() {
             G28 G38.2 Z1 -> error:24
             G92 G38.2 Z1 -> error:24
             G43.1 G38.2 Z1 -> error:24
-            G80 G38.2 Z1 -> error:21
-            G38.2 G80 Z1 -> error:21
             $J=G38.2 X1 F1 -> error:16
             $J=G38.2 F1 -> error:26
             $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F100 S0] ok

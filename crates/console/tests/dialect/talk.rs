@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use expect_test::Expect;
 use isostep_console::{
     AXES, Block, Command, Coordinates, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
-    Refusal, ReportedState, Settings, Spindle, Status, StatusReporter, length,
+    ReportedState, Settings, Spindle, Status, StatusReporter, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -79,8 +79,8 @@ impl Talk {
                 match interpreter.interpret(&line, *state, settings) {
                     Ok(command) => self.carry_out(command),
                     Err(error) => {
-                        if let Some(refusal) = Refusal::of(&line, error) {
-                            report::message(heard, refusal).unwrap();
+                        if let Some(why) = interpreter.explain(&line, error, settings) {
+                            report::message(heard, why).unwrap();
                         }
                         report::error(heard, error).unwrap();
                     }

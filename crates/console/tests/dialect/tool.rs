@@ -24,7 +24,7 @@ fn spindle_speed_and_coolant_are_told_when_they_change() {
             M9 -> ok
             M8 M3 S1 G4 P1 G0 X1 -> (spindle) (speed) (coolant) (wait 1 s) (rapid [1.0, 0.0, 0.0]) ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M3 M8 T0 F0 S1] ok
-            M4 P1 -> error:36
+            M4 P1 -> [MSG:P: no code on the line uses it: remove it, or add the code that does] error:36
             M3 M4 -> error:21
             M3.2 -> error:23
             S-1 -> error:4
