@@ -70,10 +70,11 @@ impl Laws {
     /// # Errors
     /// When the law needs a start speed that the machine does not allow.
     pub fn over(&self, machine: Settings) -> Result<Settings, SettingError> {
-        self.settings().into_iter().try_fold(machine, |settings, (number, value)| {
+        let settings = self.settings().into_iter().try_fold(machine, |settings, (number, value)| {
             let keeps = START_SPEEDS.contains(&number) && settings.get(number) > Some(0.0);
-            if keeps { Ok(settings) } else { settings.with(number, value, &|_| f32::INFINITY) }
-        })
+            if keeps { Ok(settings) } else { settings.with(number, value) }
+        })?;
+        settings.check(&|_| f32::INFINITY).map(|()| settings)
     }
 }
 

@@ -154,7 +154,7 @@ fn bad_input_moves_nothing() {
     let too_fast = if emulated::config().driver == DriverTiming::DRV8825 { 297_619 } else { 5_000_001 };
     let script = format!(
         "expect Grbl\nsend G0 Q5\nexpect error:20\nsend {long}\nexpect error:11\nsend G0 X99999999999\nexpect error:2\n\
-         send $110={too_fast}\nexpect error:12\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
+         send $110={too_fast}\nexpect ok\nsend $X\nexpect error:12\nsend $110=2880\nexpect ok\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
          bytes 01 7f c2 96 ff 0a\nexpect error:1\nsend\nexpect ok\nsend $X\nexpect ok\nbytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"
     );
     let run = Board::new("bad-input").script(&script);

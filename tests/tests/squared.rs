@@ -343,9 +343,9 @@ fn settings_that_cannot_work_are_refused_with_the_remedy() {
     let said = line(&mut sim, "$171=-4");
     let reason = "$27=2 with the offset of the second motor, $171=-4, is not below the travel of Y, $131=6 mm: \
                   lower $27 or raise $131";
-    assert!(said.contains(&format!("[MSG:{reason}]")), "{said:?}");
-    assert_eq!(line(&mut sim, "$905=0"), ["ok"]);
-    assert_eq!(line(&mut sim, "$171=-4"), ["ok"], "no second motor, no offset");
+    assert!(said.contains(&format!("[MSG:{reason}; until then nothing moves]")), "{said:?}");
+    assert_eq!(line(&mut sim, "$H").last().unwrap(), "error:2");
+    assert_eq!(line(&mut sim, "$905=0"), ["ok"], "no second motor, no offset");
 }
 
 /// A reset, the emergency stop, and a reset again: none of them leaves a side held.

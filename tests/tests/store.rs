@@ -371,7 +371,7 @@ fn what_is_not_as_stored_is_told_after_the_welcome_until_it_is_stored_anew() {
     for (flash, words) in [
         (garbage(1), "[MSG:what flash holds cannot be read"),
         (of_another_version(), "[MSG:what flash holds is another version's"),
-        (refused(), "[MSG:stored settings refused, $110=200000 is above the"),
+        (refused(), "[MSG:stored settings refused, $27=200 is above the most, 100 mm: lower it"),
     ] {
         let heard = said(&flash, "$$\n");
         assert!(heard[0].starts_with("Grbl") && heard[1].starts_with(words), "{heard:?}");
@@ -383,13 +383,13 @@ fn what_is_not_as_stored_is_told_after_the_welcome_until_it_is_stored_anew() {
     }
 }
 
-/// Settings that are valid one by one but not together: they require more steps/s than the outputs support.
+/// A pull-off that cannot be.
 fn refused() -> Flash {
     let flash = Flash::blank();
     let (mut store, _) = opened(&flash, 16);
     let mut wanted = defaults();
-    wanted.settings.set(110, 200_000.0);
-    wanted.settings.set(100, 5_000.0);
+    wanted.settings.set(27, 200.0);
+    wanted.settings.set(100, 60.0);
     assert!(save(&mut store, &wanted));
     flash
 }
@@ -399,7 +399,7 @@ fn refused_settings_stay_stored_until_others_are_set() {
     let flash = refused();
     said(&flash, "G10 L2 P2 X1\n");
     let (store, _) = opened(&flash, 16);
-    assert_eq!(store.kept().settings.get(100), Some(5_000.0));
+    assert_eq!(store.kept().settings.get(100), Some(60.0));
     assert_eq!(store.kept().parameters.coordinates.place(1), &[1_000_000_000, 0, 0]);
 }
 

@@ -67,7 +67,7 @@ pub use overrides::Overrides;
 pub use parameters::{Coordinates, Parameters};
 pub use realtime::Realtime;
 pub use refusal::{Explanation, Refusal, Unused, stopped_at};
-pub use setting_error::SettingError;
+pub use setting_error::{SettingError, Unfit};
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};
 pub use settings::{Carries, Settings};
 pub use status::{Status, StatusReporter};

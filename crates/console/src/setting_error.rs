@@ -117,7 +117,7 @@ impl fmt::Display for SettingError {
             Self::TooHigh { number, value, max, unit } => {
                 write!(f, "${number}={} is above the most, {}: lower it", plain(value), Limit(max, unit))
             }
-            Self::SoftLimitsNeedHoming => f.write_str("$20=1 needs a homed machine: set $22=1 first"),
+            Self::SoftLimitsNeedHoming => f.write_str("$20=1 needs a machine that homes: set $22=1 or $20=0"),
             Self::HomingOrder { digits } => {
                 write!(f, "$901={digits} is no order: give {HOMING_ORDER}")
             }
@@ -161,14 +161,14 @@ impl fmt::Display for SettingError {
                 let start = 910 + axis;
                 write!(
                     f,
-                    "$940={law} is a law over displacement and never leaves standstill: raise ${start} above 0 first"
+                    "$940={law} is a law over displacement and never leaves standstill: raise ${start} above 0, or lower $940"
                 )
             }
             Self::ShapedCurve { axis, kind, law } => {
                 let shaper = 950 + axis;
                 write!(
                     f,
-                    "${shaper}={kind} and $940={law} do not work together: only the trapezoid is shaped. Set ${shaper}=0 or $940=0 first"
+                    "${shaper}={kind} and $940={law} do not work together, as only the trapezoid is shaped: set ${shaper}=0 or $940=0"
                 )
             }
             Self::NoSecondMotor => f.write_str(
@@ -195,3 +195,13 @@ impl fmt::Display for SettingError {
 }
 
 impl core::error::Error for SettingError {}
+
+/// Why settings do not work together. They are kept, but nothing moves with them. Displays as the text of a `[MSG:...]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unfit(pub SettingError);
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; until then nothing moves", self.0)
+    }
+}

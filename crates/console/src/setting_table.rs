@@ -99,7 +99,7 @@ const ROWS: &[(Setting, &str)] = &[
     #[cfg(feature = "trinamic")]
     row(MICROSTEPS, "", "microsteps, a power of 2; $100-$102 follow", 1.0, 256.0, IntPerAxis(|s| &mut s.microsteps)),
     row(100, "steps/mm", "steps per millimetre", 0.1, 1e4, PerAxis(|s| &mut s.steps_per_mm)),
-    row(110, "mm/min", "top speed", 1.0, 1e8, PerAxis(|s| &mut s.max_rate_mm_min)),
+    row(110, "mm/min", "top speed", 1.0, 9e7, PerAxis(|s| &mut s.max_rate_mm_min)),
     row(120, "mm/s2", "acceleration", 0.1, 1e5, PerAxis(|s| &mut s.accel_mm_s2)),
     row(130, "mm", TRAVEL, TRAVEL_MIN_MM, 1e4, PerAxis(|s| &mut s.travel_mm)),
     #[cfg(feature = "trinamic")]
@@ -128,19 +128,19 @@ const ROWS: &[(Setting, &str)] = &[
     row(908, "", "drivers interpolate to 256 microsteps, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.interpolate_mask)),
     #[cfg(feature = "trinamic")]
     row(909, "", "axes of $339 whose motor stops the machine if it stalls at speed, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.stall_alarm_mask)),
-    row(910, "mm/min", "start speed", 0.0, 1e8, PerAxis(|s| &mut s.start_rate_mm_min)),
+    row(910, "mm/min", "start speed", 0.0, 9e7, PerAxis(|s| &mut s.start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
-    row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 1e8, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
+    row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 9e7, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
     row(940, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, Int(|s| &mut s.speed_law)),
     row(950, "", "shaper: 0 none, 1 ZV, 2 MZV, 3 ZVD, 4 EI, 5 box", 0.0, 5.0, IntPerAxis(|s| &mut s.shaper_kind)),
     row(960, "Hz", "shaper's frequency", 10.0, 500.0, PerAxis(|s| &mut s.shaper_hz)),
     row(970, "", "shaper's damping ratio", 0.0, 0.5, PerAxis(|s| &mut s.shaper_damping_ratio)),
     #[cfg(feature = "trinamic")]
-    row(980, "mm/min", "StealthChop up to this speed, SpreadCycle above it; 0: SpreadCycle always", 0.0, 1e8, PerAxis(|s| &mut s.stealth_mm_min)),
+    row(980, "mm/min", "StealthChop up to this speed, SpreadCycle above it; 0: SpreadCycle always", 0.0, 9e7, PerAxis(|s| &mut s.stealth_mm_min)),
 ];
 
-/// Every setting, by ascending number but for the microsteps, which come before the steps per millimetre. If a listing is sent back in this order, each setting works with those before
-/// it.
+/// Every setting, by ascending number but for the microsteps, which come before the steps per millimetre, because these
+/// follow them: so a listing that is sent back in this order ends as it was, whatever was set before.
 pub static TABLE: &[Setting] = &settings();
 /// The meaning of each setting. Kept apart from the table, so that a controller that never prints it need not store it.
 static MEANINGS: [&str; ROWS.len()] = meanings();

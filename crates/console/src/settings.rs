@@ -294,39 +294,27 @@ impl Settings {
         Some(setting.value(self, axis))
     }
 
-    /// These settings with one of them changed, if all of them still work together with step outputs that support
-    /// `carries`. `$22=0` also turns off `$20`, as in Grbl. Other microsteps (`$150`) change the steps per millimetre, so that
-    /// a millimetre stays one.
+    /// These settings with one of them changed. Whether they work together is another matter, see [`check`](Self::check):
+    /// so a listing can be sent back line by line, whatever was set before. `$22=0` also turns off `$20`, as in Grbl. Other
+    /// microsteps (`$150`) change the steps per millimetre, so that a millimetre stays one.
     ///
     /// # Errors
-    /// What is wrong with the value, or with its combination with another setting.
-    pub fn with(mut self, number: u16, value: f32, carries: Carries<'_>) -> Result<Self, SettingError> {
+    /// What is wrong with the value by itself.
+    pub fn with(mut self, number: u16, value: f32) -> Result<Self, SettingError> {
         let (setting, axis) = setting_table::find(number).ok_or(SettingError::Unknown { number })?;
         setting.check(&self, number, value)?;
         #[cfg(feature = "trinamic")]
         let microsteps = self.microsteps[axis];
         setting.set(&mut self, axis, value);
         #[cfg(feature = "trinamic")]
-        if setting.number == setting_table::MICROSTEPS {
-            self.follow_microsteps(axis, microsteps)?;
+        if setting.number == setting_table::MICROSTEPS && self.microsteps[axis].is_power_of_two() {
+            self.steps_per_mm[axis] *= f32::from(self.microsteps[axis]) / f32::from(microsteps.max(1));
         }
         if number == setting_table::HOMING && !self.homing {
             self.soft_limits = false;
         }
-        self.check(carries)?;
+        self.check_values()?;
         Ok(self)
-    }
-
-    /// Keeps a full step of `axis` as long as it was with `before` microsteps.
-    #[cfg(feature = "trinamic")]
-    fn follow_microsteps(&mut self, axis: usize, before: u16) -> Result<(), SettingError> {
-        let microsteps = self.microsteps[axis];
-        if !microsteps.is_power_of_two() {
-            return Ok(());
-        }
-        let steps_per_mm = self.steps_per_mm[axis] * f32::from(microsteps) / f32::from(before.max(1));
-        self.steps_per_mm[axis] = steps_per_mm;
-        setting_table::find(100).map_or(Ok(()), |(setting, _)| setting.check(self, 100 + axis as u16, steps_per_mm))
     }
 
     /// Sets setting `number` to a stored value without checking it; returns `false` if there is no such setting. See
@@ -338,39 +326,46 @@ impl Settings {
         })
     }
 
-    /// Checks that every value is in the range of its row. [`with`](Self::with) ensures that, [`set`](Self::set) does
-    /// not.
+    /// Checks each value by itself: that it is in the range of its row, that the homing order names X, Y and Z once each, and
+    /// A once at most, that microsteps are a power of two, that an axis that cannot be rotary has a travel, and that the laws
+    /// are not left out. [`with`](Self::with) ensures that, [`set`](Self::set) does not.
     ///
     /// # Errors
-    /// The first value that is out of range.
+    /// The first value that cannot be.
     pub fn check_ranges(&self) -> Result<(), SettingError> {
         setting_table::TABLE.iter().try_for_each(|setting| {
             let mut numbers = setting.numbers().enumerate();
             numbers.try_for_each(|(axis, number)| setting.check(self, number, setting.value(self, axis)))
-        })
+        })?;
+        self.check_values()
     }
 
-    /// Checks the rules between settings.
-    ///
-    /// # Errors
-    /// The first broken rule: soft limits need homing; the homing order names X, Y and Z once each, and A once at most;
-    /// the microsteps are a power of two; the S at least duty is below the S at full duty; the least duty is not above the full duty; the pull-off,
-    /// with the offset of a second motor, is below the travel; the
-    /// step outputs support the step rate; the start speed is not above the top speed; a speed law that needs a start
-    /// speed has one; the laws are not left out; an axis has a shaper with the trapezoid only.
-    pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
-        if self.soft_limits && !self.homing {
-            return Err(SettingError::SoftLimitsNeedHoming);
-        }
+    /// The rules for values by themselves that are no ranges.
+    fn check_values(&self) -> Result<(), SettingError> {
         if !self.homes_each_once() {
             return Err(SettingError::HomingOrder { digits: self.homing_order_digits });
         }
-        self.check_spindle()?;
         #[cfg(feature = "trinamic")]
         if let Some(axis) = (0..AXES).find(|&axis| !self.microsteps[axis].is_power_of_two()) {
             return Err(SettingError::Microsteps { axis, microsteps: self.microsteps[axis] });
         }
-        self.check_laws(cfg!(feature = "paper-laws"))?;
+        (0..AXES).filter(|&axis| axis != A).try_for_each(|axis| self.check_travel(axis))?;
+        self.check_laws(cfg!(feature = "paper-laws"))
+    }
+
+    /// Checks the rules between settings. Nothing may move with settings that break one.
+    ///
+    /// # Errors
+    /// The first broken rule: soft limits need homing; the S at least duty is below the S at full duty; the least duty is not
+    /// above the full duty; the pull-off, with the offset of a second motor, is below the travel; a linear axis has a travel;
+    /// the step outputs, which support `carries`, support the step rate; the steps that follow the microsteps are in their
+    /// range; the start speed is not above the top speed; a speed law that needs a start speed has one; an axis has a shaper
+    /// with the trapezoid only.
+    pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
+        if self.soft_limits && !self.homing {
+            return Err(SettingError::SoftLimitsNeedHoming);
+        }
+        self.check_spindle()?;
         (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
     }
 
@@ -406,19 +401,26 @@ impl Settings {
         }
     }
 
+    fn check_travel(&self, axis: usize) -> Result<(), SettingError> {
+        let (number, value, unit) = (130 + axis as u16, self.travel_mm[axis], self.unit(axis));
+        if value < TRAVEL_LEAST_MM && !self.is_endless(axis) {
+            return Err(SettingError::TooLow { number, value, min: TRAVEL_LEAST_MM, unit });
+        }
+        Ok(())
+    }
+
     fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {
         let unit = self.unit(axis);
         let offset_mm = if self.second_motor() == Some(axis) { self.square_offset_mm[axis] } else { 0.0 };
         let (pull_off_mm, travel_mm) = (self.homing_pull_off_mm, self.reach_mm(axis));
-        if self.travel_mm[axis] < TRAVEL_LEAST_MM && !self.is_endless(axis) {
-            let (number, value) = (130 + axis as u16, self.travel_mm[axis]);
-            return Err(SettingError::TooLow { number, value, min: TRAVEL_LEAST_MM, unit });
-        }
+        self.check_travel(axis)?;
         if pull_off_mm + offset_mm.abs() >= travel_mm {
             return Err(SettingError::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm, unit });
         }
         let asked_mm_min = self.max_rate_mm_min[axis];
         let steps_per_mm = self.steps_per_mm[axis];
+        // Other microsteps may have led it there.
+        setting_table::find(100).map_or(Ok(()), |(row, _)| row.check(self, 100 + axis as u16, steps_per_mm))?;
         // Computed as the machine does it. Rounded to `f32`, a rate just above the limit would pass.
         let asked_steps_s = f64::from(asked_mm_min) / 60.0 * f64::from(steps_per_mm);
         let max_steps_s = carries(self.pulse_us);

@@ -9,7 +9,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
 use isostep_console::{
-    Command, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings,
+    Command, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings, Unfit,
 };
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
 
@@ -112,6 +112,9 @@ impl<F: NorFlash> Controller<'_, F> {
     fn explain(&self, line: &str, error: Error, text: &mut Message) {
         // What has been said already is what is wrong.
         if !text.is_empty() {
+            return;
+        }
+        if matches!(error, Error::Locked | Error::NotIdle) && self.fit(text).is_err() {
             return;
         }
         let why = self.with(|program| program.interpreter.explain(line, error, &program.settings));
@@ -243,6 +246,7 @@ impl<F: NorFlash> Controller<'_, F> {
         match *command {
             Command::Unlock if state == ReportedState::Alarm => {
                 self.closed_door()?;
+                self.fit(text)?;
                 self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
                 self.with(|program| program.mode = Mode::Normal);
                 self.stop_tool();
@@ -305,13 +309,9 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
-    async fn home(
-        &self,
-        axis: Option<usize>,
-        #[cfg_attr(not(feature = "trinamic"), expect(unused_variables, reason = "only drivers have words about it"))]
-        text: &mut Message,
-    ) -> Result<After, Error> {
+    async fn home(&self, axis: Option<usize>, text: &mut Message) -> Result<After, Error> {
         self.closed_door()?;
+        self.fit(text)?;
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
         #[cfg(feature = "trinamic")]
         let looking = aside(pin!(self.look_for_stalls(axes, text))).await?;
@@ -355,9 +355,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
         let before = self.settings();
-        let changed = self
-            .check_drivers(number)
-            .and_then(|()| before.with(number, value, &|pulse_us| self.carries_steps_s(pulse_us)));
+        let changed = self.check_drivers(number).and_then(|()| before.with(number, value));
         match changed.and_then(|settings| self.check_outputs(settings)) {
             Ok(settings) => {
                 self.adopt(settings, text)?;
@@ -368,6 +366,7 @@ impl<F: NorFlash> Controller<'_, F> {
                         text.say(format_args!("${number}={value} now, as the microsteps ask for"));
                     }
                 }
+                let _ = self.fit(text);
                 Ok(())
             }
             Err(refused) => {
@@ -396,18 +395,34 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Puts settings in force that have been checked. The machine checks them again; a test makes sure that it refuses
-    /// nothing that has passed.
+    /// Puts settings in force whose values have been checked. The machine is configured by them if they work together; it
+    /// checks them again, and a test makes sure that it refuses nothing that has passed.
     fn put_in_force(&self, settings: Settings) -> Result<(), ConfigError> {
-        let config = config(&settings);
-        self.machine.configure(config)?;
-        if settings.laser_mode != self.with(|program| program.settings.laser_mode) {
+        let fits = self.check_together(&settings).is_ok();
+        if fits {
+            let config = config(&settings);
+            self.machine.configure(config)?;
+            self.with(|program| program.geometry = Geometry::of(&config));
+        }
+        if !fits || settings.laser_mode != self.with(|program| program.settings.laser_mode) {
             // What switches a laser on in moves only would switch a spindle on at once.
             self.stop_tool();
         }
-        self.with(|program| (program.settings, program.geometry) = (settings, Geometry::of(&config)));
+        self.with(|program| (program.settings, program.fits) = (settings, fits));
         self.follow_if_elsewhere();
         Ok(())
+    }
+
+    fn check_together(&self, settings: &Settings) -> Result<(), SettingError> {
+        settings.check(&|pulse_us| self.carries_steps_s(pulse_us))
+    }
+
+    /// Refuses with a message while settings do not work together.
+    pub(crate) fn fit(&self, text: &mut Message) -> Result<(), Error> {
+        self.check_together(&self.settings()).map_err(|why| {
+            text.say(Unfit(why));
+            why.error()
+        })
     }
 
     /// Whether the board has what the setting is about.
@@ -433,10 +448,9 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// Puts stored settings in force, if they work.
+    /// Puts stored settings in force, if their values may be.
     pub(crate) fn put_back(&self, settings: Settings) -> Result<(), Loss> {
         settings.check_ranges().map_err(Loss::Refused)?;
-        settings.check(&|pulse_us| self.carries_steps_s(pulse_us)).map_err(Loss::Refused)?;
         let settings = self.check_outputs(settings).map_err(Loss::Refused)?;
         self.put_in_force(settings).map_err(|_| Loss::Unworkable)
     }

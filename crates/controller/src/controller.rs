@@ -46,6 +46,8 @@ pub struct Controller<'a, F: NorFlash> {
 pub(crate) struct Program {
     pub interpreter: Interpreter,
     pub settings: Settings,
+    /// The settings work together. Otherwise nothing moves, and the machine has the configuration of the last ones that did.
+    pub fits: bool,
     /// The geometry of the machine's configuration.
     pub geometry: Geometry,
     pub startup: [StoredLine; STARTUP_LINES],
@@ -103,6 +105,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let program = Program {
             interpreter: Interpreter::new(),
             settings,
+            fits: true,
             geometry: Geometry::of(&machine.config()),
             startup: [const { StoredLine::new() }; STARTUP_LINES],
             build_text: StoredLine::new(),
@@ -169,10 +172,12 @@ impl<'a, F: NorFlash> Controller<'a, F> {
 
     /// What the machine does, in the console's terms.
     pub(crate) fn state(&self) -> ReportedState {
-        match (self.machine.state(), self.with(|program| program.mode)) {
+        let (mode, fits) = self.with(|program| (program.mode, program.fits));
+        match (self.machine.state(), mode) {
             (_, Mode::Left) => ReportedState::Sleep,
             // Neither an alarm nor a hold without a motion wakes it; only a reset does.
             (State::Idle | State::Hold { .. } | State::Alarm(_), Mode::Sleep) => ReportedState::Sleep,
+            _ if !fits => ReportedState::Alarm,
             (State::Alarm(_), _) | (State::Idle | State::Hold { .. }, Mode::Slept) => ReportedState::Alarm,
             (State::Home, _) => ReportedState::Home,
             (State::Jog, _) => ReportedState::Jog,

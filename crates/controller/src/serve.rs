@@ -315,7 +315,7 @@ impl<F: NorFlash> Controller<'_, F> {
             text.say(loss);
         }
         let state = self.state();
-        if state == ReportedState::Alarm {
+        if self.fit(&mut text).is_ok() && state == ReportedState::Alarm {
             text.say(messages::HOW_TO_UNLOCK);
         }
         output.send(&text).await;

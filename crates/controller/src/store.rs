@@ -63,7 +63,7 @@ pub struct Store<F: NorFlash> {
 /// What the flash holds; defaults where it holds nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
-    /// The settings, not yet checked against each other.
+    /// The settings, not yet checked.
     pub settings: Settings,
     /// Work offsets, places, start-up lines, the user's text.
     pub parameters: Parameters,
@@ -77,7 +77,7 @@ pub enum Loss {
     Unreadable,
     /// The data has another format.
     OtherVersion,
-    /// The settings do not work together.
+    /// A setting has a value that cannot be.
     Refused(SettingError),
     /// The machine refuses the settings.
     Unworkable,

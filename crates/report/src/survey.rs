@@ -12,10 +12,10 @@
 mod room;
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use isostep_console::{
-    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, ReportedState, SettingError, Settings, Spindle,
-    length,
+    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, ReportedState, Settings, Spindle, Unfit, length,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -151,6 +151,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
         room: Room::before_homing(settings, start_mm),
         reach_mm: [[None; AXES]; 2],
         checks_from_pm: None,
+        unfit: None,
         number: 0,
         text: String::new(),
     };
@@ -231,6 +232,8 @@ struct Reader {
     reach_mm: [[Option<(f64, f64)>; AXES]; 2],
     /// In check mode, the position at which it began: nothing moves.
     checks_from_pm: Option<[i64; AXES]>,
+    /// Why nothing moves with the settings, whichever step outputs there are.
+    unfit: Option<Unfit>,
     /// The line that is being read.
     number: usize,
     text: String,
@@ -258,11 +261,19 @@ impl Reader {
             }
         }
         let from_pm = self.interpreter.position_pm();
-        let state = if self.checks_from_pm.is_some() { ReportedState::Check } else { ReportedState::Idle };
-        match self.interpreter.interpret(&line, state, &self.settings) {
-            Err(error) => self.refuse(&line, error, None),
-            Ok(Command::SetSetting { number, value }) => self.set(&line, number, value),
-            Ok(command) => self.carry_out(command, from_pm),
+        let state = match self.unfit {
+            Some(_) => ReportedState::Alarm,
+            None if self.checks_from_pm.is_some() => ReportedState::Check,
+            None => ReportedState::Idle,
+        };
+        match (self.interpreter.interpret(&line, state, &self.settings), self.unfit) {
+            (Err(error @ (Error::Locked | Error::NotIdle)), Some(unfit)) => self.refuse(&line, error, Some(&unfit)),
+            (Ok(Command::Home { .. } | Command::Unlock), Some(unfit)) => {
+                self.refuse(&line, unfit.0.error(), Some(&unfit));
+            }
+            (Err(error), _) => self.refuse(&line, error, None),
+            (Ok(Command::SetSetting { number, value }), _) => self.set(&line, number, value),
+            (Ok(command), _) => self.carry_out(command, from_pm),
         }
     }
 
@@ -343,12 +354,13 @@ impl Reader {
     }
 
     fn set(&mut self, line: &str, number: u16, value: f32) {
-        match self.settings.with(number, value, &|_| f32::INFINITY) {
+        match self.settings.with(number, value) {
             Ok(settings) => {
                 self.settings = settings;
+                self.unfit = settings.check(&|_| f32::INFINITY).err().map(Unfit);
                 self.measure_room();
             }
-            Err(refused) => self.refuse(line, refused.error(), Some(refused)),
+            Err(refused) => self.refuse(line, refused.error(), Some(&refused)),
         }
     }
 
@@ -407,11 +419,12 @@ impl Reader {
         })
     }
 
-    fn refuse(&mut self, line: &str, error: Error, setting: Option<SettingError>) {
+    /// Notes that a line is refused, and why, if that is about settings.
+    fn refuse(&mut self, line: &str, error: Error, setting: Option<&dyn fmt::Display>) {
         let word = word(line);
         let why = self.interpreter.explain(line, error, &self.settings).map(|why| why.to_string());
         let remedy = match (setting, why, &word) {
-            (Some(refused), ..) => refused.to_string(),
+            (Some(why), ..) => why.to_string(),
             (None, Some(why), _) => why,
             (None, None, Some(word)) => format!("{word}: {error}"),
             (None, None, None) => error.to_string(),

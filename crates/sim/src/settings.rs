@@ -107,7 +107,8 @@ impl<'f> Reading<'f> {
         match setting(text).map_err(refused)? {
             None => Ok(()),
             Some((setting, value)) => {
-                self.settings = set(self.settings, setting, value).map_err(|error| refused(Reason::Setting(error)))?;
+                let with = self.settings.with(setting, value);
+                self.settings = with.map_err(|error| refused(Reason::Setting(error)))?;
                 self.taken.push((number, text.to_owned(), setting));
                 Ok(())
             }
@@ -149,28 +150,6 @@ fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
     match Interpreter::new().interpret(&line, ReportedState::Idle, &Settings::DEFAULT).map_err(Reason::Line)? {
         Command::SetSetting { number, value } => Ok(Some((number, value))),
         _ => Err(Reason::NoSetting),
-    }
-}
-
-/// These settings with one changed, even if they do not work together.
-fn set(mut settings: Settings, number: u16, value: f32) -> Result<Settings, SettingError> {
-    match settings.with(number, value, &|_| f32::INFINITY) {
-        Ok(settings) => Ok(settings),
-        Err(
-            SettingError::SoftLimitsNeedHoming
-            | SettingError::RateTooHigh { .. }
-            | SettingError::StartAboveTop { .. }
-            | SettingError::LawNeedsStart { .. }
-            | SettingError::ShapedCurve { .. }
-            | SettingError::LeastSpeedNotBelowFull { .. }
-            | SettingError::LeastDutyAboveFull { .. }
-            | SettingError::PullOffNotBelowTravel { .. },
-        ) => {
-            // A later line may still correct that.
-            settings.set(number, value);
-            Ok(settings)
-        }
-        Err(error) => Err(error),
     }
 }
 
@@ -288,7 +267,7 @@ mod tests {
             100.0,
             "another line puts it right"
         );
-        assert!(refusal("$22=0\n$20=1").starts_with("my.txt:2: `$20=1`: $20=1 needs a homed machine"));
+        assert!(refusal("$22=0\n$20=1").starts_with("my.txt:2: `$20=1`: $20=1 needs a machine that homes"));
         assert!(refusal("$100=80\nG0 X1\n").starts_with("my.txt:2: `G0 X1`: this is no setting"));
         assert!(refusal("$H").contains("this is no setting"));
         assert!(refusal("$100=1e3").starts_with("my.txt:1: `$100=1e3`: error:2: A value is missing"));

@@ -126,11 +126,8 @@ fn a_setting_that_is_refused_in_motion_is_told_with_what_helps() {
             && reported.contains("put G4 P0 before it"),
         "{reported}"
     );
-    let reported = detail(&check("fast.nc", "$110=99999999\nG0 X5\nM2\n", None));
-    assert!(
-        reported.contains("line 1 `$110=99999999` was refused: error:12 $110=100000000 is above the"),
-        "{reported}"
-    );
+    let reported = detail(&check("fast.nc", "$110=90000000\nG0 X5\nM2\n", None));
+    assert!(reported.contains("line 2 `G0 X5` was refused: error:9 $110=90000000 is above the"), "{reported}");
 }
 
 #[test]

@@ -175,10 +175,9 @@ fn settings(board: &mut Board) -> Result<Vec<String>> {
     Ok(said.into_iter().filter(|line| line.starts_with('$') && line.contains('=')).collect())
 }
 
-/// Sends settings again. Some contradict those that stand until others have come, so all are sent twice. Errors do not
-/// count: the image begins with its defaults at every start.
+/// Sends settings again. Errors do not count: the image begins with its defaults at every start.
 fn put_back(board: &mut Board, settings: &[String]) {
-    for line in settings.iter().chain(settings) {
+    for line in settings {
         if board.tell(line).is_err() {
             return;
         }

@@ -6,7 +6,7 @@ use crate::axes::xyz_a;
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
     Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM, MIN_FEED_MM_MIN, Move,
-    Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter,
+    Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter, Unfit,
     length, realtime, report, stopped_at,
 };
 use isostep_sim::AXES;
@@ -134,7 +134,7 @@ impl Console {
             }
             Command::SetSetting { number, value } => {
                 assert!(value.is_finite());
-                self.settings = self.settings.with(number, value, &carries).map_err(|why| {
+                self.settings = self.settings.with(number, value).map_err(|why| {
                     tells(report::message, why);
                     why.error()
                 })?;
@@ -199,8 +199,10 @@ impl Console {
         // The offset is the sum of a coordinate system, a shift and a tool's length.
         assert!(offset_pm.iter().all(|pm| pm.abs() <= 3 * MAX_COORDINATE_PM), "{offset_pm:?}");
         assert!(self.interpreter.modal().feed.is_finite() && self.interpreter.modal().speed_rpm.is_finite());
-        assert_eq!(self.settings.check(&carries), Ok(()));
-        assert_eq!(self.settings.check_ranges(), Ok(()));
+        if let Err(unfit) = self.settings.check(&carries) {
+            // Of steps that follow the microsteps.
+            tells(report::message, Unfit(unfit));
+        }
     }
 
     /// Prints every report that can be listed.

@@ -46,20 +46,24 @@ impl Model {
             Asked::Block(words) => self.block(words),
             Asked::Jog(words) => self.jog(words),
             Asked::Refused(code) => Err(*code),
-            Asked::Set(number, value) => self.at_rest().and_then(|()| self.settings.set(*number, *value)),
+            Asked::Set(number, value) => {
+                let answer = self.at_rest().and_then(|()| self.settings.set(*number, *value));
+                self.judge_settings();
+                answer
+            }
             Asked::Startup(index, startup) => self.set_startup(*index, startup),
             Asked::Build(text) => self.at_rest().map(|()| self.build.clone_from(text)),
-            Asked::Unlock => {
-                if matches!(self.state, State::Alarm(_)) {
+            Asked::Unlock if matches!(self.state, State::Alarm(_) | State::Unfit) => {
+                self.settings.check().inspect(|()| {
                     self.state = State::Idle;
                     self.modes.stop_tool();
                     self.follow_carriage();
-                }
-                Ok(())
+                })
             }
+            Asked::Unlock => Ok(()),
             Asked::Home(axis) => self.home(*axis, &mut said),
             Asked::Check => match self.state {
-                State::Alarm(_) => Err(8),
+                State::Alarm(_) | State::Unfit => Err(8),
                 State::Idle => {
                     self.state = State::Check;
                     Ok(())
@@ -103,6 +107,7 @@ impl Model {
         if self.settings.get(22) == 0.0 {
             return Err(5);
         }
+        self.settings.check()?;
         if matches!(self.state, State::Alarm(_)) {
             self.modes.stop_tool();
         }
@@ -119,6 +124,9 @@ impl Model {
 
     /// Restores what was there at first. Settings are restored elsewhere: the values depend on the machine.
     fn restore(&mut self, what: char) {
+        if what == '$' && self.state == State::Unfit {
+            self.state = State::Idle;
+        }
         if what == '#' {
             (self.systems, self.places, self.startup) = ([[0; 3]; 6], [[0; 3]; 2], Default::default());
         }

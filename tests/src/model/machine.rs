@@ -17,6 +17,8 @@ pub enum State {
     Check,
     /// Locked by the alarm with this number.
     Alarm(u8),
+    /// Locked by settings that do not work together.
+    Unfit,
 }
 
 /// The feed, rapid and spindle override, percent.
@@ -126,6 +128,7 @@ impl Model {
     /// The same after the power was off. The machine is not homed then, and stands at zero.
     pub fn power_cycle(&mut self) -> Vec<String> {
         (self.homed, self.carriage, self.state) = ([false; 3], [0; 3], State::Idle);
+        self.judge_settings();
         self.probed = ([0; 3], false);
         self.reset()
     }
@@ -146,6 +149,19 @@ impl Model {
             .collect()
     }
 
+    /// Locks the machine if its settings do not work together, until they do.
+    pub fn judge_settings(&mut self) {
+        let fit = self.settings.check().is_ok();
+        match self.state {
+            State::Idle if !fit => self.state = State::Unfit,
+            State::Unfit if fit => self.state = State::Idle,
+            _ => {}
+        }
+        if !fit {
+            self.modes.stop_tool();
+        }
+    }
+
     /// Locks the machine.
     pub fn lock(&mut self, alarm: u8) {
         self.state = State::Alarm(alarm);
@@ -160,7 +176,7 @@ impl Model {
         if words.is_empty() {
             return Ok(());
         }
-        if matches!(self.state, State::Alarm(_)) {
+        if matches!(self.state, State::Alarm(_) | State::Unfit) {
             return Err(9);
         }
         let mut after = self.clone();

@@ -375,7 +375,11 @@ impl Author {
     fn system(&mut self, model: &Model) -> Line {
         let is_locked = matches!(model.state, State::Alarm(_));
         let line = |text: &str, asked: Asked| Line { text: text.to_owned(), asked };
-        match self.below(if is_locked { 6 } else { 20 }) {
+        let choice = match model.settings.check() {
+            Err(_) => self.below(20),
+            Ok(()) => self.below(if is_locked { 6 } else { 20 }),
+        };
+        match choice {
             0 => line("$H", Asked::Home(None)),
             1 => {
                 let axis = self.below(3) as usize;

@@ -54,7 +54,7 @@ pub fn compare(report: &Report, model: &Model) -> Result<(), Difference> {
     let state = match model.state {
         State::Idle => "Idle",
         State::Check => "Check",
-        State::Alarm(_) => "Alarm",
+        State::Alarm(_) | State::Unfit => "Alarm",
     };
     same("state", &report.state, state)?;
     let zero = model.work_zero();

@@ -34,16 +34,27 @@ impl SettingValues {
         match number {
             _ if !self.0.contains_key(&number) => return Err(3),
             _ if value < 0.0 => return Err(4),
-            20 if value != 0.0 && self.get(22) == 0.0 => return Err(10),
             10 if value > 3.0 => return Err(2),
-            950..=952 if value > 5.0 || value != 0.0 && self.get(940) != 0.0 => return Err(2),
-            940 if value != 0.0 && (950..=952).any(|number| self.get(number) != 0.0) => return Err(2),
+            950..=952 if value > 5.0 => return Err(2),
             // As in Grbl there are no soft limits without homing.
             22 if value == 0.0 => drop(self.0.insert(20, 0.0)),
             _ => {}
         }
         self.0.insert(number, value);
         Ok(())
+    }
+
+    /// Checks that they work together: soft limits need homing, and only the trapezoid is shaped.
+    ///
+    /// # Errors
+    /// The number of the error.
+    pub fn check(&self) -> Result<(), u8> {
+        let is_shaped = (950..=952).any(|number| self.get(number) != 0.0);
+        match () {
+            () if self.get(20) != 0.0 && self.get(22) == 0.0 => Err(10),
+            () if self.get(940) != 0.0 && is_shaped => Err(2),
+            () => Ok(()),
+        }
     }
 
     /// Whether all values are the same, as `$$` rounds them.

@@ -12,7 +12,7 @@ use crate::talk::{begin, say, state};
 /// Longer than a driver is left alone, with its datagrams.
 const ROUND: Duration = Duration::from_millis(300);
 
-fn skr_pico() -> Config {
+pub fn skr_pico() -> Config {
     Config { board: Board::SkrPico, driver: Board::SkrPico.driver(), ..Config::default() }
 }
 
@@ -23,7 +23,7 @@ fn switched_on(config: &Config) -> Sim {
 }
 
 /// A machine that has just sent its welcome.
-fn powered_up(config: &Config) -> Sim {
+pub fn powered_up(config: &Config) -> Sim {
     let mut sim = switched_on(config);
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"]);
     sim

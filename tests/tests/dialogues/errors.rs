@@ -99,7 +99,10 @@ fn error_9_locked() {
 fn error_10_soft_limits_need_homing() {
     let mut sim = powered_up(&Config::default());
     assert_eq!(say(&mut sim, "$22=0"), ["ok"]);
-    refused(&mut sim, "$20=1", 10);
+    let told = "[MSG:$20=1 needs a machine that homes: set $22=1 or $20=0; until then nothing moves]";
+    assert_eq!(say(&mut sim, "$20=1"), [told, "ok"]);
+    assert_eq!(say(&mut sim, "$X"), [told, "error:10"]);
+    assert_eq!(say(&mut sim, "$22=1\n$X"), ["ok", "ok"]);
 }
 
 #[test]
@@ -111,7 +114,13 @@ fn error_11_line_too_long() {
 
 #[test]
 fn error_12_rate_too_high() {
-    refused_and_unchanged(&["$110=300000", "$102=10000"], 12);
+    let mut sim = homed();
+    for (line, again) in [("$110=300000", "$110=2880"), ("$102=10000", "$102=50"), ("$911=3000", "$911=0")] {
+        assert_eq!(say(&mut sim, line).last_line(), "ok", "{line}");
+        refused(&mut sim, "$H", 12);
+        assert_eq!(say(&mut sim, again).last_line(), "ok");
+    }
+    assert_eq!(say(&mut sim, "$H"), ["ok"]);
 }
 
 #[test]

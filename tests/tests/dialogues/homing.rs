@@ -93,24 +93,29 @@ fn the_travel_is_away_from_the_switch_at_either_end() {
 
 /// With such a pull-off, the carriage would reach the far end before it had a zero.
 #[test]
-fn a_pull_off_as_long_as_the_travel_is_refused() {
+fn nothing_moves_with_a_pull_off_as_long_as_the_travel() {
     let mut sim = powered_up(&Config::default());
     assert_eq!(say(&mut sim, "$130=30"), ["ok"]);
     for pull_off in ["30", "100"] {
-        let words = format!("[MSG:$27={pull_off} is not below the travel of X, $130=30 mm: lower $27 or raise $130]");
-        assert_eq!(say(&mut sim, &format!("$27={pull_off}")), [words.as_str(), "error:2"]);
+        let words = format!(
+            "[MSG:$27={pull_off} is not below the travel of X, $130=30 mm: lower $27 or raise $130; until then nothing moves]"
+        );
+        assert_eq!(say(&mut sim, &format!("$27={pull_off}")), [words.as_str(), "ok"]);
+        assert_eq!(say(&mut sim, "$H"), [words.as_str(), "error:2"]);
     }
     assert_eq!(say(&mut sim, "$27=29.9"), ["ok"]);
     for (axis, travel) in [(1, "29.9"), (2, "5")] {
         let setting = 130 + axis;
         let words = format!(
-            "[MSG:$27=29.900 is not below the travel of {}, ${setting}={} mm: lower $27 or raise ${setting}]",
+            "[MSG:$27=29.900 is not below the travel of {}, ${setting}={} mm: lower $27 or raise ${setting}; \
+             until then nothing moves]",
             Axis::ALL[axis],
             if travel == "5" { "5" } else { "29.900" }
         );
-        assert_eq!(say(&mut sim, &format!("${setting}={travel}")), [words.as_str(), "error:2"]);
+        assert_eq!(say(&mut sim, &format!("${setting}={travel}")), [words.as_str(), "ok"]);
+        assert_eq!(say(&mut sim, "$H"), [words.as_str(), "error:2"]);
+        assert_eq!(say(&mut sim, &format!("${setting}=100")), ["ok"]);
     }
-    // The refused settings have changed nothing.
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
     let outcome = sim.outcome();
     assert!(outcome.losses.is_empty(), "{:?}", outcome.losses);
@@ -118,7 +123,7 @@ fn a_pull_off_as_long_as_the_travel_is_refused() {
 
 /// The settings were stored by another build with other defaults.
 #[test]
-fn a_stored_pull_off_beyond_the_travel_is_not_put_in_force() {
+fn nothing_moves_with_a_stored_pull_off_beyond_the_travel() {
     let flash = Flash::blank();
     let mut sim = Sim::with_flash(&Config::default(), flash.clone());
     assert_eq!(say(&mut sim, "$27=50").last().map(String::as_str), Some("ok"));
@@ -128,9 +133,10 @@ fn a_stored_pull_off_beyond_the_travel_is_not_put_in_force() {
     sim.run_until_idle().unwrap();
     let heard = sim.replies();
     let words =
-        "[MSG:stored settings refused, $27=50 is not below the travel of Y, $131=45 mm: lower $27 or raise $131";
-    assert!(heard.iter().any(|line| line.starts_with(words)), "no `{words}` in {heard:?}");
-    assert!(say(&mut sim, "$$").contains(&"$27=2.000".to_owned()), "the defaults are in force");
+        "[MSG:$27=50 is not below the travel of Y, $131=45 mm: lower $27 or raise $131; until then nothing moves]";
+    assert!(heard.iter().any(|line| line == words), "no `{words}` in {heard:?}");
+    assert_eq!(say(&mut sim, "G0 X1"), [words, "error:9"]);
+    assert_eq!(say(&mut sim, "$27=2\nG0 X1"), ["ok", "ok"]);
 }
 
 /// A configuration is also refused where no console is involved.

@@ -169,7 +169,7 @@ fn a_rate_the_pulses_cannot_carry_is_refused_with_the_one_that_works() {
     // 1.9 us high and low are 4; with one to spare, 5. At 50 steps/mm, 5 steps/s are 6 mm/min.
     for (port, max_mm_min) in [(Port::Pio, 297_618), (Port::Timer, 240_000)] {
         let mut sim = powered_up(&Config { port, ..Config::default() });
-        let heard = say(&mut sim, &format!("$110={}", max_mm_min + 1));
+        let heard = say(&mut sim, &format!("$110={}\n$X", max_mm_min + 1));
         assert_eq!(heard.last().unwrap(), "error:12");
         let reported = format!("$110={}", max_mm_min + 1);
         assert!(heard[0].contains(&reported) && heard[0].contains(&max_mm_min.to_string()), "{heard:?}");

@@ -66,8 +66,12 @@ fn s_is_linear_from_the_least_to_the_full_duty() {
         let enable = if speed == "0" { 0 } else { ON };
         assert_eq!((sim.tool()[1], field(&mut sim, "FS").as_str()), (enable, reported), "S{speed}");
     }
-    refused(&mut sim, "$31=24000", 2);
-    refused(&mut sim, "$35=91", 2);
+    for (line, again) in [("$31=24000", "$31=6000"), ("$35=91", "$35=20")] {
+        assert_eq!(say(&mut sim, line).last().unwrap(), "ok");
+        assert_eq!(sim.tool(), [0; 5], "{line}: all is off while settings do not work together");
+        refused(&mut sim, "M3 S1000", 9);
+        assert_eq!(say(&mut sim, again), ["ok"]);
+    }
 }
 
 /// M3, S, M8 and M5 each wait for the moves before them, and take effect at the instant at which those end.

@@ -76,7 +76,7 @@ export class SettingsView {
       const sent = await send(this.machine, pending.map((row) => [row.about.number, row.value]));
       await new Promise<void>((resolve) => this.machine.readSettings(resolve));
       for (const row of pending) row.refuse(sent.refused.get(row.about.number) ?? "");
-      this.say([`${sent.taken.length} set.`, ...sent.refused.values()].join(" "));
+      this.say([`${sent.taken.length} set.`, ...sent.refused.values(), sent.remark].filter(Boolean).join(" "));
     }
     this.isSending = false;
     this.showPending();

@@ -2,12 +2,10 @@
 
 use isostep_console::{
     Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_PM, Realtime, Refusal, ReportedState,
-    SETTING_TABLE, Settings, realtime, report, stopped_at,
+    SETTING_TABLE, Settings, Unfit, realtime, report, stopped_at,
 };
 use isostep_trials::cases;
 use proptest::prelude::*;
-
-use crate::talk::carries;
 
 /// Parts to build lines from, valid and invalid.
 const FRAGMENTS: &str = "G M N G0 G1 G1 G2 G3 G4 G10 G17 G18 G20 G21 G28 G28.1 G30 G38.2 G38.3 G38.5 G38.6 G43.1 G49 G53 G54 G59 G59.1 G80 \
@@ -34,7 +32,7 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
     let before = (*interpreter, *settings);
     let answer = line.and_then(|line| match interpreter.interpret(line, state, settings)? {
         Command::SetSetting { number, value } => {
-            *settings = settings.with(number, value, &carries).map_err(|refused| refused.error())?;
+            *settings = settings.with(number, value).map_err(|refused| refused.error())?;
             Ok(())
         }
         Command::SetStartup { index, line, .. } => {
@@ -67,7 +65,7 @@ fn answer(line: Result<&str, Error>, state: ReportedState, interpreter: &mut Int
     assert!(interpreter.position_pm().iter().all(|pm| pm.abs() <= MAX_COORDINATE_PM));
     // The offset is the sum of a work coordinate system, a shift and a tool length.
     assert!(interpreter.work_offset_pm().iter().all(|pm| pm.abs() <= 3 * MAX_COORDINATE_PM));
-    assert_eq!(settings.check(&carries), Ok(()));
+    assert_eq!(settings.check_ranges(), Ok(()));
 }
 
 proptest! {
@@ -114,8 +112,11 @@ fn no_words_of_ours_read_like_an_answer() {
     texts.push(report::messages::CHANGE_TOOL.into());
     for row in SETTING_TABLE {
         for value in [-1.0, 0.5, 0.0, 1e9, 555.0] {
-            let refused = Settings::DEFAULT.with(row.number, value, &|_| 1.0).err();
-            texts.extend(refused.map(|refused| refused.to_string()));
+            let refused = Settings::DEFAULT.with(row.number, value);
+            texts.push(match refused.and_then(|settings| settings.check(&|_| 1.0)) {
+                Ok(()) => continue,
+                Err(refused) => Unfit(refused).to_string(),
+            });
         }
     }
     for text in texts {

@@ -6,7 +6,7 @@ use crate::talk::{Talk, carries};
 
 #[test]
 fn the_steps_follow_the_microsteps() {
-    let with = |settings: Settings, number, value| settings.with(number, value, &carries);
+    let with = |settings: Settings, number, value| settings.with(number, value);
     let finer = with(Settings::DEFAULT, 151, 64.0).unwrap();
     assert_eq!((finer.microsteps, finer.steps_per_mm), ([16, 64, 16], [50.0, 200.0, 50.0]));
     assert_eq!(with(finer, 151, 16.0), Ok(Settings::DEFAULT));
@@ -15,9 +15,12 @@ fn the_steps_follow_the_microsteps() {
     assert_eq!(odd.to_string(), "$150=24 is not a power of two: give 1, 2, 4, 8, 16, 32, 64, 128 or 256");
     assert_eq!(odd.error(), Error::BadNumber);
     let fine = Settings { steps_per_mm: [6_000.0; 3], max_rate_mm_min: [1.0; 3], ..Settings::DEFAULT };
-    assert_eq!(refused(fine, 32.0).to_string(), "$100=12000 is above the most, 10000 steps/mm: lower it");
+    let finer = with(fine, 150, 32.0).unwrap();
+    let beyond = finer.check(&carries).unwrap_err();
+    assert_eq!(beyond.to_string(), "$100=12000 is above the most, 10000 steps/mm: lower it");
+    assert_eq!(with(finer, 100, 6_000.0).unwrap().check(&carries), Ok(()), "a listing says it next");
     let stored = Settings { microsteps: [16, 3, 16], ..Settings::DEFAULT };
-    assert_eq!(stored.check(&carries), Err(SettingError::Microsteps { axis: 1, microsteps: 3 }));
+    assert_eq!(stored.check_ranges(), Err(SettingError::Microsteps { axis: 1, microsteps: 3 }));
 }
 
 #[test]

@@ -192,14 +192,14 @@ fn settings_print_as_grbl_prints_them() {
 fn a_refused_setting_names_value_limit_and_remedy() {
     check(
         ReportedState::Idle,
-        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$110=90000000\n$0=200\n$901=311\n$901=321\n$911=3000\n$920=5\n$6=4\n$6=3\n$30=100001\n$30=100000\n$31=-1\n$31=99999.5\n$32=0.5\n$32=1\n$33=9\n$33=100001\n$33=1000\n$34=1\n$35=101\n$36=100.5\n$37=0\n$394=61\n$394=60\n$902=2\n$902=1",
+        "$0=-1\n$0=2.5\n$2=8\n$20=2\n$22=0\n$20=1\n$22=1\n$H\n$27=0\n$11=-0.01\n$11=0\n$12=0\n$12=-1\n$12=200\n$100=-1\n$100=100000\n$102=5000\n$102=50\n$110=90000000\n$110=2880\n$0=200\n$901=311\n$901=321\n$911=3000\n$911=0\n$920=5\n$6=4\n$6=3\n$30=100001\n$30=100000\n$31=-1\n$31=99999.5\n$32=0.5\n$32=1\n$33=9\n$33=100001\n$33=1000\n$34=1\n$35=101\n$36=100.5\n$37=0\n$394=61\n$394=60\n$902=2\n$902=1",
         expect![[r#"
             $0=-1 -> [MSG:$0=-1 is negative: give 0 or more] error:4
             $0=2.5 -> [MSG:$0=2.500 is not a whole number: remove the fraction] error:23
             $2=8 -> [MSG:$2=8 is above the most, 0: lower it] error:2
             $20=2 -> [MSG:$20=2 is above the most, 1: lower it] error:2
             $22=0 -> ok
-            $20=1 -> [MSG:$20=1 needs a homed machine: set $22=1 first] error:10
+            $20=1 -> [MSG:$20=1 needs a machine that homes: set $22=1 or $20=0; until then nothing moves] ok
             $22=1 -> ok
             $H -> (home) ok
             $27=0 -> [MSG:$27=0 is below the least, 0.100 mm: raise it] error:2
@@ -210,12 +210,15 @@ fn a_refused_setting_names_value_limit_and_remedy() {
             $12=200 -> [MSG:$12=200 is above the most, 100 mm: lower it] error:2
             $100=-1 -> [MSG:$100=-1 is negative: give 0 or more] error:4
             $100=100000 -> [MSG:$100=100000 is above the most, 10000 steps/mm: lower it] error:2
-            $102=5000 -> [MSG:$112=2880 is above the 360 mm/min that the step outputs carry with $0=2 at $102=5000 steps/mm: lower one of the three] error:12
-            $110=90000000 -> [MSG:$110=90000000 is above the 36000 mm/min that the step outputs carry with $0=2 at $100=50 steps/mm: lower one of the three] error:12
+            $102=5000 -> [MSG:$112=2880 is above the 360 mm/min that the step outputs carry with $0=2 at $102=5000 steps/mm: lower one of the three; until then nothing moves] ok
+            $102=50 -> ok
+            $110=90000000 -> [MSG:$110=90000000 is above the 36000 mm/min that the step outputs carry with $0=2 at $100=50 steps/mm: lower one of the three; until then nothing moves] ok
+            $110=2880 -> ok
             $0=200 -> [MSG:$0=200 is above the most, 20 us: lower it] error:2
             $901=311 -> [MSG:$901=311 is no order: give each of 1 (X), 2 (Y) and 3 (Z) once, as in 312] error:2
             $901=321 -> ok
-            $911=3000 -> [MSG:$911=3000 is above the top speed, $111=2880 mm/min: lower $911 or raise $111] error:12
+            $911=3000 -> [MSG:$911=3000 is above the top speed, $111=2880 mm/min: lower $911 or raise $111; until then nothing moves] ok
+            $911=0 -> ok
             $920=5 -> ok
             $6=4 -> [MSG:$6=4 is above the most, 3: lower it] error:2
             $6=3 -> ok
@@ -240,22 +243,22 @@ fn a_refused_setting_names_value_limit_and_remedy() {
     );
 }
 
-/// The rule holds whether the pull-off or the travel is changed.
+/// They are kept, and nothing moves before they work together. The rule holds whether the pull-off or the travel is changed.
 #[test]
 fn a_pull_off_is_below_the_travel_of_every_axis() {
     check(
         ReportedState::Idle,
         "$27=100\n$27=99.5\n$132=99.5\n$131=50\n$132=99.6\n$132=1\n$27=0.5\n$132=1\n$27=1",
         expect![[r#"
-            $27=100 -> [MSG:$27=100 is not below the travel of Z, $132=100 mm: lower $27 or raise $132] error:2
+            $27=100 -> [MSG:$27=100 is not below the travel of Z, $132=100 mm: lower $27 or raise $132; until then nothing moves] ok
             $27=99.5 -> ok
-            $132=99.5 -> [MSG:$27=99.500 is not below the travel of Z, $132=99.500 mm: lower $27 or raise $132] error:2
-            $131=50 -> [MSG:$27=99.500 is not below the travel of Y, $131=50 mm: lower $27 or raise $131] error:2
-            $132=99.6 -> ok
-            $132=1 -> [MSG:$27=99.500 is not below the travel of Z, $132=1 mm: lower $27 or raise $132] error:2
+            $132=99.5 -> [MSG:$27=99.500 is not below the travel of Z, $132=99.500 mm: lower $27 or raise $132; until then nothing moves] ok
+            $131=50 -> [MSG:$27=99.500 is not below the travel of Y, $131=50 mm: lower $27 or raise $131; until then nothing moves] ok
+            $132=99.6 -> [MSG:$27=99.500 is not below the travel of Y, $131=50 mm: lower $27 or raise $131; until then nothing moves] ok
+            $132=1 -> [MSG:$27=99.500 is not below the travel of Y, $131=50 mm: lower $27 or raise $131; until then nothing moves] ok
             $27=0.5 -> ok
             $132=1 -> ok
-            $27=1 -> [MSG:$27=1 is not below the travel of Z, $132=1 mm: lower $27 or raise $132] error:2
+            $27=1 -> [MSG:$27=1 is not below the travel of Z, $132=1 mm: lower $27 or raise $132; until then nothing moves] ok
         "#]],
     );
 }
@@ -266,19 +269,19 @@ fn least_speed_and_duty_are_not_above_full() {
         ReportedState::Idle,
         "$31=1000\n$31=1000.5\n$31=999\n$30=999\n$30=500\n$30=1000.5\n$31=0\n$30=0\n$30=0.5\n$35=60\n$36=59.5\n$36=60\n$35=60.001\n$36=100\n$35=100\n$35=100.5",
         expect![[r#"
-            $31=1000 -> [MSG:$31=1000 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30] error:2
-            $31=1000.5 -> [MSG:$31=1000.500 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30] error:2
+            $31=1000 -> [MSG:$31=1000 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30; until then nothing moves] ok
+            $31=1000.5 -> [MSG:$31=1000.500 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30; until then nothing moves] ok
             $31=999 -> ok
-            $30=999 -> [MSG:$31=999 is not below the S at full duty, $30=999 rpm: lower $31 or raise $30] error:2
-            $30=500 -> [MSG:$31=999 is not below the S at full duty, $30=500 rpm: lower $31 or raise $30] error:2
+            $30=999 -> [MSG:$31=999 is not below the S at full duty, $30=999 rpm: lower $31 or raise $30; until then nothing moves] ok
+            $30=500 -> [MSG:$31=999 is not below the S at full duty, $30=500 rpm: lower $31 or raise $30; until then nothing moves] ok
             $30=1000.5 -> ok
             $31=0 -> ok
-            $30=0 -> [MSG:$31=0 is not below the S at full duty, $30=0 rpm: lower $31 or raise $30] error:2
+            $30=0 -> [MSG:$31=0 is not below the S at full duty, $30=0 rpm: lower $31 or raise $30; until then nothing moves] ok
             $30=0.5 -> ok
             $35=60 -> ok
-            $36=59.5 -> [MSG:$35=60 is above the duty at $30, $36=59.500 %: lower $35 or raise $36] error:2
+            $36=59.5 -> [MSG:$35=60 is above the duty at $30, $36=59.500 %: lower $35 or raise $36; until then nothing moves] ok
             $36=60 -> ok
-            $35=60.001 -> [MSG:$35=60.001 is above the duty at $30, $36=60 %: lower $35 or raise $36] error:2
+            $35=60.001 -> [MSG:$35=60.001 is above the duty at $30, $36=60 %: lower $35 or raise $36; until then nothing moves] ok
             $36=100 -> ok
             $35=100 -> ok
             $35=100.5 -> [MSG:$35=100.500 is above the most, 100 %: lower it] error:2
@@ -309,13 +312,13 @@ fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
         "$940=2\n$940=3\n$910=120\n$940=6\n$911=120\n$912=120\n$940=6\n$912=0\n$940=0\n$912=0",
         expect![[r#"
             $940=2 -> ok
-            $940=3 -> [MSG:$940=3 is a law over displacement and never leaves standstill: raise $910 above 0 first] error:2
-            $910=120 -> ok
-            $940=6 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $911 above 0 first] error:2
-            $911=120 -> ok
+            $940=3 -> [MSG:$940=3 is a law over displacement and never leaves standstill: raise $910 above 0, or lower $940; until then nothing moves] ok
+            $910=120 -> [MSG:$940=3 is a law over displacement and never leaves standstill: raise $911 above 0, or lower $940; until then nothing moves] ok
+            $940=6 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $911 above 0, or lower $940; until then nothing moves] ok
+            $911=120 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $912 above 0, or lower $940; until then nothing moves] ok
             $912=120 -> ok
             $940=6 -> ok
-            $912=0 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $912 above 0 first] error:2
+            $912=0 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $912 above 0, or lower $940; until then nothing moves] ok
             $940=0 -> ok
             $912=0 -> ok
         "#]],
@@ -370,14 +373,14 @@ fn a_shaper_and_a_curved_law_refuse_each_other() {
         "$940=2\n$950=1\n$960=35\n$940=0\n$951=1\n$940=2\n$950=3\n$940=1\n$950=0\n$951=0\n$940=1",
         expect![[r#"
             $940=2 -> ok
-            $950=1 -> [MSG:$950=1 and $940=2 do not work together: only the trapezoid is shaped. Set $950=0 or $940=0 first] error:2
-            $960=35 -> ok
+            $950=1 -> [MSG:$950=1 and $940=2 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0; until then nothing moves] ok
+            $960=35 -> [MSG:$950=1 and $940=2 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0; until then nothing moves] ok
             $940=0 -> ok
             $951=1 -> ok
-            $940=2 -> [MSG:$951=1 and $940=2 do not work together: only the trapezoid is shaped. Set $951=0 or $940=0 first] error:2
-            $950=3 -> ok
-            $940=1 -> [MSG:$950=3 and $940=1 do not work together: only the trapezoid is shaped. Set $950=0 or $940=0 first] error:2
-            $950=0 -> ok
+            $940=2 -> [MSG:$950=1 and $940=2 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0; until then nothing moves] ok
+            $950=3 -> [MSG:$950=3 and $940=2 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0; until then nothing moves] ok
+            $940=1 -> [MSG:$950=3 and $940=1 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0; until then nothing moves] ok
+            $950=0 -> [MSG:$951=1 and $940=1 do not work together, as only the trapezoid is shaped: set $951=0 or $940=0; until then nothing moves] ok
             $951=0 -> ok
             $940=1 -> ok
         "#]],
@@ -396,9 +399,9 @@ fn the_highest_rate_named_is_accepted() {
     for (pulse_us, steps_per_mm) in [(2, 50.0), (3, 33.3), (20, 999.9), (17, 0.7)] {
         let settings = Settings { pulse_us, steps_per_mm: [steps_per_mm; 3], ..Settings::DEFAULT };
         let settings = Settings { max_rate_mm_min: [60.0; 3], ..settings };
-        let words = settings.with(110, 9e7, &carries).unwrap_err().to_string();
+        let words = settings.with(110, 9e7).unwrap().check(&carries).unwrap_err().to_string();
         let most = words.split("above the ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
-        settings.with(110, most.parse().unwrap(), &carries).unwrap();
+        assert_eq!(settings.with(110, most.parse().unwrap()).unwrap().check(&carries), Ok(()));
     }
 }
 
@@ -423,7 +426,7 @@ fn the_table_is_in_order_and_the_defaults_are_in_range() {
     assert!(place(150) < place(100));
     for number in SETTING_TABLE.iter().flat_map(|row| row.numbers()) {
         let value = Settings::DEFAULT.get(number).unwrap();
-        assert_eq!(Settings::DEFAULT.with(number, value, &carries), Ok(Settings::DEFAULT), "${number}");
+        assert_eq!(Settings::DEFAULT.with(number, value), Ok(Settings::DEFAULT), "${number}");
     }
     assert_eq!(Settings::DEFAULT.homing_order(), [2, 0, 1].map(Some));
     assert_eq!(Settings { decel_or_0_mm_s2: [0.0, 9.0, 0.0], ..Settings::DEFAULT }.decel_mm_s2(), [50.0, 9.0, 50.0]);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use expect_test::Expect;
 use isostep_console::{
     AXES, Block, Command, Coordinates, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
-    ReportedState, Settings, Spindle, Status, StatusReporter, length,
+    ReportedState, Settings, Spindle, Status, StatusReporter, Unfit, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -140,8 +140,13 @@ impl Talk {
             }
             Command::ExplainError(error) => report::message(heard, error).unwrap(),
             Command::ExplainAlarm(alarm) => report::message(heard, alarm).unwrap(),
-            Command::SetSetting { number, value } => match settings.with(number, value, &carries) {
-                Ok(settings) => self.settings = settings,
+            Command::SetSetting { number, value } => match settings.with(number, value) {
+                Ok(settings) => {
+                    self.settings = settings;
+                    if let Err(unfit) = settings.check(&carries) {
+                        report::message(heard, Unfit(unfit)).unwrap();
+                    }
+                }
                 Err(why) => {
                     report::message(heard, why).unwrap();
                     return report::error(heard, why.error()).unwrap();
