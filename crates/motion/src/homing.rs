@@ -3,6 +3,9 @@
 //! The seek may stop abruptly, because only the slow latch measures. Both searches are bounded (by Grbl's factors): a
 //! switch that is missing, stuck or wired wrongly raises an alarm that names it.
 //!
+//! The first edge of a switch ends a search at once, so its place does not depend on how long the contacts bounce, nor on the
+//! debounce time. Whether it was a press is judged at rest, by the debounced level. After a spike the search goes on.
+//!
 //! # Two motors
 //! An axis with a second motor is squared meanwhile. Both sides seek together. Where one meets its switch both stop,
 //! and the other goes on alone, no farther than the skew limit. The latch does the same, so each side is measured by
@@ -21,7 +24,7 @@ use core::convert::Infallible;
 use core::pin::pin;
 
 use embassy_futures::select::select;
-use embassy_time::Timer;
+use embassy_time::{Duration, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
 
 use crate::axes::{AXES, Axis};
@@ -35,6 +38,10 @@ use crate::port::Direction;
 const SEEK_TRAVELS: f64 = 1.5;
 /// The latch gives up after this many times the way that the axis has backed off.
 const LATCH_BACK_OFFS: f64 = 5.0;
+/// A search gives up after so many spikes.
+const SPIKES_MAX: usize = 100;
+/// A switch that has not been steady for the debounce time by then is broken: longer than any debounce time and any bounce.
+const SETTLES: Duration = Duration::from_secs(2);
 
 /// A part of homing: a straight way of an axis, or of one of its sides.
 #[derive(Clone, Copy)]
@@ -73,6 +80,7 @@ where
     }
 
     async fn home_axis(&mut self, axis: Axis) -> Result<(), Alarm> {
+        self.is_settled(axis).await;
         // A carriage that already stands on its switch has nothing to seek.
         if self.missing(axis).is_some() {
             let way = self.begin(axis, HomingPhase::Seek);
@@ -164,8 +172,6 @@ where
         let Some(mm) = self.machine.config().squared_axis(axis).map(|squared| squared.skew_max_mm) else {
             return Ok(());
         };
-        // The other switch may have closed too, and is not debounced yet.
-        self.debounced().await;
         match self.missing(axis) {
             Some(motor) => {
                 self.search(Way { mm, held: Some(motor.side.other()), ..way }, Alarm::Skewed { motor }).await
@@ -174,44 +180,62 @@ where
         }
     }
 
-    /// Waits long enough for the debounced levels to follow the switches.
-    async fn debounced(&self) {
-        Timer::after(self.machine.config().homing.debounce * 2).await;
+    /// Waits until the levels of the axis's switches are debounced. False if one never is.
+    async fn is_settled(&self, axis: Axis) -> bool {
+        let settled = async {
+            for motor in self.sides(axis) {
+                self.machine.switch_of(motor).wait_settled().await;
+            }
+        };
+        with_timeout(SETTLES, settled).await.is_ok()
     }
 
     /// Moves towards the switches until that of a moving side is pressed. If none is, that is the alarm `missed`.
-    async fn search(&mut self, way: Way, missed: Alarm) -> Result<(), Alarm> {
+    async fn search(&mut self, mut way: Way, missed: Alarm) -> Result<(), Alarm> {
+        for _ in 0..SPIKES_MAX {
+            let from_steps = self.machine.position_steps()[way.axis as usize];
+            let was_touched = self.go_to_touch(way).await?;
+            let is_settled = self.is_settled(way.axis).await;
+            let is_found = match way.held {
+                // The input of a driver falls when the motor stops.
+                _ if self.by_stall(way.axis) => was_touched,
+                Some(held) => self.machine.switch_of(Motor { axis: way.axis, side: held.other() }).is_pressed(),
+                None => self.arrived(way.axis).is_some(),
+            };
+            match () {
+                () if self.machine.cause().is_some() => return Err(self.stop_alarm()),
+                () if is_found => return Ok(()),
+                () if !was_touched || !is_settled => break,
+                () => {}
+            }
+            // It was a spike. As much of the way is left as has not been gone.
+            let gone_steps = self.machine.position_steps()[way.axis as usize] - from_steps;
+            way.mm -= self.machine.config().mm(way.axis, gone_steps).abs();
+        }
+        Err(missed)
+    }
+
+    /// Moves towards the switches until that of a moving side changes, and stops there at once. Returns whether one did.
+    async fn go_to_touch(&mut self, way: Way) -> Result<bool, Alarm> {
         let machine = self.machine;
         let [first, second] = [Side::First, Side::Second].map(|side| Motor { axis: way.axis, side });
         let is_two = machine.config().squared_axis(way.axis).is_some();
-        // The input of a driver falls when the motor stops.
-        let was_pressed = Cell::new(false);
-        let pressed = async {
+        let was_touched = Cell::new(false);
+        let touched = async {
             let (first, second) = (machine.switch_of(first), machine.switch_of(second));
             match way.held {
-                Some(Side::First) => second.wait_pressed().await,
-                None if is_two => _ = select(first.wait_pressed(), second.wait_pressed()).await,
-                _ => first.wait_pressed().await,
+                Some(Side::First) => second.wait_touched().await,
+                None if is_two => _ = select(first.wait_touched(), second.wait_touched()).await,
+                _ => first.wait_touched().await,
             }
-            was_pressed.set(true);
+            was_touched.set(true);
             machine.halt();
         };
         // The move always answers, because the switch's halt ends it: it is never dropped half-way.
-        let finish = {
-            // The future is large. Pinned here it takes room in the task once, and not again in the future that it is
-            // handed to.
-            let moving = pin!(self.along(way));
-            alongside(moving, pressed).await?
-        };
-        let is_found = match way.held {
-            Some(held) => machine.switch_of(Motor { axis: way.axis, side: held.other() }).is_pressed(),
-            None => self.arrived(way.axis).is_some(),
-        };
-        match finish {
-            _ if machine.cause().is_some() => Err(self.stop_alarm()),
-            _ if is_found || was_pressed.get() => Ok(()),
-            _ => Err(missed),
-        }
+        // The future is large. Pinned here it takes room in the task once, and not again in the future that it is handed to.
+        let moving = pin!(self.along(way));
+        alongside(moving, touched).await?;
+        Ok(was_touched.get())
     }
 
     /// Moves away from the switches; they must open.
@@ -223,7 +247,9 @@ where
             // Homing is never held.
             Finish::Done | Finish::Held => {}
         }
-        self.debounced().await;
+        // The carriage follows its last step, and may leave the switch only then.
+        Timer::after(self.machine.config().homing.debounce).await;
+        self.is_settled(way.axis).await;
         self.arrived(way.axis).map_or(Ok(()), |motor| Err(Alarm::SwitchStuck { motor }))
     }
 

@@ -11,8 +11,8 @@ use crate::machine::Machine;
 use crate::motor::LimitInput;
 
 /// Watches a limit switch for ever. It is wired to ground with a pull-up, so low is pressed (unless the configuration
-/// inverts that). The first edge of a press stops a running machine at once. Homing and the status see the debounced
-/// level. `which` says whose switch `input` is.
+/// inverts that). The first edge of a press stops a running machine at once, and the seek of homing. The status, and homing at
+/// rest, see the debounced level. `which` says whose switch `input` is.
 ///
 /// Where the input is a driver's that says when its motor stalls, high is pressed, from the first edge on: a driver does not
 /// bounce, and each step that is made meanwhile is lost.
@@ -30,11 +30,9 @@ where
         machine.publish_switch(which, pressed);
         // Until a level of the input may mean something else.
         while select(wait_level(&mut input, pressed != pressed_is_low), switch.wait_reread()).await.is_first() {
-            if !pressed {
-                // At rest this edge stops nothing. But a motion that is asked for before the switch is debounced must not
-                // go further onto it.
-                switch.touch();
-            }
+            // At rest this edge stops nothing. But a motion that is asked for before the switch is debounced must not go
+            // further onto it.
+            switch.touch();
             machine.limit_edge(which, pressed != pressed_is_low);
             pressed = !pressed && is_stall || debounced_low(&mut input, debounce).await == pressed_is_low;
             machine.publish_switch(which, pressed);

@@ -30,8 +30,8 @@ impl Contact {
 /// A limit switch, debounced.
 pub(crate) struct Switch {
     pressed: AtomicBool,
-    /// It has closed, and is not known to have opened again.
-    touched: AtomicBool,
+    /// It has opened or closed, and is not debounced yet.
+    is_unsettled: AtomicBool,
     changed: Signal<CriticalSectionRawMutex, ()>,
     /// Another level of its input means pressed now, or may.
     reread: Signal<CriticalSectionRawMutex, ()>,
@@ -42,7 +42,7 @@ impl Switch {
     pub const fn new() -> Self {
         Self {
             pressed: AtomicBool::new(false),
-            touched: AtomicBool::new(false),
+            is_unsettled: AtomicBool::new(false),
             changed: Signal::new(),
             reread: Signal::new(),
         }
@@ -54,18 +54,23 @@ impl Switch {
 
     /// Whether it is pressed, or may be: its first edge has come, and is not debounced yet.
     pub fn may_be_pressed(&self) -> bool {
-        self.is_pressed() || self.touched.load(Ordering::Relaxed)
+        self.is_pressed() || self.is_unsettled()
     }
 
-    /// Notes the first edge of a press.
+    fn is_unsettled(&self) -> bool {
+        self.is_unsettled.load(Ordering::Relaxed)
+    }
+
+    /// Notes an edge.
     pub fn touch(&self) {
-        self.touched.store(true, Ordering::Relaxed);
+        self.is_unsettled.store(true, Ordering::Relaxed);
+        self.changed.signal(());
     }
 
     /// Sets its debounced level.
     pub fn publish(&self, pressed: bool) {
         self.pressed.store(pressed, Ordering::Relaxed);
-        self.touched.store(false, Ordering::Relaxed);
+        self.is_unsettled.store(false, Ordering::Relaxed);
         self.changed.signal(());
     }
 
@@ -80,9 +85,16 @@ impl Switch {
         self.reread.wait().await;
     }
 
-    /// Waits until it is pressed. Only the coordinator may wait: the signal has room for one waiter.
-    pub async fn wait_pressed(&self) {
-        while !self.is_pressed() {
+    /// Waits until it is pressed, or may be. Only the coordinator may wait: the signal has room for one waiter.
+    pub async fn wait_touched(&self) {
+        while !self.may_be_pressed() {
+            poll_fn(|context| self.poll_changed(context)).await;
+        }
+    }
+
+    /// Waits until its level is debounced. Only the coordinator may wait.
+    pub async fn wait_settled(&self) {
+        while self.is_unsettled() {
             poll_fn(|context| self.poll_changed(context)).await;
         }
     }

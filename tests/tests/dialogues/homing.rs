@@ -1,8 +1,9 @@
 //! Homing towards either end of an axis, what positions mean afterwards, and what makes them invalid.
 
-use isostep_motion::{AXES, Axis, ConfigError, Event, HomingPhase};
+use embassy_time::Duration;
+use isostep_motion::{AXES, Alarm, Axis, ConfigError, Event, HomingPhase, Motor, State};
 use isostep_sim::world::Edge;
-use isostep_sim::{Config, Flash, Sim};
+use isostep_sim::{Config, Flash, Sim, SwitchFault};
 
 use crate::talk::{powered_up, refused, say, status, switched_on};
 
@@ -44,6 +45,124 @@ fn a_switch_that_opens_late_on_the_way_back_is_not_stuck() {
     config.start_mm = [1.0; AXES];
     let mut sim = powered_up(&config);
     assert_eq!(say(&mut sim, "$H"), ["ok"]);
+}
+
+/// `$24`, `$25`, `$26` and `$27` as Grbl has them.
+#[test]
+fn grbl_s_own_defaults_home() {
+    for negative in [0, 7] {
+        let mut config = Config::default();
+        config.settings.homing_direction_mask = negative;
+        let mut sim = powered_up(&config);
+        for line in ["$24=25", "$25=500", "$26=250", "$27=1"] {
+            assert_eq!(say(&mut sim, line), ["ok"]);
+        }
+        assert_eq!(say(&mut sim, "$H"), ["ok"], "$23={negative}");
+        assert_eq!(sim.places_steps(), [50; AXES], "$23={negative}: 1 mm from the switches");
+    }
+}
+
+/// Where the carriage has been nearest to its end: at the place where the switch closes, which is 3 mm before that end.
+#[test]
+fn the_seek_stops_where_the_switch_closes_however_long_it_is_debounced() {
+    for (debounce_ms, bounce_us) in [(5, 0), (250, 0), (250, 4_000), (1_000, 1_000)] {
+        let mut config = Config { bounce_us, ..Config::default() };
+        (config.settings.homing_debounce_ms, config.settings.homing_seek_mm_min) = (debounce_ms, 1_000.0);
+        let mut sim = powered_up(&config);
+        assert_eq!(say(&mut sim, "$H"), ["ok"]);
+        let outcome = sim.outcome();
+        assert!(outcome.losses.is_empty(), "$26={debounce_ms}: {:?}", outcome.losses);
+        assert_eq!((outcome.places_steps, outcome.drift_steps), ([100; AXES], [0; AXES]), "$26={debounce_ms}");
+        for axis in 0..AXES {
+            // Positions count from the zero that is found at the end.
+            let edges: Vec<_> = outcome.edges.iter().filter(|edge| edge.axis == axis).collect();
+            let mut place_steps = 100;
+            let mut nearest_steps = 100;
+            for edge in edges.iter().rev() {
+                nearest_steps = nearest_steps.min(place_steps);
+                place_steps -= edge.direction;
+            }
+            assert!((-1..=0).contains(&nearest_steps), "$26={debounce_ms}: {nearest_steps} steps from the switch");
+        }
+    }
+}
+
+/// The switch is closed for less than the debounce time, in the seek and in the latch: the axis stops, and goes on.
+#[test]
+fn a_spike_stops_homing_and_it_goes_on() {
+    use HomingPhase::{Latch, Seek};
+    let homed_after = |spikes_ms: &[u64], expected: &[HomingPhase]| {
+        let mut config = Config { start_mm: [20.0; AXES], ..Config::default() };
+        (config.settings.homing_debounce_ms, config.settings.homing_latch_mm_min) = (20, 300.0);
+        let mut sim = powered_up(&config);
+        sim.send(b"$HX\n");
+        let (mut stood, mut phases) = (0, Vec::new());
+        for (from_ms, to_ms) in std::iter::once(&0).chain(spikes_ms).zip(spikes_ms) {
+            sim.run_for(Duration::from_millis(to_ms - from_ms - 5)).unwrap();
+            assert_eq!(sim.machine().state(), State::Home);
+            let before = sim.steps()[0];
+            sim.run_for(Duration::from_millis(5)).unwrap();
+            assert_ne!(sim.steps()[0], before, "{to_ms} ms: it moves");
+            sim.set_switch(Motor::first(Axis::X), SwitchFault::StuckClosed);
+            sim.run_for(Duration::from_millis(1)).unwrap();
+            let still = sim.steps()[0];
+            sim.run_for(Duration::from_millis(14)).unwrap();
+            sim.set_switch(Motor::first(Axis::X), SwitchFault::None);
+            sim.run_for(Duration::from_millis(15)).unwrap();
+            stood += u32::from(sim.steps()[0] == still);
+            sim.run_for(Duration::from_millis(3)).unwrap();
+            phases.extend(sim.outcome().events.iter().rev().find_map(|(_, event)| match event {
+                Event::Homing { phase, .. } => Some(*phase),
+                _ => None,
+            }));
+        }
+        assert_eq!(phases, expected, "{spikes_ms:?}");
+        sim.run_until_idle().unwrap();
+        assert_eq!(sim.replies(), ["ok"], "{spikes_ms:?}");
+        assert_eq!(stood as usize, spikes_ms.len(), "{spikes_ms:?}");
+        let outcome = sim.outcome();
+        assert!(outcome.losses.is_empty() && outcome.violations.is_empty(), "{spikes_ms:?}");
+        outcome.places_steps[0]
+    };
+    for (spikes_ms, phases) in [
+        (&[][..], &[][..]),
+        (&[500], &[Seek]),
+        (&[500, 1_000, 1_500], &[Seek; 3]),
+        (&[2_700], &[Latch]),
+        (&[700, 2_900], &[Seek, Latch]),
+    ] {
+        assert_eq!(homed_after(spikes_ms, phases), 100, "{spikes_ms:?}");
+    }
+}
+
+/// So many that the wire must be bad.
+#[test]
+fn a_hundred_spikes_are_an_alarm() {
+    let mut sim = powered_up(&Config { start_mm: [90.0; AXES], ..Config::default() });
+    sim.send(b"$HX\n");
+    let mut spikes = 0;
+    while sim.replies().is_empty() {
+        assert!(spikes < 200);
+        sim.run_for(Duration::from_millis(20)).unwrap();
+        sim.set_switch(Motor::first(Axis::X), SwitchFault::StuckClosed);
+        sim.run_for(Duration::from_millis(1)).unwrap();
+        sim.set_switch(Motor::first(Axis::X), SwitchFault::None);
+        sim.run_for(Duration::from_millis(6)).unwrap();
+        spikes += 1;
+    }
+    assert_eq!(spikes, 100);
+    assert_eq!(sim.machine().state(), State::Alarm(Alarm::SwitchNotFound { axis: Axis::X }));
+}
+
+/// A contact that never comes to rest ends homing with an alarm.
+#[test]
+fn a_switch_that_chatters_for_ever_is_an_alarm() {
+    let mut sim = powered_up(&Config { start_mm: [20.0; AXES], ..Config::default() });
+    sim.suffer("chatter:X@0.5".parse().unwrap());
+    sim.send(b"$HX\n");
+    sim.run_for(Duration::from_secs(10)).unwrap();
+    let heard = sim.replies();
+    assert!(heard.contains(&"ALARM:9".to_owned()), "{heard:?}");
 }
 
 /// The switch is closed from the start, so no edge reports it.

@@ -9,9 +9,8 @@ use crate::outcome::Outcome;
 use crate::record::{Loss, LossCause};
 use crate::verify::{self, shaped};
 
-/// What one side may go farther than the other while its switch is debounced, and a step under way: the worlds latch at
-/// 2 mm/s, and have 160 steps/mm at most.
-const OFF_SQUARE_MAX_STEPS: i32 = 3;
+/// What one side may go farther than the other: a step under way.
+const OFF_SQUARE_MAX_STEPS: i32 = 1;
 
 /// A broken promise, and what was found instead.
 type Broken = (&'static str, String);
