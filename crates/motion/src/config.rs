@@ -248,11 +248,13 @@ impl Config {
         matches!(input, LimitInput::Of(axis) if self.homing.by_stall[axis as usize])
     }
 
-    /// The way on which `axis` has surely reached the speed of the seek, mm: twice that of a trapezoid.
+    /// The way on which `axis` has surely reached the speed of the seek, no faster than it may, mm: twice that of a trapezoid.
     #[must_use]
     pub fn run_up_mm(&self, axis: Axis) -> f64 {
-        let accel_mm_s2 = self.limits[axis as usize].accel_steps_s2 / self.steps_per_mm[axis as usize];
-        self.homing.seek_mm_s * self.homing.seek_mm_s / accel_mm_s2
+        let Limits { top_speed_steps_s, accel_steps_s2, .. } = self.limits[axis as usize];
+        let steps_per_mm = self.steps_per_mm[axis as usize];
+        let seek_steps_s = (self.homing.seek_mm_s * steps_per_mm).min(top_speed_steps_s);
+        seek_steps_s * seek_steps_s / accel_steps_s2 / steps_per_mm
     }
 
     fn check_pull_off(&self, axis: Axis) -> Result<(), ConfigError> {

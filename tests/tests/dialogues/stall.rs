@@ -131,6 +131,23 @@ fn homing_by_stall_is_refused_where_no_stall_could_be_told() {
     assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
 }
 
+/// An axis is no faster than its top speed, whatever `$25` is, and its run-up no longer.
+#[test]
+fn a_run_up_is_to_the_speed_that_an_axis_may_have() {
+    let mut config = config();
+    (config.settings.homing_seek_mm_min, config.settings.max_rate_mm_min) = (9_000.0, [1_800.0; 3]);
+    // To 150 mm/s it would be 225 mm, to 30 mm/s 9 mm.
+    config.settings.accel_mm_s2 = [100.0; 3];
+    let mut sim = powered_up(&config);
+    assert_eq!(say(&mut sim, "$HZ"), ["[MSG:Z has stalled twice, 0 steps apart]", "ok"]);
+    // It seeks, backs off, latches and pulls off: from the first of these places on the next is the farthest.
+    let edges = sim.outcome().edges;
+    let turns = edges.windows(2).filter(|pair| pair[0].direction != pair[1].direction);
+    let places_steps: Vec<_> = turns.map(|pair| pair[0].position_steps).collect();
+    assert_eq!(places_steps.len(), 3, "{places_steps:?}");
+    assert_eq!(places_steps[1] - places_steps[0], 50 * (9 + 2), "the run-up and the pull-off");
+}
+
 /// An axis with a switch needs none of this, beside one that homes by stall.
 #[test]
 fn some_axes_may_home_by_stall_and_others_by_switch() {
@@ -229,22 +246,27 @@ fn a_stall_in_a_move_is_an_alarm_if_asked_for() {
         assert_eq!(looks(&mut sim), is_asked);
         say(&mut sim, "$20=0");
         sim.replies();
-        // 100 mm further than the end.
-        let heard = say(&mut sim, "G1 X-100 F1800");
-        if !is_asked {
-            assert_eq!(heard, ["ok"]);
-            assert_eq!(state(&mut sim), "Idle");
-            continue;
+        // 100 mm further than the end, and after it was homed again once more.
+        for time in 0..2 {
+            let heard = say(&mut sim, "G1 X-100 F1800");
+            if !is_asked {
+                assert_eq!(heard, ["ok"]);
+                assert_eq!(state(&mut sim), "Idle");
+                break;
+            }
+            sim.run_for(ROUND).unwrap();
+            let later = sim.replies();
+            let all: Vec<_> = heard.iter().chain(&later).cloned().collect();
+            let is_there = |words: &str| all.iter().any(|line| line.starts_with(words));
+            let is_told = is_there("ALARM:17") && is_there("[MSG:X driver has told a stall of its motor: free it");
+            assert!(is_told, "{time}: {all:?}");
+            assert_eq!(sim.machine().state(), State::Alarm(Alarm::DriverFailed { motor: Motor::first(Axis::X) }));
+            let report = say(&mut sim, "M122");
+            assert!(report[0].starts_with("[MSG:X driver: has told a stall of its motor, 16 microsteps"), "{report:?}");
+            assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+            assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
+            assert!(say(&mut sim, "M122")[0].starts_with("[MSG:X driver: well"), "{time}");
         }
-        sim.run_for(ROUND).unwrap();
-        let later = sim.replies();
-        let all: Vec<_> = heard.iter().chain(&later).cloned().collect();
-        let is_there = |words: &str| all.iter().any(|line| line.starts_with(words));
-        assert!(is_there("ALARM:17") && is_there("[MSG:X driver has told a stall of its motor: free it"), "{all:?}");
-        assert_eq!(sim.machine().state(), State::Alarm(Alarm::DriverFailed { motor: Motor::first(Axis::X) }));
-        assert!(say(&mut sim, "M122")[0].starts_with("[MSG:X driver: has told a stall of its motor, 16 microsteps"));
-        assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
-        assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
     }
 }
 
