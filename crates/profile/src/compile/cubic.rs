@@ -6,8 +6,9 @@ use super::{BRIEF_S, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS};
 /// How often a root is drawn nearer at most. Newton's method doubles the digits each time; where it would leave the bracket,
 /// the bracket is halved instead.
 const TRIES_MAX: u32 = 60;
-/// How far a quadratic is from a cubic a quarter of the way between its outer steps, of the farthest: 9 √3/16.
-const FARTHEST: f64 = 0.974;
+/// How far a quadratic is from a bend 3/16 of the way from one of its outer steps, or from the other, of the farthest: 0.99 where the
+/// instants are a cubic over the steps, and no less than this where the third derivative vanishes, and the fourth is left.
+const FARTHEST: f64 = 0.952;
 /// A root is exact to this, s.
 const EXACT_S: f64 = 1e-11;
 

@@ -95,15 +95,17 @@ impl Phase {
             let middle = self.knot_after(step, fit.length - 1);
             let half_rise = middle.instant.wrapping_sub(fit.first);
             fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
-            // A quadratic through three steps is exact there, and farthest from a cubic near the middle between them.
-            let quarter = (1_u32 << fit.length) / 4;
-            let is_near = |quarters: u64| {
-                let instant = fit.first + fit.rise * quarters / 4;
-                let instant = instant.wrapping_add_signed(-fit.bend * 3 / 8).wrapping_sub(self.origin);
-                let half_steps = (step + quarter * quarters as u32) * 2 + 1;
+            // A quadratic through three steps is exact there. In between it is farthest from a cubic at 0.21 and 0.79 of the way,
+            // and from a fourth power at 0.15 and 0.85. A half step is the finest that is tried.
+            let sixteenths = if fit.length == 2 { 4 } else { 3 };
+            let is_near = |sixteenths: u32| {
+                let (before, left) = (u64::from(sixteenths), i64::from(sixteenths * (16 - sixteenths)));
+                let instant = fit.first + fit.rise / 16 * before;
+                let instant = instant.wrapping_add_signed(-fit.bend / 128 * left).wrapping_sub(self.origin);
+                let half_steps = step * 2 + 1 + ((sixteenths << fit.length) >> 3);
                 cubic.is_near(half_steps, instant, fit.rise)
             };
-            if quarter == 0 || is_near(1) && is_near(3) {
+            if fit.length == 1 || is_near(sixteenths) && is_near(16 - sixteenths) {
                 return far;
             }
             (far, fit.rise, fit.bend) = (middle, half_rise, 0);
