@@ -67,12 +67,17 @@ fn lost(program: &str, config: &Config) -> Vec<String> {
 fn what_is_too_much_is_found_and_what_is_told_mends_it() {
     let back = "G91 G0 X1\nX0.5\nG0 X200\n";
     let corner = "G91 G1 F9000\nX100\nY100\n";
+    // Here the motor takes each corner by itself. It swings from one to the next.
+    let zigzag = |x: f64, y: f64| format!("G91 G1 F12000\n{}", format!("X{x} Y{y}\nX{x} Y-{y}\n").repeat(100));
+    let (fine, flat) = (zigzag(0.05, 0.05), zigzag(0.2, 0.02));
     for (settings, program, line, told) in [
         (axes(80.0, 9_000.0, 40_000.0), back, 1, "$120 to "),
         (axes(80.0, 9_000.0, 1_000.0) + "$920=40000\n", "G91 G0 X100\nX50\n", 2, "$920 to "),
         (axes(20.0, 18_000.0, 1_000.0) + "$910=15000\n", back, 1, "$910 to "),
         (axes(80.0, 60_000.0, 3_000.0), "G91\nG0 X600\n", 2, "$110 to "),
         (axes(80.0, 9_000.0, 8_000.0) + "$11=2\n$904=0\n", corner, 3, "$11 to "),
+        (axes(400.0, 3_000.0, 3_000.0) + "$11=0.01\n$904=0\n", &fine, 5, "$11 to 0.0025 mm or less"),
+        (axes(400.0, 6_000.0, 2_600.0) + "$11=0.01\n$904=0\n", &flat, 11, "$120 to 1300 mm/s2 or less"),
     ] {
         let found = lost(program, &machine(&settings));
         let first = found.first().unwrap_or_else(|| panic!("nothing is lost: {settings}{program}"));
@@ -86,6 +91,31 @@ fn what_is_too_much_is_found_and_what_is_told_mends_it() {
         });
         let mended = settings.clone() + &set.collect::<String>();
         assert_eq!(lost(program, &machine(&mended)), [""; 0], "{first}");
+    }
+}
+
+/// Homing stops at once at the switch, and the motor slips when it comes back. With what is told it homes.
+#[test]
+fn a_seek_that_stops_too_fast_is_told_with_the_speed_of_the_seek() {
+    for (steps_per_mm, seek_mm_min, told) in [
+        (
+            400.0,
+            3_000,
+            "homing stops it at its switch at once, from 50 mm/s, and the motor takes 36: set $25 to 1000 mm/min or less",
+        ),
+        (
+            80.0,
+            6_000,
+            "homing stops it at its switch at once, from 100 mm/s, and the motor takes 93: set $25 to 2700 mm/min or less",
+        ),
+    ] {
+        let settings = axes(steps_per_mm, f64::from(seek_mm_min), 3_000.0) + "$20=1\n$22=1\n$24=60\n";
+        let with_seek = |mm_min: &str| Config { start_mm: [30.0; 3], ..machine(&format!("{settings}$25={mm_min}\n")) };
+        let found = lost("$H\nG0 X5\n", &with_seek(&seek_mm_min.to_string()));
+        assert!(found.first().is_some_and(|first| first.ends_with(told)), "{told} in {found:?}");
+        let set = told.split_once("$25 to ").unwrap().1.split_once(' ').unwrap().0;
+        let outcome = run(b"$H\nG0 X5\n", &with_seek(set)).unwrap();
+        assert_eq!((broken("homed", &outcome), outcome.alarm_code), (vec![], None), "{told}");
     }
 }
 

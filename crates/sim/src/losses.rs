@@ -1,12 +1,14 @@
 //! Explains lost steps: the line and the move, what was asked of the motor there, what it has, and what to set.
 //!
 //! A rotor slips up to a swing after it was asked for too much. So the plans are searched for what strained the motor
-//! most during one swing before: an acceleration, or a jump of the speed.
+//! most during one swing before: an acceleration, a jump of the speed, or a dead stop. Where the motor would take that alone, it
+//! still swings from what came before, and half as much is what to set.
 
 use std::f64::consts::TAU;
 use std::fmt;
+use std::ops::Range;
 
-use isostep_motion::Finish;
+use isostep_motion::{Config, Finish};
 
 use crate::corners;
 use crate::drive::Drive;
@@ -19,6 +21,8 @@ use crate::record::{Loss, LossCause};
 const INSTANTS: u32 = 32;
 /// What is set leaves half of what the motor has.
 const MARGIN: f64 = 0.5;
+/// Numbers that differ by no more than this part of them are the same: settings are single floats.
+const SAME: f64 = 1e-6;
 
 /// A loss, and what to do about it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -100,6 +104,8 @@ enum Asked {
     Accel { mm_s2: f64, mm_s: f64 },
     /// A jump of the speed where the move begins: from standstill, or at a corner.
     Jump { mm_s: f64, from_rest: bool },
+    /// A stop at once, from a speed: at a switch, by a reset, or by a fault.
+    Stop { mm_s: f64 },
 }
 
 /// What strained the motor most within a swing before the loss, while moves up to the one at `last` were made.
@@ -120,9 +126,25 @@ fn worst_strain(outcome: &Outcome, loss: &Loss, last: usize) -> Strain {
             accel(outcome, &outcome.moves[index], axis, t_ns).into_iter().for_each(|asked| add(index, asked));
         }
     }
-    let first = move_at(outcome, begin_ns).map_or(0, |index| index + 1);
-    (first..=last).for_each(|index| add(index, jump(outcome, axis, index)));
+    let before = move_at(outcome, begin_ns);
+    let stops = before.unwrap_or(0)..=last;
+    stops.for_each(|index| {
+        stop(outcome, axis, index, begin_ns..loss.t_ns).into_iter().for_each(|asked| add(index, asked))
+    });
+    (before.map_or(0, |index| index + 1)..=last).for_each(|index| add(index, jump(outcome, axis, index)));
     worst
+}
+
+/// The dead stop of an axis at the end of a move, if it has one within this time.
+fn stop(outcome: &Outcome, axis: usize, index: usize, within_ns: Range<u64>) -> Option<Asked> {
+    let record = &outcome.moves[index];
+    let edges = &outcome.edges[record.edges.clone()];
+    let t_ns = edges.iter().rfind(|edge| edge.axis == axis)?.t_ns;
+    let is_planned = matches!(record.finish, Finish::Done | Finish::Held);
+    match accel(outcome, record, axis, t_ns)? {
+        Asked::Accel { mm_s, .. } if !is_planned && within_ns.contains(&t_ns) => Some(Asked::Stop { mm_s }),
+        _ => None,
+    }
 }
 
 fn strain(outcome: &Outcome, axis: usize, index: usize, asked: Asked) -> Strain {
@@ -130,7 +152,7 @@ fn strain(outcome: &Outcome, axis: usize, index: usize, asked: Asked) -> Strain 
     let share = match asked {
         Asked::Accel { mm_s2: 0.0, .. } => 0.0,
         Asked::Accel { mm_s2, mm_s } => mm_s2.abs() / drive.accel_mm_s2(mm_s).max(f64::MIN_POSITIVE),
-        Asked::Jump { mm_s, .. } => mm_s / drive.jump_mm_s(),
+        Asked::Jump { mm_s, .. } | Asked::Stop { mm_s } => mm_s / drive.jump_mm_s(),
     };
     Strain { index, asked, share }
 }
@@ -165,43 +187,61 @@ fn jump(outcome: &Outcome, axis: usize, index: usize) -> Asked {
 }
 
 fn remedy(outcome: &Outcome, loss: &Loss, strain: &Strain) -> Option<String> {
-    let axis = loss.axis;
-    let config = outcome.config_of(&outcome.moves[strain.index]);
-    let drive = drive(outcome, strain.index, axis);
+    use LossCause::{Bound, Disabled, DriverOff, EndStop, Overshoot, Stalled};
+    let record = &outcome.moves[strain.index];
+    let config = outcome.config_of(record);
+    let drive = drive(outcome, strain.index, loss.axis);
+    // What is set is less than what is set already.
+    let most = if strain.share < 1.0 { MARGIN } else { f64::INFINITY };
     match (loss.cause, strain.asked) {
-        (LossCause::Overshoot { .. }, _) if is_by_abrupt_stop(outcome, loss) => {
-            Some(format!("an abrupt stop loses nothing up to {:.0} mm/s: home again ($H)", drive.jump_mm_s()))
-        }
-        (
-            LossCause::Disabled | LossCause::DriverOff | LossCause::EndStop | LossCause::Stalled | LossCause::Bound,
-            _,
-        ) => None,
-        (_, Asked::Jump { mm_s, from_rest }) => Some(jump_remedy(config, axis, &drive, mm_s, from_rest)),
-        (_, Asked::Accel { mm_s2, mm_s }) => Some(accel_remedy(config, axis, &drive, mm_s2, mm_s)),
+        (Disabled | DriverOff | EndStop | Stalled | Bound, _) => None,
+        (_, Asked::Stop { mm_s }) if record.homing => Some(homing_remedy(config, &drive, mm_s, most)),
+        (Overshoot { .. }, _) if is_by_abrupt_stop(outcome, loss) => Some(stop_remedy(&drive)),
+        (_, Asked::Stop { .. }) => Some(stop_remedy(&drive)),
+        (_, Asked::Jump { mm_s, from_rest }) => Some(jump_remedy(config, loss.axis, &drive, (mm_s, from_rest), most)),
+        (_, Asked::Accel { mm_s2: 0.0, .. }) => None,
+        (_, Asked::Accel { mm_s2, mm_s }) => Some(accel_remedy(config, loss.axis, &drive, (mm_s2, mm_s), most)),
     }
 }
 
-fn jump_remedy(config: &isostep_motion::Config, axis: usize, drive: &Drive, mm_s: f64, from_rest: bool) -> String {
+fn stop_remedy(drive: &Drive) -> String {
+    format!("an abrupt stop loses nothing up to {:.0} mm/s: home again ($H)", drive.jump_mm_s())
+}
+
+/// Homing stops at once at its switch: the seek by `$25`, the latch by `$24`.
+fn homing_remedy(config: &Config, drive: &Drive, mm_s: f64, most: f64) -> String {
+    let (takes_mm_s, homing) = (drive.jump_mm_s(), config.homing);
+    let is_seek = mm_s > homing.latch_mm_s.min(homing.seek_mm_s) * (1.0 + SAME);
+    let (number, set_mm_s) = if is_seek { (25, homing.seek_mm_s) } else { (24, homing.latch_mm_s) };
+    let set = rounded((MARGIN * takes_mm_s).min(most * set_mm_s) * 60.0);
+    format!(
+        "homing stops it at its switch at once, from {mm_s:.0} mm/s, and the motor takes {takes_mm_s:.0}: set ${number} to {set} mm/min or less"
+    )
+}
+
+fn jump_remedy(config: &Config, axis: usize, drive: &Drive, (mm_s, from_rest): (f64, bool), most: f64) -> String {
     let takes_mm_s = drive.jump_mm_s();
     let start_mm_s = config.limits[axis].start_speed_steps_s / config.steps_per_mm[axis];
     let set = if from_rest || mm_s <= 2.0 * start_mm_s {
-        format!("${} to {} mm/min", 910 + axis, rounded(MARGIN * takes_mm_s * 60.0))
+        format!("${} to {} mm/min", 910 + axis, rounded((MARGIN * takes_mm_s).min(most * start_mm_s) * 60.0))
     } else {
-        // The largest jump that a deviation allows: see corners.
+        // The largest jump that a deviation allows: see corners. It is as the root of the deviation.
         let accel_mm_s2 =
             config.limits[axis].accel_steps_s2.min(config.limits[axis].decel_steps_s2) / config.steps_per_mm[axis];
-        format!("$11 to {} mm", rounded((MARGIN * takes_mm_s).powi(2) / (8.0 * accel_mm_s2)))
+        let deviation_mm = (MARGIN * takes_mm_s).powi(2) / (8.0 * accel_mm_s2);
+        format!("$11 to {} mm", rounded(deviation_mm.min(most * most * config.junction_deviation_mm)))
     };
-    format!("its speed jumps by {mm_s:.0} mm/s there, and the motor takes {takes_mm_s:.0}: set {set} or less")
+    format!("its speed jumps by {mm_s:.0} mm/s there, {}: set {set} or less", takes(format!("{takes_mm_s:.0}"), most))
 }
 
-fn accel_remedy(config: &isostep_motion::Config, axis: usize, drive: &Drive, mm_s2: f64, mm_s: f64) -> String {
+fn accel_remedy(config: &Config, axis: usize, drive: &Drive, (mm_s2, mm_s): (f64, f64), most: f64) -> String {
     let limits = config.limits[axis];
     let top_mm_s = (limits.top_speed_steps_s / config.steps_per_mm[axis]).min(drive.top_mm_s());
-    let set_mm_s2 = MARGIN * drive.accel_mm_s2(top_mm_s);
-    let accel_number =
-        if mm_s2 < 0.0 && limits.decel_steps_s2 != limits.accel_steps_s2 { 920 + axis } else { 120 + axis };
-    let accel = format!("${accel_number} to {} mm/s2", rounded(set_mm_s2));
+    let is_own_decel = mm_s2 < 0.0 && limits.decel_steps_s2 != limits.accel_steps_s2;
+    let (number, set_steps_s2) =
+        if is_own_decel { (920 + axis, limits.decel_steps_s2) } else { (120 + axis, limits.accel_steps_s2) };
+    let set_mm_s2 = (MARGIN * drive.accel_mm_s2(top_mm_s)).min(most * set_steps_s2 / config.steps_per_mm[axis]);
+    let accel = format!("${number} to {} mm/s2", rounded(set_mm_s2));
     let set = if mm_s <= drive.top_mm_s() {
         accel
     } else {
@@ -210,18 +250,21 @@ fn accel_remedy(config: &isostep_motion::Config, axis: usize, drive: &Drive, mm_
         format!("${} to {} mm/min{also}", 110 + axis, rounded(top_mm_s * 60.0))
     };
     let verb = if mm_s2 < 0.0 { "decelerates" } else { "accelerates" };
-    let takes_mm_s2 = drive.accel_mm_s2(mm_s).max(0.0);
-    format!(
-        "it {verb} by {:.0} mm/s2 at {mm_s:.0} mm/s there, and the motor takes {takes_mm_s2:.0}: set {set} or less",
-        mm_s2.abs()
-    )
+    let takes = takes(format!("{:.0}", drive.accel_mm_s2(mm_s).max(0.0)), most);
+    format!("it {verb} by {:.0} mm/s2 at {mm_s:.0} mm/s there, {takes}: set {set} or less", mm_s2.abs())
+}
+
+/// What the motor takes; `most` is finite if that is more than was asked of it.
+fn takes(value: String, most: f64) -> String {
+    let why = if most.is_finite() { ", but less while it still swings" } else { "" };
+    format!("and the motor takes {value}{why}")
 }
 
 /// Rounded down to two digits.
 fn rounded(value: f64) -> String {
     let unit = 10.0_f64.powi(value.log10().floor() as i32 - 1);
     let digits = usize::try_from(-(unit.log10().round() as i32)).unwrap_or(0);
-    format!("{:.digits$}", (value / unit * (1.0 + 1e-12)).floor() * unit)
+    format!("{:.digits$}", (value / unit * (1.0 + SAME)).floor() * unit)
 }
 
 #[cfg(test)]
