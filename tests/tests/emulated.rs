@@ -3,6 +3,8 @@
 //! A plain `cargo test` ignores these tests: `cargo xtask test` builds the firmware and then runs them. Every figure
 //! here is emulated, at 125 MHz.
 
+#[path = "emulated/ahead.rs"]
+mod ahead;
 #[path = "emulated/blends.rs"]
 mod blends;
 #[path = "emulated/boot.rs"]

@@ -88,6 +88,20 @@ fn levels_begin_between_the_steps_of_the_timer_port_too() {
     assert!(most_us < 60.0, "{most_us} us");
 }
 
+/// Nothing moves before a spindle that starts from S0 has its speed.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_spindle_that_starts_from_s0_is_waited_for() {
+    let program = "$394=0.5\nM4 S0\nG4 P0.1\nS900\nG91 G1 Z-1 F300\nM5\n";
+    let run = streamed("spindle-from-s0", Port::Pio, program);
+    let [(rose_ns, _), (_, 0.0)] = levels(&run)[..] else { panic!("{:?}", levels(&run)) };
+    let waits_ms = (run.edges[0].t_ns as f64 - rose_ns) * 1e-6;
+    assert!((500.0..600.0).contains(&waits_ms), "{waits_ms} ms");
+    let enabled = run.outputs.iter().filter(|change| change.output == "enable");
+    let enabled: Vec<_> = enabled.map(|change| (change.t_ns >= rose_ns - 1e6, change.value)).collect();
+    assert_eq!(enabled, [(true, 1.0), (true, 0.0)], "not before it turns");
+}
+
 /// With M4 the level must be proportional to the speed.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
