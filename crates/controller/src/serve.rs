@@ -21,7 +21,7 @@ use core::convert::Infallible;
 use core::fmt;
 use core::pin::pin;
 
-use embassy_futures::select::{Either, Either4, select, select4};
+use embassy_futures::select::{Either, Either3, Either4, select, select3, select4};
 use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::pipe::Pipe;
@@ -166,13 +166,16 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// Puts bytes of lines into the pipe, or loses those for which there is no room, if it must read on.
+    /// Puts bytes of lines into the pipe, or loses those for which there is no room, if it must read on. A reset forgets
+    /// those that wait for room, as those in the pipe.
     async fn put(&self, console: &Console, mut bytes: &[u8]) {
         self.refuse_jogs(console);
+        let resets = self.resets.count();
         while !bytes.is_empty() {
-            match select(console.input.write(bytes), self.must_read_on(console)).await {
-                Either::First(count) => bytes = &bytes[count..],
-                Either::Second(()) => {
+            match select3(self.resets.after(resets), console.input.write(bytes), self.must_read_on(console)).await {
+                Either3::First(()) => break,
+                Either3::Second(count) => bytes = &bytes[count..],
+                Either3::Third(()) => {
                     console.intake.lose(bytes);
                     break;
                 }

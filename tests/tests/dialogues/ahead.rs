@@ -93,6 +93,21 @@ fn a_host_with_flow_control_loses_no_line_while_the_machine_works() {
     assert_eq!(sim.counted_steps(), [15_000, 0, 0]);
 }
 
+/// What a console has received behind a line that resets is forgotten, to the end of a line, also what it has not kept yet.
+#[test]
+fn no_line_is_cut_where_a_reset_comes_while_bytes_wait_for_room() {
+    for begins in 0..16 {
+        let mut sim = two_consoles(None);
+        let lines = format!("$RST=#\n({}\n{}", "-".repeat(begins), moves(100));
+        let heard = tell(&mut sim, 0, lines.as_bytes(), 30_000);
+        let welcome = heard.iter().position(|line| line == WELCOME).unwrap();
+        let made = heard[welcome + 1..].iter().filter(|line| *line == "ok").count();
+        assert_eq!(heard.len() - welcome - 1, made, "{begins}: {heard:?}");
+        assert!((50..70).contains(&made), "{begins}: {made}");
+        assert_eq!(sim.counted_steps(), [50 * made as i32, 0, 0], "{begins}");
+    }
+}
+
 /// A UART would lose bytes itself, in the middle of lines and in silence: lines are lost whole, told, and a hold is heard.
 #[test]
 fn without_flow_control_a_hold_is_heard_in_motion_too() {
