@@ -33,6 +33,8 @@ mod prove;
 #[path = "emulated/shaped.rs"]
 mod shaped;
 // A has the pins of the second motor.
+#[path = "emulated/short_moves.rs"]
+mod short_moves;
 #[cfg(not(feature = "four-axes"))]
 #[path = "emulated/squared.rs"]
 mod squared;

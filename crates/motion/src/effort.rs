@@ -16,12 +16,13 @@ use crate::axes::AXES;
 use crate::port::{Capabilities, Wiring};
 use crate::shaping::{LEGS, Shaping};
 
-/// Reading, planning and queueing a move without ramps. Where hardware makes the steps, this needs no bound: moves
-/// arrive no faster than they are read, and what was read during a longer move is planned ahead.
-const MOVE_S: f64 = 0.6e-3;
+/// How long a move without a blend lasts at least, s: that is read, planned and queued. It needs a bound, because moves that
+/// are known ahead, after a hold or a longer move, could all be made at once. It also bounds how many of them make up what has
+/// to be known ahead, and so the axes that stand still know that they do.
+pub const MOVE_S: f64 = 0.6e-3;
 
-/// How long a move lasts at least to which a blend leads, s: that is planned and compiled, and the end of a line at another
-/// place than that of the move. It needs a bound, because moves that are known ahead could all be made at once.
+/// How long a move lasts at least to which a blend leads, s: that is planned and compiled, too, and the end of a line at another
+/// place than that of the move.
 pub const BLEND_S: f64 = 0.98e-3;
 
 /// How long a move lasts at least in a shaped run, s: each impulse makes bends of its own of each move.
@@ -68,10 +69,13 @@ pub(crate) fn effort(
         // The logarithmic law, which costs most; and any law that is not measured.
         _ => (14.0, 3.8),
     };
+    // Where the processor makes the steps, each line has a time of its own. In a shaped run the time of a move is that of its
+    // corner, too.
+    let by_hardware = step_ns == 0;
     Effort {
         step_s: f64::from(step_ns) * 1e-9,
-        move_s: if step_ns == 0 { shaped_s } else { MOVE_S + shaped_s },
-        // In a shaped run the time of a move is that of its corner, too.
+        move_s: if by_hardware { shaped_s } else { MOVE_S + shaped_s },
+        straight_s: if by_hardware && shaping.is_none() { MOVE_S } else { 0.0 },
         blend_s: if shaping.is_some() { 0.0 } else { BLEND_S },
         ramps_s: ramps_ms * 1e-3,
         root_step_s: root_step_ms * 1e-3,

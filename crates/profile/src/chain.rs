@@ -351,12 +351,16 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         if last == 1 && self.is_bound_to_bend() {
             return;
         }
+        let is_settled = last < self.settled;
         let before = last.checked_sub(1).and_then(|before| self.blocks.get(before)).map(Block::pace);
+        // After an override it may begin faster than it should, because there is no room to brake before it. That is promised.
         if let Some(block) = self.blocks.get_mut(last)
+            && !(is_settled && block.entry > block.cap)
             && block.quicken(&self.config)
         {
             before.into_iter().for_each(|before| block.set_cap(before));
-            self.settled = self.settled.min(last);
+            // If it is the next to be made, it begins as fast as what is committed ends.
+            self.settled = self.settled.min(last).max(self.bound_entries());
         }
     }
 

@@ -46,7 +46,7 @@ pub struct Shares {
     pub standstill_s: f64,
     /// On ramps of a curved speed law over short moves: [`Why::SpeedLaw`].
     pub speed_law_s: f64,
-    /// Over short moves with blends, each as long as the board takes for it: [`Why::ShortMoves`].
+    /// Over short moves, each as long as the board takes for it: [`Why::ShortMoves`].
     pub short_moves_s: f64,
     /// On ramps to and from places where the look-ahead was too short: [`Why::LookAhead`].
     pub look_ahead_s: f64,

@@ -3,7 +3,7 @@
 use core::num::NonZero;
 
 use super::blend::BlendBounds;
-use super::config::{ChainConfig, Square};
+use super::config::{ChainConfig, Effort, Square};
 use super::corner::{self, Direction};
 use super::{FEED_RATIO_MAX, Request};
 use crate::fixed::is_zero;
@@ -203,17 +203,14 @@ impl<const N: usize> Block<N> {
         true
     }
 
-    /// Makes it as fast as is asked of it, if it was too short for that and for a blend. Returns whether it was.
+    /// Makes it as fast as is asked of it, if it was too short for that. Returns whether it was.
     pub(super) fn quicken(&mut self, config: &ChainConfig<N>) -> bool {
-        if !self.may_bend || self.nominal_steps_s >= self.feed_steps_s() * config.feed_ratio {
+        if self.nominal_steps_s >= self.feed_steps_s() * config.feed_ratio {
             return false;
         }
-        let limits = config.shared_limits(&self.span);
-        let is_short = self.nominal_steps_s < limits.top_speed_steps_s;
-        if is_short {
-            self.respeed(self.feed_steps_s(), &limits, config);
-        }
-        is_short
+        let before_steps_s = self.nominal_steps_s;
+        self.respeed(self.feed_steps_s(), &config.shared_limits(&self.span), config);
+        self.nominal_steps_s > before_steps_s
     }
 
     /// Whether these steps have exactly its direction.
@@ -269,7 +266,7 @@ impl<const N: usize> Block<N> {
             // An override may change before the block is made. So none makes a block too long that is not too long
             // itself.
             let plain =
-                Self { nominal_steps_s: self.feed_steps_s().min(self.bent_top_steps_s(limits, config)), ..*self };
+                Self { nominal_steps_s: self.feed_steps_s().min(self.bearable_steps_s(limits, config)), ..*self };
             let (limits, end) = (plain.limits_now(limits), plain.start_steps_s(limits));
             Profile::plan(distance_steps, end, end, &limits, config.interval_law, config.speed_law)?;
         }
@@ -279,7 +276,7 @@ impl<const N: usize> Block<N> {
     /// Applies the overrides in force. `limits` are those of the longest axis.
     /// `feed_steps_s` is its own.
     pub(super) fn respeed(&mut self, feed_steps_s: f64, limits: &Limits, config: &ChainConfig<N>) {
-        let top_steps_s = self.bent_top_steps_s(limits, config);
+        let top_steps_s = self.bearable_steps_s(limits, config);
         let (mut steps_s, mut mm_s) = if self.is_rapid() {
             (top_steps_s * config.rapid_ratio, 0.0)
         } else {
@@ -323,19 +320,21 @@ impl<const N: usize> Block<N> {
     /// Notes that a blend may lead to it, and lets it last as long as that needs.
     pub(super) fn slow_down_to_bend(&mut self, limits: &Limits, config: &ChainConfig<N>) {
         self.may_bend = true;
-        if self.bent_top_steps_s(limits, config) < self.nominal_steps_s {
+        if self.bearable_steps_s(limits, config) < self.nominal_steps_s {
             self.respeed(self.feed_steps_s(), limits, config);
         }
     }
 
-    /// Its top speed, at which it does not last less than a blend needs, if one may lead to it.
-    fn bent_top_steps_s(&self, limits: &Limits, config: &ChainConfig<N>) -> f64 {
-        let (top_steps_s, blend_s) = (limits.top_speed_steps_s, config.effort.blend_s);
-        if is_zero(blend_s) || !self.may_bend {
+    /// Its top speed, at which it lasts no less than the caller needs for it, with the blend that may lead to it.
+    fn bearable_steps_s(&self, limits: &Limits, config: &ChainConfig<N>) -> f64 {
+        let (top_steps_s, Effort { straight_s, blend_s, .. }) = (limits.top_speed_steps_s, config.effort);
+        let more_s = if self.may_bend { blend_s } else { straight_s };
+        if is_zero(more_s) {
             return top_steps_s;
         }
-        let most_steps_s = self.distance_steps() / (config.effort.cruise_s(&self.span.steps) + blend_s);
-        if most_steps_s < top_steps_s { most_steps_s } else { top_steps_s }
+        let least_s = config.effort.cruise_s(&self.span.steps) + more_s;
+        // A division takes a chip longer than a product.
+        if top_steps_s * least_s <= self.distance_steps() { top_steps_s } else { self.distance_steps() / least_s }
     }
 
     /// Computes the largest delta v² over a line of this many steps. Steps and `limits` are those of the longest axis.

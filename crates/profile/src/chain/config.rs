@@ -40,6 +40,8 @@ pub struct Effort {
     pub step_s: f64,
     /// For each move.
     pub move_s: f64,
+    /// In addition, for a move that no blend leads to. Moves that [lengthen](super::Chain::lengthen) it need none.
+    pub straight_s: f64,
     /// In addition, for a move that may begin with a blend.
     pub blend_s: f64,
     /// In addition, for a move that changes its speed by a curved law.
@@ -50,7 +52,8 @@ pub struct Effort {
 
 impl Effort {
     /// No time at all.
-    pub const NONE: Self = Self { step_s: 0.0, move_s: 0.0, blend_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
+    pub const NONE: Self =
+        Self { step_s: 0.0, move_s: 0.0, straight_s: 0.0, blend_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
 
     /// Whether a move needs time even at constant speed.
     pub(super) fn needs_time(&self) -> bool {

@@ -18,7 +18,7 @@ pub fn bent(most: usize) -> impl Strategy<Value = Case> {
     let offset = || prop_oneof![1 => Just(0), 2 => -64..=64i8];
     let beside = prop::collection::vec((deviation, [offset(), offset(), offset()]), most);
     (case(trapezoid(), most), beside, jumps, blend_s).prop_map(|(mut case, beside, jumps, blend_s)| {
-        case.effort.blend_s = blend_s;
+        (case.effort.straight_s, case.effort.blend_s) = (0.6 * blend_s, blend_s);
         if !jumps {
             case.limits.iter_mut().for_each(|limits| limits.start_speed_steps_s = 0.0);
         }

@@ -14,7 +14,8 @@ use crate::drive::{drive_lengthened, overrides, pushes};
 /// A case of which about half of the moves go straight on at the feed of the one before, and no time is needed for a
 /// move at constant speed.
 fn straighter(law: impl Strategy<Value = SpeedLaw>) -> impl Strategy<Value = Case> {
-    straightened(case(law, 30))
+    let at_once = |case: Case| Case { effort: Effort { straight_s: 0.0, ..case.effort }, ..case };
+    straightened(case(law, 30)).prop_map(at_once)
 }
 
 fn straightened(all: impl Strategy<Value = Case>) -> impl Strategy<Value = Case> {
@@ -174,26 +175,41 @@ fn a_move_that_has_begun_is_not_lengthened() {
     assert_eq!(made, [(100, 0), (30, 20)]);
 }
 
+/// The highest speed of moves by a caller that needs some time for each.
+fn cruise_steps_s(effort: Effort, moves: &[[i32; 2]], lengthens: bool) -> f64 {
+    let bent = |steps| Request { deviation_mm: 0.05, ..request(steps) };
+    let mut chain = Chain::<2, 32>::new(config(IntervalLaw::Fastest, effort));
+    for &steps in moves {
+        if !(lengthens && chain.lengthen(&bent(steps), |tag, _| Some(tag))) {
+            chain.push(bent(steps)).unwrap();
+        }
+    }
+    let mut fastest_steps_s = 0.0_f64;
+    while let Some(chunk) = chain.advance(f64::INFINITY) {
+        if let Some(line) = chunk.plan.line().filter(|line| line.steps[0] != 0) {
+            fastest_steps_s = fastest_steps_s.max(line.profile.cruise_speed_steps_s());
+        }
+    }
+    fastest_steps_s
+}
+
+/// Moves of 10 steps: each lasts a second, and so do 16 of them that are one.
+#[test]
+fn what_goes_straight_on_needs_its_time_once() {
+    let effort = Effort { straight_s: 1.0, ..Effort::NONE };
+    let straight = [[10, 0]; 16];
+    assert_eq!(cruise_steps_s(effort, &straight, false), 10.0);
+    assert_eq!(cruise_steps_s(effort, &straight, true), 160.0);
+    assert_eq!(cruise_steps_s(Effort { blend_s: 9.0, ..effort }, &straight, true), 160.0, "no blend leads to it");
+    let round = [&[[0, 1], [0, -1]], &straight[..]].concat();
+    assert_eq!(cruise_steps_s(Effort { blend_s: 2.0, ..effort }, &round, true), 80.0, "one does");
+}
+
 /// Moves of 10 steps: under a law by which a move that a blend leads to lasts a second, straight ones go on at their feed.
 #[test]
 fn what_goes_straight_on_needs_no_time_for_a_blend() {
     let effort = Effort { blend_s: 1.0, ..Effort::NONE };
-    let bent = |steps| Request { deviation_mm: 0.05, ..request(steps) };
-    let cruise_steps_s = |moves: &[[i32; 2]], lengthens: bool| {
-        let mut chain = Chain::<2, 32>::new(config(IntervalLaw::Fastest, effort));
-        for &steps in moves {
-            if !(lengthens && chain.lengthen(&bent(steps), |tag, _| Some(tag))) {
-                chain.push(bent(steps)).unwrap();
-            }
-        }
-        let mut fastest_steps_s = 0.0_f64;
-        while let Some(chunk) = chain.advance(f64::INFINITY) {
-            if let Some(line) = chunk.plan.line().filter(|line| line.steps[0] != 0) {
-                fastest_steps_s = fastest_steps_s.max(line.profile.cruise_speed_steps_s());
-            }
-        }
-        fastest_steps_s
-    };
+    let cruise_steps_s = |moves: &[[i32; 2]], lengthens: bool| cruise_steps_s(effort, moves, lengthens);
     let straight = [[10, 0]; 16];
     for lengthens in [false, true] {
         assert_eq!(cruise_steps_s(&straight, lengthens), 500.0, "lengthened: {lengthens}");

@@ -149,7 +149,7 @@ impl Move {
 
 /// The shortest time that a move may last at constant speed, and if it changes its speed, s.
 fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
-    let Effort { step_s, move_s, ramps_s, root_step_s, .. } = case.effort;
+    let Effort { step_s, move_s, straight_s, ramps_s, root_step_s, .. } = case.effort;
     let mut steps = request.steps.map(i32::unsigned_abs);
     steps.sort_unstable();
     let [low, middle, high] = steps.map(f64::from);
@@ -159,7 +159,7 @@ fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
     let is_curved = case.law != SpeedLaw::Trapezoid;
     let change_s = if is_curved { ramps_s + root_step_s * longest.sqrt() } else { 0.0 };
     // For no time beside that at constant speed, a change of speed has no bound.
-    [cruise_s, if change_s > 0.0 { cruise_s + change_s } else { 0.0 }]
+    [cruise_s + straight_s, if change_s > 0.0 { cruise_s + change_s } else { 0.0 }]
 }
 
 /// The squared speed, (mm/s)², at which Grbl takes the corner between two moves; `None` if it stops.

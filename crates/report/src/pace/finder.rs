@@ -6,7 +6,7 @@
 //! explain is assigned to the look-ahead. With a curved law it is assigned to the law instead, because the law has
 //! separate ramps in each move.
 
-use isostep_motion::{AXES, BLEND_S, Finish, shaped_s};
+use isostep_motion::{AXES, BLEND_S, Finish, MOVE_S, shaped_s};
 use isostep_profile::SpeedLaw;
 
 use super::asked::{Asked, Limit, SAME};
@@ -333,12 +333,12 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// Whether a move that a blend leads to, or that is shaped, lasts as briefly at that speed as the board plans any.
+    /// Whether a move lasts as briefly at that speed as the board plans any like it.
     fn is_brief(&self, (index, asked): (usize, &Asked), mm_s: f64) -> bool {
         let record = &self.outcome.moves[index];
         let length_mm = record.plan.distance_steps() * asked.mm_per_step;
-        let blend_s = record.blend.map_or(0.0, |_| BLEND_S);
-        length_mm <= mm_s * blend_s.max(shaped_s(record.shaping.as_deref())) * BRIEF
+        let plain_s = record.blend.map_or(MOVE_S, |_| BLEND_S);
+        length_mm <= mm_s * plain_s.max(shaped_s(record.shaping.as_deref())) * BRIEF
     }
 
     /// The speed at which such a move may start and stop without a ramp, mm/s.

@@ -29,8 +29,8 @@ pub enum Why {
     Stop,
     /// A curved speed law has separate ramps in each move, so it changes the speed little over short moves: `$940`.
     SpeedLaw,
-    /// The moves that blends join are so short that the board takes longer to plan them: each lasts
-    /// [`BLEND_S`](isostep_motion::BLEND_S).
+    /// The moves are so short that the board takes longer to plan them: each lasts [`MOVE_S`](isostep_motion::MOVE_S), or
+    /// with a blend [`BLEND_S`](isostep_motion::BLEND_S).
     ShortMoves,
     /// What follows was not known early enough: the moves are so short that the whole look-ahead is needed for braking,
     /// or the sender was late. Also an override.
@@ -62,7 +62,7 @@ impl Why {
             Self::Thirds => "thirds law: rest to rest",
             Self::Stop => "stop",
             Self::SpeedLaw => "curved law over short moves",
-            Self::ShortMoves => "short moves with blends",
+            Self::ShortMoves => "short moves",
             Self::LookAhead => "end of the look-ahead",
             Self::Ends => "begin and end",
         }

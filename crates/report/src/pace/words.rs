@@ -22,7 +22,7 @@ pub fn limited_by(pace: &Pace) -> String {
         ("acceleration at corners", shares.corners_s),
         ("acceleration at stops", shares.standstill_s),
         ("a curved law", shares.speed_law_s),
-        ("short moves with blends", shares.short_moves_s),
+        ("short moves", shares.short_moves_s),
         ("the look-ahead", shares.look_ahead_s),
         ("shapers at stops", shares.shaping_s),
         ("standing", shares.standing_s),
@@ -54,7 +54,7 @@ fn counted(why: Why, count: usize) -> String {
         Why::Thirds => ("stop of the thirds law ($900)", "stops of the thirds law ($900)"),
         Why::Stop => ("stop", "stops"),
         Why::SpeedLaw => ("move too short for its curved law ($940)", "moves too short for their curved law ($940)"),
-        Why::ShortMoves => ("short move with blends", "short moves with blends"),
+        Why::ShortMoves => ("short move", "short moves"),
         Why::LookAhead => ("end of the look-ahead", "ends of the look-ahead"),
         Why::Ends => ("end", "ends"),
     };

@@ -1,6 +1,6 @@
 //! Tables of how the time of a program is spent, and where it is lost.
 
-use isostep_motion::{AXES, BLEND_S};
+use isostep_motion::{AXES, BLEND_S, MOVE_S};
 use maud::{Markup, html};
 
 use super::theme::AXIS_NAMES;
@@ -54,7 +54,7 @@ fn of(pace: &Pace) -> Vec<Share> {
         share("acceleration, from and to corners", "--y", shares.corners_s),
         share("acceleration, from and to standstill", "--curve-5", shares.standstill_s),
         share("acceleration, by a curved law over short moves", "--rack", shares.speed_law_s),
-        share("the board's time for short moves with blends", "--speed-5", shares.short_moves_s),
+        share("the board's time for short moves", "--speed-5", shares.short_moves_s),
         share("acceleration, from and to the end of the look-ahead", "--curve-7", shares.look_ahead_s),
         share("shapers, at stops", "--rack", shares.shaping_s),
         share("standing", "--bound", shares.standing_s),
@@ -106,7 +106,7 @@ pub fn slow_places(pace: &Pace) -> Markup {
         p {
             "Lost is what ramps take longer than the same way at the speed asked for. Less than 0.5 ms is left out."
             @if pace.slow.of(Why::LookAhead).count > 0 { " Where the look-ahead ends the moves that were known were too short to brake on from a higher speed, or came too late." }
-            @if pace.slow.of(Why::ShortMoves).count > 0 { " A short move with blends lasts " (format!("{:.2}", BLEND_S * 1e3)) " ms, which the board takes for it: longer moves are faster." }
+            @if pace.slow.of(Why::ShortMoves).count > 0 { " A short move lasts " (format!("{:.2}", MOVE_S * 1e3)) " ms, with a blend " (format!("{:.2}", BLEND_S * 1e3)) ", which the board takes for it: longer moves are faster." }
         }
         div.scroll { table {
             thead { tr { th { "why" } th { "places" } th { "ramps, s" } th { "lost, s" } } }
