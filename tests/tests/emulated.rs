@@ -21,9 +21,10 @@ mod estop;
 mod evenly;
 #[path = "emulated/flowing.rs"]
 mod flowing;
-#[cfg(feature = "four-axes")]
 #[path = "emulated/four_axes.rs"]
 mod four_axes;
+#[path = "emulated/inputs.rs"]
+mod inputs;
 #[path = "emulated/linked.rs"]
 mod linked;
 // Its image has three axes.
@@ -32,6 +33,8 @@ mod linked;
 mod prove;
 #[path = "emulated/shaped.rs"]
 mod shaped;
+#[path = "emulated/skr_pico.rs"]
+mod skr_pico;
 // A has the pins of the second motor.
 #[path = "emulated/short_moves.rs"]
 mod short_moves;

@@ -22,7 +22,7 @@ Of each random test a few cases are tried, or with --all every one. The stages s
   host tests       unit, property and end-to-end tests in virtual time
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
-  emulated board   the firmware, unmodified, in an emulated RP2040
+  emulated board   the firmware, unmodified, in an emulated RP2040; a dozen tests each of four axes and of an SKR Pico
   another board    the firmware of boards/qemu-lm3s6965 in QEMU, of three axes and of two; skipped without qemu-system-arm
   another chip     the firmwares of examples/stm32g474 link for a Cortex-M4F; skipped where rustup cannot add that target
   slow clock       the machine by a clock of 32,768 Hz; only with --all
@@ -243,7 +243,15 @@ const ESTOP_NC_ELF: &str = "estop-nc";
 /// The firmware that measures itself.
 const PROVE_ELF: &str = "prove";
 
+/// What a dozen tests each look at in every run. Its own stage has all tests.
+const FOUR_AXES_ELF: &str = "four-axes";
+const SKR_PICO_ELF: &str = "skr-pico";
+
 fn firmware(_: Cases) -> Result<()> {
+    check_footprint(Variant { axes: Axes::Four, ..Variant::default() })?;
+    build::keep(&workspace::firmware_elf(), FOUR_AXES_ELF)?;
+    check_footprint(Variant { board: Board::SkrPico, ..Variant::default() })?;
+    build::keep(&workspace::firmware_elf(), SKR_PICO_ELF)?;
     check_footprint(Variant::proving(Port::Pio))?;
     build::kept_firmware(Variant::proving(Port::Pio), PROVE_ELF)?;
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
@@ -264,6 +272,8 @@ fn emulated_board(cases: Cases) -> Result<()> {
     let tests = || {
         let mut tests = on_board(cases, &elves);
         tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
+        tests.env("ISOSTEP_FOUR_AXES_ELF", build::kept_elf(FOUR_AXES_ELF));
+        tests.env("ISOSTEP_SKR_PICO_ELF", build::kept_elf(SKR_PICO_ELF));
         tests
     };
     suites::run("emulated board", tests, &["--test=emulated", "--", "--ignored"])
@@ -311,17 +321,18 @@ fn four_axes(_: Cases) -> Result<()> {
     suites::run("four axes", || Cases::Few.cargo_test(), &of_host)?;
     let variants = [Variant::default(), TIMER_PORT, Variant { estop: Contact::Nc, ..Variant::default() }];
     let names = ["four-axes", "four-axes-timer-port", "four-axes-estop-nc"];
-    check_footprint(Variant { axes: Axes::Four, ..Variant::default() })?;
     for (variant, name) in variants.into_iter().zip(names) {
         build::kept_firmware(Variant { axes: Axes::Four, ..variant }, name)?;
     }
     let elves = names.map(build::kept_elf);
     let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated"];
-    let of_board = [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=dead_man::"]].concat();
+    let of_board = [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=dead_man::"], &OF_SKR_PICO].concat();
     suites::run("four axes on the board", || on_board(Cases::Few, &elves), &of_board)
 }
 
 const FEATURE: &str = "--features=four-axes";
+/// What the emulated board has run already with the images that they are for.
+const OF_SKR_PICO: [&str; 3] = ["--skip=drivers::", "--skip=stall::", "--skip=skr_pico::"];
 
 /// The proving image is for a Pico only.
 fn skr_pico(_: Cases) -> Result<()> {
@@ -329,7 +340,6 @@ fn skr_pico(_: Cases) -> Result<()> {
     let variants = [variant, Variant { port: Port::Timer, ..variant }, Variant { estop: Contact::Nc, ..variant }];
     let names = ["skr-pico", "skr-pico-timer-port", "skr-pico-estop-nc"];
     check_footprint(Variant { axes: Axes::Four, ..variant })?;
-    check_footprint(variant)?;
     for (variant, name) in variants.into_iter().zip(names) {
         build::kept_firmware(variant, name)?;
     }
@@ -339,7 +349,9 @@ fn skr_pico(_: Cases) -> Result<()> {
         tests.env("ISOSTEP_BOARD", variant.board.name());
         tests
     };
-    suites::run("SKR Pico", tests, &["--test=emulated", "--", "--ignored", "--skip=prove::"])
+    let args =
+        [&["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"][..], &OF_SKR_PICO].concat();
+    suites::run("SKR Pico", tests, &args)
 }
 
 fn page(cases: Cases) -> Result<()> {

@@ -226,7 +226,7 @@ export class Board {
   #enterBootsel(hints) {
     const { watchdog } = this;
     this.gantry.toolStops.note('BOOTSEL');
-    this.bootsel = { t_ns: this.nanos, energised: this.gantry.timing.energised };
+    this.bootsel = { t_ns: this.nanos, energised: this.gantry.hasDriverOn };
     this.#renew();
     this.watchdog.scratch.set([...hints, ...watchdog.scratch.subarray(hints.length)]);
     this.core.waiting = true;

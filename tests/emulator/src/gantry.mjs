@@ -118,10 +118,9 @@ export class Gantry {
     }
     this.second?.attach(chip);
     // Until the firmware drives it, the driver's own pull-down holds ENABLE low.
-    const enables = new Set(Object.values(this.board.axes).map(({ enable }) => enable));
-    for (const pin of enables) this.#onEnablePin(pin, false);
+    for (const pin of this.#enables) this.#onEnablePin(pin, false);
     if (this.enable === 'open') return;
-    for (const pin of enables) {
+    for (const pin of this.#enables) {
       chip.gpio[pin].addListener((state) => this.#onEnablePin(pin, state === HIGH));
     }
   }
@@ -228,6 +227,15 @@ export class Gantry {
     this.directions[axis] = high ? 1 : -1;
     this.timing.turn(axis, this.nanos);
     this.stops.turn();
+  }
+
+  get #enables() {
+    return new Set(Object.values(this.board.axes).map(({ enable }) => enable));
+  }
+
+  /** Whether a driver is on, be it the only one. */
+  get hasDriverOn() {
+    return this.#disabled.size < this.#enables.size;
   }
 
   #onEnablePin(pin, high) {

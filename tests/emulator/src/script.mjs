@@ -115,7 +115,7 @@ export class ScriptRun {
   /** In BOOTSEL, the state in which the firmware left the motors counts. */
   expectMotors(on) {
     const { bootsel, gantry } = this.board;
-    const { energised } = bootsel ?? gantry.timing;
+    const energised = bootsel?.energised ?? (on ? gantry.timing.energised : gantry.hasDriverOn);
     if (energised !== on) throw new Error(`ENABLE ${energised ? 'energises' : 'frees'} the motors`);
   }
 

@@ -1,6 +1,6 @@
-//! Drivers that talk: the emulated SKR Pico has four, and a Pico none.
+//! Drivers that talk: the emulated SKR Pico has four.
 
-use isostep_tests::emulated::{Board, TalkingDriver, is_skr_pico};
+use isostep_tests::emulated::{Board, TalkingDriver};
 
 /// What the firmware sets a driver to.
 fn as_set(microsteps: u64) -> TalkingDriver {
@@ -17,25 +17,22 @@ fn found(run: &isostep_tests::emulated::Run, axis: char) -> Option<TalkingDriver
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn drivers_are_set_before_the_welcome() {
-    let run = Board::new("drivers").script("expect Grbl\nsend G91 G1 X1 F600\nexpect ok\nwait-idle\n");
+    let run = Board::of_skr_pico("drivers").script("expect Grbl\nsend G91 G1 X1 F600\nexpect ok\nwait-idle\n");
     assert!(run.ok, "{}", run.printed);
     for axis in ['X', 'Y', 'Z'] {
-        assert_eq!(found(&run, axis), is_skr_pico().then(|| as_set(16)), "{axis}");
+        assert_eq!(found(&run, axis), Some(as_set(16)), "{axis}");
     }
     // No axis has a second motor: nobody talks to its driver.
     let untold = TalkingDriver { currents: [31, 16], chopper: "StealthChop".into(), ..as_set(16) };
-    assert_eq!(run.driver('A'), is_skr_pico().then_some(untold));
+    assert_eq!(run.driver('A'), Some(untold));
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_setting_is_in_the_driver_when_it_is_answered() {
-    if !is_skr_pico() {
-        return;
-    }
     let script = "expect Grbl\nsend $151=32\nexpect [MSG:$101=100.000 now\nexpect ok\nsend $142=1200\nexpect ok\nsend $980=600\nexpect ok\n\
                   send $905=2\nexpect ok\nsend M122\nexpect [MSG:Y driver: well, 32 microsteps\nexpect [MSG:Y2 driver: well\nexpect ok\n";
-    let run = Board::new("drivers-set").script(script);
+    let run = Board::of_skr_pico("drivers-set").script(script);
     assert!(run.ok, "{}", run.printed);
     let mut expected = [as_set(16), as_set(32), as_set(16), as_set(32)];
     expected[0].chopper = "StealthChop".into();
@@ -47,9 +44,6 @@ fn a_setting_is_in_the_driver_when_it_is_answered() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_driver_that_fails_stops_the_machine() {
-    if !is_skr_pico() {
-        return;
-    }
     let faults = [
         ("off", "on", "does not answer"),
         ("shorted", "well", "has found a short"),
@@ -62,7 +56,7 @@ fn a_driver_that_fails_stops_the_machine() {
              send M122\nexpect [MSG:X driver: well\nexpect [MSG:Y driver: well\nexpect ok\n\
              send G91 G1 X1 F600\nexpect ok\nwait-idle\n"
         );
-        let run = Board::new("drivers-fault").script(&script);
+        let run = Board::of_skr_pico("drivers-fault").script(&script);
         assert!(run.ok, "{fault}: {}", run.printed);
         assert_eq!(found(&run, 'Y'), Some(as_set(16)), "{fault}");
     }
@@ -72,11 +66,8 @@ fn a_driver_that_fails_stops_the_machine() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_hot_driver_and_disturbed_replies_stop_nothing() {
-    if !is_skr_pico() {
-        return;
-    }
     let script = "expect Grbl\nsend G91 G1 X20 F600\nexpect ok\nwait-ms 200\ndriver X hot\nexpect [MSG:X driver is hot\ndriver X well\n\
                   expect [MSG:X driver is well\ndriver X garbled\nwait-idle\nsend M122\nexpect [MSG:X driver: well\nexpect ok\n";
-    let run = Board::new("drivers-hot").script(script);
+    let run = Board::of_skr_pico("drivers-hot").script(script);
     assert!(run.ok, "{}", run.printed);
 }

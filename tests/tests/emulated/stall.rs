@@ -1,6 +1,6 @@
 //! Homing by stall: the emulated drivers' DIAG is wired to the limit inputs, and a hard end is where the switches close.
 
-use isostep_tests::emulated::{Board, Run, is_skr_pico};
+use isostep_tests::emulated::{Board, Run};
 
 /// All that homing by stall needs but the threshold.
 const SETTINGS: &str = "expect Grbl\nsend $339=7\nexpect ok\nsend $25=1800\nexpect ok\n\
@@ -18,9 +18,6 @@ fn place_mm(run: &Run, axis: &str) -> f64 {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_threshold_is_measured_and_three_axes_home_by_it() {
-    if !is_skr_pico() {
-        return;
-    }
     // The emulated SG_RESULT of a free motor is 180 to 220, and that of a blocked one 4 at most.
     let script = format!(
         "{SETTINGS}send $HX\nexpect [MSG:a stall of X cannot be told: $200=0\nexpect error:20\n\
@@ -28,7 +25,7 @@ fn a_threshold_is_measured_and_three_axes_home_by_it() {
          send $H\nexpect [MSG:X has stalled twice\nexpect [MSG:Y has stalled twice\nexpect [MSG:Z has stalled twice\nexpect ok\n\
          send ?\nexpect <Idle|MPos:0.000,0.000,0.000\n"
     );
-    let run = Board::new("stall-homing").with(&WIRED).script(&script);
+    let run = Board::of_skr_pico("stall-homing").with(&WIRED).script(&script);
     assert!(run.ok, "{}", run.printed);
     assert!(run.printed.contains("readings: try $200=45,"), "{}", run.printed);
     for axis in ["X", "Y", "Z"] {
@@ -43,13 +40,10 @@ fn a_threshold_is_measured_and_three_axes_home_by_it() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn without_a_jumper_nothing_moves() {
-    if !is_skr_pico() {
-        return;
-    }
     let script = format!(
         "{SETTINGS}{THRESHOLDS}send $HX\nexpect [MSG:a stall of X cannot be told: its limit input is high\nexpect error:20\n"
     );
-    let run = Board::new("stall-unwired").script(&script);
+    let run = Board::of_skr_pico("stall-unwired").script(&script);
     assert!(run.ok, "{}", run.printed);
     assert_eq!(run.edges.len(), 0);
 }
@@ -57,12 +51,9 @@ fn without_a_jumper_nothing_moves() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_stall_that_is_never_told_is_alarm_9() {
-    if !is_skr_pico() {
-        return;
-    }
     // There is no end.
     let script = format!("{SETTINGS}{THRESHOLDS}send $130=30\nexpect ok\nsend $HX\nexpect ALARM:9\nexpect error:9\n");
-    let run = Board::new("stall-endless").with(&["--diag", "X,Y,Z"]).script(&script);
+    let run = Board::of_skr_pico("stall-endless").with(&["--diag", "X,Y,Z"]).script(&script);
     assert!(run.ok, "{}", run.printed);
     assert_eq!(run.edges.len(), 45 * 50);
 }
@@ -71,11 +62,8 @@ fn a_stall_that_is_never_told_is_alarm_9() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_threshold_that_is_too_high_is_noticed() {
-    if !is_skr_pico() {
-        return;
-    }
     let script = format!("{SETTINGS}send $200=120\nexpect ok\nsend $HX\nexpect ALARM:24\nexpect error:9\n");
-    let run = Board::new("stall-false").with(&WIRED).script(&script);
+    let run = Board::of_skr_pico("stall-false").with(&WIRED).script(&script);
     assert!(run.ok, "{}", run.printed);
     assert!(place_mm(&run, "X") > 10.0, "{}", run.printed);
 }
@@ -83,15 +71,12 @@ fn a_threshold_that_is_too_high_is_noticed() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_stall_in_a_move_is_an_alarm_if_that_is_asked_for() {
-    if !is_skr_pico() {
-        return;
-    }
     let script = format!(
         "{SETTINGS}{THRESHOLDS}send $20=0\nexpect ok\nsend $909=1\nexpect ok\nsend $J=G91 X-60 F1800\nexpect ok\n\
          expect ALARM:17\nexpect [MSG:X driver has told a stall of its motor\nsend $X\nexpect [MSG:Caution: Unlocked\nwait-ms 300\n\
          send $HX\nexpect [MSG:X has stalled twice\nexpect ok\n"
     );
-    let run = Board::new("stall-alarm").with(&WIRED).script(&script);
+    let run = Board::of_skr_pico("stall-alarm").with(&WIRED).script(&script);
     assert!(run.ok, "{}", run.printed);
     assert_eq!(place_mm(&run, "X"), 2.0);
     // No step is made once the input is high.
