@@ -4,7 +4,7 @@
 //! measures the load where a full step ends. It has no clock: whoever tells it the speed must do so too when the motor has
 //! come to rest. A reply is there at once, whatever `NODECONF` says, and the current goes from run to hold when the motor
 //! stands. Thresholds of speed have no hysteresis. Nor are there coils: `MSCURACT`, `PWM_SCALE` and `PWM_AUTO` read 0,
-//! `COOLCONF` and `VACTUAL` are kept without effect, and so is `TOFF`, by which software switches a motor off.
+//! `COOLCONF` and `VACTUAL` are kept without effect.
 //!
 //! ```
 //! use isostep_sim::drivers::Wire;

@@ -278,6 +278,7 @@ fn each_fault_has_its_flags() {
             set(&mut wire, 2, GSTAT::from(clear));
         }
         wire.mend(2);
+        switch_off_and_on(&mut wire, 2);
         assert_eq!(u32::from(get::<DRV_STATUS>(&mut wire, 2)) & 0xFFFF, 0, "{fault:?}");
         assert_eq!(
             (get::<GSTAT>(&mut wire, 2).drv_err(), wire.diag(2)),
@@ -287,6 +288,35 @@ fn each_fault_has_its_flags() {
         set(&mut wire, 2, GSTAT::from(2));
         assert_eq!(u32::from(get::<GSTAT>(&mut wire, 2)), 0, "{fault:?}");
     }
+}
+
+fn switch_off_and_on(wire: &mut Wire, driver: usize) {
+    const SWITCHED_ON: u32 = 0x1000_0053;
+    for chopconf in [SWITCHED_ON & !0xF, SWITCHED_ON] {
+        set(wire, driver, CHOPCONF::from(chopconf));
+    }
+}
+
+/// As the data sheet has it (6.3): the driver stays off until it is switched off, and finds a short that is still there anew.
+#[test]
+fn a_short_that_was_found_keeps_the_motor_off_until_toff_has_been_0() {
+    let mut wire = wire();
+    let is_told = |wire: &mut Wire| {
+        let told = [get::<DRV_STATUS>(wire, 1).s2ga(), get::<GSTAT>(wire, 1).drv_err(), wire.diag(1)];
+        set(wire, 1, GSTAT::from(7));
+        told
+    };
+    wire.fault(1, DriverFault::Shorted);
+    assert_eq!(is_told(&mut wire), [true; 3]);
+    switch_off_and_on(&mut wire, 1);
+    assert_eq!(is_told(&mut wire), [true; 3], "it is still there");
+    wire.mend(1);
+    assert_eq!(is_told(&mut wire), [true; 3], "nobody has switched the driver off");
+    set(&mut wire, 1, CHOPCONF::from(0x1000_0055));
+    assert_eq!(is_told(&mut wire), [true; 3], "another TOFF is not off");
+    switch_off_and_on(&mut wire, 1);
+    assert_eq!(is_told(&mut wire), [false, true, false], "the flag of the error, until it is cleared");
+    assert_eq!(is_told(&mut wire), [false; 3]);
 }
 
 #[test]

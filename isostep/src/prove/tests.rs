@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Result;
 
-use self::fake::{Fake, Faults};
+use self::fake::{Fake, Faults, WINDOW};
 use super::{Effort, How, Jumper, Part, Progress, Proof, compare, letter, on, page, table};
 
 fn effort() -> Effort {
@@ -64,6 +64,24 @@ fn a_board_that_keeps_its_promises_is_proved() {
     assert!((12.0..13.0).contains(&value(&proof, "start.cold")));
     assert!(fake.is_at_rest());
     assert!(fake.has_defaults(), "the settings are put back");
+}
+
+/// From the first stop it is known where in a move the others come: each is in the middle of its window, so that half a window
+/// is left for one that comes sooner or later. The figure is the longest time of those that were seen.
+#[test]
+fn stops_are_in_the_middle_of_their_windows_and_the_longest_is_told() {
+    for (wires, jumpers, key) in [(vec![9], &[Jumper::Limit][..], "stop.9"), (Vec::new(), &[], "stop.reset")] {
+        let mut fake = Fake::new(Faults { wires, ..Faults::default() });
+        let proof = prove(&mut fake, &How { only: vec![Part::Stops], ..how(jumpers) }).unwrap();
+        let stops = fake.stops();
+        assert_eq!(stops.len() as u32, 1 + effort().stops, "the first is seen by no window: {stops:?}");
+        for stop in &stops[1..] {
+            let beyond = stop.made - stop.skip;
+            assert!(beyond.abs_diff(WINDOW as u32 / 2) <= 3, "{key}: {stop:?} is {beyond} edges into its window");
+        }
+        let longest_us = stops[1..].iter().map(|stop| stop.latency_us).fold(0.0, f64::max);
+        assert!((value(&proof, key) - longest_us).abs() <= 0.024, "{key}: {} of {stops:?}", value(&proof, key));
+    }
 }
 
 #[test]

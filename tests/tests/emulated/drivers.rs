@@ -40,6 +40,29 @@ fn a_setting_is_in_the_driver_when_it_is_answered() {
     assert_eq!(['X', 'Y', 'Z', 'A'].map(|axis| found(&run, axis)), expected.map(Some));
 }
 
+/// A setting that is changed back is written again.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_setting_that_is_changed_back_is_in_the_driver() {
+    if !is_skr_pico() {
+        return;
+    }
+    let set = |lines: &[&str]| lines.iter().map(|line| format!("send {line}\nexpect ok\n")).collect::<String>();
+    let changed = ["$142=1200", "$152=8", "$982=600"];
+    let back = ["$142=800", "$152=16", "$982=0"];
+    for (lines, expected) in [
+        ([changed, back].concat(), as_set(16)),
+        (
+            [changed, back, changed].concat(),
+            TalkingDriver { currents: [20, 9], chopper: "StealthChop".into(), ..as_set(8) },
+        ),
+    ] {
+        let run = Board::new("drivers-back").script(&format!("expect Grbl\n{}", set(&lines)));
+        assert!(run.ok, "{}", run.printed);
+        assert_eq!(found(&run, 'Z'), Some(expected), "{lines:?}");
+    }
+}
+
 /// A driver that fails in mid-move stops the machine, and the count of the steps is that of the edges.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
@@ -48,6 +71,8 @@ fn a_driver_that_fails_stops_the_machine() {
         ("off", "on", "does not answer"),
         ("shorted", "well", "has found a short"),
         ("overheated", "well", "was too hot"),
+        // It is heard while the next driver is asked, or the next time.
+        ("late", "well", "does not answer"),
     ];
     for (fault, mended, words) in faults {
         let script = format!(

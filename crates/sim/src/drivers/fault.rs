@@ -16,7 +16,8 @@ pub enum DriverFault {
     Hot,
     /// Warmer than 143 degrees: `DRV_STATUS.ot`, and the motor is off.
     Overheated,
-    /// A phase is shorted to ground: `DRV_STATUS.s2ga`, and the motor is off. When that is mended, ENABLE was switched too.
+    /// A phase is shorted to ground: `DRV_STATUS.s2ga`, and the motor is off. Both stay so when that is mended, until `TOFF` has
+    /// been 0.
     Shorted,
     /// A coil is not connected: `DRV_STATUS.ola`.
     OpenCoil,
@@ -31,27 +32,16 @@ impl DriverFault {
     pub(super) fn status(self) -> u32 {
         const OTPW: u32 = 1 | T120;
         const OT: u32 = 1 << 1 | T143;
-        const S2GA: u32 = 1 << 2;
         const OLA: u32 = 1 << 6;
         const T120: u32 = 1 << 8;
         const T143: u32 = 1 << 9;
         match self {
             Self::Hot => OTPW,
             Self::Overheated => OTPW | OT,
-            Self::Shorted => S2GA,
             Self::OpenCoil => OLA,
-            Self::Off | Self::Late | Self::Garbled => 0,
+            // What a driver has found of a short, it keeps itself.
+            Self::Shorted | Self::Off | Self::Late | Self::Garbled => 0,
         }
-    }
-
-    /// Whether its motor makes no steps.
-    pub(crate) fn frees_motor(self) -> bool {
-        self == Self::Off || self.stops_motor()
-    }
-
-    /// Whether the driver switches its motor off, which it says by `GSTAT.drv_err` and DIAG.
-    pub(super) fn stops_motor(self) -> bool {
-        matches!(self, Self::Overheated | Self::Shorted)
     }
 }
 

@@ -34,6 +34,8 @@ pub(super) struct Tmc2209 {
     sg_result: u32,
     /// Whether that was a stall when it was judged.
     is_stalled: bool,
+    /// Its motor is off until it has been switched off itself.
+    has_found_short: bool,
     noise: Rand32,
 }
 
@@ -41,7 +43,17 @@ impl Tmc2209 {
     /// A driver after power-up, its motor standing.
     pub(super) fn new(address: u8, seed: u64) -> Self {
         let (registers, noise) = (at_reset(), Rand32::new(seed));
-        Self { address, registers, fault: None, speed_steps_s: 0.0, load: 0.0, sg_result: 0, is_stalled: false, noise }
+        Self {
+            address,
+            registers,
+            fault: None,
+            speed_steps_s: 0.0,
+            load: 0.0,
+            sg_result: 0,
+            is_stalled: false,
+            has_found_short: false,
+            noise,
+        }
     }
 
     pub(super) fn address(&self) -> u8 {
@@ -56,13 +68,24 @@ impl Tmc2209 {
     pub(super) fn set_fault(&mut self, fault: Option<DriverFault>) {
         self.fault = fault;
         if fault == Some(DriverFault::Off) {
-            self.registers = at_reset();
+            (self.registers, self.has_found_short) = (at_reset(), false);
             self.judge();
         }
+        self.look();
+    }
+
+    /// Looks for an error, as it always does while it is switched on.
+    fn look(&mut self) {
+        let has_short = self.has_found_short || self.fault == Some(DriverFault::Shorted);
+        self.has_found_short = has_short && self.is_switched_on();
         if self.has_stopped() {
             let told = u32::from(*self.registers.gstat()) | DRV_ERR;
             self.registers.set_state(GSTAT::from(told).into());
         }
+    }
+
+    fn is_switched_on(&self) -> bool {
+        self.registers.chopconf().toff() > 0
     }
 
     /// The motor's speed, and its load from 0, free, to 1, a stall. One that comes to rest stalls no more.
@@ -121,13 +144,13 @@ impl Tmc2209 {
             }
             _ => {}
         }
+        self.look();
         self.judge();
     }
 
-    /// An error that is still there cannot be cleared.
+    /// An error that is still there is told again at once.
     fn clear(&mut self, flags: u32) {
-        let kept = if self.has_stopped() { DRV_ERR } else { 0 };
-        let left = u32::from(*self.registers.gstat()) & (!flags | kept);
+        let left = u32::from(*self.registers.gstat()) & !flags;
         self.registers.set_state(GSTAT::from(left).into());
     }
 
@@ -161,13 +184,20 @@ impl Tmc2209 {
         let stands = self.speed_steps_s * f64::from(STANDING) < f64::from(INTERNAL_CLOCK_HZ);
         let scale = if stands { self.hold_scale() } else { self.registers.ihold_irun().irun() };
         self.fault.map_or(0, DriverFault::status)
+            | u32::from(self.has_found_short) << 2
             | u32::from(scale) << 16
             | u32::from(!self.is_spread_cycle()) << 30
             | u32::from(stands) << 31
     }
 
+    /// Whether an error keeps the motor off, which it tells by `GSTAT.drv_err` and DIAG.
     fn has_stopped(&self) -> bool {
-        self.fault.is_some_and(DriverFault::stops_motor)
+        self.has_found_short || self.fault == Some(DriverFault::Overheated)
+    }
+
+    /// Whether the motor makes no steps.
+    pub(super) fn is_off(&self) -> bool {
+        self.has_stopped() || !self.is_switched_on() || self.fault == Some(DriverFault::Off)
     }
 
     /// Whether DIAG is high: a stall, or an error that stops the motor.

@@ -109,9 +109,9 @@ impl Wire {
         self.nodes[driver].driver.stall_ends_after_ns()
     }
 
-    /// Whether a driver has no supply, or has switched its motor off.
+    /// Whether a driver has no supply, or its motor is switched off, by itself or by `TOFF`.
     pub(crate) fn is_off(&self, driver: usize) -> bool {
-        self.nodes[driver].driver.fault().is_some_and(DriverFault::frees_motor)
+        self.nodes[driver].driver.is_off()
     }
 
     /// How a driver is set.

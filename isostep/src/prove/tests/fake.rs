@@ -13,7 +13,7 @@ use super::super::Link;
 
 const CLOCK_HZ: u32 = 125_000_000;
 /// Stamps that are kept of a pad.
-const WINDOW: usize = 1_000;
+pub const WINDOW: usize = 1_000;
 /// The port makes no more than this, steps/s.
 const RATE_MAX_STEPS_S: f64 = 2_000_000.0;
 /// From a line to the first edge of its move, s; and how long a line takes.
@@ -66,6 +66,18 @@ pub struct Fake {
     is_low: bool,
     braking_since_s: Option<f64>,
     resets: u32,
+    stops: Vec<Stopped>,
+}
+
+/// A stop while stampers were armed.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopped {
+    /// How many edges the stampers of an axis were to skip.
+    pub skip: u32,
+    /// Edges of each axis before it.
+    pub made: u32,
+    /// From the input to the last of them, us; negative if it came before.
+    pub latency_us: f64,
 }
 
 /// A move under way.
@@ -103,12 +115,18 @@ impl Fake {
             is_low: false,
             braking_since_s: None,
             resets: 0,
+            stops: Vec::new(),
         }
     }
 
     /// How many reset bytes have come.
     pub fn resets(&self) -> u32 {
         self.resets
+    }
+
+    /// Its stops, in order.
+    pub fn stops(&self) -> &[Stopped] {
+        &self.stops
     }
 
     pub fn is_at_rest(&self) -> bool {
@@ -150,6 +168,11 @@ impl Fake {
     fn stop(&mut self, at_s: f64, alarm: &'static str) {
         if let Some(course) = &mut self.course {
             course.stop_s = at_s + STOPPING_S;
+            let steps = 1..=course.plan.steps[0].unsigned_abs();
+            let made = steps.take_while(|&number| course.at_s(0, number) <= course.stop_s).count() as u32;
+            let latency_us = 1e6 * (course.at_s(0, made.max(1)) - at_s);
+            let skip = self.armed.as_ref().map_or(0, |armed| armed.skip);
+            self.stops.push(Stopped { skip, made, latency_us });
         }
         self.end();
         self.alarm = Some(alarm);
