@@ -425,6 +425,9 @@ impl<'a> Runner<'a> {
 
     /// The machine must execute a move from its present position.
     fn move_a_little(&mut self) -> Result<(), Failure> {
+        // A driver that had found a short is switched off and on in its next round after an unlock, and is well then.
+        let ran = self.sim.run_for(Duration::from_micros(DRIVER_TOLD_US));
+        self.ran(ran)?;
         let machine = self.sim.machine();
         let config = machine.config();
         let was_steps = machine.position_steps();
