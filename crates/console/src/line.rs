@@ -1,4 +1,4 @@
-//! Assembles bytes to lines and strips them as Grbl does.
+//! Assembles bytes to lines and strips them as Grbl does. What a comment tells the operator is kept.
 
 use heapless::Vec;
 
@@ -7,19 +7,31 @@ use crate::Error;
 /// The longest line, in characters that remain after spaces and comments have been stripped.
 pub const MAX_LINE_CHARS: usize = 79;
 
+/// How a comment begins that is a message to the operator, as in RS274/NGC. Spaces do not count, nor upper and lower case.
+const MESSAGE_BEGINS: &[u8] = b"MSG,";
+/// The end of a message that is too long, and what stands between two of one line.
+const CUT: &[u8] = b"...";
+const BETWEEN: &[u8] = b"; ";
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Comment {
     None,
+    /// In parentheses, and so many of its characters are those of a message.
+    Begun(u8),
+    /// In parentheses, a message to the operator.
+    Message,
     Parentheses,
     ToEndOfLine,
 }
 
 /// Collects bytes until CR or LF ends the line. Strips spaces, tabs, `/`, `(...)` and `;...`, and converts to upper
-/// case.
+/// case. Keeps the text of `(MSG, ...)`.
 #[derive(Debug, Clone)]
 pub struct LineAssembler {
     /// ASCII.
     text: Vec<u8, MAX_LINE_CHARS>,
+    /// ASCII.
+    message: Vec<u8, MAX_LINE_CHARS>,
     comment: Comment,
     fault: Option<Error>,
     ended: bool,
@@ -28,7 +40,7 @@ pub struct LineAssembler {
 impl LineAssembler {
     /// An assembler at the beginning of a line.
     pub const fn new() -> Self {
-        Self { text: Vec::new(), comment: Comment::None, fault: None, ended: false }
+        Self { text: Vec::new(), message: Vec::new(), comment: Comment::None, fault: None, ended: false }
     }
 
     /// Discards the unfinished line, as a reset does.
@@ -60,15 +72,31 @@ impl LineAssembler {
                     self.ended = true;
                     break;
                 }
-                (Comment::Parentheses, b')') => self.comment = Comment::None,
+                (Comment::Begun(_) | Comment::Message | Comment::Parentheses, b')') => self.comment = Comment::None,
+                (Comment::Begun(count), _) => self.comment = self.begun(count, *byte),
+                (Comment::Message, _) => self.tell(*byte),
                 (Comment::Parentheses | Comment::ToEndOfLine, _) => {}
-                (Comment::None, b'(') => self.comment = Comment::Parentheses,
+                (Comment::None, b'(') => self.comment = Comment::Begun(0),
                 (Comment::None, b';') => self.comment = Comment::ToEndOfLine,
                 (Comment::None, b' ' | b'\t' | b'/') => {}
                 (Comment::None, _) => self.fail(Error::LetterMissing),
             }
         }
-        self.ended.then(|| self.fault.map_or_else(|| str::from_utf8(&self.text).map_err(|_| Error::LetterMissing), Err))
+        self.ended.then(|| self.line())
+    }
+
+    /// The line that [`take`](Self::take) has returned last, until it is called again.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    pub fn line(&self) -> Result<&str, Error> {
+        self.fault.map_or_else(|| str::from_utf8(&self.text).map_err(|_| Error::LetterMissing), Err)
+    }
+
+    /// What the comments of that line tell the operator, `(MSG, ...)`; empty if they do not. A text of more than
+    /// [`MAX_LINE_CHARS`] ends with `...`.
+    pub fn message(&self) -> &str {
+        str::from_utf8(self.message.trim_ascii_end()).unwrap_or_default()
     }
 
     /// Takes the next byte. Returns the line if this byte ends it.
@@ -86,6 +114,29 @@ impl LineAssembler {
         self.text[before..].make_ascii_uppercase();
         if fits < bytes.len() {
             self.fail(Error::LineTooLong);
+        }
+    }
+
+    /// What a comment is, of which `count` characters are those of a message, after the next one.
+    fn begun(&mut self, count: u8, byte: u8) -> Comment {
+        match MESSAGE_BEGINS.get(usize::from(count)) {
+            _ if matches!(byte, b' ' | b'\t') => Comment::Begun(count),
+            Some(&expected) if expected != byte.to_ascii_uppercase() => Comment::Parentheses,
+            _ if usize::from(count) + 1 < MESSAGE_BEGINS.len() => Comment::Begun(count + 1),
+            _ => {
+                if !self.message.is_empty() {
+                    BETWEEN.iter().for_each(|&byte| self.tell(byte));
+                }
+                Comment::Message
+            }
+        }
+    }
+
+    fn tell(&mut self, byte: u8) {
+        let is_shown = matches!(byte, b'!'..=b'~') || byte == b' ' && !self.message.is_empty();
+        if is_shown && self.message.push(byte).is_err() {
+            let kept = self.message.len() - CUT.len();
+            self.message[kept..].copy_from_slice(CUT);
         }
     }
 
@@ -137,6 +188,38 @@ mod tests {
         ];
         for &(sent, line) in rows {
             assert_eq!(lines(sent.as_bytes()), [Ok(line.into())], "{sent:?}");
+        }
+    }
+
+    #[test]
+    fn a_message_is_kept_whole_or_visibly_cut() {
+        let told = |line: &str| {
+            let mut assembler = LineAssembler::new();
+            assert!(assembler.take(&mut format!("(MSG, before)\n{line}").as_bytes()).is_some());
+            let mut bytes = line.as_bytes();
+            assert!(assembler.take(&mut bytes).is_some());
+            assert_eq!(assembler.line().map(String::from), lines(line.as_bytes()).remove(0));
+            String::from(assembler.message())
+        };
+        let longest = "x".repeat(79);
+        for (line, message) in [
+            ("(MSG, Change tool to T2: 3.175 mm, 2 flutes)\n", "Change tool to T2: 3.175 mm, 2 flutes"),
+            ("(msg,a)\n", "a"),
+            (" ( M s G ,\ta b\x01 )M0\n", "a b"),
+            ("M0 (MSG, a) (b) (MSG,b)\n", "a; b"),
+            ("(MSG, never closed\n", "never closed"),
+            ("(MSG, a (b) c)\n", "a (b"),
+            ("(MSG)\n", ""),
+            ("(MSGS, a)\n", ""),
+            ("(a MSG, b)\n", ""),
+            ("; (MSG, a)\n", ""),
+            ("(MSG,)\n", ""),
+            ("G0 X1\n", ""),
+            (&format!("(MSG, {longest})\n"), &longest),
+            (&format!("(MSG, {longest}x)\n"), &format!("{}...", "x".repeat(76))),
+            (&format!("(MSG, {longest}{longest})(MSG, b)\n"), &format!("{}...", "x".repeat(76))),
+        ] {
+            assert_eq!(told(line), message, "{line:?}");
         }
     }
 

@@ -91,6 +91,37 @@ pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
     write!(out, "[MSG:{text}]\r\n")
 }
 
+/// `[MSG:...]` with a text of the program's, as `(MSG, ...)`. Words that some senders take for an answer, wherever they
+/// stand, have their letters in the other case: `book` is `boOK`.
+pub fn told(out: &mut impl Write, text: &str) -> Result {
+    message(out, Told(text))
+}
+
+struct Told<'t>(&'t str);
+
+impl core::fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> Result {
+        let mut left = self.0;
+        while let Some(first) = left.chars().next() {
+            let answer = [("ok", "OK"), ("error", "ERROR"), ("ALARM", "alarm")]
+                .into_iter()
+                .find(|(word, _)| left.starts_with(word));
+            let length = match answer {
+                Some((word, other)) => {
+                    f.write_str(other)?;
+                    word.len()
+                }
+                None => {
+                    f.write_char(first)?;
+                    first.len_utf8()
+                }
+            };
+            left = &left[length..];
+        }
+        Ok(())
+    }
+}
+
 /// The reply to `$$`, before `ok`: about 700 bytes. A caller with a smaller buffer prints it row by row with
 /// [`setting`].
 pub fn settings(out: &mut impl Write, settings: &Settings) -> Result {

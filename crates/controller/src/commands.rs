@@ -40,11 +40,12 @@ pub(crate) enum After {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Carries out one line and answers it. If it is a jog, `fate` says what becomes of it.
+    /// Carries out one line and answers it, after the message that it has for the operator, if there is one. If it is a jog,
+    /// `fate` says what becomes of it.
     ///
     /// # Cancellation
     /// Safe: a motion is either in the machine's queue or was never asked for.
-    pub(crate) async fn line(&self, line: Result<&str, Error>, fate: Fate, out: &Output) -> After {
+    pub(crate) async fn line(&self, line: Result<&str, Error>, message: &str, fate: Fate, out: &Output) -> After {
         let is_jog = line.is_ok_and(|line| line.starts_with(JOG));
         if is_jog && fate == Fate::Refused || self.is_held() && self.may_not_wait(line) {
             aside(pin!(self.refuse(Error::NotIdle, out))).await;
@@ -56,6 +57,11 @@ impl<F: NorFlash> Controller<'_, F> {
             aside(pin!(self.catch_up())).await;
         }
         let mut text = Message::new();
+        if !message.is_empty() {
+            text.print(|text| report::told(text, message));
+            out.send(&text).await;
+            text.clear();
+        }
         let answer = match line {
             Ok(_) if is_jog && self.pauses.get() != pauses => Err(Error::NotIdle),
             Ok(_) if is_jog && fate == Fate::Cancelled => Ok(After::NextLine),

@@ -268,13 +268,16 @@ impl<F: NorFlash> Controller<'_, F> {
             let mut left = &bytes[..n];
             while !left.is_empty() {
                 let before = left.len();
-                let line = assembler.take(&mut left);
+                let is_whole = assembler.take(&mut left).is_some();
                 length += before - left.len();
-                let Some(line) = line else { break };
+                if !is_whole {
+                    break;
+                }
                 console.jogs.hold(length + left.len());
                 self.refuse_jogs(console);
                 let fate = console.jogs.fate(core::mem::take(&mut length));
-                if self.line(line, fate, &console.output).await == After::Restart {
+                let (line, message) = (assembler.line(), assembler.message());
+                if self.line(line, message, fate, &console.output).await == After::Restart {
                     return;
                 }
                 // The ports' queues are filled between lines, however many lines there are.

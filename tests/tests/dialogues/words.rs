@@ -56,6 +56,25 @@ fn m6_says_which_tool_to_put_in_and_waits() {
     assert_eq!(status(&mut sim), "<Idle|MPos:30.000,0.000,0.000");
 }
 
+/// In the order of the program: before its line is carried out, and so before M0 and M6 wait.
+#[test]
+fn a_message_to_the_operator_comes_before_its_line_waits() {
+    let mut sim = homed();
+    assert_eq!(
+        say(&mut sim, "G1 X5 F600 (MSG, one)\n(MSG, turn the work)\nM0 (MSG, then resume)\n(MSG, two)"),
+        ["[MSG:one]", "ok", "[MSG:turn the work]", "ok", "[MSG:then resume]",]
+    );
+    assert_eq!(status(&mut sim), "<Hold:0|MPos:5.000,0.000,0.000");
+    assert_eq!(bytes(&mut sim, b"~"), ["ok", "[MSG:two]", "ok"]);
+    let heard = say(&mut sim, "T2 M6 (MSG, the book says 3 mm)");
+    assert_eq!(heard, ["[MSG:the boOK says 3 mm]", "[MSG:M6: put in tool 2, then resume with ~]"]);
+    assert_eq!(bytes(&mut sim, b"~"), ["ok"]);
+    assert_eq!(say(&mut sim, "G0 Q5 (MSG, refused)").len(), 3, "the message, the reason, the error");
+    let longest = "m".repeat(100);
+    let heard = say(&mut sim, &format!("(MSG, {longest})"));
+    assert_eq!(heard, [format!("[MSG:{}...]", "m".repeat(76)).as_str(), "ok"], "cut where it can be seen");
+}
+
 #[test]
 fn m6_without_a_tool_waits_too_and_with_m0_it_waits_once() {
     let mut sim = homed();

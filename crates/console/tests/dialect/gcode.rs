@@ -325,6 +325,21 @@ fn clashes_repeats_and_leftovers_are_refused() {
     );
 }
 
+/// As LinuxCNC and grblHAL print it. No sender may take it for an answer.
+#[test]
+fn comments_for_the_operator_are_told() {
+    check(
+        "(MSG, put in T2)\nM0 (msg,look out: error or ALARM)\n(note) G0 X1 (MSG, moving) Y2\nG0 Q1 (MSG, refused)\n(MSG, (a) b)",
+        expect![[r#"
+            (MSG, put in T2) -> [MSG:put in T2] ok
+            M0 (msg,look out: error or ALARM) -> [MSG:loOK out: ERROR or alarm] (pause) ok
+            (note) G0 X1 (MSG, moving) Y2 -> [MSG:moving] (rapid [1.0, 2.0, 0.0]) ok
+            G0 Q1 (MSG, refused) -> [MSG:refused] [MSG:Q: no code here uses it: remove it] error:20
+            (MSG, (a) b) -> [MSG:(a] [MSG:): a comment ends at its first ): leave brackets out of it] error:2
+        "#]],
+    );
+}
+
 /// What each line is told leads to a line that is taken.
 #[test]
 fn a_refused_line_is_told_what_to_do() {

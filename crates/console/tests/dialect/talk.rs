@@ -72,8 +72,13 @@ impl Talk {
 
     fn byte(&mut self, byte: u8) {
         let Self { lines, interpreter, settings, state, heard, .. } = self;
-        let Some(line) = lines.push(byte) else { return };
-        match line {
+        if lines.push(byte).is_none() {
+            return;
+        }
+        if !lines.message().is_empty() {
+            report::told(heard, lines.message()).unwrap();
+        }
+        match lines.line() {
             Ok(line) => {
                 let line = line.to_owned();
                 match interpreter.interpret(&line, *state, settings) {
