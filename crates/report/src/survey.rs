@@ -11,7 +11,7 @@
 
 mod room;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use isostep_console::{
@@ -22,7 +22,7 @@ use serde::Serialize;
 
 pub use room::{Bounds, Fit, Room};
 
-use isostep_sim::program::stripped;
+use isostep_sim::program::{ProgramError, acting, clean, message, stripped};
 use isostep_sim::stream::Program;
 
 /// At most this many lines of one kind are listed one by one.
@@ -38,7 +38,7 @@ pub struct Refused {
     pub line: usize,
     /// Its text.
     pub text: String,
-    /// The number after `error:`.
+    /// The number after `error:`; 0 for a line that must not be sent.
     pub code: u8,
     /// The word at which reading stopped, if it was a word.
     pub word: Option<String>,
@@ -106,6 +106,23 @@ pub struct Survey {
     pub dark_dwells: Vec<usize>,
     /// The tools that M6 asks for, each with the first line that does; 0 if no tool is named.
     pub tools: BTreeMap<u8, usize>,
+    /// The numbers of the tools that T has named.
+    #[serde(skip)]
+    pub tool_numbers: BTreeSet<u8>,
+    /// Number of lines that tell the operator something, by `(MSG, ...)`.
+    pub messages: usize,
+    /// What comments have that acts at once if a sender does not strip them, in words, with the numbers of the first lines.
+    pub acting: BTreeMap<String, Vec<usize>>,
+    /// The lines whose S is above `$30`, at most [`LISTED_MAX`].
+    pub above_full: Vec<usize>,
+    /// Number of these lines.
+    pub above_full_total: usize,
+    /// The highest S of them, and the `$30` there.
+    pub highest_rpm: Option<(f32, f32)>,
+    /// The lines that have axis words beside G28.1 or G30.1, at most [`LISTED_MAX`].
+    pub moves_beside_places: Vec<usize>,
+    /// Number of these lines.
+    pub moves_beside_places_total: usize,
     /// Whether the program homes.
     pub homes: bool,
     /// The line at which the program ends: M2 or M30.
@@ -130,12 +147,9 @@ impl Survey {
         reader.survey
     }
 
-    /// The program with empty lines in place of the refused ones.
+    /// The program as it is sent, with empty lines in place of the refused ones.
     pub fn accepted(&self, program: &Program) -> Program {
-        if self.refused_lines.is_empty() {
-            return program.clone();
-        }
-        let mut lines = program.to_vec();
+        let mut lines: Vec<_> = program.iter().map(|line| clean(0, line).unwrap_or_default()).collect();
         self.refused_lines.iter().for_each(|line| lines[line - 1].clear());
         lines.into()
     }
@@ -244,6 +258,11 @@ impl Reader {
         self.number = number;
         self.text.clear();
         self.text.push_str(&String::from_utf8_lossy(bytes));
+        self.note_comments(bytes);
+        if let Err(error) = clean(number, bytes) {
+            self.survey.blocks += 1;
+            return self.refuse_to_send(&error);
+        }
         let line = match stripped(bytes) {
             Ok(line) => line,
             Err(error) => {
@@ -273,11 +292,11 @@ impl Reader {
             }
             (Err(error), _) => self.refuse(&line, error, None),
             (Ok(Command::SetSetting { number, value }), _) => self.set(&line, number, value),
-            (Ok(command), _) => self.carry_out(command, from_pm),
+            (Ok(command), _) => self.carry_out(&line, command, from_pm),
         }
     }
 
-    fn carry_out(&mut self, command: Command<'_>, from_pm: [i64; AXES]) {
+    fn carry_out(&mut self, line: &str, command: Command<'_>, from_pm: [i64; AXES]) {
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => {
                 let via = block.via_pm.map(|target_pm| Move {
@@ -293,6 +312,17 @@ impl Reader {
                 }
                 if block.dwell_s.is_some_and(|s| s > 0.0) {
                     self.dwell();
+                }
+                let modal = self.interpreter.modal();
+                let (speed_rpm, full_rpm) = (modal.speed_rpm, self.settings.spindle_max_rpm);
+                self.survey.tool_numbers.extend((modal.tool > 0).then_some(modal.tool));
+                if block.changes_speed && speed_rpm > full_rpm {
+                    note(self.number, &mut self.survey.above_full, &mut self.survey.above_full_total);
+                    let highest = self.survey.highest_rpm.get_or_insert((speed_rpm, full_rpm));
+                    *highest = if speed_rpm > highest.0 { (speed_rpm, full_rpm) } else { *highest };
+                }
+                if block.motion.is_some() && ["G28.1", "G30.1"].iter().any(|code| line.contains(code)) {
+                    note(self.number, &mut self.survey.moves_beside_places, &mut self.survey.moves_beside_places_total);
                 }
                 if let Some(tool) = block.tool_change {
                     self.survey.tools.entry(tool).or_insert(self.number);
@@ -315,12 +345,23 @@ impl Reader {
         }
     }
 
+    /// Notes what the comments of this line tell the operator, and what they would tell the machine.
+    fn note_comments(&mut self, bytes: &[u8]) {
+        if !bytes.contains(&b'(') && !bytes.contains(&b';') {
+            return;
+        }
+        self.survey.messages += usize::from(!message(bytes).is_empty());
+        for (place, does) in acting(bytes) {
+            let lines = self.survey.acting.entry(format!("{} {does}", named(bytes, place))).or_default();
+            if lines.len() < LISTED_MAX && lines.last() != Some(&self.number) {
+                lines.push(self.number);
+            }
+        }
+    }
+
     /// Notes that this line waits for the operator, to change a tool or to look.
     fn wait(&mut self) {
-        self.survey.pauses_total += 1;
-        if self.survey.pauses.len() < LISTED_MAX {
-            self.survey.pauses.push(self.number);
-        }
+        note(self.number, &mut self.survey.pauses, &mut self.survey.pauses_total);
     }
 
     /// Notes a dwell that is to pierce: Grbl's laser shines in it.
@@ -329,10 +370,7 @@ impl Reader {
         if !self.settings.laser_mode || modal.spindle != Spindle::Clockwise || modal.speed_rpm <= 0.0 {
             return;
         }
-        self.survey.dark_dwells_total += 1;
-        if self.survey.dark_dwells.len() < LISTED_MAX {
-            self.survey.dark_dwells.push(self.number);
-        }
+        note(self.number, &mut self.survey.dark_dwells, &mut self.survey.dark_dwells_total);
     }
 
     /// Ends or begins check mode. It ends with a reset, at the position at which it began.
@@ -429,14 +467,48 @@ impl Reader {
             (None, None, Some(word)) => format!("{word}: {error}"),
             (None, None, None) => error.to_string(),
         };
-        let key = kind(word.as_deref(), error);
+        self.note_refused(kind(word.as_deref(), error), error.code(), word, remedy);
+    }
+
+    /// Notes a line that no sender sends, because it has a byte that would act at once, or that is no text.
+    fn refuse_to_send(&mut self, error: &ProgramError) {
+        let words = error.to_string();
+        let remedy = words.split_once(": ").map_or(words.as_str(), |(_, remedy)| remedy).to_owned();
+        let word = match error {
+            ProgramError::RealTime { byte, .. } => char::from(*byte).to_string(),
+            _ => "no text".to_owned(),
+        };
+        self.note_refused(word, 0, None, remedy);
+    }
+
+    fn note_refused(&mut self, key: String, code: u8, word: Option<String>, remedy: String) {
         *self.survey.refused_by_word.entry(key).or_default() += 1;
         self.survey.refused_total += 1;
         self.survey.refused_lines.push(self.number);
         if self.survey.refused.len() < LISTED_MAX {
             let text = self.text.clone();
-            self.survey.refused.push(Refused { line: self.number, text, code: error.code(), word, remedy });
+            self.survey.refused.push(Refused { line: self.number, text, code, word, remedy });
         }
+    }
+}
+
+/// Counts a line, and lists it if it is one of the first.
+fn note(number: usize, listed: &mut Vec<usize>, total: &mut usize) {
+    *total += 1;
+    if listed.len() < LISTED_MAX {
+        listed.push(number);
+    }
+}
+
+/// `Ä (0x84)`: the character that the byte at `place` is of, and the byte.
+fn named(bytes: &[u8], place: usize) -> String {
+    let byte = bytes[place];
+    let of_text = str::from_utf8(bytes).ok();
+    let character = of_text.and_then(|text| text[text.floor_char_boundary(place)..].chars().next());
+    match character {
+        Some('\u{a0}') => format!("a no-break space (0x{byte:02X})"),
+        Some(character) => format!("{character} (0x{byte:02X})"),
+        None => format!("byte 0x{byte:02X}"),
     }
 }
 

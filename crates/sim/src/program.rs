@@ -1,6 +1,6 @@
 //! A program as a sender reads it: its lines, after a check that nothing in them must not be sent.
 
-use isostep_console::{Error, LineAssembler};
+use isostep_console::{Error, LineAssembler, Realtime, realtime};
 
 /// Why a file is not a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -41,10 +41,19 @@ fn remedy(byte: u8) -> &'static str {
 /// # Errors
 /// As [`LineAssembler::push`].
 pub fn stripped(line: &[u8]) -> Result<String, Error> {
+    assembled(line).line().map(str::to_owned)
+}
+
+/// What the comments of a line tell the operator, `(MSG, ...)`; empty if they do not.
+pub fn message(line: &[u8]) -> String {
+    assembled(line).message().to_owned()
+}
+
+fn assembled(line: &[u8]) -> LineAssembler {
     let mut assembler = LineAssembler::new();
-    // Owned, because the result of `push` borrows from the assembler.
-    let line = line.iter().chain(b"\n").find_map(|&byte| assembler.push(byte).map(|line| line.map(str::to_owned)));
-    line.unwrap_or(Ok(String::new()))
+    let _ = assembler.take(&mut &*line);
+    let _ = assembler.push(b'\n');
+    assembler
 }
 
 /// The lines of `program` without their line ends, which are LF, CR, CR LF, or CR CR LF (a file whose line ends were
@@ -56,13 +65,32 @@ pub fn stripped(line: &[u8]) -> Result<String, Error> {
 /// # Errors
 /// [`ProgramError`] with the line at fault.
 pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
+    let lines = as_written(program)?;
+    (1..).zip(lines).map(|(line, bytes)| clean(line, bytes)).collect()
+}
+
+/// The same lines as they are written, for whoever looks at each of them: [`clean`] says which must not be sent.
+///
+/// # Errors
+/// [`ProgramError`] if the file is empty or no text.
+pub fn raw_lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
+    let lines = as_written(program)?;
+    for (line, bytes) in (1..).zip(&lines) {
+        if let Err(error @ ProgramError::Binary { byte: ..0x80 | 0xfe.., .. }) = clean(line, bytes) {
+            return Err(error);
+        }
+    }
+    Ok(lines.into_iter().map(<[u8]>::to_vec).collect())
+}
+
+fn as_written(program: &[u8]) -> Result<Vec<&[u8]>, ProgramError> {
     let text = program.strip_prefix(b"\xef\xbb\xbf").unwrap_or(program);
     let end = text.iter().rposition(|byte| !matches!(byte, 0x1a | 0)).map_or(0, |last| last + 1);
     let text = &text[..end];
     if text.iter().all(u8::is_ascii_whitespace) {
         return Err(ProgramError::Empty);
     }
-    split(text).into_iter().enumerate().map(|(index, line)| clean(index + 1, line)).collect()
+    Ok(split(text))
 }
 
 /// The lines of a text without their line ends. LF, CR, CR LF and CR CR LF each end one line, so line numbers are those
@@ -82,24 +110,53 @@ pub(crate) fn split(text: &[u8]) -> Vec<&[u8]> {
     lines
 }
 
-fn clean(line: usize, bytes: &[u8]) -> Result<Vec<u8>, ProgramError> {
-    let mut comment = None;
-    bytes
-        .iter()
-        .map(|&byte| {
-            match (comment, byte) {
-                (None, b'(' | b';') => comment = Some(byte),
-                (Some(b'('), b')') => comment = None,
-                _ => {}
-            }
-            match byte {
-                b'\t' | b' '..=b'~' if !matches!(byte, b'?' | b'!' | b'~') => Ok(byte),
-                b'?' | b'!' | b'~' | 0x80.. if comment.is_some() => Ok(b' '),
-                b'?' | b'!' | b'~' => Err(ProgramError::RealTime { line, byte }),
-                _ => Err(ProgramError::Binary { line, byte }),
-            }
-        })
-        .collect()
+/// A line as it is sent: see [`lines`]. `line` is its number.
+///
+/// # Errors
+/// [`ProgramError`] if it must not be sent.
+pub fn clean(line: usize, bytes: &[u8]) -> Result<Vec<u8>, ProgramError> {
+    let clean = |(byte, in_comment)| match byte {
+        b'\t' | b' '..=b'~' if !matches!(byte, b'?' | b'!' | b'~') => Ok(byte),
+        b'?' | b'!' | b'~' | 0x80.. if in_comment => Ok(b' '),
+        b'?' | b'!' | b'~' => Err(ProgramError::RealTime { line, byte }),
+        _ => Err(ProgramError::Binary { line, byte }),
+    };
+    with_comments(bytes).map(clean).collect()
+}
+
+/// Each byte of a line, and whether it is in a comment.
+fn with_comments(bytes: &[u8]) -> impl Iterator<Item = (u8, bool)> {
+    bytes.iter().scan(None, |comment, &byte| {
+        match (*comment, byte) {
+            (None, b'(' | b';') => *comment = Some(byte),
+            (Some(b'('), b')') => *comment = None,
+            _ => {}
+        }
+        Some((byte, comment.is_some()))
+    })
+}
+
+/// What is in the comments of a line that the controller obeys at once, if a sender does not strip it: the place of each
+/// byte in the line, and what it does. A status report is left out.
+pub fn acting(bytes: &[u8]) -> Vec<(usize, &'static str)> {
+    let act = |(place, (byte, in_comment)): (usize, (u8, bool))| {
+        let does = match realtime::classify(byte).filter(|_| in_comment)? {
+            Realtime::Status | Realtime::Ignored => return None,
+            Realtime::Reset => "resets",
+            Realtime::Hold => "holds the machine",
+            Realtime::Resume => "resumes a hold, M0 and M6",
+            Realtime::Door => "acts as a safety door that opens",
+            Realtime::JogCancel => "cancels a jog",
+            Realtime::Override(0x90..=0x94) => "changes the feed",
+            Realtime::Override(0x95..=0x97) => "changes the rapids",
+            Realtime::Override(_) => "changes the speed of the spindle",
+            Realtime::SpindleStop => "stops the spindle in a hold",
+            Realtime::Flood => "switches flood coolant",
+            Realtime::Mist => "switches mist coolant",
+        };
+        Some((place, does))
+    };
+    with_comments(bytes).enumerate().filter_map(act).collect()
 }
 
 #[cfg(test)]
@@ -120,6 +177,24 @@ mod tests {
     fn comments_may_hold_anything_that_is_text() {
         let program = "G0 X1 (why? 1 µm!) Y2 ; sure~";
         assert_eq!(lines(program.as_bytes()).unwrap(), [b"G0 X1 (why  1   m ) Y2 ; sure "]);
+    }
+
+    #[test]
+    fn what_acts_in_a_comment_is_found() {
+        let found = |line: &[u8]| acting(line).into_iter().map(|(place, _)| line[place]).collect::<Vec<_>>();
+        assert_eq!(found("G0 X1 (Äpfel, Ñ, a\u{a0}b, µ, ü; why?) Y1 ; !~".as_bytes()), [0x84, 0x91, 0xa0, b'!', b'~']);
+        assert_eq!(found(b"G0 X1 ! (fine)"), [0; 0], "outside of comments it must not be sent at all");
+        assert_eq!(acting("(Ä)".as_bytes()), [(2, "acts as a safety door that opens")]);
+    }
+
+    #[test]
+    fn one_line_that_must_not_be_sent_spoils_no_program() {
+        let text = "G0 X1 (µ)\n?\nG0 X2 µ\n";
+        let raw = raw_lines(text.as_bytes()).unwrap();
+        assert_eq!(raw.concat(), text.replace('\n', "").as_bytes());
+        let sent: Vec<_> = (1..).zip(&raw).map(|(line, bytes)| clean(line, bytes).is_ok()).collect();
+        assert_eq!(sent, [true, false, false]);
+        assert!(lines(text.as_bytes()).is_err() && raw_lines(b"\x7fELF").is_err() && raw_lines(b"\xff\xfeG").is_err());
     }
 
     #[test]

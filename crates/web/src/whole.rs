@@ -16,7 +16,7 @@ const REPORTED_LINES_MAX: usize = 50_000;
 /// [`Trouble`] with the line of the program, or of the settings, that cannot be.
 pub fn check(program: &[u8], settings: &str) -> Result<String, Trouble> {
     let config = config(settings)?;
-    let lines = program::lines(program)?.into();
+    let lines = program::raw_lines(program)?.into();
     let check = Check::of(&lines, &config.settings, Stand::default(), &mut |_| {});
     Ok(serde_json::to_string(&rows(&check, false)).expect("texts have a form in JSON"))
 }

@@ -43,7 +43,7 @@ impl Checked {
 /// Checks a program. A file that cannot be read counts as a program that would not run.
 pub fn check(path: &Path, machines: &[Machine], stand: Stand, bar: &ProgressBar) -> Checked {
     let program = project::shown(path);
-    match sim::lines(path) {
+    match sim::raw_lines(path) {
         Ok(lines) => {
             bar.inc_length((lines.len() * machines.len()) as u64);
             let on = |machine: &Machine| On {

@@ -142,6 +142,47 @@ fn what_is_no_program_is_a_row_like_the_others() {
 }
 
 #[test]
+fn one_line_that_must_not_be_sent_is_refused_and_the_others_are_checked() {
+    let checked = check("one-bad.nc", "G0 X5\n?\nG0 X6 µ\nG0 X7 (fine?)\nM2\n", None);
+    let reported = detail(&checked);
+    for words in [
+        "refused    2\n    line 2 `?`: '?' is a real-time command, obeyed the moment it arrives: take it out of the program\n",
+        "    line 3 `G0 X6 µ`: byte 0xc2 is not text: remove it, or put it in a comment\n",
+        "extents    X 0.000 to 7.000",
+    ] {
+        assert!(reported.contains(words), "{words} in\n{reported}");
+    }
+    assert!(!checked.is_good());
+}
+
+#[test]
+fn what_a_program_may_not_mean_is_remarked() {
+    let program = "(Ä, Ñ!)\nG0 X5 (a\u{a0}b)\nG28.1 X6\nM3 S1000\nS1200 (Ä)\nT1\nT2 M6\nM2\n";
+    let mut machine = machine();
+    machine[0].settings.spindle_max_rpm = 255.0;
+    let checked = check_on("remarks.nc", program, &machine, Stand::default());
+    let reported = detail(&checked);
+    for words in [
+        "  messages   none: no (MSG, ...) says what the tools are\n",
+        "  power      S up to 1200 is above $30=255, from which on the power is full, at line 4, 5\n",
+        "  places     G28.1 and G30.1 store the place where the machine stands, and axis words beside them are a move after that, at line 3\n",
+        "  comments   with bytes that act at once, if a sender does not strip them: write plain ASCII\n",
+        "    line 1: ! (0x21) holds the machine\n",
+        "    line 2: a no-break space (0xA0) switches flood coolant\n",
+        "    line 1, 5: Ä (0x84) acts as a safety door that opens\n",
+        "    line 1: Ñ (0x91) changes the feed\n",
+    ] {
+        assert!(reported.contains(words), "{words} in\n{reported}");
+    }
+    assert!(checked.is_good(), "remarks are no refusals: {reported}");
+    let good = "(MSG, T2: 3 mm)\nG0 X5 (why? µ)\nG28.1\nG0 X6\nM3 S255\nT2 M6\nM2\n";
+    let reported = detail(&check_on("no-remarks.nc", good, &machine, Stand::default()));
+    for name in ["  messages  ", "  power  ", "  places  ", "  comments  "] {
+        assert!(!reported.contains(name), "{name} in\n{reported}");
+    }
+}
+
+#[test]
 fn dwells_before_the_first_move_and_after_the_last_count() {
     let plain = check("plain.nc", "G0 X5\nM2\n", None);
     let waiting = check("waits.nc", "G4 P3\nG0 X5\nG4 P2\nM2\n", None);

@@ -282,6 +282,11 @@ pub fn lines(path: &Path) -> Result<Program> {
     Ok(isostep_sim::program::lines(&read(path)?).with_context(|| project::shown(path))?.into())
 }
 
+/// Reads a program as lines, each as it is written.
+pub fn raw_lines(path: &Path) -> Result<Program> {
+    Ok(isostep_sim::program::raw_lines(&read(path)?).with_context(|| project::shown(path))?.into())
+}
+
 /// Reads a program as bytes.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let shown = path.display();

@@ -54,7 +54,8 @@ fn refused(survey: &Survey, all: bool) -> Row {
     let reported = if all { LISTED_MAX } else { SHOWN_MAX };
     for refused in survey.refused.iter().take(reported) {
         let (line, code, remedy) = (refused.line, refused.code, &refused.remedy);
-        told.places.push(format!("line {line} `{}`: error:{code} {remedy}", shortened(&refused.text)));
+        let error = if code == 0 { String::new() } else { format!("error:{code} ") };
+        told.places.push(format!("line {line} `{}`: {error}{remedy}", shortened(&refused.text)));
     }
     if total > reported {
         let how = if all { "" } else { "; --all tells up to 1,000" };
@@ -75,9 +76,44 @@ fn persons(survey: &Survey) -> Vec<Row> {
     let rows = [
         (!tools.is_empty()).then(|| row("tools", tools.join(", "))),
         waits.map(|lines| row("waits", format!("for a person and ~ at line {lines}"))),
+        needs_messages(survey).then(|| row("messages", "none: no (MSG, ...) says what the tools are")),
         remarks::dark_dwells(survey).map(|words| row("dark", words)),
+        above_full(survey).map(|words| row("power", words)),
+        beside_places(survey).map(|words| row("places", words)),
+        comments(survey),
     ];
     rows.into_iter().flatten().collect()
+}
+
+/// Whether a tool is changed, and nothing tells the person more than its number.
+fn needs_messages(survey: &Survey) -> bool {
+    survey.messages == 0 && (!survey.tools.is_empty() || survey.tool_numbers.len() > 1)
+}
+
+fn above_full(survey: &Survey) -> Option<String> {
+    let lines = remarks::numbers(&survey.above_full, survey.above_full_total)?;
+    let (highest_rpm, full_rpm) = survey.highest_rpm?;
+    Some(format!(
+        "S up to {highest_rpm:.0} is above $30={full_rpm:.0}, from which on the power is full, at line {lines}"
+    ))
+}
+
+fn beside_places(survey: &Survey) -> Option<String> {
+    let lines = remarks::numbers(&survey.moves_beside_places, survey.moves_beside_places_total)?;
+    Some(format!(
+        "G28.1 and G30.1 store the place where the machine stands, and axis words beside them are a move after that, at line {lines}"
+    ))
+}
+
+/// What in comments acts on the machine.
+fn comments(survey: &Survey) -> Option<Row> {
+    let place = |(words, lines): (&String, &Vec<usize>)| {
+        let lines = remarks::numbers(lines, lines.len()).unwrap_or_default();
+        format!("line {lines}: {words}")
+    };
+    let words = "with bytes that act at once, if a sender does not strip them: write plain ASCII";
+    let places: Vec<_> = survey.acting.iter().map(place).collect();
+    (!places.is_empty()).then(|| Row { places, ..row("comments", words) })
 }
 
 fn places(check: &Check) -> Vec<Row> {

@@ -5,7 +5,7 @@ use isostep_sim::{Config, program};
 
 fn survey(text: &str) -> Survey {
     let config = Config::default();
-    Survey::of(&program::lines(text.as_bytes()).unwrap(), &config.settings, config.start_mm)
+    Survey::of(&program::raw_lines(text.as_bytes()).unwrap(), &config.settings, config.start_mm)
 }
 
 #[test]
@@ -84,6 +84,16 @@ fn before_and_behind_homing_are_different_places() {
     let Fit::StartAt(start_mm) = survey(text).outside.unwrap().fit else { panic!("it fits from somewhere") };
     let lines = program::lines(text.as_bytes()).unwrap();
     assert_eq!(Survey::of(&lines, &Settings::DEFAULT, start_mm).outside, None);
+}
+
+#[test]
+fn settings_that_do_not_work_together_are_told_where_something_is_to_move() {
+    let found = survey("$31=2000\nG0 X1\n$H\n$30=3000\nG0 X2\n");
+    let refused: Vec<_> = found.refused.iter().map(|one| (one.line, one.code)).collect();
+    assert_eq!((refused, found.moves), (vec![(2, 9), (3, 2)], 1));
+    for one in &found.refused {
+        assert!(one.remedy.starts_with("$31=2000 is not below the S at full duty, $30=1000 rpm"), "{one:?}");
+    }
 }
 
 #[test]
