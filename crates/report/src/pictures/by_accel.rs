@@ -24,6 +24,8 @@ const MOVES_WITH_WIDE_LINES: usize = 200;
 const BYTES_MAX: usize = 400_000;
 /// Pieces shorter than this are drawn as one from the beginning, fine pixels.
 const LEAST: f64 = 4.0;
+/// Places that are no farther apart are the same, mm.
+const SAME_MM: f64 = 1e-6;
 
 /// What the page shows.
 pub struct Picture {
@@ -110,7 +112,7 @@ impl<'a> Panel<'a> {
         });
         let ring = if highest.ratio > WITHIN { ring(plane.point(highest.to_mm)) } else { String::new() };
         let lines = strokes.finish(width) + &plane.start(outcome, "--x") + &ring;
-        let source = lines_of_moves::of_moves(outcome)[highest.index];
+        let source = lines_of_moves::of_moves(outcome)[behind(outcome, &highest)];
         let line = source.map(|source| source.line);
         Self { rule, lines, simplified, highest, line, motion_s, above_s }
     }
@@ -159,6 +161,14 @@ impl<'a> Panel<'a> {
              {above_s:.3} s of {motion_s:.3} s in motion."
         )
     }
+}
+
+/// The index of the move that the end of a stretch belongs to: at a corner the one behind it.
+fn behind(outcome: &Outcome, stretch: &Stretch) -> usize {
+    let Some([record, next]) = outcome.moves.get(stretch.index..stretch.index + 2) else { return stretch.index };
+    let corner_mm = outcome.mm(record.next_corner_steps());
+    let is_corner = stretch.to_mm.iter().zip(corner_mm).all(|(mm, corner_mm)| (mm - corner_mm).abs() < SAME_MM);
+    stretch.index + usize::from(is_corner && next.run == record.run)
 }
 
 /// A mark round a point.
@@ -213,7 +223,7 @@ mod tests {
     fn the_caption_tells_the_worst_place_and_the_window() {
         let caption = both("G61 G1 X10 F1200\nY10\n").caption;
         assert!(
-            caption.contains("twice 3.") && caption.contains("times the limit (Y, line 1, at X10.00 Y0.00 Z0.00)"),
+            caption.contains("twice 3.") && caption.contains("times the limit (Y, line 2, at X10.00 Y0.00 Z0.00)"),
             "{caption}"
         );
         assert!(caption.contains("Blends (G64 P0.01), for comparison: at most 1.0"), "{caption}");
