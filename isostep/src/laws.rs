@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use isostep_console::{SettingError, Settings};
-use isostep_profile::SpeedLaw;
+use isostep_profile::{IntervalLaw, SpeedLaw};
 
 /// Setting `$900`.
 const INTERVAL_LAW: u16 = 900;
@@ -16,13 +16,25 @@ const START_SPEED_MM_MIN: f32 = 120.0;
 /// How a move's time is split, and how its speed changes.
 #[derive(clap::Args, Debug)]
 pub struct Laws {
-    /// How a move's time is split into its intervals: $900 [default: fastest]
-    #[arg(long, value_parser = ["fastest", "thirds"])]
-    law: Option<String>,
+    /// How a move's time is split into its intervals: fastest or thirds, $900 [default: fastest]
+    #[arg(long, value_name = "NAME", value_parser = interval_law)]
+    law: Option<IntervalLaw>,
     /// How speed changes on a ramp: $940; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a
     /// start speed of 120 mm/min too, $910-$912 [default: trapezoid]
     #[arg(long, value_name = "NAME", value_parser = speed_laws())]
     speed_law: Option<SpeedLaw>,
+}
+
+/// An interval law by its name. The name of a speed law belongs to another option.
+fn interval_law(name: &str) -> Result<IntervalLaw, String> {
+    match name {
+        "fastest" => Ok(IntervalLaw::Fastest),
+        "thirds" => Ok(IntervalLaw::Thirds),
+        _ if SpeedLaw::ALL.iter().any(|law| law.name() == name) => {
+            Err(format!("that is a speed law, how speed changes on a ramp: give --speed-law {name}"))
+        }
+        _ => Err("fastest or thirds".to_owned()),
+    }
 }
 
 /// A speed law by its name.
@@ -50,7 +62,7 @@ impl Laws {
     pub fn settings(&self) -> Vec<(u16, f32)> {
         let mut settings = Vec::new();
         if let Some(law) = &self.law {
-            settings.push((INTERVAL_LAW, f32::from(u8::from(law == "thirds"))));
+            settings.push((INTERVAL_LAW, f32::from(u8::from(*law == IntervalLaw::Thirds))));
         }
         if self.speed_law.is_some_and(SpeedLaw::is_over_displacement) {
             settings.extend(START_SPEEDS.map(|number| (number, START_SPEED_MM_MIN)));
@@ -122,5 +134,10 @@ mod tests {
     fn an_unknown_law_is_refused_with_those_there_are() {
         let refused = Cli::try_parse_from(["sim", "--speed-law", "cubic"]).err().unwrap().to_string();
         assert!(refused.contains("s-curve") && refused.contains("logarithmic"), "{refused}");
+        let refused = |name| Cli::try_parse_from(["sim", "--law", name]).err().unwrap().to_string();
+        assert!(
+            refused("s-curve").contains("that is a speed law, how speed changes on a ramp: give --speed-law s-curve")
+        );
+        assert!(refused("halves").contains("fastest or thirds"));
     }
 }

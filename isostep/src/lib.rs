@@ -10,6 +10,7 @@ pub mod screen;
 
 pub mod boot_drive;
 pub mod check;
+pub mod cli;
 pub mod console;
 pub mod files;
 pub mod flight;

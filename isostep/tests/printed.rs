@@ -72,6 +72,54 @@ fn jumpers_for_diag_are_told_and_refused_where_no_driver_talks() {
     assert_eq!(printed, "error: --diag: the drivers of a pico do not talk: use --board skr-pico\n");
 }
 
+/// A folder that `isostep web` takes for a page.
+fn page(name: &str) -> std::path::PathBuf {
+    let folder = std::env::temp_dir().join(format!("isostep-page-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(
+        folder.join("index.html"),
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'self'\">",
+    )
+    .unwrap();
+    folder
+}
+
+#[test]
+fn a_page_is_not_served_for_a_port_that_is_not_there() {
+    let folder = page("nope");
+    let output = verb(&["web", "--http-port", "0", "--port", "/dev/nope", "--page"]).arg(&folder).output().unwrap();
+    let printed = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert!(
+        printed.starts_with("error: /dev/nope: there is no such port: `isostep console --list` shows them"),
+        "{printed}"
+    );
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_page_is_served_without_a_browser_too() {
+    use std::io::{BufRead, BufReader};
+    let folder = page("open");
+    let mut server = verb(&["web", "--http-port", "0", "--listen", "localhost", "--open", "--page"]);
+    server.arg(&folder).env("PATH", "").stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut server = server.spawn().unwrap();
+    let line = |output: &mut dyn std::io::Read| BufReader::new(output).lines().next().unwrap().unwrap();
+    let told = line(server.stdout.as_mut().unwrap());
+    let address = told.strip_suffix(" until Ctrl-C").unwrap();
+    assert!(address.starts_with("http://127.0.0.1:"), "{told}");
+    let noted = line(server.stderr.as_mut().unwrap());
+    assert!(
+        noted.starts_with("note: no browser was opened (") && noted.ends_with(&format!("): open {address} yourself")),
+        "{noted}"
+    );
+    let host = address.strip_prefix("http://").unwrap().trim_end_matches('/');
+    std::net::TcpStream::connect(host).unwrap();
+    server.kill().unwrap();
+    server.wait().unwrap();
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
 /// Writes `program` to a file, and returns what the verb prints about it, errors too.
 fn about(name: &str, program: &str, arguments: &[&str]) -> String {
     let path = std::env::temp_dir().join(format!("isostep-{}-{name}", std::process::id()));

@@ -12,6 +12,8 @@ mod bench;
 mod build;
 #[cfg(unix)]
 mod clients;
+#[cfg(test)]
+mod commands;
 mod cpu;
 mod dist;
 mod emulate;

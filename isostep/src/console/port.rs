@@ -3,7 +3,7 @@
 use std::io::ErrorKind as Io;
 use std::time::Duration;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow, bail, ensure};
 use serialport::{Error, ErrorKind, SerialPort, SerialPortInfo, SerialPortType, UsbPortInfo};
 
 /// The USB ids in boards/rp2040-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
@@ -64,6 +64,20 @@ fn is_board(port: &SerialPortInfo) -> bool {
     matches!(&port.port_type, SerialPortType::UsbPort(UsbPortInfo { vid, pid, .. }) if (*vid, *pid) == BOARD)
 }
 
+/// Whether there is such a port. It is not opened, which a board would see.
+///
+/// # Errors
+/// When there is none; the error says what to do.
+pub fn find(name: &str) -> Result<()> {
+    let is_there = if cfg!(windows) {
+        all()?.iter().any(|port| port.port_name.eq_ignore_ascii_case(name))
+    } else {
+        std::path::Path::new(name).exists()
+    };
+    ensure!(is_there, "{name}: {}", trouble(&Error::new(ErrorKind::Io(Io::NotFound), "")));
+    Ok(())
+}
+
 /// Opens the port for exclusive use and raises DTR.
 pub fn open(name: &str, baud: u32) -> Result<Box<dyn SerialPort>> {
     let open = |baud| serialport::new(name, baud).timeout(PATIENCE).dtr_on_open(true).open();
@@ -115,6 +129,15 @@ mod tests {
         let two = choose(&[board.clone(), board]).unwrap_err().to_string();
         assert!(two.contains("2 boards") && two.contains("/dev/ttyACM1"), "{two}");
         assert!(choose(&[]).unwrap_err().to_string().contains("isostep sim --pty"));
+    }
+
+    #[test]
+    fn a_port_that_is_not_there_is_told_without_opening_it() {
+        let told = find("/dev/nope").unwrap_err().to_string();
+        assert!(told.starts_with("/dev/nope: there is no such port: `isostep console --list` shows them"), "{told}");
+        if cfg!(unix) {
+            find("/dev/null").unwrap();
+        }
     }
 
     #[test]

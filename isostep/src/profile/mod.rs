@@ -59,7 +59,7 @@ Examples:
       --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652     Stoychitch's motor")]
 pub struct Args {
     /// The law, or several
-    #[arg(long, value_name = "LAW", value_delimiter = ',', value_parser = speed_laws())]
+    #[arg(long, visible_alias = "speed-law", value_name = "LAW", value_delimiter = ',', value_parser = speed_laws())]
     law: Vec<SpeedLaw>,
     /// Steps of the move (N)
     #[arg(long, value_name = "N", value_parser = steps, allow_negative_numbers = true)]

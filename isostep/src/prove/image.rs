@@ -16,6 +16,22 @@ const MOUNTING_S: f64 = 15.0;
 /// A board that starts is on USB after a second or two.
 const STARTING_S: f64 = 15.0;
 
+/// Whether there is a board that an image could be put on: in its boot loader, on `port`, or the only one that runs Isostep.
+///
+/// # Errors
+/// When there is none; the error says what to do.
+pub fn find(port: Option<&str>) -> Result<()> {
+    match port {
+        _ if boot_drive::mounted().is_some() => Ok(()),
+        Some(name) => port::find(name),
+        None => running_board().map(drop),
+    }
+}
+
+fn running_board() -> Result<String> {
+    touch::running_board().map_err(|why| anyhow::anyhow!("{why}; or hold BOOTSEL while you plug it in"))
+}
+
 /// Puts `image` on the board on `port`, or on the only one that runs Isostep or is in its boot loader already. Returns
 /// the port on which it is afterwards.
 ///
@@ -29,8 +45,7 @@ pub fn put(image: &Path, port: Option<&str>) -> Result<String> {
         None => {
             let name = match port {
                 Some(port) => port.to_owned(),
-                None => touch::running_board()
-                    .map_err(|why| anyhow::anyhow!("{why}; or hold BOOTSEL while you plug it in"))?,
+                None => running_board()?,
             };
             println!("asking the board on {name} for its boot drive: it stops what it does and frees its motors");
             touch::touch(&name)?;

@@ -7,7 +7,7 @@ use std::num::NonZero;
 use std::panic;
 use std::thread::available_parallelism;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use isostep_sim::swarm::{Amount, Failure, Scenario, run as carry_out, shrink};
 
 use self::shard::{Line, Shard};
@@ -43,13 +43,13 @@ Examples:
 #[command(after_help = HELP)]
 pub struct Args {
     /// How many worlds
-    #[arg(long, value_name = "N", default_value_t = 1_000, conflicts_with = "seed")]
+    #[arg(long, value_name = "N", default_value_t = 1_000, conflicts_with = "seed", value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
     /// The first of their seeds
     #[arg(long, value_name = "SEED", default_value_t = 0, conflicts_with = "seed")]
     first: u64,
     /// As many worlds as come in so many minutes, rather than a number of them
-    #[arg(long, value_name = "M", conflicts_with_all = ["seeds", "seed"])]
+    #[arg(long, value_name = "M", conflicts_with_all = ["seeds", "seed"], value_parser = minutes)]
     minutes: Option<f64>,
     /// The I-th of N shares of these worlds: a machine among several takes each N-th seed
     #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true, conflicts_with = "seed")]
@@ -80,7 +80,14 @@ pub fn run(args: Args) -> Result<()> {
 
 fn one(seed: u64, keep: Option<Vec<usize>>) -> Result<()> {
     let whole = Scenario::new(seed);
-    let kept = keep.unwrap_or_else(|| (0..whole.acts.len()).collect());
+    let acts = whole.acts.len();
+    let kept = keep.unwrap_or_else(|| (0..acts).collect());
+    if let Some(none) = kept.iter().find(|act| **act >= acts) {
+        bail!(
+            "--keep {none}: world {seed} has {acts} acts, of numbers 0 to {}: `isostep swarm --seed {seed}` lists them",
+            acts - 1
+        );
+    }
     let scenario = whole.keeping(&kept);
     print!("{}", story(&scenario, &kept));
     match carry_out(&scenario) {
@@ -90,6 +97,11 @@ fn one(seed: u64, keep: Option<Vec<usize>>) -> Result<()> {
         }
         Err(failure) => bail!("{}", reported(&failure, &kept)),
     }
+}
+
+fn minutes(text: &str) -> Result<f64, String> {
+    let minutes = text.parse().ok().filter(|minutes: &f64| minutes.is_finite() && *minutes > 0.0);
+    minutes.ok_or_else(|| "a number above 0, such as 60".to_owned())
 }
 
 /// The machine and the acts of a world, one line per act.
@@ -124,6 +136,12 @@ fn many(args: &Args) -> Result<()> {
         worlds += seeds.len() as u64;
         eprintln!("    seeds {} to {last}: {} failed ({:.0} s)", args.first, failed.len(), stopwatch.elapsed_s());
     }
+    ensure!(
+        worlds > 0,
+        "none of these {} worlds is in the share --shard {}: ask for more by --seeds",
+        args.seeds,
+        args.shard
+    );
     let took_s = stopwatch.elapsed_s();
     if args.json {
         println!("{}", serde_json::to_string(&Line::new(args.shard, worlds, amount, took_s, &failed))?);
@@ -182,6 +200,28 @@ fn again(seed: u64, kept: Option<&[usize]>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_would_try_nothing_is_refused() {
+        let refused = one(17, Some(vec![0, 9_999])).unwrap_err().to_string();
+        let acts = Scenario::new(17).acts.len();
+        let expected = format!("--keep 9999: world 17 has {acts} acts, of numbers 0 to {}: ", acts - 1);
+        assert!(refused.starts_with(&expected), "{refused}");
+        assert!(minutes("0").is_err() && minutes("nan").is_err() && minutes("0.5") == Ok(0.5));
+        let mut args = Args {
+            seeds: 3,
+            first: 0,
+            minutes: None,
+            shard: "5/8".parse().unwrap(),
+            jobs: None,
+            json: false,
+            seed: None,
+            keep: None,
+        };
+        assert!(many(&args).unwrap_err().to_string().starts_with("none of these 3 worlds is in the share --shard 5/8"));
+        args.shard = "3/8".parse().unwrap();
+        many(&args).unwrap();
+    }
 
     #[test]
     fn a_world_is_told_act_by_act_under_its_numbers() {

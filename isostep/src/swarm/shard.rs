@@ -1,5 +1,6 @@
 //! A share of the worlds, for a machine of several; and its line of JSON, which a sum of all shares is made from.
 
+use std::fmt;
 use std::str::FromStr;
 
 use isostep_sim::swarm::{Amount, Failure};
@@ -18,6 +19,12 @@ impl Shard {
     /// Its seeds among those from `first` on, in order.
     pub fn seeds(self, first: u64) -> impl Iterator<Item = u64> {
         (first + self.number - 1..).step_by(self.of as usize)
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.of)
     }
 }
 
@@ -64,7 +71,7 @@ impl<'a> Line<'a> {
             again: again(*seed, None),
         });
         Self {
-            shard: format!("{}/{}", shard.number, shard.of),
+            shard: shard.to_string(),
             worlds,
             machine_s: virtual_ns as f64 * 1e-9,
             lines,

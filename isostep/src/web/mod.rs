@@ -16,7 +16,7 @@ mod tests;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 
 pub use page::Page;
 pub use server::Server;
@@ -56,7 +56,7 @@ pub struct Serving {
     #[arg(long, value_name = "N", requires = "port", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: Option<u32>,
     /// The address of this computer at which others may have the page [default: 127.0.0.1, for this computer alone]
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     listen: Option<IpAddr>,
     /// Open the page in the browser. With a board its address has a token, which other programs would see: click on it instead
     #[arg(long, conflicts_with = "port")]
@@ -73,6 +73,17 @@ impl Serving {
     }
 }
 
+/// An address of this computer. `localhost` is one in every browser.
+fn address(text: &str) -> Result<IpAddr, String> {
+    match text.parse() {
+        Ok(address) => Ok(address),
+        Err(_) if text.eq_ignore_ascii_case("localhost") => Ok(IpAddr::V4(Ipv4Addr::LOCALHOST)),
+        Err(_) => {
+            Err("an address of this computer, such as 192.168.1.5 (`ip address` lists them), or localhost".to_owned())
+        }
+    }
+}
+
 /// A board that the page may operate: its port, and bits a second.
 pub struct Board {
     port: Option<String>,
@@ -85,8 +96,12 @@ impl Board {
         Self { port, baud }
     }
 
+    /// The name of its port, which is there.
     fn name(&self) -> Result<String> {
-        self.port.clone().map_or_else(port::find_board, Ok)
+        match &self.port {
+            None => port::find_board(),
+            Some(name) => port::find(name).map(|()| name.clone()),
+        }
     }
 }
 
@@ -114,10 +129,10 @@ pub fn serve(page: Page, serving: Serving) -> Result<()> {
         println!("nothing on the way is encrypted: use it in a network that you trust");
     }
     crate::screen::finish()?;
-    if serving.open {
-        open::that_detached(server.address()).with_context(|| {
-            format!("no browser was opened: open {} yourself, or leave --open out", server.address())
-        })?;
+    if serving.open
+        && let Err(why) = open::that_detached(server.address())
+    {
+        eprintln!("note: no browser was opened ({why}): open {} yourself", server.address());
     }
     server.run()
 }
