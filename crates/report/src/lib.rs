@@ -8,6 +8,7 @@
 //! - [`pace`] says what limits the speed of a program.
 //! - [`survey`] reads a program without a machine, and [`check`] says in words what would become of it on one. Their words are in
 //!   [`remarks`] and [`pace::words`].
+//! - [`listing`] reads the settings of another controller.
 //! - [`laws`] puts speed laws side by side.
 //! - [`compare`] holds the trace of another machine against the plans of a run.
 //! - [`pictures`] draws all of it on a page.
@@ -18,6 +19,7 @@ pub mod compare;
 mod figures;
 pub mod kinematics;
 pub mod laws;
+pub mod listing;
 pub mod pace;
 pub mod pictures;
 pub mod remarks;

@@ -76,7 +76,7 @@ fn taken<'f>(file: &'f str, text: &[u8]) -> Result<Reading<'f>, Refused> {
 }
 
 /// The lines of a text, with any line ends.
-fn lines(text: &[u8]) -> Vec<String> {
+pub fn lines(text: &[u8]) -> Vec<String> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     program::split(text).into_iter().map(|line| String::from_utf8_lossy(line).trim().to_owned()).collect()
 }

@@ -1,5 +1,6 @@
 //! `isostep check`: what programs would do on a machine, without moving anything.
 
+mod listings;
 mod look;
 mod print;
 
@@ -33,6 +34,7 @@ Examples:
   isostep check parts/*.nc                                 many, a line each
   isostep check parts/*.nc --settings a.txt b.txt          how long they take on two machines
   isostep check my.nc --probe-plate Z,12.5,below           G38 finds a plate 12.5 mm above the switch of Z
+  isostep check --settings grbl.txt --write my.txt         a $$ of Grbl, grblHAL or FluidNC, line by line: docs/from-grbl.md
   isostep check my.nc --all --json my.json                 more refused lines; every figure";
 
 /// Say what would become of programs: refused lines, extents, times and what limits them; nothing moves
@@ -40,9 +42,9 @@ Examples:
 #[command(after_help = HELP)]
 pub struct Args {
     /// G-code programs
-    #[arg(value_name = "FILE", required = true)]
+    #[arg(value_name = "FILE", required_unless_present = "settings")]
     programs: Vec<PathBuf>,
-    /// Settings of machines: $n=v lines, a file for each [default: the parking gantry]
+    /// Settings of machines: $n=v lines, a file for each [default: the parking gantry]. Without a program: what becomes of each line
     #[arg(long, value_name = "FILE", num_args = 1..)]
     settings: Vec<PathBuf>,
     /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
@@ -60,10 +62,16 @@ pub struct Args {
     /// Write every figure as JSON
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
+    /// Without a program: write the settings as they are taken
+    #[arg(long, value_name = "OUT.txt", conflicts_with_all = ["programs", "json", "all", "start", "probe_plate"])]
+    write: Option<PathBuf>,
 }
 
 /// Runs the verb.
 pub fn run(args: Args) -> Result<()> {
+    if args.programs.is_empty() {
+        return listings::run(&args.settings, args.write.as_ref());
+    }
     ensure!(
         !args.all || args.programs.len() == 1,
         "--all lists the refused lines of one program: name one, or leave it out"

@@ -23,6 +23,11 @@ pub fn detail(checked: &Checked, all: bool) -> String {
     text
 }
 
+/// What is said under each name.
+pub fn told(rows: &[Row]) -> String {
+    rows.iter().map(lines).collect()
+}
+
 fn lines(row: &Row) -> String {
     let places: String = row.places.iter().map(|place| format!("    {place}\n")).collect();
     format!("  {:<11}{}\n{places}", row.name, row.words)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use isostep_console::Settings;
+use isostep_console::{SettingError, Settings};
 use isostep_report::pictures::{self, BothRules};
 use isostep_report::remarks;
 use isostep_report::ringing::{self, RingingFigures};
@@ -351,13 +351,25 @@ fn config(args: &Args) -> Result<Config> {
 
 /// Reads settings from a file, for a machine with the step port and the motor driver of `config`.
 pub fn read_settings(path: &Path, config: &Config) -> Result<Settings> {
+    let text = read_as_settings(path)?;
+    let name = project::shown(path);
+    settings::read(&name, &text, config.port, config.driver).map_err(|refused| match refused.reason {
+        settings::Reason::Setting(SettingError::Unknown { .. }) => anyhow!(
+            "{refused}. `isostep check --settings {name}` says what becomes of another controller's settings, line by line"
+        ),
+        _ => refused.into(),
+    })
+}
+
+/// The bytes of a file of settings.
+pub fn read_as_settings(path: &Path) -> Result<Vec<u8>> {
     let name = project::shown(path);
     let text = fs::read(path).map_err(|error| match error.kind() {
         ErrorKind::NotFound => anyhow!("{name} does not exist: name a file of $n=v lines, such as $$ prints them"),
         _ => anyhow!("{name} cannot be read: {error}"),
     })?;
     ensure!(text.len() != FLASH_BYTES, "{name} is the flash of an earlier run: give it with --flash");
-    Ok(settings::read(&name, &text, config.port, config.driver)?)
+    Ok(text)
 }
 
 /// Prints beforehand which axes are configured for more than their motors can do, by the initial settings or by those
