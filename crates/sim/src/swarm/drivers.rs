@@ -25,10 +25,9 @@ const STALLS: u64 = 2;
 const LONGEST_US: f64 = 600_000.0;
 /// The longest time from a fault that is over to the next one of the same driver.
 const APART_US: f64 = 300_000.0;
-/// Longer than it takes to set all drivers.
-const SETTING_US: f64 = 80_000.0;
-/// What is said of drivers. All of them stay watched.
-const LINES: [&str; 8] = ["M122", "$140=900", "$151=32", "$152=8", "$211=20", "$980=600", "$908=0", "$151=16"];
+/// Longer than it takes to set all drivers, and than two rounds in which they are asked.
+const SETTING_US: u64 = 80_000;
+const ROUNDS_US: u64 = 250_000;
 
 /// A driver that fails for a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,26 +101,39 @@ fn home_by_stall(config: &mut Config, random: &mut Random) {
 }
 
 impl Random {
-    /// A line about drivers, or drivers that fail: in some cases while they are set anew, in most until the machine is unlocked, and
-    /// in some of these again then.
+    /// A line about drivers, or drivers that fail: in most cases of a machine at rest that is not locked, in some while they are set
+    /// anew, and in some again as soon as the machine is unlocked.
     fn about_drivers(&mut self) -> Vec<Act> {
-        let line = Act::Line(0, self.of(&LINES).to_owned());
+        let send = |line: String| Act::Line(0, line);
         if self.one_in(4) {
-            return vec![line];
+            return vec![send(self.driver_line())];
         }
-        let mut acts = if self.one_in(2) { vec![line, self.soon(SETTING_US)] } else { Vec::new() };
+        let mut acts = Vec::new();
+        if !self.one_in(3) {
+            acts.extend([Act::Rest, send("$X".to_owned())]);
+        }
+        if !self.one_in(3) {
+            acts.extend([send(self.driver_line()), Act::Wait(self.below(SETTING_US))]);
+        }
         acts.push(self.failings());
-        if !self.one_in(4) {
-            acts.push(Act::Line(0, self.of(&["$X", "$X", "$H"]).to_owned()));
-        }
         if self.one_in(2) {
-            acts.extend([self.soon(APART_US), self.failings()]);
+            let unlock = self.of(&["$X", "$X", "$H"]).to_owned();
+            acts.extend([send(unlock), Act::Wait(self.below(ROUNDS_US)), self.failings()]);
         }
         acts
     }
 
-    fn soon(&mut self, longest_us: f64) -> Act {
-        Act::Wait(self.between(1.0, longest_us) as u64)
+    /// What is said of drivers. All of them stay watched.
+    fn driver_line(&mut self) -> String {
+        let axis = self.below(3);
+        match self.below(8) {
+            0 => "M122".to_owned(),
+            1 => format!("$15{axis}={}", self.of(&[8, 16, 32])),
+            2 => format!("$98{axis}={}", self.of(&[0, 600, 1200])),
+            3 => "$908=0".to_owned(),
+            4 => format!("$21{axis}={}", 10 + self.below(90)),
+            _ => format!("$14{axis}={}", 500 + self.below(700)),
+        }
     }
 
     /// One driver that fails again and again, or several that fail at once or soon after each other.
