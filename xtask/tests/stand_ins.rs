@@ -34,7 +34,7 @@ impl StandIns {
         let path = self.0.join("bin").join(name);
         let folder = self.0.display();
         let script = format!(
-            "#!/bin/sh\nfolder={folder}\nto=$folder/target/thumbv6m-none-eabi/release\n\
+            "#!/bin/sh\nfolder='{folder}'\nto=\"$folder/target/thumbv6m-none-eabi/release\"\n\
              echo \"{name} $*\" >> \"$folder/calls\"\n{does}\n"
         );
         fs::write(&path, script).unwrap();

@@ -13,14 +13,15 @@ pub fn table(variants: &[Variant]) -> String {
         "# Which file\n\n\
          The firmware of Isostep {}. Hold BOOTSEL while you plug in the board (on an SKR Pico set the jumper BOOT and press RESET),\n\
          and copy one file onto the drive RPI-RP2 that appears. Files with `prove` in their names measure the board by `isostep prove`,\n\
-         and never energise a motor. `sha256sum --check SHA256SUMS` says whether the files are as they were made.\n\n",
+         and never energise a motor. Of the emergency stop `nc` is the safer one, and of the port `pio` the faster one.\n\
+         `sha256sum --check SHA256SUMS` says whether the files are as they were made.\n\n",
         env!("CARGO_PKG_VERSION")
     );
     let heads =
         [["file", "board", "driver", "axes", "estop", "port"].map(str::to_owned), ["---"; 6].map(str::to_owned)];
     for cells in heads.into_iter().chain(variants.iter().map(|&variant| cells(variant))) {
         let [file, board, driver, axes, estop, port] = cells;
-        let _ = writeln!(text, "| {file:<46} | {board:<8} | {driver:<7} | {axes:<4} | {estop:<5} | {port:<5} |");
+        let _ = writeln!(text, "| {file:<50} | {board:<8} | {driver:<7} | {axes:<4} | {estop:<5} | {port:<5} |");
     }
     text += "\n";
     text += &meanings::<Board>("board");
