@@ -11,10 +11,14 @@ use crate::workspace;
 /// What stands for a word of the reader's, and a word for it.
 const PLACEHOLDERS: [(&str, &str); 3] = [("NAME", "sine"), ("CRATE", "console"), ("N", "1")];
 /// Files of the reader's, and those of ours that stand for them in a run.
-const READERS: [(&str, &str); 3] =
-    [("FILE", "programs/square.nc"), ("my.nc", "programs/square.nc"), ("my.txt", "programs/machines/c.txt")];
+const READERS: [(&str, &str); 4] = [
+    ("FILE", "programs/square.nc"),
+    ("my.nc", "programs/square.nc"),
+    ("my.txt", "programs/machines/c.txt"),
+    ("grbl.txt", "crates/report/tests/listings/laser-500.txt"),
+];
 /// Files that a verb writes, by option.
-const WRITTEN: [&str; 5] = ["--trace", "--json", "--report", "--csv", "--plot"];
+const WRITTEN: [&str; 6] = ["--write", "--trace", "--json", "--report", "--csv", "--plot"];
 
 /// A command, as a page shows it.
 struct Shown {
