@@ -44,9 +44,6 @@ fn a_setting_is_in_the_driver_when_it_is_answered() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_setting_that_is_changed_back_is_in_the_driver() {
-    if !is_skr_pico() {
-        return;
-    }
     let set = |lines: &[&str]| lines.iter().map(|line| format!("send {line}\nexpect ok\n")).collect::<String>();
     let changed = ["$142=1200", "$152=8", "$982=600"];
     let back = ["$142=800", "$152=16", "$982=0"];
@@ -57,7 +54,7 @@ fn a_setting_that_is_changed_back_is_in_the_driver() {
             TalkingDriver { currents: [20, 9], chopper: "StealthChop".into(), ..as_set(8) },
         ),
     ] {
-        let run = Board::new("drivers-back").script(&format!("expect Grbl\n{}", set(&lines)));
+        let run = Board::of_skr_pico("drivers-back").script(&format!("expect Grbl\n{}", set(&lines)));
         assert!(run.ok, "{}", run.printed);
         assert_eq!(found(&run, 'Z'), Some(expected), "{lines:?}");
     }
