@@ -43,8 +43,7 @@ pub fn run(Args {}: Args) -> Result<()> {
     }
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let mut files = Vec::new();
-    let proving = Port::value_variants().iter().map(|&port| Variant::proving(port));
-    let variants: Vec<_> = variants().chain(proving).collect();
+    let variants: Vec<_> = variants().collect();
     for &variant in &variants {
         build::firmware(variant)?;
         let uf2 = fs::read(workspace::firmware_uf2())?;
@@ -266,5 +265,14 @@ mod tests {
         for end in [".uf2", "-estop-nc.uf2", "-4-axes.uf2", "-estop-nc-4-axes.uf2"] {
             assert!(names.contains(&name.replace(".uf2", end)), "{names:?}");
         }
+    }
+    #[test]
+    fn the_files_that_the_readme_names_are_made() {
+        let readme = fs::read_to_string(workspace::root().join("README.md")).unwrap();
+        let named: Vec<_> =
+            readme.split('`').filter(|word| word.starts_with("isostep-") && word.ends_with(".uf2")).collect();
+        let made: BTreeSet<_> = variants().map(super::name).collect();
+        assert!(named.len() >= 4, "{named:?}");
+        assert!(named.iter().all(|name| made.contains(*name)), "{named:?} of {made:?}");
     }
 }
