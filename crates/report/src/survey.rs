@@ -503,9 +503,9 @@ fn note(number: usize, listed: &mut Vec<usize>, total: &mut usize) {
 /// `Ä (0x84)`: the character that the byte at `place` is of, and the byte.
 fn named(bytes: &[u8], place: usize) -> String {
     let byte = bytes[place];
-    let of_text = str::from_utf8(bytes).ok();
-    let character = of_text.and_then(|text| text[text.floor_char_boundary(place)..].chars().next());
-    match character {
+    let text = str::from_utf8(bytes).unwrap_or_default();
+    let character = text.char_indices().take_while(|(index, _)| *index <= place).last();
+    match character.map(|(_, character)| character) {
         Some('\u{a0}') => format!("a no-break space (0x{byte:02X})"),
         Some(character) => format!("{character} (0x{byte:02X})"),
         None => format!("byte 0x{byte:02X}"),

@@ -10,4 +10,5 @@ mod probe;
 mod status;
 mod system;
 mod talk;
+mod told;
 mod tool;
