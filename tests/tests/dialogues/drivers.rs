@@ -364,6 +364,23 @@ fn a_fault_that_comes_again_is_told_again() {
     }
 }
 
+/// The machine is unlocked while the motor is still off. Whether it was off once or twice since then, nobody can tell.
+#[test]
+fn a_fault_that_lasts_until_the_machine_is_unlocked_is_told_again() {
+    for fault in KEPT {
+        let mut sim = powered_up(&skr_pico());
+        sim.set_driver(Axis::X, Some(fault));
+        sim.run_until_state(|state| matches!(state, State::Alarm(_))).unwrap();
+        assert_eq!(begin(&mut sim, "$X", Duration::from_millis(1)).last().unwrap(), "ok");
+        sim.set_driver(Axis::X, None);
+        blink(&mut sim, Axis::X, fault);
+        let heard = later(&mut sim);
+        assert!(heard.contains(&"ALARM:17".into()), "{fault}: {heard:?}");
+        assert_eq!(begin(&mut sim, "$X", ROUND).last().unwrap(), "ok");
+        assert_eq!(state(&mut sim), "Idle", "{fault}: it is over");
+    }
+}
+
 /// A driver that warns now and then is told each time, and stops nothing.
 #[test]
 fn a_driver_that_is_hot_again_is_told_again() {

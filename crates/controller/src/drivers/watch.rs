@@ -146,7 +146,8 @@ impl<W: Wire> Line<'_, W> {
         }
         let global: GSTAT = self.read().await?;
         // What a driver that is not set has kept was before the machine was switched on, or has locked it.
-        let is_old = is_unset && (known.health == Health::Unknown || is_locked());
+        let is_locked = is_locked();
+        let is_old = is_unset && (known.health == Health::Unknown || is_locked);
         // What was read and nothing else is cleared, so whatever happens from now on is for the next round.
         if global.reset() || global.drv_err() {
             self.write(&[self.request(global)]).await?;
@@ -163,8 +164,9 @@ impl<W: Wire> Line<'_, W> {
         let before = DRV_STATUS(known.status);
         let status: DRV_STATUS = self.read().await?;
         (known.status, known.sg_result) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
-        // While an error lasts its flag cannot be cleared.
-        let has_failed = global.drv_err() && !is_old && !is_off(&before);
+        // While an error lasts its flag cannot be cleared. If the machine was unlocked meanwhile, the motor was off again.
+        let is_told = is_old || is_locked && is_off(&before);
+        let has_failed = global.drv_err() && !is_told;
         let health = if restarted { Health::Restarted } else { Health::judge(has_failed, global.uv_cp(), &status) };
         Ok(known.with_coils(health, &status))
     }
