@@ -5,9 +5,9 @@
 //!
 //! | priority | interrupt | why there |
 //! |---|---|---|
-//! | P0 | `TIMER_IRQ_0` | the time driver's alarm: it only wakes tasks whose time has come |
 //! | P0 | `PWM_IRQ_WRAP` | of a proving image, while it measures how long such an interrupt waits |
 //! | P0 | `PIO1_IRQ_1` | an edge of a switch: it engages the brake |
+//! | P1 | `TIMER_IRQ_0` | the time driver's alarm: it only wakes tasks whose time has come, none of them above P1 |
 //! | P1 | `IO_IRQ_BANK0` | the same edge: it only wakes the task that watches the switch |
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke |
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; at P3 with `TimerPort`, passes on segments |
@@ -19,12 +19,15 @@
 //!
 //! Critical sections are above all of them, because they mask every interrupt. The timer queue, channels and wakers
 //! hold one for microseconds, a log line for as long as defmt takes to encode it. So nothing is logged at each step,
-//! and the log never waits for a debug probe.
+//! and the log never waits for a debug probe. The time driver has a lock of its own, [`BelowGuard`]: it looks through all tasks
+//! that wait, which takes up to 5 us, and a switch must not wait for that.
 #![expect(unsafe_code, reason = "an executor may be run from its own interrupt only, and interrupts are unmasked")]
 
+use cortex_m::peripheral::NVIC;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
+use embassy_sync::blocking_mutex::raw::RawMutex;
 
 const USB: Priority = if cfg!(feature = "timer-port") { Priority::P3 } else { Priority::P1 };
 
@@ -33,10 +36,40 @@ static AXES: InterruptExecutor = InterruptExecutor::new();
 #[cfg(feature = "timer-port")]
 static STEPS: InterruptExecutor = InterruptExecutor::new();
 
+/// The interrupts of P0, as bits.
+const GUARD: u32 =
+    1 << interrupt::PIO1_IRQ_1 as u32 | if cfg!(feature = "prove") { 1 << interrupt::PWM_IRQ_WRAP as u32 } else { 0 };
+
+/// A lock that masks every interrupt but those of P0, which never take it.
+pub struct BelowGuard;
+
+// SAFETY: there is one core, and all code but the handlers of P0 is kept from running. These touch nothing behind such a lock:
+// it is the time driver's alone, and they set no timer. After start-up nobody enables or disables an interrupt, so those
+// that are restored are those that there were.
+unsafe impl RawMutex for BelowGuard {
+    const INIT: Self = Self;
+
+    #[inline(always)]
+    fn lock<R>(&self, f: impl FnOnce() -> R) -> R {
+        // SAFETY: the address is that of the NVIC, whose registers may be written in any context.
+        let nvic = unsafe { &*NVIC::PTR };
+        let enabled = nvic.iser[0].read() & !GUARD;
+        // SAFETY: masking interrupts breaks nothing but time.
+        unsafe { nvic.icer[0].write(enabled) };
+        // None of them comes after these.
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        let result = f();
+        // SAFETY: they were enabled before.
+        unsafe { nvic.iser[0].write(enabled) };
+        result
+    }
+}
+
 /// Assigns the priorities, then starts the executors of the switches and of the axes.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
-    interrupt::TIMER_IRQ_0.set_priority(Priority::P0);
     interrupt::PIO1_IRQ_1.set_priority(Priority::P0);
+    interrupt::TIMER_IRQ_0.set_priority(Priority::P1);
     interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
     interrupt::SWI_IRQ_1.set_priority(Priority::P1);
     interrupt::SWI_IRQ_2.set_priority(Priority::P2);

@@ -7,26 +7,27 @@
 //! on the emulated board, a step came late by that. Here the clock is read after every write to the alarm.
 //!
 //! # Deadline
-//! The interrupt has the highest priority, and takes some microseconds. What delays it delays every task that waits for
-//! its time; a task never misses its time for good.
+//! The interrupt has the priority of the highest task, and takes some microseconds. What delays it delays every task that
+//! waits for its time; a task never misses its time for good. The guard delays it, and is not delayed by it.
 
 use core::cell::RefCell;
 use core::task::Waker;
 
 use embassy_rp::interrupt;
 use embassy_rp::pac::TIMER;
-use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_time_driver::{Driver, time_driver_impl};
 use embassy_time_queue_utils::Queue;
 
-use crate::{priority, two_words};
+use crate::priority::{self, BelowGuard};
+use crate::two_words;
 
 const ALARM: usize = 0;
 
-time_driver_impl!(static DRIVER: TimeDriver = TimeDriver { timers: CriticalSectionMutex::new(RefCell::new(Timers::new())) });
+time_driver_impl!(static DRIVER: TimeDriver = TimeDriver { timers: Mutex::new(RefCell::new(Timers::new())) });
 
 struct TimeDriver {
-    timers: CriticalSectionMutex<RefCell<Timers>>,
+    timers: Mutex<BelowGuard, RefCell<Timers>>,
 }
 
 /// The tasks that wait for their times.
