@@ -89,6 +89,25 @@ fn either_side_may_meet_its_switch_first() {
     }
 }
 
+/// The contacts bounce for longer than the axis takes for several steps, and are debounced for longer still.
+#[test]
+fn either_side_s_switch_may_bounce_long_after_a_fast_latch() {
+    for (port, negative) in Port::ALL.into_iter().flat_map(|port| [(port, 0b111), (port, 0b101)]) {
+        for skew_mm in [-3.0, -0.04, 0.0, 0.04, 3.0] {
+            let mut config = machine(port);
+            (config.bounce_us, config.gantry.skew_mm) = (20_000, skew_mm);
+            let settings = &mut config.settings;
+            (settings.homing_debounce_ms, settings.homing_latch_mm_min) = (250, 600.0);
+            settings.homing_direction_mask = negative;
+            for seed in 0..4 {
+                config.seed = seed;
+                let sim = homed(&config);
+                assert_eq!(places(&sim), [100, 100], "{port}, $23={negative}, {skew_mm} mm skewed, seed {seed}");
+            }
+        }
+    }
+}
+
 /// Neither the offset nor anything else of homing leaves a motor without its steps.
 #[test]
 fn after_an_offset_both_motors_make_every_later_step() {

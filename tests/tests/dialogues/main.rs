@@ -33,4 +33,5 @@ mod stored;
 mod tables;
 mod talk;
 mod tool;
+mod unlike_axes;
 mod words;

@@ -220,6 +220,27 @@ fn a_threshold_is_not_proposed_where_none_can_be() {
     assert_eq!(say(&mut reset, "$STALL=X").last().unwrap(), "ok", "it can be done again");
 }
 
+/// Each axis stalls at either end, with every value of `$23`; and a threshold that is too high is found out at either.
+#[test]
+fn axes_home_by_stall_at_either_end() {
+    for negative in 0..8 {
+        let mut config = config();
+        config.settings.homing_direction_mask = negative;
+        let mut sim = powered_up(&config);
+        let words = |axis: &str| format!("[MSG:{axis} has stalled twice, 0 steps apart]");
+        assert_eq!(say(&mut sim, "$H"), [words("X"), words("Y"), words("Z"), "ok".into()], "$23={negative}");
+        for axis in 0..3 {
+            let off_steps = off_steps(&sim, axis);
+            assert!((-2 * MICROSTEPS..=0).contains(&off_steps), "$23={negative}, {axis}: {off_steps}");
+        }
+        config.settings.stall_threshold = [160; 3];
+        for axis in Axis::ALL {
+            let mut sim = powered_up(&config);
+            assert!(say(&mut sim, &format!("$H{axis}")).contains(&"ALARM:24".into()), "$23={negative}: {axis}");
+        }
+    }
+}
+
 /// A threshold above what a free motor has is a stall wherever the axis is fast.
 #[test]
 fn alarm_24_stalls_apart() {
