@@ -127,13 +127,15 @@ where
         }
         // Nothing follows a probe or homing in its chain.
         let may_follow = self.waiting.is_none() && matches!(purpose, Purpose::Program | Purpose::Jog);
-        self.machine.set_room(if may_follow { CHAIN_MOVES - self.chain.len() } else { 0 });
+        let has_room = may_follow && !self.marks.is_full();
+        self.machine.set_room(if has_room { CHAIN_MOVES - self.chain.len() } else { 0 });
         motion.is_some()
     }
 
-    /// Whether another motion may follow; none may while the machine is to brake.
+    /// Whether another motion may follow; none may while the machine is to brake. Without room for a mark the lines of a raster
+    /// would be blocks of their own, each of which takes the processor longer than many lines that are one.
     pub(crate) fn takes(&self) -> bool {
-        self.waiting.is_none() && !self.chain.is_full() && !self.machine.is_to_brake()
+        self.waiting.is_none() && !self.chain.is_full() && !self.marks.is_full() && !self.machine.is_to_brake()
     }
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {

@@ -6,7 +6,7 @@
 //! order of the path. The tag of a block says which marks are its own. So whoever has a chunk finds its marks, also
 //! after a hold, and nothing has to be counted along with the chain.
 //!
-//! If there is no room for a mark, the line becomes a block of its own.
+//! If a block has as many marks as it may have, the line becomes another. While there is no room at all, no line is taken.
 
 use crate::tag::{MarksOf, Tag};
 use crate::tool::power::{Level, Power};
@@ -53,6 +53,11 @@ impl Marks {
         Self { ring: [Stored { steps: 0, lines: 0, level: Level::ZERO }; PLACES], first: 0, end: 0, last }
     }
 
+    /// Whether there is no room for another.
+    pub fn is_full(&self) -> bool {
+        after(self.end) == self.first
+    }
+
     /// Those of a block that is pushed now, which has none yet.
     pub fn none(&self) -> MarksOf {
         MarksOf { first: self.end, count: 0 }
@@ -64,15 +69,14 @@ impl Marks {
     pub fn join(&mut self, tag: u64, place_steps: u32, next: &Tag) -> Option<u64> {
         let mut tag = Tag::unpack(tag);
         let (Power::Constant(level) | Power::BySpeed(level)) = next.power else { return None };
-        let end = after(self.end);
-        if tag.power.with_level(level) != next.power || tag.marks.count == MARKS_OF_BLOCK || end == self.first {
+        if tag.power.with_level(level) != next.power || tag.marks.count == MARKS_OF_BLOCK || self.is_full() {
             return None;
         }
         let from = if tag.marks.count == 0 { (0, tag.line) } else { (self.last.place_steps, self.last.line) };
         let steps = u16::try_from(place_steps - from.0).ok()?;
         let lines = u16::try_from(next.line.checked_sub(from.1)?).ok().filter(|_| (next.line == 0) == (from.1 == 0))?;
         self.ring[usize::from(self.end)] = Stored { steps, lines, level };
-        (self.end, self.last) = (end, Mark { place_steps, line: next.line, level });
+        (self.end, self.last) = (after(self.end), Mark { place_steps, line: next.line, level });
         tag.marks.count += 1;
         Some(tag.pack())
     }
