@@ -107,14 +107,22 @@ export class Board {
     if (millis !== null) this.clock.createAlarm(goOn).scheduleAt(this.clock.cycles + cyclesOfMillis(millis));
   }
 
-  /** Masks an interrupt, so that the code that runs in it stops. Lower priorities continue. */
+  /**
+   * Holds an interrupt back, so that the code that runs in it stops. Lower priorities continue. It stays pending, and the
+   * firmware may enable and disable it meanwhile.
+   */
   maskIrq(number) {
-    this.core.enabledInterrupts &= ~(1 << number);
+    const held = 1 << number;
+    let pending = this.core.pendingInterrupts;
+    const get = () => pending & ~held;
+    const set = (value) => void (pending = value | (pending & held));
+    Object.defineProperty(this.core, 'pendingInterrupts', { configurable: true, get, set });
+    this.heldBack = () => pending;
   }
 
-  /** Unmasks it: what runs in it goes on. */
-  unmaskIrq(number) {
-    this.core.enabledInterrupts |= 1 << number;
+  /** Lets it come: what runs in it goes on. */
+  unmaskIrq() {
+    Object.defineProperty(this.core, 'pendingInterrupts', { configurable: true, writable: true, value: this.heldBack() });
     this.core.interruptsUpdated = true;
     this.core.sleep.enabled();
   }
