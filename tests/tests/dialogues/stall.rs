@@ -82,7 +82,7 @@ fn homing_by_stall_is_refused_where_no_stall_could_be_told() {
         assert!(!looks(&mut sim));
         heard[0].strip_prefix("[MSG:a stall of ").unwrap().to_owned()
     };
-    let cases: [(Change, &str); 9] = [
+    let cases: [(Change, &str); 10] = [
         (
             |config| config.settings.trinamic_mask = 0b110,
             "X cannot be told: $338 leaves its driver out. Take it in, or out of $339]",
@@ -106,6 +106,10 @@ fn homing_by_stall_is_refused_where_no_stall_could_be_told() {
         (
             |config| (config.settings.accel_mm_s2[2], config.settings.travel_mm[2]) = (50.0, 20.0),
             "Z cannot be told: its run-up is 20 mm long, its travel 20. Raise $122, or lower $25]",
+        ),
+        (
+            |config| config.settings.homing_pull_off_mm = 0.6,
+            "X cannot be told: it pulls off by less than two full steps, $27=0.600. Set $27=0.640, or more]",
         ),
         (
             |config| config.settings.stall_threshold[1] = 0,
@@ -146,6 +150,19 @@ fn a_run_up_is_to_the_speed_that_an_axis_may_have() {
     let places_steps: Vec<_> = turns.map(|pair| pair[0].position_steps).collect();
     assert_eq!(places_steps.len(), 3, "{places_steps:?}");
     assert_eq!(places_steps[1] - places_steps[0], 50 * (9 + 2), "the run-up and the pull-off");
+}
+
+/// The field is two full steps ahead at most when a stall is told. Pulled off by so much, it is where the motor is, wherever it began.
+#[test]
+fn an_axis_that_has_homed_by_a_stall_is_where_it_says() {
+    for phase in 0..4 * MICROSTEPS {
+        let mut config = config();
+        (config.settings.homing_pull_off_mm, config.start_mm[0]) = (0.64, 10.0 + f64::from(phase) / STEPS_PER_MM);
+        let mut sim = powered_up(&config);
+        assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok", "{phase}");
+        assert_eq!(say(&mut sim, "G53 G0 X5"), ["ok"]);
+        assert_eq!(sim.outcome().drift_steps[0], 0, "{phase}");
+    }
 }
 
 /// An axis with a switch needs none of this, beside one that homes by stall.

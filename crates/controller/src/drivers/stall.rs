@@ -15,6 +15,8 @@ use crate::output::Message;
 const LEAST_FULL_STEPS_S: f32 = 50.0;
 /// A driver is told to look for stalls from this part of the seek's speed on: slower, a motor that speeds up seems stalled.
 pub const LOOKS_FROM: f32 = 0.75;
+/// How far the field of a motor that stalls is ahead of it at most, full steps.
+const AHEAD_FULL_STEPS: f32 = 2.0;
 /// The first drivers, whose DIAG a board can lead to a limit input. The fourth's would be on the emergency stop's.
 const JUMPERS: usize = 3;
 /// How far StealthChop must reach beyond the seek: its end is not exact, and the driver's clock is not.
@@ -128,6 +130,8 @@ enum Kind {
     Slow { seek_mm_min: f32, least_mm_min: f32 },
     /// The way of the run-up does not fit into the travel.
     LongRunUp { way_mm: f32, travel_mm: f32 },
+    /// The field of a motor that stalls is ahead of it by up to two full steps, and would not come back to it.
+    ShortPullOff { pull_off_mm: f32, least_mm: f32 },
     /// Nobody has found the threshold.
     NoThreshold,
     /// The input is high although the motor stands.
@@ -142,6 +146,7 @@ pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     let slowest_mm_min = LEAST_FULL_STEPS_S / LOOKS_FROM * 60.0 / full_steps_mm;
     let (stealth_mm_min, least_mm_min) = (settings.stealth_mm_min[index], STEALTH_SEEKS * seek_mm_min);
     let (way_mm, travel_mm) = (way_mm(settings, axis) as f32, settings.reach_mm(index));
+    let (pull_off_mm, least_mm) = (settings.homing_pull_off_mm, AHEAD_FULL_STEPS / full_steps_mm);
     let kind = if settings.trinamic_mask & (1 << index) == 0 {
         Kind::LeftOut
     } else if index >= JUMPERS || settings.second_motor() == Some(index) {
@@ -152,6 +157,8 @@ pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
         Kind::SpreadCycle { stealth_mm_min, least_mm_min }
     } else if way_mm >= travel_mm {
         Kind::LongRunUp { way_mm, travel_mm }
+    } else if pull_off_mm < least_mm {
+        Kind::ShortPullOff { pull_off_mm, least_mm }
     } else {
         return None;
     };
@@ -187,6 +194,11 @@ impl fmt::Display for Obstacle {
             Kind::LongRunUp { way_mm, travel_mm } => {
                 let (way, travel, accel) = (whole(way_mm), whole(travel_mm), number(120));
                 write!(f, "its run-up is {way} mm long, its travel {travel}. Raise ${accel}, or lower $25")
+            }
+            Kind::ShortPullOff { pull_off_mm, least_mm } => {
+                let exact = |value| Fixed { value, decimals: 3 };
+                let (is, most) = (exact(pull_off_mm), exact(least(1_000.0 * least_mm) as f32 / 1_000.0));
+                write!(f, "it pulls off by less than two full steps, $27={is}. Set $27={most}, or more")
             }
             Kind::NoThreshold => {
                 write!(f, "${}=0. With {axis} in the middle of its travel send $STALL={axis}", number(200))

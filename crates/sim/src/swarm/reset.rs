@@ -5,7 +5,7 @@ use isostep_console::report::messages;
 use isostep_motion::State;
 
 use super::Failure;
-use super::runner::{LOOK_US, Runner};
+use super::runner::{DRIVER_ALARM, LOOK_US, Runner};
 use super::talk::{Talk, is_answer};
 
 /// Time in which the consoles read what has been sent, us.
@@ -145,7 +145,7 @@ impl Runner<'_> {
 /// Whether a line printed this behind the last welcome, other than the empty line of the host. The emergency stop and a
 /// driver that fails lock a machine at rest too, whenever they do; every other alarm needs a motion.
 fn is_of_a_line(printed: &str) -> bool {
-    let is_of_reset = ["ok", ">", "[MSG:", "ALARM:10", "ALARM:17"].iter().any(|begin| printed.starts_with(begin));
+    let is_of_reset = ["ok", ">", "[MSG:", "ALARM:10", DRIVER_ALARM].iter().any(|begin| printed.starts_with(begin));
     !is_of_reset || printed.contains("M6") || printed.contains(messages::PROGRAM_END)
 }
 

@@ -31,7 +31,7 @@ const DRIVER_TOLD_US: u64 = 500_000;
 /// The drivers have been set after this time from power-up, us, if they answer.
 const START_US: u64 = 200_000;
 const ALARM: &str = "ALARM:";
-const DRIVER_ALARM: &str = "ALARM:17";
+pub(super) const DRIVER_ALARM: &str = "ALARM:17";
 /// The longest time that the machine may need to finish.
 const LIMIT: Duration = Duration::from_secs(3_600);
 /// Attempts to bring a machine back to idle: there may be many M0 among the waiting lines.

@@ -88,6 +88,18 @@ fn an_alarm_after_a_reset_that_no_forgotten_line_has_raised_is_no_failure() {
     assert_eq!(run(&Scenario { config, acts }).map(drop), Ok(()));
 }
 
+/// The machine is unlocked before a round has seen that the driver is well again: it is locked again, and reset meanwhile.
+#[test]
+fn an_alarm_of_a_driver_behind_a_reset_is_no_failure() {
+    let config = Config { board: Board::SkrPico, driver: Board::SkrPico.driver(), ..Config::default() };
+    let off = |us| Failing { motor: Axis::Y.into(), fault: DriverFault::Off, after_us: 0, us };
+    for us in (450_000..550_000).step_by(10_000) {
+        let reset = Act::Reset { by: 0, early: b"", late: b"", apart_us: 19 };
+        let acts = [vec![Act::Drivers(vec![off(us)])], lines(&["$X"]), vec![reset]].concat();
+        assert_eq!(run(&Scenario { config: config.clone(), acts }).map(|amount| amount.faults), Ok(2), "{us} us");
+    }
+}
+
 /// Of the worlds that are to home by stall most can.
 #[test]
 fn worlds_home_by_stall() {
