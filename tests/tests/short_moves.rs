@@ -3,7 +3,7 @@
 //! those of the axes that stand still. Behind a hold as many of them as the machine takes are known at once.
 
 use embassy_time::Duration;
-use isostep_motion::{MOVE_S, State};
+use isostep_motion::{STRAIGHT_S, State};
 use isostep_profile::SpeedLaw;
 use isostep_sim::world::Edge;
 use isostep_sim::{AXES, Config, Port, Sim};
@@ -59,7 +59,7 @@ fn short_moves_straight_on_are_slower_and_never_an_alarm() {
                     let short = &edges[LONG_STEPS as usize..];
                     // A step comes in the middle of its move, so there is a move less between them.
                     let lasts_s = (short[MOVES - 1].t_ns - short[0].t_ns) as f64 * 1e-9;
-                    let least_s = (MOVES - 1) as f64 * MOVE_S;
+                    let least_s = (MOVES - 1) as f64 * STRAIGHT_S;
                     assert!(lasts_s > 0.999 * least_s, "{port}, law {law}, {words}, held: {is_held}: {lasts_s} s");
                     let is_trapezoid = law == 0 && port == Port::Pio;
                     assert!(!is_trapezoid || lasts_s < 1.1 * least_s, "{words}, held: {is_held}: {lasts_s} s");

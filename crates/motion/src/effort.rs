@@ -16,10 +16,14 @@ use crate::axes::AXES;
 use crate::port::{Capabilities, Wiring};
 use crate::shaping::{LEGS, Shaping};
 
-/// How long a move without a blend lasts at least, s: that is read, planned and queued. It needs a bound, because moves that
-/// are known ahead, after a hold or a longer move, could all be made at once. It also bounds how many of them make up what has
-/// to be known ahead, and so the axes that stand still know that they do.
-pub const MOVE_S: f64 = 0.6e-3;
+/// Reading, planning and queueing a move without ramps.
+const MOVE_S: f64 = 0.6e-3;
+
+/// How long a move without a blend lasts at least where hardware makes the steps, s. It needs a bound, because moves that are
+/// known ahead, after a hold or a longer move, could all be made at once: the last of them would be planned too late. It may be
+/// a little shorter than planning takes, because no more are known than the chain and the queue have room for. It also bounds how
+/// many of them make up what has to be known ahead, and so the axes that stand still know that they do.
+pub const STRAIGHT_S: f64 = 0.5e-3;
 
 /// How long a move lasts at least to which a blend leads, s: that is planned and compiled, too, and the end of a line at another
 /// place than that of the move.
@@ -75,7 +79,7 @@ pub(crate) fn effort(
     Effort {
         step_s: f64::from(step_ns) * 1e-9,
         move_s: if by_hardware { shaped_s } else { MOVE_S + shaped_s },
-        straight_s: if by_hardware && shaping.is_none() { MOVE_S } else { 0.0 },
+        straight_s: if by_hardware && shaping.is_none() { STRAIGHT_S } else { 0.0 },
         blend_s: if shaping.is_some() { 0.0 } else { BLEND_S },
         ramps_s: ramps_ms * 1e-3,
         root_step_s: root_step_ms * 1e-3,

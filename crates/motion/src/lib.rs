@@ -47,7 +47,7 @@ pub mod tool;
 pub use aside::aside;
 pub use axes::{AXES, Axis};
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
-pub use effort::{BLEND_S, BOX_S, MOVE_S, SHAPED_S, shaped_s};
+pub use effort::{BLEND_S, BOX_S, SHAPED_S, STRAIGHT_S, shaped_s};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use motor::{LimitInput, Motor, SecondMotor, Side};

@@ -59,11 +59,11 @@ mod tests {
         assert_eq!(longer(&burst), 0.0, "planned during the long move before them");
     }
 
-    /// 2,500 moves a second are asked for; the machine makes 1,667, and the board needs a little longer for each.
+    /// 2,500 moves a second are asked for; the machine makes 2,000, and the board needs longer for each.
     #[test]
     fn moves_that_come_too_fast_take_as_long_as_their_planning() {
         let program = format!("G91 G1 F6000\n{}", "X0.04\n".repeat(5_000));
-        let expected_s = 5_000.0 / BOARD_MOVES_PER_S - 5_000.0 * isostep_motion::MOVE_S;
+        let expected_s = 5_000.0 / BOARD_MOVES_PER_S - 5_000.0 * isostep_motion::STRAIGHT_S;
         assert!((longer(&program) - expected_s).abs() < 0.05, "{} for {expected_s}", longer(&program));
     }
 }

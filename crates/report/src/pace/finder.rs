@@ -6,7 +6,7 @@
 //! explain is assigned to the look-ahead. With a curved law it is assigned to the law instead, because the law has
 //! separate ramps in each move.
 
-use isostep_motion::{AXES, BLEND_S, Finish, MOVE_S, shaped_s};
+use isostep_motion::{AXES, BLEND_S, Finish, STRAIGHT_S, shaped_s};
 use isostep_profile::SpeedLaw;
 
 use super::asked::{Asked, Limit, SAME};
@@ -337,7 +337,7 @@ impl<'a> Finder<'a> {
     fn is_brief(&self, (index, asked): (usize, &Asked), mm_s: f64) -> bool {
         let record = &self.outcome.moves[index];
         let length_mm = record.plan.distance_steps() * asked.mm_per_step;
-        let plain_s = record.blend.map_or(MOVE_S, |_| BLEND_S);
+        let plain_s = record.blend.map_or(STRAIGHT_S, |_| BLEND_S);
         length_mm <= mm_s * plain_s.max(shaped_s(record.shaping.as_deref())) * BRIEF
     }
 

@@ -29,7 +29,7 @@ pub enum Why {
     Stop,
     /// A curved speed law has separate ramps in each move, so it changes the speed little over short moves: `$940`.
     SpeedLaw,
-    /// The moves are so short that the board takes longer to plan them: each lasts [`MOVE_S`](isostep_motion::MOVE_S), or
+    /// The moves are so short that the board takes longer to plan them: each lasts [`STRAIGHT_S`](isostep_motion::STRAIGHT_S), or
     /// with a blend [`BLEND_S`](isostep_motion::BLEND_S).
     ShortMoves,
     /// What follows was not known early enough: the moves are so short that the whole look-ahead is needed for braking,

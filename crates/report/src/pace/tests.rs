@@ -346,7 +346,7 @@ fn short_moves_with_blends_last_as_long_as_the_board_takes() {
 #[test]
 fn short_moves_without_blends_last_as_long_as_the_board_takes() {
     let pace = pace(&format!("G91 G1 F6000\n{}", "X0.03\n".repeat(400)));
-    let distance_s = pace.distance_mm / 0.03 * isostep_motion::MOVE_S;
+    let distance_s = pace.distance_mm / 0.03 * isostep_motion::STRAIGHT_S;
     let shares = pace.shares;
     assert!(shares.short_moves_s > 0.8 * distance_s && shares.look_ahead_s < 0.1 * distance_s, "{shares:?}");
     assert_sums(&pace);

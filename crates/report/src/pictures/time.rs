@@ -1,6 +1,6 @@
 //! Tables of how the time of a program is spent, and where it is lost.
 
-use isostep_motion::{AXES, BLEND_S, MOVE_S};
+use isostep_motion::{AXES, BLEND_S, STRAIGHT_S};
 use maud::{Markup, html};
 
 use super::theme::AXIS_NAMES;
@@ -106,7 +106,7 @@ pub fn slow_places(pace: &Pace) -> Markup {
         p {
             "Lost is what ramps take longer than the same way at the speed asked for. Less than 0.5 ms is left out."
             @if pace.slow.of(Why::LookAhead).count > 0 { " Where the look-ahead ends the moves that were known were too short to brake on from a higher speed, or came too late." }
-            @if pace.slow.of(Why::ShortMoves).count > 0 { " A short move lasts " (format!("{:.2}", MOVE_S * 1e3)) " ms, with a blend " (format!("{:.2}", BLEND_S * 1e3)) ", which the board takes for it: longer moves are faster." }
+            @if pace.slow.of(Why::ShortMoves).count > 0 { " A short move lasts " (format!("{:.2}", STRAIGHT_S * 1e3)) " ms, with a blend " (format!("{:.2}", BLEND_S * 1e3)) ", which the board takes for it: longer moves are faster." }
         }
         div.scroll { table {
             thead { tr { th { "why" } th { "places" } th { "ramps, s" } th { "lost, s" } } }
