@@ -14,8 +14,10 @@ use crate::remarks::AXIS_NAMES;
 /// A mask of all axes.
 const ALL_AXES: u32 = (1 << AXES) - 1;
 /// The numbers of Grbl 1.1. Others are grblHAL's, or ours.
-const OF_GRBL: [RangeInclusive<u16>; 9] =
-    [0..=6, 10..=13, 20..=27, 30..=32, 100..=102, 110..=112, 120..=122, 130..=132, 900..=999];
+const OF_GRBL: [RangeInclusive<u16>; 8] =
+    [0..=6, 10..=13, 20..=27, 30..=32, 100..=102, 110..=112, 120..=122, 130..=132];
+/// Numbers that only a listing of ours has.
+const OURS: RangeInclusive<u16> = 900..=999;
 /// grblHAL's passes of homing, each a mask of axes.
 const PASSES: RangeInclusive<u16> = 44..=46;
 /// The order of homing.
@@ -94,7 +96,8 @@ impl Listing {
         let mut listing = Self::default();
         let lines = settings::lines(text);
         let numbers = || lines.iter().filter_map(|line| assignment(line)?.0.parse::<u16>().ok());
-        let is_hal = numbers().any(|number| !OF_GRBL.iter().any(|range| range.contains(&number)));
+        let is_hal = !numbers().any(|number| OURS.contains(&number))
+            && numbers().any(|number| !OF_GRBL.iter().any(|range| range.contains(&number)));
         let mut passes = Vec::new();
         for (number, line) in (1..).zip(&lines) {
             listing.take(number, line, (config.board, is_hal), &mut passes);
