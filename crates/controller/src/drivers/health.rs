@@ -79,12 +79,8 @@ impl Health {
     }
 }
 
-/// Whether a driver keeps its motor off.
-pub fn is_off(status: &DRV_STATUS) -> bool {
-    is_shorted(status) || status.ot()
-}
-
-fn is_shorted(status: &DRV_STATUS) -> bool {
+/// Whether a driver has found a short, and keeps its motor off.
+pub fn is_shorted(status: &DRV_STATUS) -> bool {
     status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb()
 }
 

@@ -9,7 +9,7 @@ use isostep_motion::{Alarm, Motor, State};
 use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SGTHRS, SLAVECONF, TCOOLTHRS, TPWMTHRS};
 
 use super::exchange::{Failure, Line, SEND_DELAY};
-use super::health::{Health, is_off};
+use super::health::{Health, is_shorted};
 use super::registers::Registers;
 use super::{DRIVERS, Drivers, Known, News, Wire, is_watched, motor};
 use crate::controller::Controller;
@@ -164,8 +164,9 @@ impl<W: Wire> Line<'_, W> {
         let before = DRV_STATUS(known.status);
         let status: DRV_STATUS = self.read().await?;
         (known.status, known.sg_result) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
-        // While an error lasts its flag cannot be cleared. If the machine was unlocked meanwhile, the motor was off again.
-        let is_told = is_old || is_locked && is_off(&before);
+        // While an error lasts its flag cannot be cleared: a short until the driver was switched off above. If the machine was unlocked
+        // while a driver was too hot, the motor was off again.
+        let is_told = is_old || is_shorted(&before) || is_locked && before.ot();
         let has_failed = global.drv_err() && !is_told;
         let health = if restarted { Health::Restarted } else { Health::judge(has_failed, global.uv_cp(), &status) };
         Ok(known.with_coils(health, &status))
