@@ -277,10 +277,9 @@ impl Machine {
 
     /// The shortest time from one step of an axis to the next, in whichever direction, ticks of its port.
     pub(crate) fn period_min_ticks(&self, axis: Axis) -> u32 {
-        self.with(|inner| {
-            let wiring = inner.config.wiring[axis as usize];
-            inner.capabilities[axis as usize].map_or(0, |port| port.period_min_ticks(wiring))
-        })
+        let (port, wiring) = self.with(|inner| (inner.capabilities[axis as usize], inner.config.wiring[axis as usize]));
+        // Its divisions take 10 us, which are none of a critical section.
+        port.map_or(0, |port| port.period_min_ticks(wiring))
     }
 
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {
