@@ -364,11 +364,10 @@ fn a_fault_that_comes_again_is_told_again() {
     }
 }
 
-/// The machine is unlocked while the motor is still off. Whether it was off once or twice since then, nobody can tell. (After a short
-/// it is off until then in any case.)
+/// The machine is unlocked while the motor is still off. Whether it was off once or twice since then, nobody can tell.
 #[test]
 fn a_fault_that_lasts_until_the_machine_is_unlocked_is_told_again() {
-    for fault in [DriverFault::Off, DriverFault::Overheated] {
+    for fault in KEPT {
         let mut sim = powered_up(&skr_pico());
         sim.set_driver(Axis::X, Some(fault));
         sim.run_until_state(|state| matches!(state, State::Alarm(_))).unwrap();

@@ -363,8 +363,8 @@ fn a_motor_that_stalls_again_is_told_again() {
     }
 }
 
-/// The emergency stop is pressed in the same instant, and another console has asked for homing already, which leaves that alarm. Of
-/// the axes that it homes alone the position is trusted then.
+/// The emergency stop is pressed in the same instant, and another console has asked for homing already, which leaves that alarm
+/// while the motor is off: so the machine is locked again.
 #[test]
 fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_told() {
     let mut sim = powered_up(&Config { second_console: true, ..config() });
@@ -382,5 +382,8 @@ fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_told() {
     let heard = sim.replies();
     let is_told = |words: &str| heard.iter().any(|line| line.starts_with(words));
     assert!(is_told("ALARM:10") && is_told("[MSG:Y driver has found a short, its motor is off"), "{heard:?}");
-    assert_eq!(sim.machine().homed(), [false, false, true], "{heard:?}");
+    assert!(is_told("ALARM:17"), "{heard:?}");
+    assert_eq!(sim.machine().homed(), [false; 3], "{heard:?}");
+    assert_eq!(say(&mut sim, "$HZ").last().unwrap(), "ok");
+    assert_eq!(sim.machine().homed(), [false, false, true]);
 }

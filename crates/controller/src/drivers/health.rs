@@ -32,18 +32,17 @@ pub enum Health {
 }
 
 impl Health {
-    /// What the flags say of a driver that has switched its motor off since it was asked last (`has_failed`) or has too little
-    /// voltage (`is_low`), without those of open coils: these are true only of a moving motor.
-    pub fn judge(has_failed: bool, is_low: bool, status: &DRV_STATUS) -> Self {
+    /// What the flags say of a driver that has failed since it was asked last, if it has, or has too little voltage (`is_low`),
+    /// without those of open coils: these are true only of a moving motor.
+    pub fn judge(failed: Option<Self>, is_low: bool, status: &DRV_STATUS) -> Self {
         if is_shorted(status) {
             Self::Shorted
         } else if status.ot() {
             Self::Overheated
         } else if is_low {
             Self::Undervoltage
-        } else if has_failed {
-            // It has cooled meanwhile: a short stays until the driver is switched off.
-            Self::Overheated
+        } else if let Some(failed) = failed {
+            failed
         } else if status.otpw() {
             Self::Hot
         } else {
@@ -79,7 +78,12 @@ impl Health {
     }
 }
 
-/// Whether a driver has found a short, and keeps its motor off.
+/// Whether a driver keeps its motor off.
+pub fn is_off(status: &DRV_STATUS) -> bool {
+    is_shorted(status) || status.ot()
+}
+
+/// Whether it does so because of a short, which it keeps until it is switched off.
 pub fn is_shorted(status: &DRV_STATUS) -> bool {
     status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb()
 }

@@ -9,7 +9,7 @@ use isostep_motion::{Alarm, Motor, State};
 use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SGTHRS, SLAVECONF, TCOOLTHRS, TPWMTHRS};
 
 use super::exchange::{Failure, Line, SEND_DELAY};
-use super::health::{Health, is_shorted};
+use super::health::{Health, is_off, is_shorted};
 use super::registers::Registers;
 use super::{DRIVERS, Drivers, Known, News, Wire, is_watched, motor};
 use crate::controller::Controller;
@@ -139,9 +139,11 @@ impl<W: Wire> Line<'_, W> {
         wanted: Registers,
         is_locked: impl Fn() -> bool,
     ) -> Result<Health, Failure> {
-        let is_unset = known.set.is_none();
+        let (is_unset, before) = (known.set.is_none(), DRV_STATUS(known.status));
+        let mut is_kept = false;
         if is_unset {
-            // Its motor is off for a moment, which clears a short.
+            // Its motor is off for a moment, which clears a short that the driver has kept until now.
+            is_kept = is_shorted(&before) && is_shorted(&self.read().await?);
             self.write(&[self.request(CHOPCONF(wanted.off()))]).await?;
         }
         let global: GSTAT = self.read().await?;
@@ -161,14 +163,14 @@ impl<W: Wire> Line<'_, W> {
         {
             return Err(Failure::NotTaken);
         }
-        let before = DRV_STATUS(known.status);
         let status: DRV_STATUS = self.read().await?;
         (known.status, known.sg_result) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
-        // While an error lasts its flag cannot be cleared: a short until the driver was switched off above. If the machine was unlocked
-        // while a driver was too hot, the motor was off again.
-        let is_told = is_old || is_shorted(&before) || is_locked && before.ot();
+        // While an error lasts its flag cannot be cleared. If it ended after the machine was unlocked, the motor was off again.
+        let is_told = is_old || is_kept || is_locked && is_off(&before);
         let has_failed = global.drv_err() && !is_told;
-        let health = if restarted { Health::Restarted } else { Health::judge(has_failed, global.uv_cp(), &status) };
+        // A driver that has cooled has no other trace of it, and a short stays until the driver is switched off.
+        let failed = has_failed.then_some(if is_shorted(&before) { Health::Shorted } else { Health::Overheated });
+        let health = if restarted { Health::Restarted } else { Health::judge(failed, global.uv_cp(), &status) };
         Ok(known.with_coils(health, &status))
     }
 
