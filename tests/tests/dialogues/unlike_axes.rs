@@ -5,7 +5,7 @@ use isostep_motion::{Axis, Motor, State};
 use isostep_sim::world::Wire;
 use isostep_sim::{Board, Config, Sim};
 
-use crate::talk::{field, powered_up, say};
+use crate::talk::{powered_up, say};
 
 const MASKS: std::ops::Range<u16> = 0..8;
 /// Instants are whole ticks of 1 us.
@@ -43,20 +43,6 @@ fn only_the_bit_of_its_axis_inverts_a_second_motor() {
         assert_eq!(say(&mut sim, &format!("G91 G0 {axis}1")), ["ok"]);
         let [first, second] = [Motor::first(axis), Motor::second(axis)].map(|motor| is_dir_high(&sim, motor));
         assert_eq!(first != second, has(mask, axis), "$8={mask}: {axis}");
-    }
-}
-
-/// `$10`: bit 0 the machine's position, bit 1 what there is room for.
-#[test]
-fn each_bit_of_the_report_mask_is_its_field() {
-    for mask in 0..4 {
-        let mut sim = powered_up(&Config::default());
-        assert_eq!(say(&mut sim, &format!("$10={mask}")), ["ok"]);
-        let has_field = |sim: &mut Sim, name: &str| crate::talk::report(sim).contains(&format!("|{name}:"));
-        assert_eq!(has_field(&mut sim, "MPos"), mask & 1 != 0, "$10={mask}");
-        assert_eq!(has_field(&mut sim, "WPos"), mask & 1 == 0, "$10={mask}");
-        assert_eq!(has_field(&mut sim, "Bf"), mask & 2 != 0, "$10={mask}");
-        assert!(!field(&mut sim, "FS").is_empty());
     }
 }
 
