@@ -25,8 +25,8 @@ const STALLS: u64 = 2;
 const LONGEST_US: f64 = 600_000.0;
 /// The longest time from a fault that is over to the next one of the same driver.
 const APART_US: f64 = 300_000.0;
-/// Longer than it takes to set all drivers, and than two rounds in which they are asked.
-const SETTING_US: u64 = 80_000;
+/// As long as it takes to set one of the drivers anew, and longer than two rounds in which they are asked.
+const SETTING_US: u64 = 40_000;
 const ROUNDS_US: u64 = 250_000;
 
 /// A driver that fails for a time.
@@ -105,42 +105,41 @@ impl Random {
     /// anew, and in some again as soon as the machine is unlocked.
     fn about_drivers(&mut self) -> Vec<Act> {
         let send = |line: String| Act::Line(0, line);
+        let motor = self.motor();
         if self.one_in(4) {
-            return vec![send(self.driver_line())];
+            return vec![send(self.driver_line(motor))];
         }
         let mut acts = Vec::new();
         if !self.one_in(3) {
             acts.extend([Act::Rest, send("$X".to_owned())]);
         }
         if !self.one_in(3) {
-            acts.extend([send(self.driver_line()), Act::Wait(self.below(SETTING_US))]);
+            acts.extend([send(self.driver_line(motor)), Act::Wait(self.below(SETTING_US))]);
         }
-        acts.push(self.failings());
+        acts.push(self.failings(motor));
         if self.one_in(2) {
             let unlock = self.of(&["$X", "$X", "$H"]).to_owned();
-            acts.extend([send(unlock), Act::Wait(self.below(ROUNDS_US)), self.failings()]);
+            acts.extend([send(unlock), Act::Wait(self.below(ROUNDS_US)), self.failings(motor)]);
         }
         acts
     }
 
-    /// What is said of drivers. All of them stay watched.
-    fn driver_line(&mut self) -> String {
-        let axis = self.below(3);
+    /// What is said of a motor's driver. All of them stay watched.
+    fn driver_line(&mut self, motor: Motor) -> String {
+        let axis = motor.axis as usize;
         match self.below(8) {
             0 => "M122".to_owned(),
             1 => format!("$15{axis}={}", self.of(&[8, 16, 32])),
             2 => format!("$98{axis}={}", self.of(&[0, 600, 1200])),
-            3 => "$908=0".to_owned(),
-            4 => format!("$21{axis}={}", 10 + self.below(90)),
+            3 => format!("$21{axis}={}", 10 + self.below(90)),
             _ => format!("$14{axis}={}", 500 + self.below(700)),
         }
     }
 
-    /// One driver that fails again and again, or several that fail at once or soon after each other.
-    fn failings(&mut self) -> Act {
+    /// A motor's driver that fails again and again, or several that fail at once or soon after each other.
+    fn failings(&mut self, mut motor: Motor) -> Act {
         let (count, comes_back) = (self.of(&[1, 1, 2, 3, 4]), self.one_in(2));
         let (mut failings, mut after_us) = (Vec::<Failing>::new(), 0);
-        let mut motor = self.motor();
         for _ in 0..count {
             let fault = self.of(&DriverFault::ALL);
             let failing = Failing { motor, fault, after_us, us: self.between(1.0, LONGEST_US) as u64 };
