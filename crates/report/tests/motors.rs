@@ -105,8 +105,8 @@ fn a_seek_that_stops_too_fast_is_told_with_the_speed_of_the_seek() {
         ),
         (
             80.0,
-            6_000,
-            "homing stops it at its switch at once, from 100 mm/s, and the motor takes 93: set $25 to 2700 mm/min or less",
+            7_200,
+            "homing stops it at its switch at once, from 120 mm/s, and the motor takes 93: set $25 to 2700 mm/min or less",
         ),
     ] {
         let settings = axes(steps_per_mm, f64::from(seek_mm_min), 3_000.0) + "$20=1\n$22=1\n$24=60\n";

@@ -343,10 +343,12 @@ fn a_failure_while_the_settings_change_is_told() {
     }
 }
 
-/// A fault that comes and goes is told each time, also when it comes again as soon as the machine is unlocked.
+/// A fault that comes and goes is told each time, also when it comes again as soon as the machine is unlocked. (The motor of a
+/// driver that has found a short is off until then; what else would switch it off meanwhile, nobody can tell.)
 #[test]
 fn a_fault_that_comes_again_is_told_again() {
-    for (first, second) in KEPT.into_iter().flat_map(|first| KEPT.map(|second| (first, second))) {
+    let pairs = KEPT.into_iter().flat_map(|first| KEPT.map(|second| (first, second)));
+    for (first, second) in pairs.filter(|pair| pair.0 != DriverFault::Shorted || pair.1 == DriverFault::Off) {
         for wait_ms in [0, 20, 60, 110, 250, 500] {
             let mut sim = powered_up(&skr_pico());
             blink(&mut sim, Axis::X, first);
@@ -358,16 +360,17 @@ fn a_fault_that_comes_again_is_told_again() {
             let heard = later(&mut sim);
             let whole = format!("{first}, then {second} {wait_ms} ms later: {heard:?}");
             assert!(heard.contains(&"ALARM:17".into()), "{whole}");
-            assert_eq!(begin(&mut sim, "$X", ROUND).last().unwrap(), "ok", "{whole}");
+            assert!(begin(&mut sim, "$X", ROUND).contains(&"ok".into()), "{whole}");
             assert_eq!(state(&mut sim), "Idle", "it is over: {whole}");
         }
     }
 }
 
-/// The machine is unlocked while the motor is still off. Whether it was off once or twice since then, nobody can tell.
+/// The machine is unlocked while the motor is still off. Whether it was off once or twice since then, nobody can tell. (A short
+/// is kept by the driver until the motor is switched off after `$X`, so it is once.)
 #[test]
 fn a_fault_that_lasts_until_the_machine_is_unlocked_is_told_again() {
-    for fault in KEPT {
+    for fault in [DriverFault::Off, DriverFault::Overheated] {
         let mut sim = powered_up(&skr_pico());
         sim.set_driver(Axis::X, Some(fault));
         sim.run_until_state(|state| matches!(state, State::Alarm(_))).unwrap();

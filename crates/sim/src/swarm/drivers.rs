@@ -94,6 +94,8 @@ fn home_by_stall(config: &mut Config, random: &mut Random) {
     let slowest_mm_min = axes.map(|axis| SEEK_FULL_STEPS_S * 60.0 / full_steps_mm(axis)).fold(0.0, f32::max);
     settings.stall_homing_mask = mask;
     settings.homing_seek_mm_min = slowest_mm_min;
+    // Two full steps at least.
+    settings.homing_pull_off_mm = settings.homing_pull_off_mm.max(1.0);
     settings.stealth_mm_min = [2.0 * slowest_mm_min; AXES];
     settings.stall_threshold = [THRESHOLD; AXES];
     config.diag = std::array::from_fn(|axis| mask & (1 << axis) != 0);
