@@ -373,7 +373,7 @@ fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_told() {
     sim.send_to(1, b"$HZ\n");
     sim.run_for(ROUND).unwrap();
     sim.set_emergency_stop(true);
-    sim.set_driver(Axis::Y, Some(DriverFault::Shorted));
+    sim.set_driver(Axis::Y, Some(DriverFault::Overheated));
     sim.run_for(Duration::from_millis(28)).unwrap();
     sim.set_emergency_stop(false);
     sim.run_for(Duration::from_millis(66)).unwrap();
@@ -381,7 +381,7 @@ fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_told() {
     sim.run_until_idle().unwrap();
     let heard = sim.replies();
     let is_told = |words: &str| heard.iter().any(|line| line.starts_with(words));
-    assert!(is_told("ALARM:10") && is_told("[MSG:Y driver has found a short, its motor is off"), "{heard:?}");
+    assert!(is_told("ALARM:10") && is_told("[MSG:Y driver was too hot, its motor was off"), "{heard:?}");
     assert!(is_told("ALARM:17"), "{heard:?}");
     assert_eq!(sim.machine().homed(), [false; 3], "{heard:?}");
     assert_eq!(say(&mut sim, "$HZ").last().unwrap(), "ok");
