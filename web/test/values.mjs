@@ -238,22 +238,20 @@ test("settings are read from whatever stands about them, and those that are in f
   assert.deepEqual(differences([{ number: 1, default: "25" }, { number: 2, default: "0" }], new Map([[1, "25.000"], [2, "4"]])), [[2, "4"]]);
 });
 
-test("a setting that waits for another is tried again after it, and the last refusal is told", async () => {
+test("settings go one by one, a refusal is told in the machine's words, and so is what the last one left", async () => {
   const { machine, lines, say } = attached();
-  const inForce = new Map();
-  const answer = (line) => {
-    const [number, value] = setting(line);
-    if (number === 30) return ["[MSG:never]", "error:2"];
-    if (number === 20 && !inForce.has(22)) return ["[MSG:needs $22]", "error:10"];
-    inForce.set(number, value);
-    return ["ok"];
-  };
-  const sent = send(machine, [[20, "1"], [30, "0"], [22, "1"]]);
-  for (let number = 0; number < 6; number++) {
-    say(...answer(lines[number]));
+  const answers = { "$20=1": ["[MSG:Soft limits need homing: locked until $22=1]", "ok"], "$30=0": ["[MSG:$30 is 1 to 100000]", "error:3"], "$5=9": ["error:2"], "$E2": ["[MSG:not a number]", "ok"], "$22=1": ["[MSG:Settings work together again]", "ok"] };
+  const sent = send(machine, [[20, "1"], [30, "0"], [5, "9"], [22, "1"]]);
+  for (const expected of Object.keys(answers)) {
+    assert.equal(lines.at(-1), expected, "each waits for the answer to the one before");
+    say(...answers[expected]);
     await new Promise(setImmediate);
   }
-  assert.deepEqual(await sent, { taken: [22, 20], refused: new Map([[30, "never"]]) });
-  assert.deepEqual(lines, ["$20=1", "$30=0", "$22=1", "$20=1", "$30=0", "$30=0"]);
+  assert.deepEqual(await sent, {
+    taken: [20, 22],
+    refused: new Map([[30, "$30 is 1 to 100000"], [5, "error:2: not a number"]]),
+    remark: "Settings work together again",
+  });
+  assert.deepEqual(lines, Object.keys(answers));
   assert.equal(machine.settings.get(20), "1");
 });
