@@ -18,7 +18,8 @@ use isostep::stopwatch::Stopwatch;
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
 #[derive(clap::Args)]
 #[command(after_help = "\
-Of each random test a few cases are tried, or with --all every one. The stages stop at the first that fails:
+Of each random test a few cases are tried, or with --all every one. The first stage that
+fails is the last, but not with --all, which tells what failed at its end:
   host tests       unit, property and end-to-end tests in virtual time
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
@@ -136,45 +137,19 @@ pub fn run(args: Args) -> Result<()> {
     let release = if args.all && !args.fast && !args.senders { &RELEASE[..] } else { &[] };
     let stages: Vec<_> = stages.iter().chain(more).chain(release).collect();
     let mut summary = format!("{:<16} {:<8}{:>8}{:>8}\n", "stage", "", "wall s", "CPU s");
-    let mut failure = None;
+    let mut failures = Vec::new();
     let all = Watch::start();
     // Cargo has become this process, which so inherits the time of its compilers.
     if let Some(cpu_s) = all.cpu_s {
         summary += &format!("{:<16} {:<8}{:>8}{cpu_s:>8.1}\n", "cargo xtask", "built", "");
     }
     for (index, (name, stage)) in stages.iter().enumerate() {
-        if failure.is_some() {
+        if !failures.is_empty() && !args.all {
             summary += &format!("{name:<16} not run\n");
             continue;
         }
-        if *name == SENDERS.0
-            && !args.senders
-            && let Some(remedy) = missing()
-        {
-            summary += &format!("{name:<16} skipped: {remedy}\n");
-            continue;
-        }
-        if *name == ANOTHER_BOARD.0 && process::printed(Command::new("qemu-system-arm").arg("--version")).is_none() {
-            summary += &format!(
-                "{name:<16} skipped: install qemu-system-arm, on Debian by `apt-get install qemu-system-arm`\n"
-            );
-            continue;
-        }
-        if *name == ANOTHER_CHIP.0
-            && let Some(why) = other_chip::missing()
-        {
+        if let Some(why) = why_skipped(name, &args) {
             summary += &format!("{name:<16} skipped: {why}\n");
-            continue;
-        }
-        if [SLOW_CLOCK.0, TWO_AXES.0, FOUR_AXES.0, SKR_PICO.0].contains(name) && cases == Cases::Few {
-            summary += &format!("{name:<16} skipped: --all runs it\n");
-            continue;
-        }
-        if *name == PAGE.0
-            && cases == Cases::All
-            && let Some(remedy) = web::missing()
-        {
-            summary += &format!("{name:<16} skipped: {remedy}\n");
             continue;
         }
         announce(&format!("{name}, stage {} of {}", index + 1, stages.len()));
@@ -182,10 +157,28 @@ pub fn run(args: Args) -> Result<()> {
         let outcome = stage(cases);
         let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
         summary += &format!("{name:<16} {verdict:<8}{}\n", watch.spent());
-        failure = outcome.err().map(|error| anyhow!("{name}: {error:#}"));
+        failures.extend(outcome.err().map(|error| format!("{name}: {error:#}")));
     }
     print!("\n{summary}{:<16} {:<8}{}\n", "the stages", "", all.spent());
-    failure.map_or(Ok(()), Err)
+    if failures.is_empty() { Ok(()) } else { Err(anyhow!("{}", failures.join("\n"))) }
+}
+
+/// Why a stage is left out: `--all` alone runs it, or this machine lacks what it needs.
+fn why_skipped(stage: &str, args: &Args) -> Option<String> {
+    if [SLOW_CLOCK.0, TWO_AXES.0, FOUR_AXES.0, SKR_PICO.0].contains(&stage) {
+        (!args.all).then(|| "--all runs it".into())
+    } else if stage == SENDERS.0 && !args.senders {
+        missing().map(String::from)
+    } else if stage == ANOTHER_BOARD.0 {
+        let is_there = process::printed(Command::new("qemu-system-arm").arg("--version")).is_some();
+        (!is_there).then(|| "install qemu-system-arm, on Debian by `apt-get install qemu-system-arm`".into())
+    } else if stage == ANOTHER_CHIP.0 {
+        other_chip::missing()
+    } else if stage == PAGE.0 && args.all {
+        web::missing().map(String::from)
+    } else {
+        None
+    }
 }
 
 /// How long something takes, and for how long it occupies a processor.
