@@ -11,7 +11,7 @@ const FILES_MIN: usize = 10;
 
 fn replay(name: &str) {
     let (_, target) = TARGETS.into_iter().find(|(other, _)| *other == name).expect("a target");
-    let folder = root().join("fuzz/corpus").join(name);
+    let folder = root().join("tests/fuzz/corpus").join(name);
     let mut paths: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     assert!(paths.len() >= FILES_MIN, "{} files in {}", paths.len(), folder.display());

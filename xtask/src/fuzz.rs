@@ -20,17 +20,17 @@ const MEMORY_MB: u32 = 6_000;
 /// Look for bytes that break console, store, planner, blends or machine
 #[derive(clap::Args)]
 #[command(after_help = "\
-libFuzzer makes up bytes, and keeps those that reach code that no others have reached. It begins with fuzz/corpus; what it finds
-goes to target/fuzz/corpus, and what breaks something to fuzz/artifacts. It works with the stable toolchain and a C++ compiler, on
-Linux and macOS. cargo-fuzz is installed under target/tools. fuzz/README.md tells what each target checks.
+libFuzzer makes up bytes, and keeps those that reach code that no others have reached. It begins with tests/fuzz/corpus; what it finds
+goes to target/fuzz/corpus, and what breaks something to tests/fuzz/artifacts. It works with the stable toolchain and a C++ compiler, on
+Linux and macOS. cargo-fuzz is installed under target/tools. tests/fuzz/README.md tells what each target checks.
 
-`cargo test -p isostep-tests --test corpus` puts fuzz/corpus to the same targets without a fuzzer.
+`cargo test -p isostep-tests --test corpus` puts tests/fuzz/corpus to the same targets without a fuzzer.
 
 Examples:
   cargo xtask fuzz                                        five minutes each
   cargo xtask fuzz planner --minutes 60
-  cargo xtask fuzz planner --file fuzz/artifacts/planner/crash-0123     again what broke it
-  cargo xtask fuzz planner --keep                         put what reaches anything new into fuzz/corpus")]
+  cargo xtask fuzz planner --file tests/fuzz/artifacts/planner/crash-0123     again what broke it
+  cargo xtask fuzz planner --keep                         put what reaches anything new into tests/fuzz/corpus")]
 pub struct Args {
     /// What is fuzzed; without it all, one after the other
     target: Option<Target>,
@@ -40,7 +40,7 @@ pub struct Args {
     /// Only put the bytes of a file to it, once
     #[arg(long, requires = "target")]
     file: Option<PathBuf>,
-    /// Do not fuzz: keep in fuzz/corpus the fewest files that reach all that was reached
+    /// Do not fuzz: keep in tests/fuzz/corpus the fewest files that reach all that was reached
     #[arg(long, conflicts_with = "file")]
     keep: bool,
 }
@@ -97,7 +97,7 @@ struct Fuzzer {
 
 impl Fuzzer {
     fn fuzzes(&self, target: Target, args: &Args) -> Result<()> {
-        let kept = workspace::root().join("fuzz/corpus").join(target.name());
+        let kept = workspace::root().join("tests/fuzz/corpus").join(target.name());
         let found = workspace::target_dir().join("fuzz/corpus").join(target.name());
         fs::create_dir_all(&found).with_context(|| found.display().to_string())?;
         let mut command = self.run(target);
@@ -128,7 +128,7 @@ impl Fuzzer {
             "--sanitizer",
             "none",
             "--fuzz-dir",
-            "fuzz",
+            "tests/fuzz",
             "--target-dir",
         ]);
         command.arg(workspace::target_dir().join("fuzz")).arg(target.name());

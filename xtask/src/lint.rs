@@ -13,7 +13,7 @@ use crate::{web, workspace};
 /// Check formatting, clippy and the documentation; warnings are errors
 #[derive(clap::Args)]
 #[command(after_help = "\
-The same checks run over the host's packages, over the firmware and over the page. The targets of examples/stm32g474 and
+The same checks run over the host's packages, over the firmware and over the page. The targets of boards/stm32g474 and
 of the page are left out in words where rustup cannot add them.")]
 pub struct Args {
     /// Every image of the firmware and of the other boards, of which otherwise a few are looked at
@@ -51,18 +51,18 @@ fn with_axes(feature: &str, tests: &[&str]) -> Result<()> {
 
 fn another_chip(all: bool) -> Result<()> {
     if let Some(why) = other_chip::missing() {
-        announce(&format!("examples/stm32g474: left out, because {why}"));
+        announce(&format!("boards/stm32g474: left out, because {why}"));
         return Ok(());
     }
     let looked_at = if all { &other_chip::FEATURES[..] } else { &other_chip::FEATURES[..1] };
     for features in looked_at {
-        announce(&format!("clippy, examples/stm32g474 {}", features.join(" ")));
+        announce(&format!("clippy, boards/stm32g474 {}", features.join(" ")));
         run_command(other_chip::cargo("clippy", features).args(DENY_WARNINGS))?;
     }
     if !all {
         return Ok(());
     }
-    announce("rustdoc, examples/stm32g474");
+    announce("rustdoc, boards/stm32g474");
     run_command(other_chip::cargo("doc", &[]).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 

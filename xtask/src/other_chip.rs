@@ -1,4 +1,4 @@
-//! The firmwares of examples/stm32g474: the crates on another chip, by its HAL. They are compiled and linked, as by whoever
+//! The firmwares of boards/stm32g474: the crates on another chip, by its HAL. They are compiled and linked, as by whoever
 //! begins with them: by the default toolchain, in the release profile. Nothing here can run them.
 
 use std::process::Command;

@@ -71,7 +71,7 @@ fn suite(message: &Value) -> Option<Suite> {
     command.current_dir(package).env("CARGO_MANIFEST_DIR", package);
     let name = workspace::shown(Path::new(message["target"]["src_path"].as_str()?));
     // The tool's machines are paced to the wall clock, which no other package reads.
-    Some(Suite { name, command, is_alone: package == workspace::root().join("isostep") })
+    Some(Suite { name, command, is_alone: package == workspace::root().join("crates/isostep") })
 }
 
 fn run_all(stage: &str, suites: Vec<Suite>) -> Result<()> {
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn the_tools_suites_run_alone() {
         let is_alone = |folder| suite(&message(&workspace::root().join(folder))).unwrap().is_alone;
-        assert_eq!(["isostep", "crates/sim", "tests"].map(is_alone), [true, false, false]);
+        assert_eq!(["crates/isostep", "crates/sim", "tests"].map(is_alone), [true, false, false]);
     }
 
     /// Each of these suites is this executable, which is asked for one test or for something that it does not know.

@@ -25,7 +25,7 @@ fails is the last, but not with --all, which tells what failed at its end:
   firmware         its build, and its size budgets
   emulated board   the firmware, unmodified, in an emulated RP2040; a dozen tests each of four axes and of an SKR Pico
   another board    the firmware of boards/qemu-lm3s6965 in QEMU, of three axes and of two; skipped without qemu-system-arm
-  another chip     the firmwares of examples/stm32g474 link for a Cortex-M4F; skipped where rustup cannot add that target
+  another chip     the firmwares of boards/stm32g474 link for a Cortex-M4F; skipped where rustup cannot add that target
   slow clock       the machine by a clock of 32,768 Hz; only with --all
   two axes         the machine of X and Y alone; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all

@@ -64,7 +64,7 @@ fn every_row_names_a_test_that_exists() {
 fn every_message_of_programs_names_a_test_that_exists() {
     let page = fs::read_to_string(root().join("docs/programs.md")).unwrap();
     let section = page.split("\n## ").find(|section| section.starts_with("What is said")).expect("a section");
-    let folders = ["isostep/src", "crates/sim/src", "crates/report/src", "crates/report/tests"];
+    let folders = ["crates/isostep/src", "crates/sim/src", "crates/report/src", "crates/report/tests"];
     let folders = folders.map(|folder| sources(&root().join(folder)));
     let code: String = folders.iter().flatten().filter_map(|path| fs::read_to_string(path).ok()).collect();
     let rows: Vec<_> = section.lines().filter(|line| line.starts_with('|')).skip(2).collect();

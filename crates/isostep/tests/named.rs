@@ -177,7 +177,7 @@ fn said(name: &str, program: &str, more: &str) -> Said {
     fs::create_dir_all(&folder).unwrap();
     let file = |name: &str| folder.join(name).display().to_string();
     let machine =
-        fs::read_to_string(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../programs/machines/c.txt")).unwrap();
+        fs::read_to_string(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../programs/machines/c.txt")).unwrap();
     fs::write(file("my.txt"), machine + more).unwrap();
     fs::write(file("my.nc"), program).unwrap();
     let run = |arguments: &[&str]| {

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 /// The first block of shell in the page.
 fn first_command() -> String {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/swarm.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/swarm.md");
     let page = fs::read_to_string(page).unwrap();
     let (_, rest) = page.split_once("```sh\n").expect("a block of shell");
     rest.split_once("```").expect("it ends").0.to_owned()

@@ -2,7 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-const PARKING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../programs/parking.nc");
+const PARKING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../programs/parking.nc");
 const TABLE: [&str; 5] = ["profile", "--law=trapezoid", "--steps=400", "--top-speed=2400", "--accel=2500"];
 
 fn verb(arguments: &[&str]) -> Command {
@@ -154,7 +154,7 @@ fn a_dark_pierce_is_printed_by_check_and_sim() {
 /// What README shows of a first run is what a first run prints.
 #[test]
 fn the_readme_shows_what_is_printed() {
-    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md")).unwrap();
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md")).unwrap();
     let printed = String::from_utf8(verb(&["sim"]).output().unwrap().stdout).unwrap();
     let sample = readme.split_once("```\nprograms/parking.nc").unwrap().1.split_once("```").unwrap().0;
     let mut lines = sample.lines().skip(1).filter(|line| line.trim() != "...");

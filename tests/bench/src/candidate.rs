@@ -47,7 +47,7 @@ pub struct Candidate {
 /// The compiler options of the release profile, from the workspace's manifest: `opt-level s, lto fat; opt-level 3 for
 /// ...`.
 pub fn build_options() -> String {
-    let manifest = include_str!("../../Cargo.toml");
+    let manifest = include_str!("../../../Cargo.toml");
     let all = lines(manifest, "[profile.release]").filter(|(name, _)| ["opt-level", "lto"].contains(name));
     let all: Vec<_> = all.map(|(name, value)| format!("{name} {value}")).collect();
     let raised = lines(manifest, "[profile.release.package]").filter(|(_, value)| value.contains("opt-level = 3"));

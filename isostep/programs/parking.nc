@@ -1,1 +1,0 @@
-../../programs/parking.nc
