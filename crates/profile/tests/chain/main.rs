@@ -8,6 +8,7 @@ mod case;
 mod drive;
 mod edges;
 mod follow;
+mod found;
 mod holds;
 mod late;
 mod lengthened;

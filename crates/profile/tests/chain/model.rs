@@ -27,6 +27,8 @@ pub struct Move {
     pub direction: [f64; AXES],
     /// The limits along the path, from here on.
     pub top_mm_s: f64,
+    /// The top speed without the time that is needed if no blend leads to it.
+    pub bent_top_mm_s: f64,
     pub nominal_mm_s: f64,
     pub start_mm_s: f64,
     /// The start speed without the limit by the nominal speed.
@@ -58,7 +60,9 @@ impl Move {
             }
             _ => f64::INFINITY,
         };
-        let top_mm_s = least(|limits| limits.top_speed_steps_s).min(length_mm / least_s[0]);
+        let bent_top_mm_s =
+            least(|limits| limits.top_speed_steps_s).min(length_mm / (least_s[0] - case.effort.straight_s));
+        let top_mm_s = bent_top_mm_s.min(length_mm / least_s[0]);
         let free_mm_s = least(|limits| limits.start_speed_steps_s);
         let distance_steps = f64::from(longest);
         let mm_per_step = length_mm / distance_steps;
@@ -74,6 +78,7 @@ impl Move {
             length_mm,
             direction,
             top_mm_s,
+            bent_top_mm_s,
             nominal_mm_s,
             start_mm_s: free_mm_s.min(nominal_mm_s),
             free_mm_s,
@@ -117,7 +122,8 @@ impl Move {
 
     /// The largest delta v² whose ramp fits the length at the highest possible mean speed, by bisection.
     fn s_curve_delta_v2(&self, accel_mm_s2: f64) -> f64 {
-        let mean_mm_s = self.request.feed_mm_s.map_or(self.top_mm_s, |feed_mm_s| (2.0 * feed_mm_s).min(self.top_mm_s));
+        let most_mm_s = self.request.feed_mm_s.map_or(f64::INFINITY, |feed_mm_s| 2.0 * feed_mm_s);
+        let mean_mm_s = most_mm_s.min(self.bent_top_mm_s);
         let distance_mm = |delta_v2: f64| {
             let rise = delta_v2 / (2.0 * mean_mm_s);
             let eased = accel_mm_s2 / self.jerk_mm_s3;

@@ -9,7 +9,7 @@ use crate::case::{AXES, Case, case, curved, line, trapezoid};
 use crate::follow::Follower;
 use crate::model::{Ends, Move, OverrideRatios, fastest};
 
-fn is_the_fastest(case: &Case) -> TestCaseResult {
+pub fn is_the_fastest(case: &Case) -> TestCaseResult {
     let mut chain = Chain::<AXES, 64>::new(case.config());
     for request in &case.moves {
         chain.push(*request).unwrap();
