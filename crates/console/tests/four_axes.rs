@@ -110,18 +110,19 @@ fn f_is_along_all_axes_or_along_the_linear_ones() {
 #[test]
 fn a_has_settings_and_statements_of_its_own() {
     check(
-        "$103=80\n$113=7200\n$123=100\n$133=0\n$133=0.5\n$130=0\n$133=360\n$376=0\n$133=0\n$133=1e9\n$113=1e6\n$3=8\n$3=16\n$23=15\n\
+        "$103=80\n$113=7200\n$123=100\n$133=0\n$133=0.5\n$130=0\n$133=360\n$376=0\n$133=0\n$133=360\n$133=1e9\n$113=1e6\n$3=8\n$3=16\n$23=15\n\
          $901=4123\n$901=3124\n$901=31\n$901=3014\n$901=1233\n$901=1239\n$HA\n$901=312\n$HA\n$HX\n$HB\n$BUZZ=A\n$BUZZ=B\n$27=400\n$I\nG1 B1\nU1",
         expect![[r#"
             $103=80 -> ok
             $113=7200 -> ok
             $123=100 -> ok
             $133=0 -> ok
-            $133=0.5 -> [MSG:$133=0.500 is below the least, 1 degrees: raise it] error:2
+            $133=0.5 -> [MSG:$133=0.500 is below the least, 1 degrees: raise it; until then nothing moves] ok
             $130=0 -> [MSG:$130=0 is below the least, 1 mm: raise it] error:2
             $133=360 -> ok
             $376=0 -> ok
-            $133=0 -> [MSG:$133=0 is below the least, 1 mm: raise it] error:2
+            $133=0 -> [MSG:$133=0 is below the least, 1 mm: raise it; until then nothing moves] ok
+            $133=360 -> ok
             $133=1e9 -> error:2
             $113=1e6 -> error:2
             $3=8 -> ok

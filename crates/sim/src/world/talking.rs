@@ -32,7 +32,11 @@ struct Pace {
 impl Talking {
     /// The drivers of a board on which they talk.
     pub(super) fn new(config: &Config) -> Option<Self> {
-        let wire = Wire::new(config.board.talking()?.addresses);
+        let mut addresses = config.board.talking()?.addresses;
+        // The last driver is that of the second motor, however many axes there are.
+        let last = addresses.len() - 1;
+        addresses.swap(AXES.min(last), last);
+        let wire = Wire::new(addresses);
         let (diag, load_noise, random) = (config.diag, config.load_noise, Rand32::new(config.seed));
         Some(Self { wire, paces: [Pace::default(); 4], diag, load_noise, random })
     }
