@@ -1,6 +1,5 @@
 //! `cargo xtask test`: runs all tests, the fast ones first.
 
-use std::env;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -64,9 +63,9 @@ pub struct Args {
 
 type Stage = (&'static str, fn(Cases) -> Result<()>);
 
-/// A verb of `cargo xtask`, which runs as it would by hand.
+/// A verb of `cargo xtask`, which runs as it would by hand. The tests may have replaced the executable of this process.
 macro_rules! verb {
-    ($name:literal, $($arg:literal),+) => { ($name, |_| process::run(Command::new(env::current_exe()?).args([$($arg),+]))) };
+    ($name:literal, $($arg:literal),+) => { ($name, |_| process::run(cargo("xtask").args([$($arg),+]))) };
 }
 
 /// How many random cases are tried.
