@@ -11,8 +11,8 @@ use embassy_sync::signal::Signal;
 use heapless::String;
 use isostep_console::{Error, report};
 
-/// Three of the longest messages.
-const BYTES: usize = 3 * MESSAGE_BYTES;
+/// Two of the longest messages: one that is being sent, and the next.
+const BYTES: usize = 2 * MESSAGE_BYTES;
 /// The longest message: a `[MSG:...]` with a refused setting's value, limit and remedy.
 const MESSAGE_BYTES: usize = 256;
 
