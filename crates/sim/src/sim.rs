@@ -332,6 +332,11 @@ impl Sim {
         self.world.borrow_mut().set_driver(motor.into(), fault);
     }
 
+    /// Whether a motor's driver has switched it off, or is switched off itself; never, if it does not talk.
+    pub(crate) fn is_driver_off(&self, motor: Motor) -> bool {
+        self.world.borrow().is_driver_off(motor)
+    }
+
     /// How a driver that talks is set, in the order of the axes, then the fourth motor's; `None` on other boards.
     pub fn driver_setup(&self, driver: usize) -> Option<DriverSetup> {
         self.world.borrow().drivers().map(|wire| wire.setup(driver))

@@ -264,6 +264,12 @@ impl World {
         self.refresh_diags();
     }
 
+    /// Whether a motor's driver, if it talks, has switched it off, or is switched off itself.
+    pub fn is_driver_off(&self, motor: Moving) -> bool {
+        let talking = side_index(&self.wiring, motor).zip(self.talking.as_ref());
+        talking.is_some_and(|(index, talking)| talking.is_off(index))
+    }
+
     /// What the board hears on the wire of its drivers when it sends this; nothing if they do not talk.
     pub fn exchange_with_drivers(&mut self, sent: &[u8]) -> Vec<u8> {
         let now_ns = self.clock.now_ns();

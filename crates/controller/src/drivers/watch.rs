@@ -86,8 +86,9 @@ impl<F: NorFlash> Controller<'_, F> {
         let mut known = drivers.known.borrow()[driver];
         let before = known.health;
         let is_locked = || matches!(self.machine.state(), State::Alarm(_));
-        // Somebody has unlocked the machine: then it is tried again.
-        if before.stops() && !is_locked() {
+        // Somebody has unlocked the machine: then it is tried again. If that is done from here on, the next round tries it.
+        let was_locked = is_locked();
+        if before.stops() && !was_locked {
             known.set = None;
         }
         known.health = line.ask(&mut known, wanted, is_locked).await.unwrap_or_else(|failure| {
@@ -98,7 +99,10 @@ impl<F: NorFlash> Controller<'_, F> {
             matches!(self.machine.state(), State::Alarm(Alarm::DriverFailed { motor: whose }) if whose == motor);
         known.with_stall(before, has_locked);
         drivers.note(driver, |noted| *noted = known);
-        self.judge(drivers, motor, before, known.health);
+        if known.health.stops() && !was_locked {
+            self.machine.driver_failed(motor);
+        }
+        drivers.tell(motor, before, known.health);
     }
 
     /// The motor of a driver that is watched, and what the driver is to be set to.
@@ -112,20 +116,17 @@ impl<F: NorFlash> Controller<'_, F> {
             Some((motor, Registers::new(settings, motor.axis as usize, drivers.hardware.sense_milliohms, looks)))
         })
     }
-
-    /// Stops the machine if it must, and tells the consoles what has changed.
-    fn judge(&self, drivers: &Drivers, motor: Motor, before: Health, health: Health) {
-        if health.stops() {
-            self.machine.driver_failed(motor);
-        }
-        let is_news = health != before && (before != Health::Unknown || health != Health::Well);
-        if is_news {
-            drivers.news.sender().send(News { motor, health });
-        }
-    }
 }
 
 impl Drivers {
+    /// Tells the consoles what has changed.
+    fn tell(&self, motor: Motor, before: Health, health: Health) {
+        let is_news = health != before && (before != Health::Unknown || health != Health::Well);
+        if is_news {
+            self.news.sender().send(News { motor, health });
+        }
+    }
+
     fn note(&self, driver: usize, change: impl FnOnce(&mut Known)) {
         change(&mut self.known.borrow_mut()[driver]);
     }

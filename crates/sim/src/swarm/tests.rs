@@ -1,11 +1,11 @@
 //! Tests of the swarm: runs are reproducible and failures are detected; also some of its worlds.
 
-use isostep_motion::Axis;
+use isostep_motion::{Axis, State};
 
 use super::*;
 use crate::config::{Board, Config};
 use crate::drivers::DriverFault;
-use crate::faults::Trouble;
+use crate::faults::{Fault, Trouble};
 
 const WORLDS: u64 = 100;
 
@@ -93,6 +93,24 @@ fn an_alarm_of_a_driver_behind_a_reset_is_no_failure() {
         let reset = Act::Reset { by: 0, early: b"", late: b"", apart_us: 19 };
         let acts = [vec![Act::Drivers(vec![off(us)])], lines(&["$X"]), vec![reset]].concat();
         assert_eq!(run(&Scenario { config: config.clone(), acts }).map(|amount| amount.faults), Ok(2), "{us} us");
+    }
+}
+
+/// A driver keeps a short that is over until it is switched off and on, which is tried once the machine is unlocked.
+#[test]
+fn a_machine_is_unlocked_at_any_instant_of_a_round() {
+    let config = Config { board: Board::SkrPico, driver: Board::SkrPico.driver(), ..Config::default() };
+    for after_us in (0..130_000).step_by(4_000) {
+        let mut sim = crate::Sim::new(&config);
+        let run_for = |sim: &mut crate::Sim, us| sim.run_for(embassy_time::Duration::from_micros(us)).unwrap();
+        run_for(&mut sim, 300_000);
+        let trouble = Trouble::Driver(Axis::Z.into(), DriverFault::Shorted);
+        sim.suffer(Fault { trouble, at_ns: sim.now_ns(), lasts_ns: Some(60_000) });
+        run_for(&mut sim, 500_000 + after_us);
+        assert!(matches!(sim.machine().state(), State::Alarm(_)));
+        sim.send(b"$X\n");
+        run_for(&mut sim, 400_000);
+        assert_eq!(sim.machine().state(), State::Idle, "{after_us} us later");
     }
 }
 
