@@ -7,6 +7,8 @@
 //! after a hold, and nothing has to be counted along with the chain.
 //!
 //! If a block has as many marks as it may have, the line becomes another. While there is no room at all, no line is taken.
+//! Blocks are lengthened with a trapezoid only, because the instant of a mark on a curved ramp takes far longer to compute, and
+//! only where hardware makes the steps, because with `TimerPort` each line has a time of its own (`Effort`).
 
 use crate::tag::{MarksOf, Tag};
 use crate::tool::power::{Level, Power};

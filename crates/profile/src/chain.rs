@@ -41,6 +41,24 @@
 //! A trapezoid can be cut anywhere. A curved ramp that slows down is made to its end. A curved ramp that speeds up is
 //! left at once; the S-curve leaves it by the second half of a ramp of jerk alone, which brings the acceleration to
 //! zero.
+//!
+//! # An example
+//! At 50 mm/s² and 30 mm/s (its square is 900), with `$11=0.01`, four moves of 5 mm follow each other: A and B along X, C and D
+//! along Y. In each of them a squared speed changes by 2 a d = 500 at most.
+//!
+//! - **push.** A alone ends at rest. When B comes, a pass goes backwards from rest at the end: B may begin at 0 + 500. A pass
+//!   forwards finds that A can reach that. So the path goes from A to B at 500, 22.4 mm/s. The corner from B to C is a right
+//!   angle, which `$11` allows at a square of 1.7; so B brakes from 500 nearly all its length. Whatever comes after, A cannot
+//!   end faster than 500: that speed is final.
+//! - **advance** hands out a chunk of A, planned from rest to 500. Whatever comes meanwhile counts from its end on. If a later
+//!   move makes a plan too slow, the plan is kept up to the place where it begins to slow down, because until there it is as fast
+//!   as it can be. There it is cut.
+//! - **hold**, when 3 mm of A have been handed out: the square is 300 there, and over the 2 mm that are left it loses 200. So A
+//!   goes on by a plan that brakes, and ends at 100; B goes on braking and comes to rest after 1 mm. `start` begins there, on the
+//!   clock of another run.
+//! - **override_speed** to 50 % at the same place: feeds are 15 mm/s then (225), and the corners are computed again. A goes on by
+//!   a plan that brakes from 300 to 225, and then by one to its end. What is too fast for the room that is left in a block brakes
+//!   over more blocks than one.
 
 mod blend;
 mod block;

@@ -30,3 +30,21 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
     entries.sort();
     entries.into_iter().flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
+
+/// The packages that a manifest names as dependencies, with their lines, without those of its tests.
+#[must_use]
+pub fn dependencies(manifest: &Path) -> Vec<(usize, String)> {
+    let mut heading = String::new();
+    let mut found = Vec::new();
+    for (index, line) in read(manifest).lines().enumerate() {
+        if line.starts_with('[') {
+            heading = line.trim_matches(['[', ']']).to_owned();
+        } else if heading == "dependencies" || heading.ends_with(".dependencies") {
+            let name = line.split(['=', '.', ' ']).next().unwrap_or_default();
+            if !name.is_empty() && !name.starts_with('#') {
+                found.push((index + 1, name.to_owned()));
+            }
+        }
+    }
+    found
+}

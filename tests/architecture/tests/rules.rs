@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isostep_architecture::{files, read, root};
+use isostep_architecture::{dependencies, files, read, root};
 
 /// A rule of the house.
 struct Rule {
@@ -51,23 +51,6 @@ fn numbered(file: &Path, is_wrong: &impl Fn(&str) -> bool) -> Broken {
     let text = read(file);
     let lines = text.lines().enumerate().filter(|(_, line)| is_wrong(line));
     lines.map(|(index, line)| (file.to_owned(), index + 1, line.to_owned())).collect()
-}
-
-/// What a manifest names below a heading that ends so, without dev-dependencies.
-fn dependencies(manifest: &Path) -> Vec<(usize, String)> {
-    let mut heading = String::new();
-    let mut found = Vec::new();
-    for (index, line) in read(manifest).lines().enumerate() {
-        if line.starts_with('[') {
-            heading = line.trim_matches(['[', ']']).to_owned();
-        } else if heading == "dependencies" || heading.ends_with(".dependencies") {
-            let name = line.split(['=', '.', ' ']).next().unwrap_or_default();
-            if !name.is_empty() && !name.starts_with('#') {
-                found.push((index + 1, name.to_owned()));
-            }
-        }
-    }
-    found
 }
 
 #[test]

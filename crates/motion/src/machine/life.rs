@@ -1,7 +1,7 @@
 //! The life cycle of a machine: which state it is in, and what each trigger makes of it.
 //!
 //! All of it is one function, [`Life::on`]. It reads and changes nothing except the [`Life`], so it can be tried on
-//! every life that can be reached: see its tests. They also compare it with the table in `ARCHITECTURE.md`. The machine
+//! every life that can be reached: see its tests. They also compare it with the table in `docs/states.md`. The machine
 //! calls it in a critical section (`Machine::apply`), and afterwards does what the [`Reaction`] says.
 //!
 //! States and causes are matched, not compared: on a chip a constant to compare with would be read from slow memory.

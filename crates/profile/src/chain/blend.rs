@@ -7,6 +7,16 @@
 //! With P = p² and Q = q², an axis that slows down (P > Q) bounds P - α √(P Q) by c, where α = u'/u and c = 2 reach a/u.
 //! An axis that speeds up bounds Q in the same way (`bound`). At P = Q all axes together allow a highest square, the cap,
 //! above which neither may be.
+//!
+//! So such a corner has two squares instead of one, and P is at most a rising concave function of Q, and Q of P. A pass goes
+//! backwards from Q to P at each corner, and forwards from P to Q. Both may be lower together, so one pass each way is still
+//! enough. A slower end of a blend begins nearer to its corner, so what is left of a block for its line depends on the speeds; the
+//! passes count with the shortest line.
+//!
+//! The plan of a block's line ends where the blend begins, and promises P, Q and that place. From where the longest blend would
+//! begin, it is kept to its end. A block that has room for its stop only, because the next one came late or bends too sharply,
+//! ends at rest in the corner. A hold brakes on lines, and passes a blend at the lowest speeds that it can have. A blend is handed
+//! out whole.
 
 use super::bound::{Axis, Bound};
 use super::config::{ChainConfig, ONE, SQUARE_MAX, Square, is_as_low};

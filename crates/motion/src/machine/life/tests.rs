@@ -1,4 +1,4 @@
-//! Every life that can be reached is tried, and the table in `ARCHITECTURE.md` is compared with what happens.
+//! Every life that can be reached is tried, and the table in `docs/states.md` is compared with what happens.
 
 extern crate std;
 
@@ -98,7 +98,7 @@ fn reached() -> BTreeMap<String, (Life, Vec<Trigger>)> {
 /// Calls `check` for every life that can be reached; a failure names the way to it.
 fn for_all(check: impl Fn(&Life) -> Result<(), String>) {
     let reached = reached();
-    // ARCHITECTURE.md names the number.
+    // docs/states.md names the number.
     assert_eq!(reached.len(), 9932, "lives that can be reached");
     for (life, way) in reached.values() {
         if let Err(why) = check(life) {
@@ -347,7 +347,7 @@ fn cell(before: &Life, trigger: Trigger) -> String {
     if parts.is_empty() { ".".into() } else { parts.join(", ") }
 }
 
-/// The table in the form of `ARCHITECTURE.md`.
+/// The table in the form of `docs/states.md`.
 fn table() -> String {
     let mut table = String::from("| what happens in |");
     for (name, _) in SITUATIONS {
@@ -365,11 +365,11 @@ fn table() -> String {
 }
 
 #[test]
-fn the_table_in_architecture_is_true() {
+fn the_table_of_the_page_is_true() {
     for (situation, way) in SITUATIONS {
         assert!(situation.starts_with(name(after(&Life::new(), way.iter().copied()).state)), "{situation}");
     }
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../ARCHITECTURE.md")).unwrap();
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/states.md")).unwrap();
     let table = table();
-    assert!(page.contains(&table), "ARCHITECTURE.md is to show this table:\n{table}\n");
+    assert!(page.contains(&table), "docs/states.md is to show this table:\n{table}\n");
 }
