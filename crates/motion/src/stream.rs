@@ -126,8 +126,8 @@ pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut 
 }
 
 /// Queues one item for the axis whose queue ends first; false if no port needs one, or that queue is full, or nothing
-/// more is known. No other axis goes on while that queue is full: it would only compile chunks at another time than
-/// that axis, which would have to lay them again.
+/// more is known. While that queue is full no other axis goes on, so that all axes compile a chunk while its course,
+/// which they share, is kept: otherwise the course would be computed again for the axis that waits.
 fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
     // Axes for which nothing more is known are passed over.
     let mut stuck = [false; AXES];

@@ -113,7 +113,7 @@ impl Machine {
         self.with(|inner| inner.faults[axis as usize] += 1);
     }
 
-    /// Another coordinator takes over, and what faulted under the one before it is no motion of its own.
+    /// Another coordinator takes over. A fault of the one before it, which has gone, ends no motion of the new one.
     pub(crate) fn take_over(&self) {
         self.change(Trigger::TakenOver);
         self.halt();
