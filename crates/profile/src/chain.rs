@@ -93,11 +93,11 @@ pub struct Request<const N: usize> {
     pub offsets: [i8; N],
     /// Speed along the path, mm/s, above 0; `None`, or an infinite speed, is as fast as the limits allow.
     pub feed_mm_s: Option<f64>,
-    /// Whether it ends at rest even if another move follows.
+    /// True if it ends at rest even if another move follows.
     pub stops: bool,
-    /// How far the path may leave the corner at which the move begins, mm. If it is above 0, a blend of this deviation at
-    /// most goes round the corner. If it is 0, or the law has curved ramps, the path goes to the corner exactly, where axes
-    /// change their speed at once.
+    /// The distance by which the path may leave the corner at which the move begins, mm. If it is above 0, a blend of this
+    /// deviation at most goes round the corner. If it is 0, or the law has curved ramps, the path goes to the corner exactly,
+    /// where axes change their speed at once.
     pub deviation_mm: f32,
     /// A value for the caller, which every chunk of the move returns. The chain does not use it.
     pub tag: u64,
@@ -118,7 +118,7 @@ pub struct Chunk<const N: usize> {
     pub plan: Plan<N>,
     /// Where on the path the stretch ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
-    /// When the stretch ends, s from the start of the run.
+    /// The instant at which the stretch ends, s from the start of the run.
     pub until_s: f64,
     /// Path length of a step of the longest axis.
     pub mm_per_step: f64,
@@ -158,7 +158,7 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// When it begins, s from the start of the run.
+    /// The instant at which it begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
         match self {
@@ -167,7 +167,7 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// When it ends, s from the start of the run.
+    /// The instant at which it ends, s from the start of the run.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         match self {
@@ -221,15 +221,15 @@ pub struct Chain<const N: usize, const LEN: usize> {
     blocks: Ring<Block<N>, LEN>,
     /// The direction of the last block.
     last_direction: Direction<N>,
-    /// Where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
+    /// The place where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
     last_offsets: [i8; N],
-    /// How many blocks a pass has looked at. Those that came later have no entry speeds yet.
+    /// The number of blocks that a pass has looked at. Those that came later have no entry speeds yet.
     passed: usize,
-    /// How many blocks have final entry speeds, unless the first block's entry is changed.
+    /// The number of blocks that have final entry speeds, unless the first block's entry is changed.
     settled: usize,
     /// Up to where the first block is committed, steps of its longest axis.
     place_steps: f64,
-    /// When that place is reached, s from the start of the run.
+    /// The instant at which that place is reached, s from the start of the run.
     at_s: f64,
     /// The plan of the first block at that place. There is none where a block begins, and at rest.
     plan: UnderWay<N>,
@@ -237,7 +237,7 @@ pub struct Chain<const N: usize, const LEN: usize> {
     blend: Option<Blend<N>>,
     /// How the first block has begun, if it was by a blend.
     begun: Option<Begun<N>>,
-    /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
+    /// True if a hold is in force: the chain brakes to rest, or rests until it is started.
     is_held: bool,
 }
 
@@ -253,7 +253,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.config = config;
     }
 
-    /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
+    /// True if a hold is in force: the chain brakes to rest, or rests until it is started.
     #[must_use]
     pub fn is_held(&self) -> bool {
         self.is_held
@@ -278,25 +278,25 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// How many moves are not committed to their end.
+    /// The number of moves that are not committed to their end.
     #[must_use]
     pub fn len(&self) -> usize {
         self.blocks.len()
     }
 
-    /// Whether no move is left.
+    /// True if no move is left.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether there is no room for another move.
+    /// True if there is no room for another move.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.blocks.is_full()
     }
 
-    /// Whether everything that is committed ends at rest.
+    /// True if everything that is committed ends at rest.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         !self.plan.is_made && self.blend.is_none() && self.blocks.get(0).is_none_or(|first| !first.flows)
@@ -436,13 +436,13 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.compute_entries();
     }
 
-    /// When what is committed ends, s from the start of the run.
+    /// The instant at which what is committed ends, s from the start of the run.
     #[must_use]
     pub fn at_s(&self) -> f64 {
         self.at_s
     }
 
-    /// Whether some of the first move is committed, or planned.
+    /// True if some of the first move is committed, or planned.
     fn has_begun(&self) -> bool {
         self.plan.is_made || self.place_steps > 0.0
     }

@@ -73,7 +73,7 @@ use crate::profile::Profile;
 use crate::segment::Segment;
 use crate::shaper::Bend;
 
-/// How far a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
+/// The distance by which a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
 /// How far it may deviate instead, s, if that is more and the segment would otherwise last less than [`BRIEF_S`]: a
 /// fast axis leaves less time to compile.
@@ -87,7 +87,7 @@ pub const BRIEF_S: f64 = 1e-3;
 /// without bound over the displacement. A curved ramp keeps this distance from its slow end.
 pub(crate) const NEAREST_STEPS: f64 = 1e-6;
 
-/// How far any segment's quadratic may deviate from the closed form at `tick_hz` (ticks/s), ticks.
+/// The distance by which any segment's quadratic may deviate from the closed form at `tick_hz` (ticks/s), ticks.
 #[must_use]
 pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
     FIT_ERROR_MAX_TICKS.max(FIT_ERROR_MAX_S * f64::from(tick_hz))
@@ -101,9 +101,9 @@ const NO_RAMP_S: f64 = 1e-12;
 pub(crate) struct Stretch {
     /// Steps of the longest axis for each of this one; at least 1.
     pub(crate) stride: f64,
-    /// How many steps of the whole move come before.
+    /// The number of steps of the whole move that come before.
     pub(crate) before: u32,
-    /// How many steps there are.
+    /// The number of steps.
     pub(crate) steps: u32,
     /// The first of them is due when the profile has gone 1/2 - `ahead` steps of the axis; 0 where a move begins.
     pub(crate) ahead: f64,
@@ -112,7 +112,7 @@ pub(crate) struct Stretch {
 }
 
 impl Stretch {
-    /// How many steps come before the end of each phase.
+    /// The number of steps that come before the end of each phase.
     pub(crate) fn phase_ends(&self, bounds: &PhaseBounds) -> [u32; 3] {
         let Self { stride, steps, ahead, .. } = *self;
         let steps_before = |bound: Bound| match bound {
@@ -128,7 +128,7 @@ impl Stretch {
         [accel_end, steps_before(bounds.cruise_end).max(accel_end), steps]
     }
 
-    /// Whether the axis makes as many steps as the longest one.
+    /// True if the axis makes as many steps as the longest one.
     pub(crate) fn is_longest(&self) -> bool {
         self.stride.to_bits() == 1_f64.to_bits()
     }
@@ -149,7 +149,7 @@ fn nearest(steps: f64) -> u32 {
     if steps < 0.0 { 0 } else { (short_fixed(steps, 1).wrapping_add(1) >> 1) as u32 }
 }
 
-/// Where the acceleration and the cruise of a profile end.
+/// The places where the acceleration and the cruise of a profile end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhaseBounds {
     accel_end: Bound,
@@ -199,14 +199,14 @@ struct BlendPhases {
 #[derive(Clone, Debug)]
 pub struct Lane {
     stretch: Stretch,
-    /// How many steps come before the end of each phase.
+    /// The number of steps that come before the end of each phase.
     ends: [u32; 3],
     /// Index of the phase of the next step.
     index: usize,
     phase: PhaseSteps,
     /// Steps already compiled.
     done: u32,
-    /// How many steps come before the first that the phase counts.
+    /// The number of steps that come before the first that the phase counts.
     base: u32,
     /// The next step, if it is known from the last segment.
     next: Option<Knot>,
@@ -328,13 +328,13 @@ impl Lane {
         }
     }
 
-    /// How many steps there are.
+    /// The number of steps.
     #[must_use]
     pub fn steps(&self) -> u32 {
         self.stretch.steps
     }
 
-    /// How many steps of the whole move come before.
+    /// The number of steps of the whole move that come before.
     #[must_use]
     pub fn steps_before(&self) -> u32 {
         self.stretch.before

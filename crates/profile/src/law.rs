@@ -85,7 +85,7 @@ impl SpeedLaw {
         }
     }
 
-    /// Whether speed is a function of the displacement. Such a ramp never leaves standstill: it needs a start speed.
+    /// True if speed is a function of the displacement. Such a ramp never leaves standstill: it needs a start speed.
     #[must_use]
     pub const fn is_over_displacement(self) -> bool {
         !matches!(self, Self::Trapezoid | Self::SCurve | Self::Sine)

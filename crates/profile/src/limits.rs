@@ -113,7 +113,7 @@ impl Limits {
         }
     }
 
-    /// Whether no limit is lower than that of `other`.
+    /// True if no limit is lower than that of `other`.
     #[must_use]
     pub(crate) fn is_looser(&self, other: &Self) -> bool {
         self.tighter(other) == *other

@@ -297,7 +297,7 @@ impl Ramp {
         }
     }
 
-    /// When it is at `steps`, s.
+    /// The instant at which it is at `steps`, s.
     pub(crate) fn time_at(&self, steps: f64) -> f64 {
         match self.shape {
             Shape::ConstantAccel { accel_steps_s2 } => {

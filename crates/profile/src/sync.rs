@@ -24,15 +24,15 @@ pub struct SyncMove<const N: usize> {
     pub profile: Profile,
     /// Steps of each axis in the whole move, signed by direction.
     pub steps: [i32; N],
-    /// Where the whole move begins and ends beside the whole steps.
+    /// The places where the whole move begins and ends beside the whole steps.
     pub(crate) offsets: [[i8; N]; 2],
     /// The length of the whole move, steps of the longest axis.
     pub(crate) way_steps: f64,
-    /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
+    /// The place where this plan begins, steps of the longest axis from the beginning of the whole move.
     pub(crate) from_steps: f64,
     /// Where the profile begins, in the same steps. That may be before the plan begins.
     pub(crate) origin_steps: f64,
-    /// When the profile begins, s from the start of the run.
+    /// The instant at which the profile begins, s from the start of the run.
     pub(crate) origin_s: f64,
 }
 
@@ -117,8 +117,8 @@ impl<const N: usize> SyncMove<N> {
         }
     }
 
-    /// When the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed form. `k`
-    /// counts from 1 to the axis's steps; in a replan it is one of [`step_numbers`](Self::step_numbers).
+    /// The instant at which the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed
+    /// form. `k` counts from 1 to the axis's steps; in a replan it is one of [`step_numbers`](Self::step_numbers).
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let stretch = self.stretch(axis, self.is_whole());
@@ -186,7 +186,7 @@ impl<const N: usize> SyncMove<N> {
         Stretch { stride, before, steps: end - before, ahead, beyond }
     }
 
-    /// Whether the profile is that of the whole move, not of a replan.
+    /// True if the profile is that of the whole move, not of a replan.
     fn is_whole(&self) -> bool {
         is_zero(self.origin_steps) && is_zero(self.from_steps) && self.profile.distance_steps() == self.distance_steps()
     }
@@ -198,20 +198,21 @@ impl<const N: usize> SyncMove<N> {
         self.steps_before(axis, self.from_steps) + 1..self.steps_before(axis, self.end_steps()) + 1
     }
 
-    /// How many steps of the axis with index `axis` are due before the longest axis is at `place_steps` of the whole
+    /// The number of steps of the axis with index `axis` that are due before the longest axis is at `place_steps` of the whole
     /// move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
         self.span().steps_before(axis, place_steps, self.way_steps)
     }
 
-    /// Where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
+    /// The place where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
     #[must_use]
     pub fn place_at(&self, t_s: f64) -> f64 {
         self.origin_steps + self.profile.position_at(t_s - self.origin_s)
     }
 
-    /// When the longest axis is at `place_steps` from the beginning of the whole move, s from the start of the run.
+    /// The instant at which the longest axis is at `place_steps` from the beginning of the whole move, s from the start of the
+    /// run.
     #[must_use]
     pub fn time_at(&self, place_steps: f64) -> f64 {
         self.origin_s + self.profile.time_at(place_steps - self.origin_steps)
@@ -229,25 +230,25 @@ impl<const N: usize> SyncMove<N> {
         (speed_steps_s, accel_steps_s2)
     }
 
-    /// When this plan begins, s from the start of the run.
+    /// The instant at which this plan begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
         self.time_at(self.from_steps)
     }
 
-    /// When the profile ends, s from the start of the run.
+    /// The instant at which the profile ends, s from the start of the run.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.origin_s + self.profile.duration_s()
     }
 
-    /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
+    /// The place where this plan begins, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn begin_steps(&self) -> f64 {
         self.from_steps
     }
 
-    /// Where this plan ends, steps of the longest axis from the beginning of the whole move.
+    /// The place where this plan ends, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn end_steps(&self) -> f64 {
         sum(self.origin_steps, self.profile.distance_steps())
@@ -259,8 +260,8 @@ impl<const N: usize> SyncMove<N> {
         self.way_steps
     }
 
-    /// Where an axis is when the longest one is at `place_steps`, steps from the whole step next to where the move begins,
-    /// signed by direction.
+    /// The place where an axis is when the longest one is at `place_steps`, steps from the whole step next to where the move
+    /// begins, signed by direction.
     #[must_use]
     pub fn axis_place(&self, axis: usize, place_steps: f64) -> f64 {
         let span = self.span();
@@ -349,7 +350,7 @@ impl<const N: usize> Span<N> {
         }
     }
 
-    /// How many steps of an axis are due before the longest axis is at `place_steps` of the `way`.
+    /// The number of steps of an axis that are due before the longest axis is at `place_steps` of the `way`.
     pub(crate) fn steps_before(&self, axis: usize, place_steps: f64, way: f64) -> u32 {
         if self.steps[axis] == 0 { 0 } else { self.steps_by(axis, place_steps, way, || share(self.len(axis), way)) }
     }

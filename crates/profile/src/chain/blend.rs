@@ -1,4 +1,4 @@
-//! How fast a corner may be taken by a blend.
+//! The speed at which a corner may be taken by a blend.
 //!
 //! The path leaves the line at most `reach` before the corner and is on the next line at most as far after it. It enters
 //! at the speed p, leaves at q and takes 2 reach/max(p, q); each axis has one acceleration for that time. With the
@@ -42,9 +42,9 @@ pub(super) struct BlendBounds {
 
 /// What a blend may do at a corner.
 pub(super) struct Room {
-    /// How far the path may leave the corner, mm.
+    /// The distance by which the path may leave the corner, mm.
     pub(super) deviation_mm: f32,
-    /// How far a blend may reach on the shorter of both blocks, mm.
+    /// The distance that a blend may reach on the shorter of both blocks, mm.
     pub(super) reach_mm: f64,
     /// The highest square that overrides can make of either block's.
     pub(super) fastest: Square,
@@ -144,7 +144,7 @@ fn sizes(one: i64, other: i64) -> ([u32; 2], u32) {
     (sizes.map(|size| (size << zeros >> 33) as u32), 28 + zeros)
 }
 
-/// Whether a number of 0 or more is less than another: as bits, because comparing floats is a call.
+/// True if a number of 0 or more is less than another: as bits, because comparing floats is a call.
 fn is_less(one: f32, other: f32) -> bool {
     (one.to_bits() as i32) < other.to_bits() as i32
 }

@@ -11,7 +11,7 @@
 use super::config::{SQUARE_MAX, Square};
 use crate::fixed::product;
 
-/// How many lines bound a square.
+/// The number of lines that bound a square.
 const LINES: usize = TIMES.len() + 1;
 /// The levels at which they meet: so many times that at rest, if that is low.
 const TIMES: [u32; 2] = [3, 20];
@@ -45,7 +45,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Whether it allows less than the highest square from rest. If it does, it does not turn.
+    /// True if it allows less than the highest square from rest. If it does, it does not turn.
     fn is_bound(&self) -> bool {
         self.room < self.own
     }

@@ -32,7 +32,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         Some(chunk)
     }
 
-    /// Whether the first block may stop from this speed.
+    /// True if the first block may stop from this speed.
     fn is_slow(&self, speed_steps_s: f64) -> bool {
         self.blocks.get(0).is_some_and(|first| {
             let limits = first.limits_now(&self.config.shared_limits(&first.span));

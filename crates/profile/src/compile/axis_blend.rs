@@ -21,7 +21,7 @@ pub(crate) struct AxisBlend {
     pub(crate) beyond: f64,
     /// The size of its speed in the approach.
     pub(crate) from_steps_s: f64,
-    /// How many steps it makes in the approach, while slowing down, and while speeding up.
+    /// The number of steps that it makes in the approach, while slowing down, and while speeding up.
     pub(crate) approach: u32,
     pub(crate) out: u32,
     pub(crate) back: u32,

@@ -44,7 +44,7 @@ impl Course {
         self.plan.is_whole
     }
 
-    /// Whether the acceleration changes within a ramp.
+    /// True if the acceleration changes within a ramp.
     pub(crate) fn is_curved(&self) -> bool {
         self.plan.profile.is_curved()
     }

@@ -48,7 +48,7 @@ impl Cubic {
         fixed(self.time_s(self.steps_to(half_steps)) * self.tick_hz, self.point.into()) as u64
     }
 
-    /// When it has gone so far, s after its beginning.
+    /// The instant at which it has gone so far, s after its beginning.
     fn time_s(&self, steps: f64) -> f64 {
         let (mut from_s, mut to_s) = (0.0, self.lasts_s);
         let mut t_s = 0.5 * to_s;
@@ -71,7 +71,7 @@ impl Cubic {
         t_s
     }
 
-    /// Whether an instant, in units of 2^-`point` tick after the beginning, is near enough to that of the edge after so many half
+    /// True if an instant, in units of 2^-`point` tick after the beginning, is near enough to that of the edge after so many half
     /// steps, in a segment that lasts `rise` of these units.
     #[inline(never)]
     pub(super) fn is_near(&self, half_steps: u32, instant: u64, rise: u64) -> bool {

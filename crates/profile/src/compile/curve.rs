@@ -24,7 +24,7 @@ pub(super) struct StepRange {
     pub(super) step: u32,
     /// How many steps after the beginning of the span the first step is.
     pub(super) steps_after_begin: f64,
-    /// How many steps there are.
+    /// The number of steps.
     pub(super) count: u32,
 }
 

@@ -98,7 +98,7 @@ impl FixedRamp {
         length
     }
 
-    /// Whether a quadratic holds 2^`length` steps from a step of level `level` on. `slow` is the level of the slow end.
+    /// True if a quadratic holds 2^`length` steps from a step of level `level` on. `slow` is the level of the slow end.
     #[inline(always)]
     fn fits(&self, length: i32, level: i32, slow: i32) -> bool {
         // There is always a quadratic through three steps.

@@ -12,7 +12,7 @@ pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
 pub(super) struct Hermite {
     /// In s.
     pub(super) coefficients: [f64; TERMS],
-    /// Where z is 0, steps.
+    /// The place where z is 0, steps.
     pub(super) begin_steps: f64,
     /// The displacement from z = 0 to z = 1, steps; negative if it goes backwards.
     pub(super) steps: f64,

@@ -17,7 +17,7 @@ pub(super) struct Phase {
     pub(super) end: u32,
     /// The law goes on smoothly to this step, which may be beyond the phase.
     pub(super) reach: u32,
-    /// Whether it decelerates: then the law's times count back from the end of the move, and its steps from `reach`.
+    /// True if it decelerates: then the law's times count back from the end of the move, and its steps from `reach`.
     pub(super) backwards: bool,
     /// Instants are in units of 2^-`point` tick. It is 32, or less if the move is too long for that.
     pub(super) point: u8,
@@ -25,7 +25,7 @@ pub(super) struct Phase {
     pub(super) length: u8,
 }
 
-/// How long an odd number of half steps takes.
+/// The time that an odd number of half steps takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Law {
     /// At constant speed.

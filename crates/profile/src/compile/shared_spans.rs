@@ -38,7 +38,7 @@ const BEFORE_STEP: f64 = 0.98;
 /// rounding.
 const REACH_RATIO_MIN: f64 = 1e-12;
 
-/// How many spans are kept for other axes. Near standstill a slow axis has no step over several spans.
+/// The number of spans that are kept for other axes. Near standstill a slow axis has no step over several spans.
 const SHARED: usize = 8;
 
 /// The spans of a plan that were computed last.
@@ -128,7 +128,7 @@ impl TimedPlan {
 }
 
 impl Path<'_> {
-    /// Where the first span begins.
+    /// The place where the first span begins.
     pub(super) fn begin(&self, plan: &TimedPlan) -> Reached {
         let end = self.ramp.parameter_end();
         let (first, last) = if self.is_backwards {

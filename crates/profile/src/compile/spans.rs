@@ -14,7 +14,7 @@ use crate::segment::Segment;
 #[derive(Clone, Debug)]
 pub(super) struct Spans {
     is_backwards: bool,
-    /// How many spans it has come to.
+    /// The number of spans that it has come to.
     count: u32,
     /// Where the last of them ends. Before the first one, it is where that begins.
     reached: Reached,
@@ -77,7 +77,7 @@ impl Spans {
             Curve::new(&hermite, TimedStretch { clock: &course.plan.clock, stretch }, self.is_backwards, range);
     }
 
-    /// How many steps are due before the ramp is at `ramp_steps`.
+    /// The number of steps that are due before the ramp is at `ramp_steps`.
     fn steps_before(&self, ramp_steps: f64, stretch: &Stretch) -> u32 {
         let axis_steps = ramp_steps / stretch.stride + 0.5;
         if self.is_backwards {

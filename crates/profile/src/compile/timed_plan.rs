@@ -10,7 +10,7 @@ use crate::ramp::Ramp;
 #[derive(Clone, Debug)]
 pub(super) struct TimedPlan {
     pub(super) profile: Profile,
-    /// Whether it is the plan of a whole move.
+    /// True if it is the plan of a whole move.
     pub(super) is_whole: bool,
     pub(super) bounds: PhaseBounds,
     pub(super) clock: Clock,
@@ -31,7 +31,7 @@ pub(super) struct Clock {
     pub(super) tick_hz: f64,
     /// log2 of `tick_hz`, in units of 2^-16.
     pub(super) hz_log2: i32,
-    /// When it begins and ends.
+    /// The instants at which it begins and ends.
     pub(super) begin_ticks: f64,
     pub(super) end_ticks: f64,
 }
@@ -60,7 +60,7 @@ pub(super) struct ConstantAccelRamp {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cruise {
     pub(super) ticks_per_step: f64,
-    /// When the profile would have begun if all of it were at that speed.
+    /// The instant at which the profile would have begun if all of it were at that speed.
     pub(super) start_ticks: f64,
 }
 

@@ -17,9 +17,9 @@ pub(super) const AT_ONCE_S: f64 = 1e-6;
 pub struct Bend {
     /// What it does from its beginning on; its place is counted from the same whole step as `counts`.
     pub leg: Leg,
-    /// When it ends, s from the start of the run.
+    /// The instant at which it ends, s from the start of the run.
     pub end_s: f64,
-    /// Where the axis is then, steps.
+    /// The place where the axis is then, steps.
     pub end_place_steps: f64,
     /// How fast it is then, steps/s, signed by direction.
     pub end_speed_steps_s: f64,
@@ -30,7 +30,7 @@ pub struct Bend {
 }
 
 impl Bend {
-    /// How many steps the axis makes, and how many of them before it turns; if it does not turn, that is all of them.
+    /// The number of steps that the axis makes, and how many of them before it turns; if it does not turn, that is all of them.
     #[must_use]
     pub fn step_counts(&self) -> (u32, u32) {
         let [begin, turn, end] = self.counts;
@@ -74,8 +74,8 @@ impl Sum {
         (place_steps + mean_steps_s * past_s, speed_steps_s + (accel_steps_s2 + gained_steps_s2) * past_s)
     }
 
-    /// When an axis whose acceleration changes turns first, s after its beginning; infinite if it does not. At once does not
-    /// count.
+    /// The instant at which an axis whose acceleration changes turns first, s after its beginning; infinite if it does not. At
+    /// once does not count.
     #[inline(never)]
     pub(super) fn turns_after_s(&self) -> f64 {
         let Self { leg: Leg { speed_steps_s: v, accel_steps_s2: a, .. }, jerk_steps_s3: j } = *self;
@@ -93,7 +93,7 @@ impl Sum {
     }
 }
 
-/// Whether an axis that begins and ends with these speeds turns on the way.
+/// True if an axis that begins and ends with these speeds turns on the way.
 pub(crate) fn turns(from_steps_s: f64, to_steps_s: f64) -> bool {
     is_negative(from_steps_s) != is_negative(to_steps_s) && !is_zero(from_steps_s) && !is_zero(to_steps_s)
 }

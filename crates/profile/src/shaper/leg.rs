@@ -8,9 +8,9 @@ pub(super) const SAME_S: f64 = 1e-10;
 /// What an axis does for a while: it keeps one acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// When it begins, s from the start of the run.
+    /// The instant at which it begins, s from the start of the run.
     pub begin_s: f64,
-    /// Where it begins, steps.
+    /// The place where it begins, steps.
     pub place_steps: f64,
     /// The speed there, steps/s, signed by direction.
     pub speed_steps_s: f64,

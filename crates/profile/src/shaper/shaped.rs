@@ -41,7 +41,7 @@ struct Cursor {
     /// What it adds there, the leg later by the delay and times the weight; and whether that has been computed.
     part: Leg,
     is_part: bool,
-    /// When it comes to the end of the leg, s from the start of the run; the delay included.
+    /// The instant at which it comes to the end of the leg, s from the start of the run; the delay included.
     end_s: f64,
 }
 
@@ -124,7 +124,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.set_parts();
     }
 
-    /// Whether there is room for another leg.
+    /// True if there is room for another leg.
     #[must_use]
     pub fn has_room(&self) -> bool {
         !self.legs.is_full()
@@ -142,7 +142,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.t_s
     }
 
-    /// Whether the end has been taken: the axis stands still, and so do all that it is the sum of.
+    /// True if the end has been taken: the axis stands still, and so do all that it is the sum of.
     #[must_use]
     pub fn is_over(&self) -> bool {
         let last = self.last();
@@ -181,7 +181,7 @@ impl<const LEN: usize> Shaped<LEN> {
         true
     }
 
-    /// Whether a leg at constant speed, as fast as the last one ends, lasts so little that the axis is as good as where it would
+    /// True if a leg at constant speed, as fast as the last one ends, lasts so little that the axis is as good as where it would
     /// be if the last leg went on instead. Moves that are not quite alike have many of these between their blends.
     pub(crate) fn can_do_without(&self, leg: &Leg, end_s: f64) -> bool {
         let lasts_s = end_s - leg.begin_s;
@@ -260,7 +260,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.first + self.legs.len() as u32 - 1
     }
 
-    /// When the first of the impulses comes to the end of its leg, s from the start of the run.
+    /// The instant at which the first of the impulses comes to the end of its leg, s from the start of the run.
     fn until_s(&self) -> f64 {
         let mut until_s = f64::INFINITY;
         for cursor in self.on_legs() {
@@ -387,12 +387,12 @@ impl<const LEN: usize> Shaped<LEN> {
         integral * self.per_box_s
     }
 
-    /// Whether the last leg is a rest.
+    /// True if the last leg is a rest.
     fn ends_at_rest(&self) -> bool {
         self.legs.last().is_some_and(Leg::is_rest)
     }
 
-    /// Whether it is not known yet if the axis comes to rest at `end_s`, where the count of that rest decides on its last step.
+    /// True if it is not known yet if the axis comes to rest at `end_s`, where the count of that rest decides on its last step.
     fn may_come_to_rest(&self, end_s: f64) -> bool {
         let last = self.last();
         let comes = |cursor: &Cursor| cursor.on == last && is_earlier(cursor.end_s, end_s + SAME_S);
@@ -443,7 +443,7 @@ impl<const LEN: usize> Shaped<LEN> {
     }
 }
 
-/// Whether an instant is another, or comes before it. No instant is before the start of the run, so they compare as their bits
+/// True if an instant is another, or comes before it. No instant is before the start of the run, so they compare as their bits
 /// do; comparing floats is a call.
 fn is_earlier(t_s: f64, than_s: f64) -> bool {
     t_s.to_bits() <= than_s.to_bits()
