@@ -8,7 +8,7 @@ use crate::axes::{AXES, Axis};
 use crate::courses::Courses;
 use crate::shaping::{ShapedAxis, Shaping};
 
-/// How many chunks are kept at once: with moves of a millisecond, more than is queued ahead.
+/// The number of chunks that are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
 /// How many of these places are kept free for chunks that are still to be streamed.
 const CHUNKS_TO_STREAM: usize = CHUNKS - 16;
@@ -71,7 +71,7 @@ impl Chunks {
         self.shaping.as_ref().map_or(0.0, |shaping| shaping.delay_s)
     }
 
-    /// When the run is over, s from its start, if no chunk follows.
+    /// The instant at which the run is over, s from its start, if no chunk follows.
     pub fn over_s(&self) -> f64 {
         self.shaping.as_ref().map_or_else(|| self.end_s(), |shaping| self.end_s() + shaping.lasts_s)
     }
@@ -105,7 +105,7 @@ impl Chunks {
         self.known.back()
     }
 
-    /// Whether another chunk follows the one with this number.
+    /// True if another chunk follows the one with this number.
     pub fn has_next(&self, number: u32) -> bool {
         number.wrapping_sub(self.first) + 1 < self.known.len() as u32
     }
@@ -133,7 +133,7 @@ impl Chunks {
         self.is_closed
     }
 
-    /// When the last chunk ends, s from the start of the run.
+    /// The instant at which the last chunk ends, s from the start of the run.
     pub fn end_s(&self) -> f64 {
         self.last().map_or(0.0, |chunk| chunk.until_s)
     }

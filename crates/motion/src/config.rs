@@ -39,7 +39,7 @@ pub struct Config {
     pub enable_inverted: bool,
     /// Switches open, rather than close, to ground when pressed.
     pub switches_inverted: bool,
-    /// How long the motors stay energised at rest; `None` is for ever.
+    /// The time for which the motors stay energised at rest; `None` is for ever.
     pub idle_delay: Option<Duration>,
     /// The tool's outputs.
     pub tool: ToolConfig,
@@ -74,7 +74,7 @@ pub struct Squared {
 pub struct HomingConfig {
     /// The axes that home, first to last.
     pub order: [Option<Axis>; AXES],
-    /// Where each axis's switch is.
+    /// The places where each axis's switch is.
     pub towards: [Direction; AXES],
     /// Speed of the seek, mm/s; above 0. The stop at the switch is abrupt, so keep it within what the motor stops
     /// from; a step lost there costs nothing, because the latch measures again.
@@ -238,12 +238,12 @@ impl Config {
         if self.speed_law == SpeedLaw::Trapezoid { Ok(()) } else { Err(ConfigError::ShapedCurve { axis }) }
     }
 
-    /// Whether the limit input is low, rather than high, while it stops its axis.
+    /// True if the limit input is low, rather than high, while it stops its axis.
     pub(crate) fn pressed_is_low(&self, input: LimitInput) -> bool {
         !self.switches_inverted && !self.is_stall(input)
     }
 
-    /// Whether the limit input is a driver's, which says that its motor stalls.
+    /// True if the limit input is a driver's, which says that its motor stalls.
     pub(crate) fn is_stall(&self, input: LimitInput) -> bool {
         matches!(input, LimitInput::Of(axis) if self.homing.by_stall[axis as usize])
     }
@@ -268,7 +268,7 @@ impl Config {
         self.squared.filter(|squared| squared.axis == axis)
     }
 
-    /// Whether a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
+    /// True if a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
     /// does if the direction, the side of the switch, what the second motor does and the length of a step are the same.
     /// The travel and the pull-off do not matter: they only say how far the axis goes from that zero, and where the next
     /// homing will find one.

@@ -127,11 +127,11 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) marks: &'a mut Marks,
     /// The overrides that the chain is planned with.
     pub(crate) overrides: Overrides,
-    /// Where the chain ends, steps.
+    /// The place where the chain ends, steps.
     pub(crate) planned_steps: [i32; AXES],
     /// Ramps are curved.
     pub(crate) is_curved: bool,
-    /// How many motions have gone into the chain since it was begun.
+    /// The number of motions that have gone into the chain since it was begun.
     pub(crate) taken: usize,
     /// The steps that each axis of a probing motion had made at the contact.
     pub(crate) contact_steps: Option<[i32; AXES]>,

@@ -121,7 +121,7 @@ pub enum Alarm {
 }
 
 impl Alarm {
-    /// Whether the homed axes stay homed after a motion that ended with this alarm: every step was made as planned.
+    /// True if the homed axes stay homed after a motion that ended with this alarm: every step was made as planned.
     pub(crate) fn leaves_position(self) -> bool {
         matches!(self, Self::Unplannable { .. } | Self::ProbeInitial | Self::ProbeContact)
     }
@@ -205,7 +205,7 @@ pub enum Event {
     Run {
         /// That instant.
         start: Instant,
-        /// Where each axis stood.
+        /// The places where each axis stood.
         origin_steps: [i32; AXES],
         /// How the axes are shaped. What is reported of its moves is the motion that goes into the shapers.
         shaping: Option<Shaping>,
@@ -236,13 +236,13 @@ pub enum Event {
     RunEnd {
         /// How it ended.
         finish: Finish,
-        /// Where the move that was reported last was to stop, steps of the longest axis from its beginning: its end,
+        /// The place where the move that was reported last was to stop, steps of the longest axis from its beginning: its end,
         /// unless it was held.
         held_at_steps: f64,
-        /// When that is, s from the start of the run: half a step after the last edge; if the run is shaped, when the last
-        /// impulse has passed. No other run starts before.
+        /// The instant at which that is, s from the start of the run: half a step after the last edge; if the run is shaped,
+        /// when the last impulse has passed. No other run starts before.
         plan_s: f64,
-        /// Where each axis stands.
+        /// The places where each axis stands.
         position_steps: [i32; AXES],
     },
     /// A phase of homing begins.

@@ -132,7 +132,7 @@ where
         motion.is_some()
     }
 
-    /// Whether another motion may follow; none may while the machine is to brake. Without room for a mark the lines of a raster
+    /// True if another motion may follow; none may while the machine is to brake. Without room for a mark the lines of a raster
     /// would be blocks of their own, each of which takes the processor longer than many lines that are one.
     pub(crate) fn takes(&self) -> bool {
         self.waiting.is_none() && !self.chain.is_full() && !self.marks.is_full() && !self.machine.is_to_brake()
@@ -196,7 +196,7 @@ where
         self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })
     }
 
-    /// Whether the overrides in force are not those that the moves are planned with.
+    /// True if the overrides in force are not those that the moves are planned with.
     pub(crate) fn is_overridden(&self, purpose: Purpose) -> bool {
         purpose == Purpose::Program && self.machine.overrides() != self.overrides
     }

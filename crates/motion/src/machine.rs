@@ -39,9 +39,9 @@ use crate::motor::{LimitInput, Motor, Side};
 use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
 
-/// How many moves are planned ahead, so that they follow each other without a stop.
+/// The number of moves that are planned ahead, so that they follow each other without a stop.
 pub(crate) const CHAIN_MOVES: usize = if cfg!(feature = "short-look-ahead") { 32 } else { 64 };
-/// How many tasks may watch the state at once.
+/// The number of tasks that may watch the state at once.
 const WATCHERS: usize = 8;
 
 /// The machine is locked by an alarm, or not idle where it must be.
@@ -58,7 +58,7 @@ struct Inner {
     stalls_apart_steps: [i32; AXES],
     life: Life,
     current: Option<CurrentChunk>,
-    /// How many motions the coordinator would take off the queue at once.
+    /// The number of motions that the coordinator would take off the queue at once.
     room: usize,
     overrides: Overrides,
     outputs: OutputsAsked,
@@ -166,7 +166,7 @@ impl Machine {
         self.emergency_contact
     }
 
-    /// Which axes have been homed and not lost their position since.
+    /// The axes that have been homed and not lost their position since.
     #[must_use]
     pub fn homed(&self) -> [bool; AXES] {
         self.with(|inner| inner.homed)
@@ -178,7 +178,7 @@ impl Machine {
         self.with(|inner| inner.stalls_apart_steps)
     }
 
-    /// How often each axis's port has faulted since power-up.
+    /// The number of times that each axis's port has faulted since power-up.
     #[must_use]
     pub fn faults(&self) -> [u32; AXES] {
         self.with(|inner| inner.faults)
@@ -197,7 +197,7 @@ impl Machine {
         self.state.dyn_receiver()
     }
 
-    /// Where each axis stands, steps.
+    /// The places where each axis stands, steps.
     #[must_use]
     pub fn position_steps(&self) -> [i32; AXES] {
         Axis::ALL.map(|axis| self.link(axis).odometer.position_steps())

@@ -13,9 +13,9 @@
 use crate::tag::{MarksOf, Tag};
 use crate::tool::power::{Level, Power};
 
-/// How many marks there is room for: those of the path ahead and of the block under way. One place is always empty.
+/// The number of marks that there is room for: those of the path ahead and of the block under way. One place is always empty.
 const PLACES: usize = 341;
-/// How many marks a block has at most. Its room is free again only when it is over, and planning it costs little for
+/// The number of marks that a block has at most. Its room is free again only when it is over, and planning it costs little for
 /// each of so many lines.
 const MARKS_OF_BLOCK: u8 = (1 << Tag::COUNT_BITS) - 1;
 
@@ -31,7 +31,7 @@ struct Stored {
 /// A place within a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mark {
-    /// Where it is, steps of the longest axis from the beginning of the block.
+    /// The place where it is, steps of the longest axis from the beginning of the block.
     pub place_steps: u32,
     /// The line that begins here.
     pub line: u32,
@@ -55,7 +55,7 @@ impl Marks {
         Self { ring: [Stored { steps: 0, lines: 0, level: Level::ZERO }; PLACES], first: 0, end: 0, last }
     }
 
-    /// Whether there is no room for another.
+    /// True if there is no room for another.
     pub fn is_full(&self) -> bool {
         after(self.end) == self.first
     }

@@ -103,7 +103,7 @@ impl Capabilities {
         Self { tick_hz, timing, margin_ticks: 0, core_ns: 0, turn_ticks: 0 }
     }
 
-    /// How long STEP stays high with this wiring, ns. It is never shorter than the driver's minimum or than DIR's hold
+    /// The time for which STEP stays high with this wiring, ns. It is never shorter than the driver's minimum or than DIR's hold
     /// time, so DIR may change as soon as a pulse is over.
     #[must_use]
     pub fn pulse_ns(&self, wiring: Wiring) -> u32 {
@@ -150,7 +150,7 @@ impl Odometer {
         Self { position_steps: AtomicI32::new(0) }
     }
 
-    /// Where the axis stands, steps.
+    /// The place where the axis stands, steps.
     #[must_use]
     pub fn position_steps(&self) -> i32 {
         self.position_steps.load(Ordering::Relaxed)
@@ -184,7 +184,7 @@ pub enum StreamItem {
     /// The next steps, all in one direction. The first of them is due at least [`Capabilities::period_min_ticks`] after
     /// the step before, whichever direction that step had.
     Steps {
-        /// When the steps are due.
+        /// The instant at which the steps are due.
         segment: Segment,
         /// Their direction.
         direction: Direction,
@@ -192,7 +192,8 @@ pub enum StreamItem {
     /// There is no step until this instant. Some ports must know what comes next. With rests, such a port need not be
     /// given a step long before it is due: a step that it has not been given can still be changed or cancelled.
     Rest {
-        /// When the rest ends, ticks from the start of the run: at least one shortest step period before the next step.
+        /// The instant at which the rest ends, ticks from the start of the run: at least one shortest step period before the
+        /// next step.
         until_ticks: u64,
     },
     /// There are no more steps: the run ends with the steps before this item. Every run ends with it, unless it is
@@ -216,7 +217,7 @@ pub struct Motors {
 }
 
 impl Motors {
-    /// Whether the motor of this side makes the steps.
+    /// True if the motor of this side makes the steps.
     #[must_use]
     pub fn moves(&self, side: Side) -> bool {
         match self.second {
@@ -237,13 +238,13 @@ impl Motors {
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub struct Run<'a> {
-    /// Which motors make the steps.
+    /// The motors that make the steps.
     pub motors: Motors,
     /// Where the port waits for its start, with those of the other axes.
     pub start_line: &'a StartLine,
     /// What it is to make, in order.
     pub segments: &'a StreamQueue,
-    /// Where it counts the steps.
+    /// The place where it counts the steps.
     pub odometer: &'a Odometer,
 }
 

@@ -56,15 +56,15 @@ const LOOK_AGAIN: Duration = Duration::from_millis(1);
 const GATHER: Duration = Duration::from_millis(4);
 const GATHER_S: f64 = 4e-3;
 
-/// How many moves are taken at once. To plan more would take too long while a port's queue has to be filled.
+/// The number of moves that are taken at once. To plan more would take too long while a port's queue has to be filled.
 const TAKEN_AT_ONCE: usize = 8;
 
 /// How many are taken while a port has little left, if so many are in the chain that there is no hurry to know more.
 const TAKEN_IN_HASTE: usize = 2;
 const ENOUGH_MOVES: usize = CHAIN_MOVES / 2;
 
-/// How many chunks are committed at once, for the same reason: between blends they are short, and many make up what is to be
-/// known.
+/// The number of chunks that are committed at once, for the same reason: between blends they are short, and many make up what is
+/// to be known.
 const COMMITTED_AT_ONCE: usize = 8;
 
 /// While a port has less motion queued than this, filling its queue comes before everything else in thread mode.
@@ -212,7 +212,7 @@ where
         }
     }
 
-    /// Whether the chain has to hand out more, so that the path is known until `known_s` from the start of the run. It
+    /// True if the chain has to hand out more, so that the path is known until `known_s` from the start of the run. It
     /// has to only when [`GATHER`] or more is missing, so that moves which arrive one by one are planned together.
     fn is_short_of(&self, known_s: f64) -> bool {
         !self.chunks.is_closed() && self.chunks.end_s() <= known_s - GATHER_S
@@ -373,12 +373,12 @@ impl Horizons {
         Self { now, low: now + LOW, known, known_s: seconds(known) }
     }
 
-    /// Whether a port has little left.
+    /// True if a port has little left.
     fn are_low(&self, streams: &Streams<'_>) -> bool {
         streams.iter().any(|stream| stream.is_low(self.low))
     }
 
-    /// Whether one has, and there is room in its queue for more.
+    /// True if one has, and there is room in its queue for more.
     fn are_urgent(&self, streams: &Streams<'_>) -> bool {
         streams.iter().any(|stream| stream.is_low(self.low) && !stream.queue().is_full())
     }

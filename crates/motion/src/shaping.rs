@@ -14,7 +14,7 @@ use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
 
-/// How many legs are kept of each axis.
+/// The number of legs that are kept of each axis.
 pub(crate) const LEGS: usize = if cfg!(feature = "short-look-ahead") { 24 } else { 64 };
 
 /// How the axes of a run are shaped.
@@ -77,7 +77,7 @@ impl ShapedAxis {
         if self.is_begun { self.shaped.taken_s() } else { 0.0 }
     }
 
-    /// Whether the axis has come to the end of the run.
+    /// True if the axis has come to the end of the run.
     pub fn is_over(&self) -> bool {
         self.is_finished && self.shaped.is_over()
     }

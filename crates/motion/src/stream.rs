@@ -34,10 +34,10 @@ pub(crate) const ITEM_MAX: Duration = Duration::from_millis(15);
 /// Shortest rest that is queued for an axis that stands still. Its rests also end this long before the end of what is
 /// known, because its next step may follow at once.
 const REST_MIN: Duration = Duration::from_millis(2);
-/// How long the queues are filled at a time, unless an item takes longer. A wake-up takes as long as compiling several
+/// The time for which the queues are filled at a time, unless an item takes longer. A wake-up takes as long as compiling several
 /// items of a trapezoid.
 const TURN: Duration = Duration::from_micros(500);
-/// How many segments are compiled before a port needs them.
+/// The number of segments that are compiled before a port needs them.
 const COMPILED_MAX: usize = 32;
 
 /// Streams the steps of a run to one axis.
@@ -80,7 +80,7 @@ struct PlanSteps {
     queued: u32,
     /// The last step of the whole plan, which may be longer than the chunk known so far.
     last: u32,
-    /// Where the known chunk ends, steps of the longest axis.
+    /// The place where the known chunk ends, steps of the longest axis.
     until_steps: f64,
     /// The last step before that place.
     end: u32,
@@ -202,12 +202,12 @@ impl<'a> SegmentStream<'a> {
         self.chunk
     }
 
-    /// Whether its queue is to be filled now.
+    /// True if its queue is to be filled now.
     pub fn is_short(&self) -> bool {
         !self.is_done && self.queued_ticks <= self.target_ticks
     }
 
-    /// Whether its queue ends at `time` from the start of the run, or earlier.
+    /// True if its queue ends at `time` from the start of the run, or earlier.
     pub fn is_low(&self, time: Duration) -> bool {
         !self.is_done && self.queued_ticks <= self.ticks.of(time)
     }
@@ -350,7 +350,7 @@ impl<'a> SegmentStream<'a> {
         Some(StreamItem::Steps { segment: queued.delayed(late_ticks), direction })
     }
 
-    /// Whether some of the plan under way is still to be compiled, and there is room for it.
+    /// True if some of the plan under way is still to be compiled, and there is room for it.
     fn can_compile(&self) -> bool {
         self.plan.as_ref().is_some_and(|plan| plan.compiled < plan.last) && !self.compiled.is_full()
     }

@@ -2,7 +2,7 @@
 
 use crate::tool::power::{Level, Power};
 
-/// Which marks belong to a block: so many, from this place on.
+/// The marks that belong to a block: so many, from this place on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct MarksOf {
     pub first: u16,

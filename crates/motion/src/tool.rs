@@ -64,7 +64,7 @@ pub trait ToolPort {
     fn set_duty(&mut self, duty: u16, new_period: bool);
 }
 
-/// How often a level that changes linearly is set.
+/// The period at which a level that changes linearly is set.
 const UPDATE: Duration = Duration::from_micros(500);
 
 /// A stroke begins a PWM period of its own if it lasts at least this many periods. A shorter stroke would be brighter
@@ -105,7 +105,7 @@ struct Driven {
     switches: Switches,
     pwm_hz: u32,
     duty: u16,
-    /// How often the brake had been engaged.
+    /// The number of times that the brake had been engaged.
     stops: u32,
     /// What was asked for.
     asked: Asked,

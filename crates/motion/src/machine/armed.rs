@@ -29,21 +29,21 @@ const fn edge(input: LimitInput, is_low: bool) -> u32 {
 /// report of the edge that follows stops the machine, so the board may brake the axes and the tool before it. Not even a
 /// lock is taken.
 impl Machine {
-    /// Whether [`limit_edge`](Self::limit_edge) would stop everything now.
+    /// True if [`limit_edge`](Self::limit_edge) would stop everything now.
     #[inline(always)]
     #[must_use]
     pub fn stops_at_limit(&self, input: LimitInput, is_low: bool) -> bool {
         self.armed.load(Ordering::Relaxed) & edge(input, is_low) != 0
     }
 
-    /// Whether a press that [`emergency_stop_edge`](Self::emergency_stop_edge) reports would lock the machine now.
+    /// True if a press that [`emergency_stop_edge`](Self::emergency_stop_edge) reports would lock the machine now.
     #[inline(always)]
     #[must_use]
     pub fn stops_at_emergency(&self) -> bool {
         self.armed.load(Ordering::Relaxed) & EMERGENCY_STOP != 0
     }
 
-    /// Whether [`reset_heard`](Self::reset_heard) would stop everything now.
+    /// True if [`reset_heard`](Self::reset_heard) would stop everything now.
     #[inline(always)]
     #[must_use]
     pub fn stops_at_reset(&self) -> bool {

@@ -17,7 +17,7 @@ use crate::motor::Motor;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Life {
     pub state: State,
-    /// How many motions have been asked for and are not finished.
+    /// The number of motions that have been asked for and are not finished.
     pub pending: usize,
     /// A run is under way: axes may move.
     pub moving: bool,
@@ -31,7 +31,7 @@ pub(super) struct Life {
     pub door: Door,
     /// A reset byte has been heard, and the console has not reported it yet.
     pub reset_heard: bool,
-    /// How many resets have had all motions forgotten.
+    /// The number of resets that have had all motions forgotten.
     pub resets: u32,
 }
 
@@ -186,12 +186,12 @@ impl Life {
         self.forget != Forget::Nothing || self.cause.is_some()
     }
 
-    /// Whether the first edge of a limit switch, or a stall that a driver tells, stops everything.
+    /// True if the first edge of a limit switch, or a stall that a driver tells, stops everything.
     pub fn heeds_limits(&self) -> bool {
         self.pending > 0 && !self.is_locked() && !matches!(self.state, State::Home)
     }
 
-    /// Whether a reset byte stops everything.
+    /// True if a reset byte stops everything.
     pub fn heeds_reset_byte(&self) -> bool {
         self.pending > 0 && !self.is_locked() && (self.reset_heard || self.forget == Forget::All)
     }

@@ -66,11 +66,11 @@ pub(super) struct OutputsAsked {
     pub percent: u8,
     /// Why the spindle stands in a hold.
     pub stopped: Option<SpindleStop>,
-    /// When the spindle has its speed: nothing moves before.
+    /// The instant at which the spindle has its speed: nothing moves before.
     pub ready_at: Instant,
     /// The spindle, or the laser, is to be off once no motion is pending.
     pub stops_at_rest: bool,
-    /// How often all outputs have been switched off at once.
+    /// The number of times that all outputs have been switched off at once.
     pub stops: u32,
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Probe {
     is_low: bool,
     /// What is looked for: contact (`true`) or its end (`false`).
     sought: Option<bool>,
-    /// When that was found.
+    /// The instant at which that was found.
     found: Option<Instant>,
     last: Probed,
 }
@@ -57,7 +57,7 @@ impl Machine {
         }
     }
 
-    /// Whether the probe touches now.
+    /// True if the probe touches now.
     #[must_use]
     pub fn probe_touches(&self) -> bool {
         self.with(|inner| inner.probe.touches(inner.config.probe_inverted))
@@ -82,7 +82,7 @@ impl Machine {
         })
     }
 
-    /// When what is looked for was found.
+    /// The instant at which what is looked for was found.
     pub(crate) fn contact_at(&self) -> Option<Instant> {
         self.with(|inner| inner.probe.found)
     }

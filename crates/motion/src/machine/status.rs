@@ -18,17 +18,17 @@ use crate::tool::spindle::Outputs;
 pub struct Status {
     /// What it is doing.
     pub state: State,
-    /// Where each axis stands, steps: the exact count of emitted edges.
+    /// The places where each axis stands, steps: the exact count of emitted edges.
     pub position_steps: [i32; AXES],
-    /// Which switches are pressed, debounced: each axis's first.
+    /// The switches that are pressed, debounced: each axis's first.
     pub pressed: [bool; AXES],
     /// The second motor's switch is pressed, if there is a second motor: the axis that it moves.
     pub second_pressed: Option<Axis>,
-    /// Whether the emergency stop is pressed.
+    /// True if the emergency stop is pressed.
     pub emergency_stop: bool,
-    /// Which axes have been homed and not lost their position since.
+    /// The axes that have been homed and not lost their position since.
     pub homed: [bool; AXES],
-    /// How many moves, or jogs, can be asked for without waiting: [`MOVES_AHEAD`](super::MOVES_AHEAD) at most.
+    /// The number of moves, or jogs, that can be asked for without waiting: [`MOVES_AHEAD`](super::MOVES_AHEAD) at most.
     pub queue_free: usize,
     /// Speed along the path at this instant, mm/s.
     pub speed_mm_s: f64,

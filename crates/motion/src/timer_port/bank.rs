@@ -55,7 +55,7 @@ impl Flag {
         self.0.store(true, Ordering::Release);
     }
 
-    /// Whether it was set since the last call.
+    /// True if it was set since the last call.
     #[inline(always)]
     pub fn take(&self) -> bool {
         let is_set = self.0.load(Ordering::Acquire);
@@ -82,7 +82,7 @@ impl WakeSignal {
         self.wakes.signal(());
     }
 
-    /// Whether it was rung since the last call.
+    /// True if it was rung since the last call.
     #[inline(always)]
     pub fn take(&self) -> bool {
         self.rung.take()
@@ -179,7 +179,7 @@ impl Mailbox {
         self.room.wait().await;
     }
 
-    /// Whether the driving task has begun the run.
+    /// True if the driving task has begun the run.
     pub fn has_begun(&self) -> bool {
         self.begun.signaled()
     }

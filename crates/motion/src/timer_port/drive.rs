@@ -76,12 +76,12 @@ struct AxisDrive<'a, P> {
     sign: i32,
     /// The instant from which segments count; [`AT_GATE`] until the run starts.
     start: u64,
-    /// When the next step is due; or, while the next item is not there yet, up to when it is known that none is.
+    /// The instant at which the next step is due; or, while the next item is not there yet, up to when it is known that none is.
     due: u64,
-    /// When the next step rises: when it is due, or as soon as the driver can take it. While the next item is not there:
-    /// when its first step would be too late.
+    /// The instant at which the next step rises: when it is due, or as soon as the driver can take it. While the next item is
+    /// not there: when its first step would be too late.
     at: u64,
-    /// When STEP may rise.
+    /// The instant at which STEP may rise.
     ready: u64,
     /// A step later than this is a fault, ticks.
     late_max: u64,
@@ -98,7 +98,7 @@ struct AxisDrive<'a, P> {
     level: Level,
 }
 
-/// How long STEP stays high.
+/// The time for which STEP stays high.
 #[derive(Clone, Copy)]
 struct Pulse {
     /// What is left of it, ns.
@@ -179,7 +179,7 @@ where
         }
     }
 
-    /// Whether no step comes due before the end of a pulse that begins now. Then the clock is not looked at during the
+    /// True if no step comes due before the end of a pulse that begins now. Then the clock is not looked at during the
     /// pulse: that takes several times as long as a slice, and would make a pulse of 2 us one of 9 us.
     #[inline(always)]
     fn is_alone(&self, pulse: Pulse, now: u64) -> bool {
@@ -390,7 +390,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
         true
     }
 
-    /// Whether its run ends because its step is too late, or because no item has come.
+    /// True if its run ends because its step is too late, or because no item has come.
     fn refuse_late(&mut self, now: u64) -> bool {
         let is_late = self.level == Level::Due && now - self.due > self.late_max;
         if is_late {

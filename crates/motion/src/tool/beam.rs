@@ -1,4 +1,4 @@
-//! How strongly a laser shines along the chunks of a run.
+//! The power at which a laser shines along the chunks of a run.
 //!
 //! # Design
 //! A level belongs to a move: it begins with the move's plan, half a step before its first step. If a move is made for
@@ -58,7 +58,7 @@ struct Line {
     power: Power,
     /// The speed that is asked for, mm/s.
     asked_mm_s: f64,
-    /// When the next line begins by this plan, s from the start of the run; infinite if none does.
+    /// The instant at which the next line begins by this plan, s from the start of the run; infinite if none does.
     until_s: f64,
     /// What shines from then on.
     next: Power,

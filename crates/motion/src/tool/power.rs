@@ -1,4 +1,4 @@
-//! How strongly a tool works.
+//! The power at which a tool works.
 
 use embassy_time::Duration;
 
@@ -72,7 +72,7 @@ impl Asked {
         Self { from: times(from), to: times(to) }
     }
 
-    /// Whether it does not change.
+    /// True if it does not change.
     pub fn is_even(self) -> bool {
         self.from == self.to
     }
@@ -104,7 +104,7 @@ impl Asked {
     }
 }
 
-/// How strongly a laser shines in a move.
+/// The power at which a laser shines in a move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Power {

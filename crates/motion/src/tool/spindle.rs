@@ -10,11 +10,11 @@ use super::power::{Asked, Level};
 pub struct ToolConfig {
     /// A laser: dark at rest and in rapid moves.
     pub laser: bool,
-    /// Which duty makes which level.
+    /// The duty that makes each level.
     pub duties: Duties,
     /// PWM frequency, Hz; above 0.
     pub pwm_hz: u32,
-    /// How long a spindle takes to reach its speed. Nothing moves during that time.
+    /// The time that a spindle takes to reach its speed. Nothing moves during that time.
     pub spin_up: Duration,
 }
 
@@ -72,7 +72,7 @@ pub(crate) struct ToolWanted {
     pub outputs: Outputs,
     /// The override of a level, percent.
     pub percent: u8,
-    /// How often the brake was engaged.
+    /// The number of times that the brake was engaged.
     pub stops: u32,
 }
 

@@ -21,7 +21,7 @@ const QUEUE_STROKES: usize = 64;
 pub(crate) type StrokeQueue = Channel<CriticalSectionRawMutex, Stroke, QUEUE_STROKES>;
 
 impl Stroke {
-    /// Whether what it asks for lasts until then, by what is queued behind it. A chunk may end soon after a line has
+    /// True if what it asks for lasts until then, by what is queued behind it. A chunk may end soon after a line has
     /// begun; then the next stroke goes on with the same.
     pub fn lasts_until(&self, least: Instant, queue: &StrokeQueue) -> bool {
         let goes_on = |next: Self| next.begin == self.end && next.asked == self.asked && next.end >= least;

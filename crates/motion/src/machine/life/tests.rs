@@ -11,7 +11,7 @@ use std::vec::Vec;
 use super::*;
 use crate::axes::Axis;
 
-/// How many motions are pending at most: one under way, and others that wait.
+/// The number of motions that are pending at most: one under way, and others that wait.
 const MOTIONS: usize = 3;
 const AXIS: Axis = Axis::X;
 const JUDGED: Alarm = Alarm::LateStep { axis: AXIS };
@@ -300,7 +300,7 @@ fn name(state: State) -> &'static str {
     }
 }
 
-/// Whether the table shows this: nothing ends where nothing is under way, and a limit of the travel is found at rest.
+/// True if the table shows this: nothing ends where nothing is under way, and a limit of the travel is found at rest.
 fn is_shown(life: &Life, trigger: Trigger) -> bool {
     match trigger {
         Trigger::Ended(..) | Trigger::Fault(_) => life.moving,
