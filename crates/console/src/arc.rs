@@ -102,7 +102,7 @@ impl Arc {
         if arc.fits() { Ok(arc) } else { Err(Error::InvalidTarget) }
     }
 
-    /// Whether start and target are equally far from the centre, as nearly as Grbl demands.
+    /// True if start and target are equally far from the centre, as nearly as Grbl demands.
     fn fits(&self) -> bool {
         (self.target_radius_mm - self.radius_mm).abs() <= misfit_max_mm(self.radius_mm)
     }
@@ -197,7 +197,7 @@ impl Arc {
         bounds_mm
     }
 
-    /// Whether the arc has a point in this direction from its centre, between its ends.
+    /// True if the arc has a point in this direction from its centre, between its ends.
     fn passes(&self, direction: [f64; 2]) -> bool {
         let turn_rad = self.travel_rad.abs();
         let [from, to] = self.radii_mm();
@@ -289,7 +289,7 @@ fn misfit_max_mm(radius_mm: f64) -> f64 {
     (MISFIT_OF_RADIUS * radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM)
 }
 
-/// Whether no circle of this radius reaches both ends of a chord, as nearly as they must be on it.
+/// True if no circle of this radius reaches both ends of a chord, as nearly as they must be on it.
 fn is_too_small(radius_mm: f64, chord_mm: f64) -> bool {
     0.5 * chord_mm - radius_mm.abs() > misfit_max_mm(radius_mm.abs())
 }

@@ -1,6 +1,6 @@
 //! The axes of the machine: X, Y and Z; with the feature `four-axes` A too, with `two-axes` X and Y alone.
 
-/// How many axes the machine has.
+/// The number of axes that the machine has.
 pub const AXES: usize = if cfg!(feature = "four-axes") {
     4
 } else if cfg!(feature = "two-axes") {

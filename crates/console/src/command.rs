@@ -224,7 +224,7 @@ impl ReportedState {
         Self::Sleep,
     ];
 
-    /// Whether nothing moves and no motion is waiting.
+    /// True if nothing moves and no motion is waiting.
     pub const fn at_rest(self) -> bool {
         matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)
     }

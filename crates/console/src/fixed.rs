@@ -36,7 +36,7 @@ impl fmt::Display for Fixed {
 pub struct Coordinate {
     /// The coordinate in [picometres](crate::length).
     pub pm: i64,
-    /// Whether to print inches.
+    /// True to print inches.
     pub inches: bool,
 }
 

@@ -33,7 +33,7 @@ pub struct Interpreter {
     tool_length_pm: i64,
     /// Position at which the last probe ended.
     touched_pm: [i64; AXES],
-    /// Whether the probe's contact changed there.
+    /// True if the probe's contact changed there.
     touched: bool,
 }
 

@@ -146,7 +146,7 @@ impl LineAssembler {
     }
 }
 
-/// Whether a character stays in the line, and begins no comment.
+/// True if a character stays in the line, and begins no comment.
 #[inline(always)]
 fn is_plain(byte: u8) -> bool {
     matches!(byte, b'!'..=b'~') && !matches!(byte, b'(' | b';' | b'/')

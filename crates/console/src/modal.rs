@@ -31,12 +31,12 @@ impl MotionMode {
         matches!(self, Self::ClockwiseArc | Self::CounterClockwiseArc)
     }
 
-    /// Whether its moves are made at the feed.
+    /// True if its moves are made at the feed.
     pub(crate) const fn feeds(self) -> bool {
         !matches!(self, Self::Rapid | Self::Cancelled)
     }
 
-    /// Whether it is one of G38.2 to G38.5.
+    /// True if it is one of G38.2 to G38.5.
     pub(crate) const fn probes(self) -> bool {
         self as u8 >= Self::ProbeToward as u8
     }
@@ -78,12 +78,12 @@ pub enum PathControl {
 }
 
 impl PathControl {
-    /// Whether every move ends in a stop.
+    /// True if every move ends in a stop.
     pub const fn stops(self) -> bool {
         matches!(self, Self::Stop)
     }
 
-    /// How far the path may leave a corner, mm; 0 if it goes there exactly. `setting_mm` is that of the setting.
+    /// The distance by which the path may leave a corner, mm; 0 if it goes there exactly. `setting_mm` is that of the setting.
     pub const fn deviation_mm(self, setting_mm: f32) -> f32 {
         match self {
             Self::Blend => setting_mm,
@@ -92,8 +92,8 @@ impl PathControl {
         }
     }
 
-    /// How far the path may leave the corners between an arc's chords, mm. With exact stops it stops at the end of the arc,
-    /// not in it.
+    /// The distance by which the path may leave the corners between an arc's chords, mm. With exact stops it stops at the end of
+    /// the arc, not in it.
     pub const fn chords_deviation_mm(self, setting_mm: f32) -> f32 {
         if self.stops() { setting_mm } else { self.deviation_mm(setting_mm) }
     }

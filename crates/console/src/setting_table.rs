@@ -180,7 +180,7 @@ impl Setting {
         self.number..self.number + count
     }
 
-    /// Whether it is about Trinamic drivers, which not every board has.
+    /// True if it is about Trinamic drivers, which not every board has.
     pub fn is_trinamic(&self) -> bool {
         cfg!(feature = "trinamic") && matches!(self.number, 140 | 150 | 200 | 210 | 338 | 339 | 908 | 909 | 980)
     }
@@ -204,7 +204,7 @@ impl Setting {
         }
     }
 
-    /// Whether the value must be a whole number.
+    /// True if the value must be a whole number.
     pub fn is_integer(&self) -> bool {
         matches!(self.field, Flag(_) | Int(_) | IntPerAxis(_))
     }

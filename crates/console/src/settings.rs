@@ -242,7 +242,7 @@ impl Settings {
         order
     }
 
-    /// Whether `axis` is rotary: it is in degrees then.
+    /// True if `axis` is rotary: it is in degrees then.
     pub fn is_rotary(&self, axis: usize) -> bool {
         axis == A && self.rotary().is_on
     }
@@ -263,7 +263,7 @@ impl Settings {
         Rotary::default()
     }
 
-    /// Whether places on `axis` are reported in inches.
+    /// True if places on `axis` are reported in inches.
     pub(crate) fn reports_inches(&self, axis: usize) -> bool {
         self.report_inches && !self.is_rotary(axis)
     }
@@ -273,7 +273,7 @@ impl Settings {
         if self.is_rotary(axis) { "degrees" } else { "mm" }
     }
 
-    /// Whether `axis` has no end of its travel: a rotary axis of which `$133` is 0.
+    /// True if `axis` has no end of its travel: a rotary axis of which `$133` is 0.
     pub fn is_endless(&self, axis: usize) -> bool {
         self.is_rotary(axis) && self.travel_mm[axis] == 0.0
     }
@@ -369,7 +369,7 @@ impl Settings {
         (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
     }
 
-    /// Whether the homing order names X, Y and Z once each, and A once at most.
+    /// True if the homing order names X, Y and Z once each, and A once at most.
     fn homes_each_once(&self) -> bool {
         let order = self.homing_order();
         let times = |axis: usize| order.iter().filter(|&&homes| homes == Some(axis)).count();

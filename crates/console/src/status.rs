@@ -21,7 +21,7 @@ pub struct Status {
     pub spindle_rpm: f32,
     /// The present state of the spindle, or the laser.
     pub spindle: Spindle,
-    /// Which coolant is on at present.
+    /// The coolant that is on at present.
     pub coolant: Coolant,
     /// The probe's contact is in the state that ends G38.2; reported as P.
     pub probe_touched: bool,
