@@ -16,7 +16,7 @@ pub(crate) struct Chord {
     pub feed_mm_s: Option<f64>,
     /// The last one ends at rest.
     pub exact_stop: bool,
-    /// How far the path may leave the corners between them, mm.
+    /// The distance by which the path may leave the corners between them, mm.
     pub deviation_mm: f32,
     pub line: u32,
     pub power: Power,

@@ -99,7 +99,7 @@ impl<F: NorFlash> Controller<'_, F> {
         after
     }
 
-    /// Whether a line that somebody sends by hand would have to wait, in a hold, for the line of another console: that
+    /// True if a line that somebody sends by hand would have to wait, in a hold, for the line of another console: that
     /// one waits for the resume, and nobody expects this one to move then.
     fn may_not_wait(&self, line: Result<&str, Error>) -> bool {
         self.turn.try_lock().is_err() && line.is_ok_and(|line| line.starts_with(JOG) || line.contains(PROBE))
@@ -431,7 +431,7 @@ impl<F: NorFlash> Controller<'_, F> {
         })
     }
 
-    /// Whether the board has what the setting is about.
+    /// True if the board has what the setting is about.
     fn has(&self, setting: &Setting) -> bool {
         #[cfg(feature = "trinamic")]
         let has_drivers = self.drivers.is_some();
@@ -492,7 +492,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 }
 
-/// How often the ports have faulted. Prints `X 0, Y 2, Z 1`.
+/// The number of times that the ports have faulted. Prints `X 0, Y 2, Z 1`.
 struct Faults([u32; AXES]);
 
 impl fmt::Display for Faults {

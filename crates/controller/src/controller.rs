@@ -30,7 +30,7 @@ pub struct Controller<'a, F: NorFlash> {
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
     pub(crate) resets: Resets,
-    /// How often M0 or M6 has held the machine.
+    /// The number of times that M0 or M6 has held the machine.
     pub(crate) pauses: Cell<u32>,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     /// The board's name; empty if it has none.
@@ -251,7 +251,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.machine.set_spindle_percent(overrides.spindle_percent);
     }
 
-    /// Whether the machine is held, or brakes for that, and not for a reset.
+    /// True if the machine is held, or brakes for that, and not for a reset.
     pub(crate) fn is_held(&self) -> bool {
         matches!(self.machine.state(), State::Hold { .. }) && !self.is_restarting()
     }
@@ -262,7 +262,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.resets.come();
     }
 
-    /// Whether a reset has come and the program has not restarted yet.
+    /// True if a reset has come and the program has not restarted yet.
     pub(crate) fn is_restarting(&self) -> bool {
         self.with(|program| program.restarting)
     }

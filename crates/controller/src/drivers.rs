@@ -26,7 +26,7 @@ use self::registers::Registers;
 
 /// The drivers of a board: those of X, Y and Z, then of the fourth motor.
 const DRIVERS: usize = 4;
-/// How many consoles are told at once what a driver reports. One beyond them still shows alarms, and M122.
+/// The number of consoles that are told at once what a driver reports. One beyond them still shows alarms, and M122.
 const LISTENERS: usize = 4;
 
 /// What connects a board to its drivers: one wire, on which both sides speak, at 9,600 to 500,000 baud.
@@ -133,7 +133,7 @@ fn motor(driver: usize, settings: &Settings) -> Option<Motor> {
     }
 }
 
-/// Whether the settings have this motor's driver set and watched.
+/// True if the settings have this motor's driver set and watched.
 fn is_watched(motor: Motor, settings: &Settings) -> bool {
     settings.trinamic_mask & (1 << motor.axis as u16) != 0
 }

@@ -10,7 +10,7 @@ pub(crate) struct Intake {
     state: Cell<State>,
     /// The last byte did not end a line.
     in_line: Cell<bool>,
-    /// How many lines have been lost whose loss has not been told.
+    /// The number of lines that have been lost whose loss has not been told.
     lost: Cell<u32>,
     loses: Signal<NoopRawMutex, ()>,
 }

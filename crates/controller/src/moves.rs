@@ -12,7 +12,7 @@ use crate::arcs::Chord;
 use crate::controller::{Controller, Mode};
 use crate::output::{Message, Output};
 
-/// How often an axis is moved to and fro to check its wiring.
+/// The number of times that an axis is moved to and fro to check its wiring.
 const BUZZES: usize = 10;
 /// How fast it is moved, mm/s.
 const BUZZ_MM_S: f64 = 5.0;

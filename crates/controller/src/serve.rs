@@ -43,7 +43,7 @@ use crate::status;
 /// Four times the window that is advertised to senders.
 const INPUT_BYTES: usize = 512;
 const CHUNK_BYTES: usize = 64;
-/// How often a console whose pipe is full looks whether it must read on.
+/// The period at which a console whose pipe is full looks whether it must read on.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// What a link does with bytes that are not read.

@@ -256,7 +256,7 @@ impl Kept {
 }
 
 impl Loss {
-    /// Whether only the settings are lost.
+    /// True if only the settings are lost.
     pub(crate) fn is_of_settings(&self) -> bool {
         matches!(self, Self::Refused(_) | Self::Unworkable)
     }

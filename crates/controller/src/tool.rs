@@ -19,7 +19,7 @@ impl Program {
         }
     }
 
-    /// How strongly a laser shines in a move of this rate.
+    /// The power at which a laser shines in a move of this rate.
     pub fn power(&self, rate: Rate) -> Power {
         match self.spindle {
             Spindle::Off => Power::Off,

@@ -78,12 +78,12 @@ impl Health {
     }
 }
 
-/// Whether a driver keeps its motor off.
+/// True if a driver keeps its motor off.
 pub fn is_off(status: &DRV_STATUS) -> bool {
     is_shorted(status) || status.ot()
 }
 
-/// Whether it does so because of a short, which it keeps until it is switched off.
+/// True if it does so because of a short, which it keeps until it is switched off.
 pub fn is_shorted(status: &DRV_STATUS) -> bool {
     status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb()
 }

@@ -14,13 +14,13 @@ use super::{Drivers, Wire};
 use crate::controller::Controller;
 use crate::output::Message;
 
-/// How often the axis goes there and back.
+/// The number of times that the axis goes there and back.
 const RUNS: usize = 2;
-/// How long it goes at full speed each time, s.
+/// The time for which it goes at full speed each time, s.
 const CRUISE_S: f64 = 1.0;
 /// A reading counts from this part of the speed on.
 const STEADY: f32 = 0.95;
-/// How often the driver is asked before the others get their turn again.
+/// The number of times that the driver is asked before the others get their turn again.
 const READINGS: usize = 16;
 /// So many are needed.
 const LEAST_READINGS: u16 = 16;

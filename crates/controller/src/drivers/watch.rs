@@ -49,7 +49,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// Whether the drivers are being set to settings that have changed.
+    /// True if the drivers are being set to settings that have changed.
     pub fn sets_drivers(&self) -> bool {
         self.drivers.as_ref().is_some_and(|drivers| drivers.pending.get())
     }
@@ -195,7 +195,7 @@ impl<W: Wire> Line<'_, W> {
 }
 
 impl Known {
-    /// Whether its settings are to be read back in this round.
+    /// True if its settings are to be read back in this round.
     fn is_due(&mut self) -> bool {
         self.rounds = (self.rounds + 1) % CHECK_ROUNDS;
         self.rounds == 0

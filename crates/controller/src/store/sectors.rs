@@ -141,7 +141,7 @@ impl<F: NorFlash> Sectors<F> {
         self.flash.write(address, &value.0[..Self::WORD_BYTES]).await
     }
 
-    /// Whether the word at an offset is the log's mark at the beginning or the end of a sector.
+    /// True if the word at an offset is the log's mark at the beginning or the end of a sector.
     fn is_mark(offset: u32, bytes: usize) -> bool {
         let place = offset as usize % Self::SIZE;
         bytes == Self::WORD_BYTES && (place == 0 || place == Self::SIZE - Self::WORD_BYTES)
