@@ -52,13 +52,13 @@ pub(crate) struct Side<'a, const N: usize> {
     pub(crate) shares: [f64; N],
     /// The number of steps of each axis that are due on this block before the blend begins, or when it ends.
     pub(crate) counts: [u32; N],
-    /// How far the corner is from where the blend begins or ends, approach apart, steps of the longest axis.
+    /// The distance of the corner from the place where the blend begins or ends, approach apart, steps of the longest axis.
     pub(crate) corner_steps: f64,
     /// The speed of the longest axis there, steps/s.
     pub(crate) speed_steps_s: f64,
 }
 
-/// When a blend begins, and how long its parts last, s.
+/// The instant at which a blend begins, and the times that its parts last, s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Times {
     pub(crate) begin_s: f64,
@@ -135,7 +135,7 @@ impl<const N: usize> Blend<N> {
         if is_zero(self.approach_s) { self.begin_s } else { self.begin_s + self.approach_s }
     }
 
-    /// Where an axis is, and how fast, where the corner begins.
+    /// The place and the speed of an axis where the corner begins.
     pub(crate) fn corner_begins(&self, axis: usize) -> (f64, f64) {
         (self.places_steps[axis][0], self.speeds_steps_s[axis][0])
     }
@@ -216,7 +216,7 @@ impl<const N: usize> Blend<N> {
         if turn == begin { (end - turn).signum() } else { (turn - begin).signum() }
     }
 
-    /// When an axis makes its `k`-th step, counted from 1, s from the start of the run, by the closed form.
+    /// The instant at which an axis makes its `k`-th step, counted from 1, s from the start of the run, by the closed form.
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let parts = self.axis(axis);
@@ -242,7 +242,7 @@ impl<const N: usize> Blend<N> {
         lane.begin_blend(&self.axis(axis), self.approached(axis), course);
     }
 
-    /// How far beyond its last step, in its direction, an axis is where the approach ends, steps.
+    /// The distance of an axis beyond its last step, in its direction, where the approach ends, steps.
     fn approached(&self, axis: usize) -> f64 {
         let [begin, approached, ..] = self.counts[axis];
         if approached == begin {

@@ -83,12 +83,12 @@ use crate::sync::{PlanError, SyncMove};
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
 pub const FEED_RATIO_MAX: f64 = 2.0;
 
-/// What a move asks for.
+/// The request of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request<const N: usize> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
-    /// How far beside these whole steps the place is that is meant, in [`OFFSET_PARTS`](crate::OFFSET_PARTS) of a step, less
+    /// The distance of the place that is meant from these whole steps, in [`OFFSET_PARTS`](crate::OFFSET_PARTS) of a step, less
     /// than half of one. If the move is one of those that blends follow, the path goes there.
     pub offsets: [i8; N],
     /// Speed along the path, mm/s, above 0; `None`, or an infinite speed, is as fast as the limits allow.
@@ -116,7 +116,7 @@ impl<const N: usize> Request<N> {
 pub struct Chunk<const N: usize> {
     /// The plan.
     pub plan: Plan<N>,
-    /// Where on the path the stretch ends, steps of the longest axis from the beginning of the move.
+    /// The place on the path where the stretch ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
     /// The instant at which the stretch ends, s from the start of the run.
     pub until_s: f64,
@@ -201,7 +201,7 @@ impl<const N: usize> Plan<N> {
     }
 }
 
-/// How a chunk follows the one before.
+/// The way in which a chunk follows the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChunkKind {
     /// Another move begins, or a move goes on from rest after a hold.
@@ -235,7 +235,7 @@ pub struct Chain<const N: usize, const LEN: usize> {
     plan: UnderWay<N>,
     /// The blend into the first block, if that comes next.
     blend: Option<Blend<N>>,
-    /// How the first block has begun, if it was by a blend.
+    /// The beginning of the first block, if it was by a blend.
     begun: Option<Begun<N>>,
     /// True if a hold is in force: the chain brakes to rest, or rests until it is started.
     is_held: bool,

@@ -96,7 +96,7 @@ pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
 /// A ramp that lasts no longer than this, s, is a rounding error and counts as none. No step lies on it.
 const NO_RAMP_S: f64 = 1e-12;
 
-/// Which steps of an axis a profile makes.
+/// The steps of an axis that a profile makes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     /// Steps of the longest axis for each of this one; at least 1.
@@ -133,12 +133,12 @@ impl Stretch {
         self.stride.to_bits() == 1_f64.to_bits()
     }
 
-    /// How far the profile is at the first step, steps of the longest axis; above 0.
+    /// The place of the profile at the first step, steps of the longest axis; above 0.
     pub(crate) fn begin_steps(&self) -> f64 {
         (0.5 - self.ahead).max(NEAREST_STEPS) * self.stride
     }
 
-    /// How far the profile goes on after the last step, steps of the longest axis; above 0.
+    /// The distance that the profile goes on after the last step, steps of the longest axis; above 0.
     pub(crate) fn end_steps(&self) -> f64 {
         (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
     }
@@ -181,7 +181,7 @@ impl PhaseBounds {
     }
 }
 
-/// What an axis of a blend needs where its phases begin.
+/// The values of an axis of a blend where its phases begin.
 #[derive(Clone, Copy, Debug)]
 struct BlendPhases {
     ramp: ConstantAccelRamp,

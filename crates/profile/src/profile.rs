@@ -23,19 +23,19 @@ pub enum ProfileError {
     Limits(LimitError),
     /// The distance is not a positive number, steps.
     Distance {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
     },
     /// The entry speed is negative, above the top speed, or too high to brake from over the distance, steps/s.
     EntrySpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The highest that works.
         max: f64,
     },
     /// The exit speed is negative, above the top speed, or too high to reach over the distance, steps/s.
     ExitSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The highest that works.
         max: f64,
@@ -44,7 +44,7 @@ pub enum ProfileError {
     Standstill {
         /// The law.
         law: SpeedLaw,
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The slowest that works.
         min: f64,

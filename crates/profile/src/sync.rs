@@ -30,7 +30,7 @@ pub struct SyncMove<const N: usize> {
     pub(crate) way_steps: f64,
     /// The place where this plan begins, steps of the longest axis from the beginning of the whole move.
     pub(crate) from_steps: f64,
-    /// Where the profile begins, in the same steps. That may be before the plan begins.
+    /// The place where the profile begins, in the same steps. That may be before the plan begins.
     pub(crate) origin_steps: f64,
     /// The instant at which the profile begins, s from the start of the run.
     pub(crate) origin_s: f64,
@@ -45,12 +45,12 @@ pub enum PlanError {
     Limits {
         /// Index of the axis.
         axis: usize,
-        /// What is wrong with them.
+        /// The fault in them.
         error: LimitError,
     },
     /// The requested speed along the path is too slow or not a number, steps/s of the longest axis.
     PathSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The slowest that works.
         min: f64,
@@ -268,8 +268,8 @@ impl<const N: usize> SyncMove<N> {
         offset(span.offsets[0][axis]) + span.len(axis) * (place_steps / self.way_steps)
     }
 
-    /// How far an axis goes in the whole move, steps, signed by direction. That is its steps, unless the move begins or ends
-    /// beside a whole one.
+    /// The distance that an axis goes in the whole move, steps, signed by direction. That is its steps, unless the move begins
+    /// or ends beside a whole one.
     #[must_use]
     pub fn axis_steps(&self, axis: usize) -> f64 {
         self.span().len(axis)
@@ -280,7 +280,7 @@ impl<const N: usize> SyncMove<N> {
     }
 }
 
-/// How many parts of a step offsets are given in.
+/// The number of parts of a step in which offsets are given.
 pub const OFFSET_PARTS: i32 = 128;
 
 /// An offset in steps.
@@ -295,7 +295,7 @@ fn of_parts(parts: i32) -> f64 {
     if parts == 0 { 0.0 } else { f64::from_bits(bits - (u64::from(OFFSET_PARTS.ilog2()) << 52)) }
 }
 
-/// What a move goes through: whole steps, and where it begins and ends beside them, in parts of a step.
+/// The path of a move: whole steps, and where it begins and ends beside them, in parts of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<const N: usize> {
     /// Signed by direction.
@@ -306,7 +306,7 @@ pub(crate) struct Span<const N: usize> {
 impl<const N: usize> Span<N> {
     pub(crate) const NONE: Self = Self { steps: [0; N], offsets: [[0; N]; 2] };
 
-    /// How far an axis goes, steps, signed by direction.
+    /// The distance that an axis goes, steps, signed by direction.
     pub(crate) fn len(&self, axis: usize) -> f64 {
         let [steps, begin, end] = [self.steps[axis], self.offsets[0][axis].into(), self.offsets[1][axis].into()];
         if begin == end {
@@ -318,12 +318,12 @@ impl<const N: usize> Span<N> {
         }
     }
 
-    /// How far each axis goes, steps, signed by direction.
+    /// The distance that each axis goes, steps, signed by direction.
     pub(crate) fn lens(&self) -> [f64; N] {
         core::array::from_fn(|axis| self.len(axis))
     }
 
-    /// How far the axis goes that goes farthest, steps.
+    /// The distance of the axis that goes farthest, steps.
     pub(crate) fn longest(&self) -> f64 {
         if self.offsets == [[0; N]; 2] {
             return f64::from(longest(&self.steps));
@@ -332,12 +332,12 @@ impl<const N: usize> Span<N> {
         lens[longest_of(&lens)].abs()
     }
 
-    /// How far an axis begins beyond a whole step, in its direction, steps.
+    /// The distance beyond a whole step at which an axis begins, in its direction, steps.
     pub(crate) fn begin_of(&self, axis: usize) -> f64 {
         self.along(axis, 0)
     }
 
-    /// How far an axis ends beyond a whole step, in its direction, steps.
+    /// The distance beyond a whole step at which an axis ends, in its direction, steps.
     pub(crate) fn end_of(&self, axis: usize) -> f64 {
         self.along(axis, 1)
     }

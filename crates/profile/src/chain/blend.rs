@@ -27,20 +27,21 @@ use crate::fixed::product;
 const BRIEF_S: f32 = 0.5e-3;
 /// The shortest time at the highest speed, s, for which a blend leaves a line between it and another of its length.
 const LITTLE_S: f32 = 2e-3;
-/// How much higher than the highest speed's square a blend bounds it, so that rounding does not make a corner slower.
+/// The factor by which a blend bounds a square higher than that of the highest speed, so that rounding does not make a corner
+/// slower.
 const SPARE: f32 = 1.000_02;
 
-/// How far a blend reaches, and the bounds of its speeds.
+/// The reach of a blend, and the bounds of its speeds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BlendBounds {
-    /// How far it reaches at most to either side of the corner, mm; 0 if there is no blend.
+    /// The distance that it reaches at most to either side of the corner, mm; 0 if there is no blend.
     pub(super) reach_mm: f64,
     /// The entry by the exit, and the exit by the entry.
     entry: Bound,
     exit: Bound,
 }
 
-/// What a blend may do at a corner.
+/// The room of a blend at a corner.
 pub(super) struct Room {
     /// The distance by which the path may leave the corner, mm.
     pub(super) deviation_mm: f32,

@@ -29,7 +29,7 @@ const FINE: Square = 1 << 24;
 /// The lowest of a few lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
-    /// Where the lines begin, at rest.
+    /// The beginnings of the lines, at rest.
     at_rest: [Square; LINES],
     /// In units of 2^-24; 0 for a line that bounds nothing.
     slopes: [u32; LINES],

@@ -1,4 +1,4 @@
-//! How the moves of a chain are planned, and what is the same for all of them.
+//! The configuration of a chain: how its moves are planned, and what is the same for all of them.
 
 use core::cell::Cell;
 
@@ -79,7 +79,7 @@ impl Effort {
     }
 }
 
-/// How the moves of a chain are planned.
+/// The configuration of a chain: how its moves are planned.
 #[derive(Clone, Debug)]
 pub struct ChainConfig<const N: usize> {
     limits: [Limits; N],

@@ -78,7 +78,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// How many steps of each axis of the first block are due before the current place.
+    /// The number of steps of each axis of the first block that are due before the current place.
     pub(super) fn counts(&self, first: &Block<N>) -> [u32; N] {
         match self.begun {
             Some(begun) if begun.place_steps == self.place_steps => begun.counts,

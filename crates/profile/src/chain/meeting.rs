@@ -1,4 +1,4 @@
-//! How a block meets the one before it: how fast, by a corner or by a blend, or from rest.
+//! The meeting of a block with the one before it: how fast, by a corner or by a blend, or from rest.
 
 use core::num::NonZero;
 
@@ -119,7 +119,7 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// What the next block has to know of it, if it has begun up to `place_steps`.
+    /// The facts of it that the next block needs, if it has begun up to `place_steps`.
     pub(super) fn end(&self, place_steps: f64) -> End {
         let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
         End { stops: self.stops, left_mm, pace: self.pace(), fastest: self.fastest() }

@@ -49,7 +49,7 @@ impl<const N: usize> UnderWay<N> {
     };
 }
 
-/// How a block has begun after a blend.
+/// The beginning of a block after a blend.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Begun<const N: usize> {
     /// The steps of each axis for a step of the longest one, signed by direction.
@@ -77,7 +77,7 @@ fn is_nothing(steps: f64, distance_steps: f64) -> bool {
     steps <= NOTHING_STEPS || steps <= NOTHING_RATIO * distance_steps
 }
 
-/// Where and how a block ends.
+/// The end of a block: its place and its speed.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Goal {
     /// The squared speed at which it ends, and that at which the next block begins.
@@ -238,7 +238,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         (left_steps < APPROACH_MAX_S * speed_steps_s).then_some((goal, approach_steps))
     }
 
-    /// Where and how the first block ends if it ends at this squared speed.
+    /// The end of the first block if it ends at this squared speed.
     fn goal(&self, exit: Square) -> Goal {
         self.goal_onward(exit, self.onward(exit))
     }

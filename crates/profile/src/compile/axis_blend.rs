@@ -11,7 +11,7 @@ pub(crate) struct AxisBlend {
     pub(crate) slow_steps_s: f64,
     /// The size of its acceleration.
     pub(crate) accel_steps_s2: f64,
-    /// When it begins to speed up, and when it has slowed down, s from the start of the run. If it does not turn, these
+    /// The instants at which it begins to speed up, and has slowed down, s from the start of the run. If it does not turn, these
     /// are the ends of the corner.
     pub(crate) begin_s: f64,
     pub(crate) end_s: f64,

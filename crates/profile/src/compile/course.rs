@@ -5,7 +5,7 @@ use super::shared_spans::SharedSpans;
 use super::timed_plan::{Clock, TimedPlan};
 use crate::profile::Profile;
 
-/// What the axes of a plan have in common when they are compiled, computed once: the plan in ticks, and the spans of
+/// The values that the axes of a plan have in common when they are compiled, computed once: the plan in ticks, and the spans of
 /// its curved ramps. The axis that needs a span first computes it and leaves it here for the others.
 #[derive(Clone, Debug)]
 pub struct Course {

@@ -22,7 +22,7 @@ const ERROR_DIVISOR: f64 = 124.707_658_144_959_16;
 pub(super) struct StepRange {
     /// The first step.
     pub(super) step: u32,
-    /// How many steps after the beginning of the span the first step is.
+    /// The number of steps from the beginning of the span to the first step.
     pub(super) steps_after_begin: f64,
     /// The number of steps.
     pub(super) count: u32,

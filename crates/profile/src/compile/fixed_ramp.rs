@@ -28,7 +28,7 @@ pub(super) fn log2_of(x: f64) -> i32 {
 /// A step: its instant, and how fast the axis is there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Knot {
-    /// When it is due, units of 2^-point tick from the start of the move.
+    /// The instant at which it is due, units of 2^-point tick from the start of the move.
     pub(super) instant: u64,
     /// log2 Q, which rises with the axis's speed there: see [`FixedRamp`].
     pub(super) level: i32,
@@ -46,9 +46,9 @@ pub(super) struct FixedRamp {
     radicand: Line,
     /// log2 of the slope, never too small.
     slope: i32,
-    /// What has to be added to 5 log2 Q to get 6 log2 n, for E = 1/8.
+    /// The number to be added to 5 log2 Q to get 6 log2 n, for E = 1/8.
     strict: i32,
-    /// What has to be added for the larger E of brief segments.
+    /// The number to be added for the larger E of brief segments.
     loose: i32,
     /// A segment of n steps is brief if log2 n - 1/2 log2 Q is below this.
     brief: i32,

@@ -16,7 +16,7 @@ pub(super) struct Spans {
     is_backwards: bool,
     /// The number of spans that it has come to.
     count: u32,
-    /// Where the last of them ends. Before the first one, it is where that begins.
+    /// The end of the last of them. Before the first one, it is where that begins.
     reached: Reached,
     curve: Curve,
     /// The step after the span's last.
@@ -87,7 +87,7 @@ impl Spans {
         }
     }
 
-    /// How many steps after the span's beginning `step` is due. If rounding puts it a little before, that is 0.
+    /// The number of steps after the span's beginning at which `step` is due. If rounding puts it a little before, that is 0.
     fn steps_after(&self, hermite: &Hermite, step: u32, stretch: &Stretch) -> f64 {
         let begin = hermite.begin_steps / stretch.stride;
         let after = if self.is_backwards {

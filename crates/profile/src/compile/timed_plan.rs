@@ -52,7 +52,7 @@ pub(super) struct ConstantAccelRamp {
     ticks_per_speed: f64,
     /// The time from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
     pub(super) lead_ticks: f64,
-    /// What half a step adds to the square of the time from standstill: B/2 = f²/a.
+    /// The amount that half a step adds to the square of the time from standstill: B/2 = f²/a.
     pub(super) slope_ticks2: f64,
 }
 

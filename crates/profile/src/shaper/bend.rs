@@ -1,4 +1,4 @@
-//! What a shaped axis does for a while, and the steps that it makes meanwhile.
+//! A bend: the motion of a shaped axis for a while, and the steps that it makes meanwhile.
 
 use libm::floor;
 
@@ -15,15 +15,15 @@ pub(super) const AT_ONCE_S: f64 = 1e-6;
 /// does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {
-    /// What it does from its beginning on; its place is counted from the same whole step as `counts`.
+    /// Its motion from its beginning on; its place is counted from the same whole step as `counts`.
     pub leg: Leg,
     /// The instant at which it ends, s from the start of the run.
     pub end_s: f64,
     /// The place where the axis is then, steps.
     pub end_place_steps: f64,
-    /// How fast it is then, steps/s, signed by direction.
+    /// Its speed then, steps/s, signed by direction.
     pub end_speed_steps_s: f64,
-    /// How the acceleration changes, steps/s³.
+    /// The jerk, steps/s³.
     pub jerk_steps_s3: f64,
     /// The whole step where the axis begins, where it turns, and where it ends. If it does not turn, the second is the third.
     pub counts: [i32; 3],
@@ -46,7 +46,7 @@ impl Bend {
     }
 }
 
-/// What the impulses add up to: a leg, whose acceleration a box makes change.
+/// The sum of the impulses: a leg, whose acceleration a box makes change.
 #[derive(Clone, Copy)]
 pub(super) struct Sum {
     pub(super) leg: Leg,
@@ -59,7 +59,7 @@ impl Sum {
         !is_zero(self.jerk_steps_s3)
     }
 
-    /// Where the axis is, and how fast, at `t_s` from the start of the run.
+    /// The place and the speed of the axis at `t_s` from the start of the run.
     #[inline(always)]
     pub(super) fn at(&self, t_s: f64) -> (f64, f64) {
         if self.is_curved() { self.at_by_jerk(t_s) } else { self.leg.at(t_s) }
