@@ -10,7 +10,7 @@ use crate::shaping::{ShapedAxis, Shaping};
 
 /// The number of chunks that are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
-/// How many of these places are kept free for chunks that are still to be streamed.
+/// The number of these places that are kept free for chunks that are still to be streamed.
 const CHUNKS_TO_STREAM: usize = CHUNKS - 16;
 
 /// The chunks of a run, in order. Each keeps its number, which counts from the beginning of the run.
@@ -23,7 +23,7 @@ pub(crate) struct Chunks {
     /// No chunk follows those that are known.
     is_closed: bool,
     courses: Courses,
-    /// How the run is shaped, if it is, and what each axis makes of the chunks then.
+    /// The shaping of the run, if it is shaped, and what each axis makes of the chunks then.
     shaping: Option<Shaping>,
     shaped: [ShapedAxis; AXES],
 }
@@ -61,7 +61,7 @@ impl Chunks {
         Some((chunk, &mut self.courses))
     }
 
-    /// How the run is shaped, if it is.
+    /// The shaping of the run, if it is shaped.
     pub fn shaping(&self) -> Option<&Shaping> {
         self.shaping.as_ref()
     }
@@ -81,7 +81,7 @@ impl Chunks {
         &self.shaped[axis as usize]
     }
 
-    /// What an axis of a shaped run does next; `None` if that is not known yet, or if it is over. Its top speed is
+    /// The next motion of an axis of a shaped run; `None` if that is not known yet, or if it is over. Its top speed is
     /// `top_steps_s`.
     pub fn bend(&mut self, axis: Axis, top_steps_s: f64) -> Option<Bend> {
         let Self { known, first, shaping, shaped, is_closed, .. } = self;

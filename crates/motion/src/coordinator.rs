@@ -35,7 +35,7 @@ use crate::shaping::Shaping;
 /// step.
 const PULSE_MAX: Duration = Duration::from_millis(1);
 
-/// What is known of the path ahead. It is large: on a chip, put it into a static.
+/// The path ahead, as far as it is known. It is large: on a chip, put it into a static.
 pub struct PlanMemory {
     chain: Chain<AXES, CHAIN_MOVES>,
     chunks: Chunks,
@@ -96,7 +96,7 @@ where
     }
 }
 
-/// What moves are for, which decides what may change them.
+/// The purpose of moves, which decides what may change them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// A program: it can be held, and its speed overridden.
@@ -113,7 +113,7 @@ pub(crate) enum Purpose {
 }
 
 impl Purpose {
-    /// How runs for this are shaped, if they are.
+    /// The shaping of runs for this, if they are shaped.
     pub fn shaping(self, config: &Config) -> Option<Shaping> {
         if matches!(self, Self::Program | Self::Jog) { config.shaping() } else { None }
     }
@@ -139,7 +139,7 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) waiting: Option<Motion>,
     enable: E,
     energised: bool,
-    /// When the plan of the last run ends, half a step after its last edge. No motion begins before then.
+    /// The instant at which the plan of the last run ends, half a step after its last edge. No motion begins before then.
     pub(crate) standstill: Instant,
     /// The state that was reported last as an event.
     reported: State,

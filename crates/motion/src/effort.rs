@@ -1,4 +1,4 @@
-//! What a move costs the processor, in time. The chain plans no move to last less.
+//! The processor time that a move costs. The chain plans no move to last less.
 //!
 //! # Design
 //! A curved law has its ramps within a move, and to compile them can take far longer than a short move lasts. That
@@ -19,10 +19,10 @@ use crate::shaping::{LEGS, Shaping};
 /// Reading, planning and queueing a move without ramps.
 const MOVE_S: f64 = 0.6e-3;
 
-/// How long a move without a blend lasts at least where hardware makes the steps, s. It needs a bound, because moves that are
-/// known ahead, after a hold or a longer move, could all be made at once: the last of them would be planned too late. It may be
-/// a little shorter than planning takes, because no more are known than the chain and the queue have room for. It also bounds how
-/// many of them make up what has to be known ahead, and so the axes that stand still know that they do.
+/// The time that a move without a blend lasts at least where hardware makes the steps, s. It needs a bound, because moves that
+/// are known ahead, after a hold or a longer move, could all be made at once: the last of them would be planned too late. It may
+/// be a little shorter than planning takes, because no more are known than the chain and the queue have room for. It also bounds
+/// how many of them make up what has to be known ahead, and so the axes that stand still know that they do.
 pub const STRAIGHT_S: f64 = 0.5e-3;
 
 /// The time that a move lasts at least to which a blend leads, s: that is planned and compiled, too, and the end of a line at

@@ -1,4 +1,4 @@
-//! What happens to a machine, as values that logs, traces and tests share.
+//! The events of a machine, as values that logs, traces and tests share.
 
 use core::fmt;
 
@@ -10,7 +10,7 @@ use crate::motor::Motor;
 use crate::port::PortFault;
 use crate::shaping::Shaping;
 
-/// What the machine is doing.
+/// The state of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
@@ -82,7 +82,7 @@ pub enum Alarm {
     },
     /// The two stalls by which an axis homes were farther apart than the pull-off: one of them was none.
     StallsApart {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
     },
     /// The emergency stop was pressed.
@@ -163,7 +163,7 @@ impl From<PlanError> for Unplannable {
     }
 }
 
-/// How a run ended, for one axis or for all.
+/// The end of a run, for one axis or for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Finish {
@@ -177,7 +177,7 @@ pub enum Finish {
     Fault {
         /// Whose port.
         axis: Axis,
-        /// What happened.
+        /// The fault.
         fault: PortFault,
     },
 }
@@ -207,7 +207,7 @@ pub enum Event {
         start: Instant,
         /// The places where each axis stood.
         origin_steps: [i32; AXES],
-        /// How the axes are shaped. What is reported of its moves is the motion that goes into the shapers.
+        /// The shaping of the axes. What is reported of its moves is the motion that goes into the shapers.
         shaping: Option<Shaping>,
     },
     /// Another move will be made in the run. It begins when its plan does, and the move before it ends then.
@@ -234,7 +234,7 @@ pub enum Event {
     },
     /// The run ended.
     RunEnd {
-        /// How it ended.
+        /// Its end.
         finish: Finish,
         /// The place where the move that was reported last was to stop, steps of the longest axis from its beginning: its end,
         /// unless it was held.

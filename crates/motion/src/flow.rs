@@ -16,7 +16,7 @@ use crate::motor::Side;
 use crate::tag::Tag;
 use crate::tool::power::Power;
 
-/// What became of a motion that was to be taken into the chain.
+/// The fate of a motion that was to be taken into the chain.
 enum Taken {
     /// It is in the chain, or has no steps.
     In,

@@ -1,4 +1,4 @@
-//! What the coordinator and one axis task share.
+//! The state that the coordinator and one axis task share.
 
 use core::cell::Cell;
 
@@ -10,7 +10,7 @@ use crate::event::Finish;
 use crate::port::{Brake, Motors, Odometer, StreamQueue};
 use crate::start_line::StartLine;
 
-/// What the coordinator and one axis task share.
+/// The state that the coordinator and one axis task share.
 pub(crate) struct AxisLink {
     pub odometer: Odometer,
     pub segments: StreamQueue,

@@ -1,4 +1,4 @@
-//! What the tasks of one machine share.
+//! The state that the tasks of one machine share.
 
 mod armed;
 mod door;
@@ -66,7 +66,7 @@ struct Inner {
     buttons: [bool; 2],
 }
 
-/// What the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
+/// The state that the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
 pub struct Machine {
     links: [AxisLink; AXES],
     /// The limit switches, in the order of the axes, then the second motor's.
@@ -154,7 +154,7 @@ impl Machine {
         Ok(())
     }
 
-    /// What each axis's port can do; `None` until its task has run.
+    /// The capabilities of each axis's port; `None` until its task has run.
     #[must_use]
     pub fn capabilities(&self) -> [Option<Capabilities>; AXES] {
         self.with(|inner| inner.capabilities)
@@ -172,7 +172,7 @@ impl Machine {
         self.with(|inner| inner.homed)
     }
 
-    /// How far apart the two stalls were by which each axis last homed by stall, steps; 0 if it never has.
+    /// The distance between the two stalls by which each axis last homed by stall, steps; 0 if it never has.
     #[must_use]
     pub fn stalls_apart_steps(&self) -> [i32; AXES] {
         self.with(|inner| inner.stalls_apart_steps)
@@ -184,7 +184,7 @@ impl Machine {
         self.with(|inner| inner.faults)
     }
 
-    /// What the machine is doing.
+    /// The state of the machine.
     #[must_use]
     #[inline(never)]
     pub fn state(&self) -> State {

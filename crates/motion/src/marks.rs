@@ -22,7 +22,7 @@ const MARKS_OF_BLOCK: u8 = (1 << Tag::COUNT_BITS) - 1;
 /// There are many of them, so each is stored as what it adds to the one before in its block.
 #[derive(Clone, Copy)]
 struct Stored {
-    /// How many steps of the longest axis after it.
+    /// The number of steps of the longest axis after it.
     steps: u16,
     lines: u16,
     level: Level,

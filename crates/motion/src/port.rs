@@ -69,7 +69,7 @@ impl DriverTiming {
     pub const TMC2209: Self = Self { step_high_ns: 104, step_low_ns: 104, period_ns: 208, setup_ns: 20 };
 }
 
-/// How a driver is wired and configured.
+/// The wiring and configuration of a driver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wiring {
     /// DIR is low for the positive direction.
@@ -78,13 +78,13 @@ pub struct Wiring {
     pub pulse_ns: u32,
 }
 
-/// What a port can do. Others are made from [`new`](Self::new) by setting fields.
+/// The capabilities of a port. Others are made from [`new`](Self::new) by setting fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Capabilities {
     /// Its time resolution, Hz.
     pub tick_hz: u32,
-    /// What the driver behind it needs.
+    /// The timing that the driver behind it needs.
     pub timing: DriverTiming,
     /// Time that the port itself needs between two rises, in addition to what the driver needs, ticks.
     pub margin_ticks: u32,
@@ -207,7 +207,7 @@ pub type StreamQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMEN
 /// The motors of an axis in a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motors {
-    /// How their drivers are wired.
+    /// The wiring of their drivers.
     pub wiring: Wiring,
     /// The highest speed of the axis by its limits, steps/s, rounded up. A step that is late by less than half a period
     /// at that speed bunches none.
@@ -240,9 +240,9 @@ impl Motors {
 pub struct Run<'a> {
     /// The motors that make the steps.
     pub motors: Motors,
-    /// Where the port waits for its start, with those of the other axes.
+    /// The line at which the port waits for its start, with those of the other axes.
     pub start_line: &'a StartLine,
-    /// What it is to make, in order.
+    /// The items that it is to make, in order.
     pub segments: &'a StreamQueue,
     /// The place where it counts the steps.
     pub odometer: &'a Odometer,
@@ -263,7 +263,7 @@ impl<'a> Run<'a> {
 pub enum PortFault {
     /// A step would have risen so late that catching up would need a higher speed than the plan has.
     Late {
-        /// How late it was.
+        /// The delay.
         late: Duration,
         /// The greatest lateness at which a step is still made.
         max: Duration,
@@ -280,7 +280,7 @@ pub enum PortFault {
     },
     /// It started at another instant than the port of the first axis.
     Apart {
-        /// How far apart they are.
+        /// The time between them.
         by: Duration,
     },
 }
@@ -294,7 +294,7 @@ pub type Brake = fn(engaged: bool);
 /// Makes the step edges of one axis, for its motor or for both.
 #[allow(async_fn_in_trait, reason = "ports stay on the executor that polls them: no Send bound is wanted")]
 pub trait StepPort {
-    /// What this port can do.
+    /// The capabilities of this port.
     fn capabilities(&self) -> Capabilities;
 
     /// The brake of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait

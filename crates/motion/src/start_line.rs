@@ -1,4 +1,4 @@
-//! How the axes of a run start together, and never late.
+//! The start of a run: all axes together, and never late.
 //!
 //! # Design
 //! A port gets ready in its own time: it takes its first steps, if there are any, makes sure of DIR's set-up time

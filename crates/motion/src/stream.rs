@@ -26,7 +26,7 @@ use crate::machine::Machine;
 use crate::port::{Direction, StreamItem, StreamQueue};
 use crate::shaping::ShapedAxis;
 
-/// How much motion is queued for a port ahead of time, at least.
+/// The time of motion that is queued for a port ahead, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
 /// Longest stream item. A single step may last longer, and an item may last an eighth longer if only a very short one
 /// would be left after it.
@@ -86,7 +86,7 @@ struct PlanSteps {
     end: u32,
 }
 
-/// What one turn of filling the queues has done.
+/// The progress of one turn of filling the queues.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Progress {
     /// Something was queued for a port.
@@ -95,7 +95,7 @@ pub(crate) struct Progress {
     pub has_worked: bool,
 }
 
-/// What can be queued next for an axis.
+/// The next item that can be queued for an axis.
 enum Next {
     /// Steps of the chunk under way.
     Steps,
@@ -293,7 +293,7 @@ impl<'a> SegmentStream<'a> {
         }
     }
 
-    /// What follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
+    /// The item that follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
     fn rest(&self, chunks: &Chunks) -> Next {
         let shaped = self.is_shaped().then(|| chunks.shaped(self.axis));
         if shaped.map_or_else(|| chunks.is_closed(), ShapedAxis::is_over) {

@@ -8,7 +8,7 @@ use core::task::{Context, Poll};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
-/// How the emergency stop is wired to ground, with a pull-up at the input. It is a property of the board's wiring, so no
+/// The wiring of the emergency stop to ground, with a pull-up at the input. It is a property of the board's wiring, so no
 /// configuration changes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Contact {

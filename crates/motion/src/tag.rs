@@ -1,4 +1,4 @@
-//! What the chain carries with each move, packed into a word.
+//! The data that the chain carries with each move, packed into a word.
 
 use crate::tool::power::{Level, Power};
 
@@ -9,7 +9,7 @@ pub(crate) struct MarksOf {
     pub count: u8,
 }
 
-/// What the chain carries with each move: the program line that it comes from, its power, and the marks where lines
+/// The data that the chain carries with each move: the program line that it comes from, its power, and the marks where lines
 /// begin that are parts of the same move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tag {

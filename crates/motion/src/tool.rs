@@ -55,7 +55,7 @@ pub trait ToolPort {
     /// Sets the frequency of the PWM output, Hz; its duty stays.
     fn set_frequency(&mut self, hz: u32);
 
-    /// How long before an instant the tool's task has to be woken, so that a duty changes at that instant: the time
+    /// The time before an instant at which the tool's task has to be woken, so that a duty changes at that instant: the time
     /// that the wake-up takes.
     fn lead(&self) -> Duration;
 
@@ -100,16 +100,16 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
     }
 }
 
-/// What was set at the port last.
+/// The values that were set at the port last.
 struct Driven {
     switches: Switches,
     pwm_hz: u32,
     duty: u16,
     /// The number of times that the brake had been engaged.
     stops: u32,
-    /// What was asked for.
+    /// The request.
     asked: Asked,
-    /// When the time for that ends. For a laser.
+    /// The instant at which the time for that ends. For a laser.
     lit_until: Instant,
     /// The stroke under way, or the next.
     stroke: Option<Stroke>,
@@ -180,7 +180,7 @@ impl Driven {
     }
 }
 
-/// What is asked for, the level that is made of it, and its duty.
+/// The request, the level that is made of it, and its duty.
 struct Prepared {
     asked: Asked,
     level: Level,

@@ -1,4 +1,4 @@
-//! Which edges stop the machine at once, for an interrupt of the board that brakes before it takes a lock.
+//! The edges that stop the machine at once, for an interrupt of the board that brakes before it takes a lock.
 //!
 //! # Design
 //! The life cycle decides on a stop in a critical section, which takes microseconds. So what it would decide is known before
@@ -82,7 +82,7 @@ impl Machine {
 }
 
 impl Inner {
-    /// What this edge of a limit input triggers, if it is a press.
+    /// The trigger of this edge of a limit input, if it is a press.
     pub(super) fn pressed(&self, input: LimitInput, is_low: bool) -> Option<Trigger> {
         let motor = match input {
             LimitInput::Of(axis) => Motor::first(axis),

@@ -6,7 +6,7 @@ use embassy_time::{Instant, Timer};
 use super::life::Forget;
 use super::{Machine, Reaction, Trigger};
 
-/// How fast to move, in percent of what is asked for; never faster than the limits.
+/// The speed at which to move, in percent of what is asked for; never faster than the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overrides {
     /// Percentage of a feed, above 0.

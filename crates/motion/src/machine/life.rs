@@ -35,7 +35,7 @@ pub(super) struct Life {
     pub resets: u32,
 }
 
-/// Which of the motions asked for are to be forgotten; the one under way brakes.
+/// The motions asked for that are to be forgotten; the one under way brakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Forget {
     Nothing,
@@ -86,7 +86,7 @@ pub(super) enum Kind {
     Homing,
 }
 
-/// What happens to a machine.
+/// An event of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Trigger {
     /// A motion is asked for.
@@ -134,7 +134,7 @@ pub(super) enum Trigger {
     Unlock,
 }
 
-/// What the machine has to do after a trigger.
+/// The action of the machine after a trigger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reaction {
     /// Nothing else.

@@ -1,4 +1,4 @@
-//! What the tool's outputs are to be, and what switches them off.
+//! The outputs of the tool as they are to be, and what switches them off.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU16, Ordering};
@@ -15,7 +15,7 @@ use crate::tool::power::Level;
 use crate::tool::spindle::{Outputs, Spindle, ToolWanted};
 use crate::tool::stroke::StrokeQueue;
 
-/// What the machine and its tool's task share.
+/// The state that the machine and its tool's task share.
 pub(super) struct ToolLink {
     strokes: StrokeQueue,
     asked: Signal<CriticalSectionRawMutex, ()>,
@@ -58,7 +58,7 @@ pub(super) enum SpindleStop {
     ToolChange,
 }
 
-/// What is asked of the outputs, and what keeps them off.
+/// The outputs that are asked for, and what keeps them off.
 #[derive(Clone, Copy)]
 pub(super) struct OutputsAsked {
     pub asked: Outputs,
@@ -133,7 +133,7 @@ impl Machine {
         self.tool.ask();
     }
 
-    /// What was asked of the outputs last, unless all have been switched off since.
+    /// The outputs that were asked for last, unless all have been switched off since.
     #[must_use]
     pub fn outputs(&self) -> Outputs {
         self.with(|inner| inner.outputs.asked)
@@ -175,7 +175,7 @@ impl Machine {
 }
 
 impl Inner {
-    /// What the outputs are now: what is asked of them, except for what a hold or the safety door keeps off. A spindle
+    /// The outputs as they are now: what is asked of them, except for what a hold or the safety door keeps off. A spindle
     /// whose speed is 0 stands.
     pub(super) fn effective(&self) -> Outputs {
         let (outputs, laser) = (self.outputs.asked, self.config.tool.laser);

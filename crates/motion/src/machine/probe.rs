@@ -11,16 +11,16 @@ use crate::axes::AXES;
 pub struct Probed {
     /// The contact changed during the motion.
     pub touched: bool,
-    /// Where it changed, or where the motion ended, steps.
+    /// The place where it changed, or where the motion ended, steps.
     pub position_steps: [i32; AXES],
 }
 
-/// What is known of the probe.
+/// The state of the probe, as far as it is known.
 #[derive(Clone, Copy)]
 pub(super) struct Probe {
     /// The input is low.
     is_low: bool,
-    /// What is looked for: contact (`true`) or its end (`false`).
+    /// The change that is looked for: contact (`true`) or its end (`false`).
     sought: Option<bool>,
     /// The instant at which that was found.
     found: Option<Instant>,

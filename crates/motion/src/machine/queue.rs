@@ -22,7 +22,7 @@ pub enum Motion {
     Move {
         /// The place, steps.
         target_steps: [i32; AXES],
-        /// How far beside it the place is that is meant: see
+        /// The distance of the place that is meant from it: see
         /// [`Request::offsets`](isostep_profile::chain::Request::offsets).
         offsets: [i8; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.

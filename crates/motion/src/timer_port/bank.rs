@@ -1,4 +1,4 @@
-//! What the ports share with the task that makes their edges.
+//! The state that the ports share with the task that makes their edges.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use embassy_time::{Duration, Instant};
 
 use crate::port::{Motors, PortFault, StreamItem};
 
-/// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. It has to be a
+/// The state that the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. It has to be a
 /// static of the board, so that the brakes can be plain functions.
 pub struct TimerBank<const N: usize> {
     pub(super) mailboxes: [Mailbox; N],
@@ -109,7 +109,7 @@ pub(super) struct RunRequest {
     pub low_min: Duration,
 }
 
-/// What one port and the driving task share: here they leave things for each other.
+/// The state that one port and the driving task share: here they leave things for each other.
 pub(super) struct Mailbox {
     contents: Mutex<CriticalSectionRawMutex, Contents>,
     room: Signal<CriticalSectionRawMutex, ()>,

@@ -101,7 +101,7 @@ struct AxisDrive<'a, P> {
 /// The time for which STEP stays high.
 #[derive(Clone, Copy)]
 struct Pulse {
-    /// What is left of it, ns.
+    /// The rest of it, ns.
     ns: u32,
     /// No more than so many ticks from its beginning to its end.
     ticks: u64,

@@ -39,7 +39,7 @@ impl Level {
     }
 }
 
-/// What is asked for over some time: a level that changes linearly from one to another. It may be above the full one,
+/// The request over some time: a level that changes linearly from one to another. It may be above the full one,
 /// because a feed override makes the speed higher than the programmed one. Only what is made of it is limited, after the
 /// override of the level and at every instant; otherwise what is below the full level would be too dim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

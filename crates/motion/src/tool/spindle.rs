@@ -5,7 +5,7 @@ use embassy_time::Duration;
 use super::duty::Duties;
 use super::power::{Asked, Level};
 
-/// What a machine's tool is.
+/// The tool of a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolConfig {
     /// A laser: dark at rest and in rapid moves.
@@ -30,7 +30,7 @@ impl Default for ToolConfig {
     }
 }
 
-/// Whether a spindle turns, and in which direction.
+/// The state of a spindle: whether it turns, and in which direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spindle {
     /// It stands still.
@@ -42,7 +42,7 @@ pub enum Spindle {
     CounterClockwise,
 }
 
-/// What the outputs are to be.
+/// The outputs as they are to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
     /// Enable and direction.
@@ -65,7 +65,7 @@ impl Outputs {
     }
 }
 
-/// What the machine's state asks of the outputs.
+/// The outputs that the machine's state asks for.
 #[derive(Clone, Copy)]
 pub(crate) struct ToolWanted {
     pub config: ToolConfig,

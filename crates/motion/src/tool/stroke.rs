@@ -6,7 +6,7 @@ use embassy_time::Instant;
 
 use super::power::Asked;
 
-/// How strongly a laser is to shine for some time.
+/// The power of a laser for some time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stroke {
     pub begin: Instant,
@@ -28,7 +28,7 @@ impl Stroke {
         self.end >= least || self.asked.is_even() && queue.try_peek().is_ok_and(goes_on)
     }
 
-    /// What is asked for from one instant to another.
+    /// The request from one instant to another.
     pub fn asked_in(&self, between: [Instant; 2]) -> Asked {
         let passed_us = |at: Instant| (at - self.begin).as_micros() as u32;
         self.asked.part(between.map(passed_us), passed_us(self.end))

@@ -17,7 +17,7 @@ const AXIS: Axis = Axis::X;
 const JUDGED: Alarm = Alarm::LateStep { axis: AXIS };
 const HARMLESS: Alarm = Alarm::ProbeContact;
 
-/// What may happen to a machine in this life. The tasks of this crate keep to it: a run belongs to a motion, and a
+/// The events that may happen to a machine in this life. The tasks of this crate keep to it: a run belongs to a motion, and a
 /// motion ends only after its run.
 fn triggers(life: &Life) -> Vec<Trigger> {
     let mut all = std::vec![
@@ -311,7 +311,7 @@ fn is_shown(life: &Life, trigger: Trigger) -> bool {
     }
 }
 
-/// What the machine comes to when the run is over.
+/// The state to which the machine comes when the run is over.
 fn settled(life: &Life) -> State {
     let rest = after(life, [Trigger::Moving(false)]);
     // An abrupt stop ends a run with its alarm.
@@ -319,7 +319,7 @@ fn settled(life: &Life) -> State {
     if rest.is_to_forget() { after(&rest, [Trigger::Ended(result, 1)]).state } else { rest.state }
 }
 
-/// What `trigger` makes of the machine: what it has to do, its state at once, and what that comes to.
+/// The effect of `trigger` on the machine: what it has to do, its state at once, and what that comes to.
 fn cell(before: &Life, trigger: Trigger) -> String {
     if !is_shown(before, trigger) {
         return "-".into();
