@@ -1,4 +1,4 @@
-//! What each `ALARM:N` means and what to do about it. A `*` in a text stands for the axis or the reason.
+//! The meaning of each `ALARM:N`, and the remedy. A `*` in a text stands for the axis or the reason.
 
 use core::fmt;
 
@@ -28,13 +28,13 @@ codes! {
 }
 
 impl Alarm {
-    /// What happened and what to do, with `what`, the affected axis or the reason, in place of the `*`.
+    /// The event and the remedy, with `what`, the affected axis or the reason, in place of the `*`.
     pub const fn about(self, what: &'static str) -> impl fmt::Display {
         About(self.words(), what)
     }
 }
 
-/// What happened, and what to do.
+/// The event, and the remedy.
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = if *self == Self::Unplannable {

@@ -9,7 +9,7 @@ pub const AXES: usize = if cfg!(feature = "four-axes") {
     3
 };
 
-/// What each axis has of these, which are for X, Y, Z and A.
+/// The values of the axes that there are, from these, which are for X, Y, Z and A.
 pub(crate) const fn of_each<T: Copy>(of_four: [T; 4]) -> [T; AXES] {
     *of_four.first_chunk().expect("there are four axes at most")
 }

@@ -86,7 +86,7 @@ pub(crate) enum NonModal {
     Unshift,
 }
 
-/// What the axis words are for.
+/// The purpose of the axis words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum AxisCommand {
     /// G10, G28, G30, G92.
@@ -106,7 +106,7 @@ pub(crate) struct Words {
     values: [f32; 26],
     /// The values that are lengths, in 10^-8 mm or inch (or degrees), by [`length_index`].
     lengths: [i64; LENGTHS],
-    /// How A is understood.
+    /// The meaning of A.
     pub(crate) rotary: Rotary,
     /// The modes in force in the block: those before it, changed by its own codes.
     pub(crate) modal: Modal,

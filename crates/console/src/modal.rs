@@ -1,4 +1,4 @@
-//! What stays in force from one block to the next.
+//! The modes that stay in force from one block to the next.
 
 /// The mode by which axis words without another code move. Its value is the G-code's number; G38.2 to G38.5 have Grbl's
 /// numbers 140 to 143.
@@ -63,7 +63,7 @@ impl MotionMode {
     }
 }
 
-/// How moves follow each other.
+/// The way in which moves follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum PathControl {
     /// G64: by blends that leave the corners by the setting's deviation.
@@ -110,7 +110,7 @@ impl PathControl {
     }
 }
 
-/// How the program has switched the spindle or the laser. The value is the M-code's number.
+/// The state to which the program has switched the spindle or the laser. The value is the M-code's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Spindle {
@@ -123,7 +123,7 @@ pub enum Spindle {
     Off = 5,
 }
 
-/// Which coolant the program has switched on.
+/// The coolant that the program has switched on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coolant {
     /// M9.

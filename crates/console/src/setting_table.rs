@@ -47,7 +47,7 @@ const fn row(
     (Setting { number, unit, min, max, field }, meaning)
 }
 
-/// What depends on the number of axes. Only a rotary axis may have no travel: see [`Settings::is_endless`].
+/// A condition on the number of axes. Only a rotary axis may have no travel: see [`Settings::is_endless`].
 const HAS_A: bool = AXES > A;
 const TRAVEL: &str = if HAS_A { "travel; 0 for a rotary axis without an end" } else { "travel" };
 const TRAVEL_MIN_MM: f32 = if HAS_A { 0.0 } else { TRAVEL_LEAST_MM };

@@ -247,7 +247,7 @@ impl Settings {
         axis == A && self.rotary().is_on
     }
 
-    /// How A is understood.
+    /// The meaning of A.
     #[cfg(feature = "four-axes")]
     pub(crate) fn rotary(&self) -> Rotary {
         Rotary {
@@ -278,7 +278,7 @@ impl Settings {
         self.is_rotary(axis) && self.travel_mm[axis] == 0.0
     }
 
-    /// How far an axis goes until it has been everywhere: its travel, or one turn if it has no end.
+    /// The distance that an axis goes until it has been everywhere: its travel, or one turn if it has no end.
     pub fn reach_mm(&self, axis: usize) -> f32 {
         if self.is_endless(axis) { TURN_DEGREES } else { self.travel_mm[axis] }
     }
