@@ -10,7 +10,7 @@ use crate::controller::Controller;
 /// The greatest error of a chord, steps of the finer axis. Smaller errors would not change the motion.
 const CHORD_ERROR_MAX_STEPS: f64 = 0.25;
 
-/// What the chords of an arc have in common.
+/// The values that the chords of an arc have in common.
 #[derive(Clone, Copy)]
 pub(crate) struct Chord {
     pub feed_mm_s: Option<f64>,

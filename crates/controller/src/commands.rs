@@ -19,12 +19,12 @@ use crate::jogs::Fate;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
 
-/// How the line of a jog begins.
+/// The beginning of the line of a jog.
 const JOG: &str = "$J=";
-/// What is in the line of a probe.
+/// The word in the line of a probe.
 const PROBE: &str = "G38.";
 
-/// What comes after an accepted line.
+/// The actions after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum After {
     /// The next line.

@@ -1,4 +1,4 @@
-//! Which of the bytes that a console receives are taken.
+//! The choice of the bytes that a console takes from those it receives.
 
 use core::cell::Cell;
 

@@ -14,7 +14,7 @@ use crate::output::{Message, Output};
 
 /// The number of times that an axis is moved to and fro to check its wiring.
 const BUZZES: usize = 10;
-/// How fast it is moved, mm/s.
+/// The speed at which it is moved, mm/s.
 const BUZZ_MM_S: f64 = 5.0;
 
 /// A place of an axis that is outside its travel, steps.

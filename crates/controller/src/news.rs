@@ -1,4 +1,4 @@
-//! What consoles are told unasked, besides alarms: how the drivers are.
+//! The messages to consoles that nobody asked for, besides alarms: how the drivers are.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -19,7 +19,7 @@ pub(crate) struct DriverNews<'a> {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// What is new from now on.
+    /// The news from now on.
     pub(crate) fn news(&self) -> DriverNews<'_> {
         #[cfg(feature = "trinamic")]
         let drivers = self.drivers.as_ref().and_then(|drivers| drivers.news.receiver());

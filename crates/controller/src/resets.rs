@@ -19,7 +19,7 @@ impl Resets {
         Self { count: Cell::new(0), waiting: RefCell::new(Vec::new()) }
     }
 
-    /// How many have come since power-up.
+    /// The number of those that have come since power-up.
     pub fn count(&self) -> u32 {
         self.count.get()
     }

@@ -46,7 +46,7 @@ const CHUNK_BYTES: usize = 64;
 /// The period at which a console whose pipe is full looks whether it must read on.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What a link does with bytes that are not read.
+/// The treatment of bytes that are not read, by a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowControl {
     /// It has its host wait, as USB does.

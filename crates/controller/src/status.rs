@@ -59,7 +59,7 @@ pub(crate) fn position_pm(steps: [i32; AXES], config: &Config) -> [i64; AXES] {
     Axis::ALL.map(|axis| length::from_mm(config.mm(axis, steps[axis as usize])))
 }
 
-/// How the spindle is switched, in the console's terms.
+/// The state of the spindle, in the console's terms.
 pub(crate) fn spindle(spindle: Spindle) -> isostep_console::Spindle {
     match spindle {
         Spindle::Off => isostep_console::Spindle::Off,

@@ -29,7 +29,7 @@ impl Program {
         }
     }
 
-    /// What the modes in force ask of the outputs.
+    /// The outputs that the modes in force ask for.
     fn outputs(&self) -> Outputs {
         let Modal { spindle, coolant, .. } = *self.interpreter.modal();
         let (spindle, level) = match spindle {

@@ -1,10 +1,10 @@
-//! How a driver is, by what it reports, and what to do about it.
+//! The health of a driver, by its reports, and the remedy.
 
 use tmc2209::reg::DRV_STATUS;
 
 use super::exchange::Failure;
 
-/// How a driver is.
+/// The health of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
     /// It has not been asked yet.
@@ -55,7 +55,7 @@ impl Health {
         !matches!(self, Self::Unknown | Self::Well | Self::Hot | Self::OpenCoil | Self::Stalled)
     }
 
-    /// What it is, in a word or a few, and what to do.
+    /// Its words for a report, and the remedy.
     pub fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::Unknown => ("not asked yet", ""),

@@ -27,7 +27,7 @@ const LEAST_READINGS: u16 = 16;
 /// A motor of which SG_RESULT falls so low while it turns freely leaves no room for a threshold.
 const LEAST_FREE: u16 = 40;
 
-/// What SG_RESULT was, of a motor at steady speed.
+/// The values of SG_RESULT of a motor at steady speed.
 #[derive(Clone, Copy)]
 pub struct Readings {
     count: u16,
@@ -102,7 +102,7 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// How far the axis goes, away from its end, in steps, and how fast, mm/s.
+    /// The distance that the axis goes, away from its end, in steps, and its speed, mm/s.
     fn way(&self, axis: Axis) -> (i32, f64) {
         let config = self.machine.config();
         let feed_mm_s = self.with(|program| f64::from(seek_mm_min(&program.settings, axis as usize)) / 60.0);
@@ -141,7 +141,7 @@ impl<W: Wire> Line<'_, W> {
     }
 }
 
-/// What is said of a motor that has turned freely.
+/// The report of a motor that has turned freely.
 struct Free {
     axis: Axis,
     readings: Readings,

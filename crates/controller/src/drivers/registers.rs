@@ -14,7 +14,7 @@ const LONGEST_CLOCKS: f32 = 1_048_575.0;
 /// From the last step to the current at standstill: this many of 2^18 clocks, 22 ms each, for each step down.
 const HOLD_DELAY: u8 = 8;
 
-/// What a driver is set to.
+/// The registers to which a driver is set.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Registers {
     pub gconf: u32,

@@ -15,11 +15,11 @@ use crate::output::Message;
 const LEAST_FULL_STEPS_S: f32 = 50.0;
 /// A driver is told to look for stalls from this part of the seek's speed on: slower, a motor that speeds up seems stalled.
 pub const LOOKS_FROM: f32 = 0.75;
-/// How far the field of a motor that stalls is ahead of it at most, full steps.
+/// The greatest distance of the field ahead of a motor that stalls, full steps.
 const AHEAD_FULL_STEPS: f32 = 2.0;
 /// The first drivers, whose DIAG a board can lead to a limit input. The fourth's would be on the emergency stop's.
 const JUMPERS: usize = 3;
-/// How far StealthChop must reach beyond the seek: its end is not exact, and the driver's clock is not.
+/// The factor by which StealthChop must reach beyond the seek: its end is not exact, and the driver's clock is not.
 const STEALTH_SEEKS: f32 = 1.25;
 
 /// The drivers look for stalls of these axes' motors, until this is dropped.
@@ -108,7 +108,7 @@ fn axes_of(mask: u16) -> impl Iterator<Item = Axis> {
     Axis::ALL.into_iter().filter(move |&axis| mask & (1 << axis as u16) != 0)
 }
 
-/// How fast an axis seeks, mm/min: no faster than it may.
+/// The speed at which an axis seeks, mm/min: no faster than it may.
 pub fn seek_mm_min(settings: &Settings, axis: usize) -> f32 {
     settings.homing_seek_mm_min.min(settings.max_rate_mm_min[axis])
 }
@@ -138,7 +138,7 @@ enum Kind {
     High,
 }
 
-/// What stands in the way of telling a stall, apart from the threshold.
+/// The obstacle to telling a stall, apart from the threshold.
 pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     let index = axis as usize;
     let seek_mm_min = seek_mm_min(settings, index);
@@ -165,7 +165,7 @@ pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     Some(Obstacle { axis, kind })
 }
 
-/// How far an axis backs off from its end, and comes again from, mm.
+/// The distance that an axis backs off from its end, and from which it comes again, mm.
 fn way_mm(settings: &Settings, axis: Axis) -> f64 {
     config(settings).run_up_mm(axis) + f64::from(settings.homing_pull_off_mm)
 }
