@@ -105,6 +105,25 @@ fn every_folder_stands_in_architecture() {
     assert!(missing.is_empty(), "ARCHITECTURE.md does not say what is in {missing:?}");
 }
 
+/// A path in the page leads from the root, from `crates`, or from the folder of sources that its row names.
+#[test]
+fn every_file_that_architecture_names_exists() {
+    let all: Vec<String> = ["crates", "boards", "tests", "xtask"]
+        .into_iter()
+        .flat_map(|top| files(&root().join(top)))
+        .map(|path| path.display().to_string())
+        .collect();
+    let page = read(&root().join("ARCHITECTURE.md"));
+    let words = page.split('`').skip(1).step_by(2);
+    let named: Vec<_> = words
+        .filter(|word| [".rs", ".mjs"].iter().any(|end| word.ends_with(end)) && !word.contains(['*', ' ']))
+        .collect();
+    assert!(named.len() > 25, "{named:?}");
+    let gone: Vec<_> =
+        named.iter().filter(|name| !all.iter().any(|path| path.ends_with(&format!("/{name}")))).collect();
+    assert!(gone.is_empty(), "ARCHITECTURE.md names files that are gone: {gone:?}");
+}
+
 /// The pages of the project, as far as people read them.
 fn pages() -> Vec<PathBuf> {
     let tops = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|page| root().join(page));
