@@ -132,13 +132,13 @@ fn pages() -> Vec<PathBuf> {
     tops.into_iter().chain(below.into_iter().flatten().filter(is_page)).collect()
 }
 
-/// What the links of a page lead to, without those to other sites.
+/// The targets of the links of a page, without those on other sites.
 fn links(text: &str) -> impl Iterator<Item = &str> {
     let targets = text.split("](").skip(1).filter_map(|behind| behind.split_once(')')).map(|(target, _)| target);
     targets.filter(|target| !target.starts_with("http") && !target.contains([' ', '\n']))
 }
 
-/// Whether a link of a crate's README, which is part of its documentation, names an item of the code.
+/// True if a link of a crate's README, which is part of its documentation, names an item of the code.
 fn is_item(link: &str) -> bool {
     !link.contains(['.', '/', '#'])
 }
