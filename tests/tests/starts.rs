@@ -36,7 +36,7 @@ impl StepPort for Port {
                 StreamItem::Steps { segment, direction } => {
                     for ticks in segment.ticks() {
                         Timer::at(start + Duration::from_ticks(ticks)).await;
-                        run.odometer.count(direction);
+                        run.step_counter.count(direction);
                     }
                 }
                 StreamItem::Rest { until_ticks } => Timer::at(start + Duration::from_ticks(until_ticks)).await,

@@ -15,7 +15,7 @@ use isostep_conformance::plan::{LIMITS, Plan, steps_of};
 use isostep_conformance::rig::{WIRED, edges, let_go};
 use isostep_conformance::{Bench, Ports, Rig};
 use isostep_motion::{
-    AXES, Axis, DriverTiming, Motors, Odometer, PortFault, Run, StartLine, StepPort, StreamItem, StreamQueue,
+    AXES, Axis, DriverTiming, Motors, PortFault, Run, StartLine, StepCounter, StepPort, StreamItem, StreamQueue,
 };
 use isostep_profile::Limits;
 use isostep_sim::port::AxisPort;
@@ -123,7 +123,7 @@ fn made_late(top_speed_steps_s: u32, late_us: u64) -> Result<(), PortFault> {
     let kept = result.clone();
     Rig::new(Of(Port::Timer), DriverTiming::DRV8825).run(move |mut port, _| async move {
         let (start, plan) = (Instant::from_millis(1), Plan::within(60, slow));
-        let (queue, start_line, odometer) = (StreamQueue::new(), StartLine::new(), Odometer::new());
+        let (queue, start_line, step_counter) = (StreamQueue::new(), StartLine::new(), StepCounter::new());
         let mut items = plan.items(port.capabilities().tick_hz);
         let fed: i32 = items.by_ref().take(1).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
         let due_ns = plan.instants_ns(start).nth(fed as usize).unwrap().0;
@@ -136,7 +136,7 @@ fn made_late(top_speed_steps_s: u32, late_us: u64) -> Result<(), PortFault> {
             pending::<Infallible>().await
         };
         let motors = Motors { top_speed_steps_s, ..WIRED };
-        let run = Run::new(motors, &start_line, &queue, &odometer);
+        let run = Run::new(motors, &start_line, &queue, &step_counter);
         let Either::First(result) = select(port.run(run), feed).await;
         kept.set(Some(result));
     });
@@ -153,7 +153,7 @@ fn a_step_that_is_too_late_stops_all_axes() {
     let noting = noticed.clone();
     let world = rig.run_all(|[mut x, mut y, ..], _| async move {
         let (start, plan) = (Instant::from_millis(1), Plan::new(3_000));
-        let (queues, odometers) = ([const { StreamQueue::new() }; 2], [const { Odometer::new() }; 2]);
+        let (queues, step_counters) = ([const { StreamQueue::new() }; 2], [const { StepCounter::new() }; 2]);
         let lines = [const { StartLine::new() }; 2];
         let items = plan.items(x.capabilities().tick_hz);
         let mut steps = 0;
@@ -170,8 +170,8 @@ fn a_step_that_is_too_late_stops_all_axes() {
         };
         let go = join(let_go(&lines[0], start), let_go(&lines[1], start));
         let run = |axis: usize| {
-            let (start_line, segments, odometer) = (&lines[axis], &queues[axis], &odometers[axis]);
-            Run::new(WIRED, start_line, segments, odometer)
+            let (start_line, segments, step_counter) = (&lines[axis], &queues[axis], &step_counters[axis]);
+            Run::new(WIRED, start_line, segments, step_counter)
         };
         let others = join4(y.run(run(1)), feed_late, send_all(&queues[1], items), go);
         let fault = async {

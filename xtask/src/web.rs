@@ -112,7 +112,10 @@ fn build(out: &Path) -> Result<()> {
 fn install(page: &Path) -> Result<()> {
     announce("the tool, with the page in it (some minutes)");
     let mut install = Command::new("cargo");
-    install.env("ISOSTEP_PAGE", page).args(["install", "--locked", "--path"]).arg(workspace::root().join("crates/isostep"));
+    install
+        .env("ISOSTEP_PAGE", page)
+        .args(["install", "--locked", "--path"])
+        .arg(workspace::root().join("crates/isostep"));
     process::run(&mut install)
 }
 

@@ -11,8 +11,8 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Capabilities, DriverTiming, Motor, Motors, Odometer, PortFault, Run, StartLine, StepPort, StreamItem,
-    StreamQueue, Wiring,
+    AXES, Axis, Capabilities, DriverTiming, Motor, Motors, PortFault, Run, StartLine, StepCounter, StepPort,
+    StreamItem, StreamQueue, Wiring,
 };
 use isostep_profile::fit_error_max_ticks;
 use isostep_sim::Config;
@@ -190,10 +190,10 @@ pub async fn carry_out(
     port: &mut impl StepPort,
     plan: Plan,
     at: (Instant, Wiring),
-    odometer: &Odometer,
+    step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
     let items = plan.items(port.capabilities().tick_hz).chain([StreamItem::End]).collect();
-    carry_out_all(port, items, at, odometer).await
+    carry_out_all(port, items, at, step_counter).await
 }
 
 /// The same with any items.
@@ -201,9 +201,9 @@ pub(crate) async fn carry_out_all(
     port: &mut impl StepPort,
     items: Vec<StreamItem>,
     (start, wiring): (Instant, Wiring),
-    odometer: &Odometer,
+    step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
-    carry_out_run(port, items, (start, Motors { wiring, ..WIRED }), odometer).await
+    carry_out_run(port, items, (start, Motors { wiring, ..WIRED }), step_counter).await
 }
 
 /// The same with any motors.
@@ -211,7 +211,7 @@ pub(crate) async fn carry_out_run(
     port: &mut impl StepPort,
     items: Vec<StreamItem>,
     (start, motors): (Instant, Motors),
-    odometer: &Odometer,
+    step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
     let (queue, start_line) = (StreamQueue::new(), StartLine::new());
     let item = async {
@@ -220,7 +220,7 @@ pub(crate) async fn carry_out_run(
         }
         pending::<Infallible>().await
     };
-    let run = Run::new(motors, &start_line, &queue, odometer);
+    let run = Run::new(motors, &start_line, &queue, step_counter);
     let side = join(let_go(&start_line, start), item);
     match select(port.run(run), side).await {
         Either::First(result) => result,

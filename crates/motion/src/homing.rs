@@ -88,7 +88,7 @@ where
         } else if self.by_stall(axis) {
             return Err(Alarm::SwitchStuck { motor: Motor::first(axis) });
         }
-        let sought_steps = self.machine.link(axis).odometer.position_steps();
+        let sought_steps = self.machine.link(axis).step_counter.position_steps();
         let way = self.begin(axis, HomingPhase::BackOff);
         self.retreat(way).await?;
         let way = self.begin(axis, HomingPhase::Latch);
@@ -101,7 +101,7 @@ where
         if let Some(way) = self.offset(way) {
             self.retreat(way).await?;
         }
-        self.machine.link(axis).odometer.zero();
+        self.machine.link(axis).step_counter.zero();
         self.machine.set_homed(axis, true);
         self.report(Event::Homed { axis });
         Ok(())
@@ -132,7 +132,7 @@ where
     /// Notes how far the latch has ended from where the seek did. Where a motor that speeds up seems stalled it does so
     /// twice, the second time long before it is back.
     fn compare_stalls(&self, axis: Axis, sought_steps: i32) -> Result<(), Alarm> {
-        let apart_steps = self.machine.link(axis).odometer.position_steps() - sought_steps;
+        let apart_steps = self.machine.link(axis).step_counter.position_steps() - sought_steps;
         self.machine.set_stalls_apart(axis, apart_steps);
         let config = self.machine.config();
         let is_one_place = config.mm(axis, apart_steps).abs() <= config.homing.pull_off_mm;

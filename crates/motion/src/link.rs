@@ -7,12 +7,12 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 use crate::event::Finish;
-use crate::port::{Brake, Motors, Odometer, StreamQueue};
+use crate::port::{Brake, Motors, StepCounter, StreamQueue};
 use crate::start_line::StartLine;
 
 /// What the coordinator and one axis task share.
 pub(crate) struct AxisLink {
-    pub odometer: Odometer,
+    pub step_counter: StepCounter,
     pub segments: StreamQueue,
     pub run: Signal<CriticalSectionRawMutex, Motors>,
     pub start_line: StartLine,
@@ -24,7 +24,7 @@ pub(crate) struct AxisLink {
 impl AxisLink {
     pub const fn new() -> Self {
         Self {
-            odometer: Odometer::new(),
+            step_counter: StepCounter::new(),
             segments: StreamQueue::new(),
             run: Signal::new(),
             start_line: StartLine::new(),

@@ -200,7 +200,7 @@ impl Machine {
     /// Where each axis stands, steps.
     #[must_use]
     pub fn position_steps(&self) -> [i32; AXES] {
-        Axis::ALL.map(|axis| self.link(axis).odometer.position_steps())
+        Axis::ALL.map(|axis| self.link(axis).step_counter.position_steps())
     }
 
     /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again. Nothing

@@ -139,12 +139,12 @@ pub fn ticks_covering(ns: u32, tick_hz: u32) -> u32 {
 ///
 /// Only the port that emits a step counts it, at the rising edge; anyone may read.
 #[derive(Debug, Default)]
-pub struct Odometer {
+pub struct StepCounter {
     position_steps: AtomicI32,
 }
 
-impl Odometer {
-    /// An odometer at zero.
+impl StepCounter {
+    /// A step counter at zero.
     #[must_use]
     pub const fn new() -> Self {
         Self { position_steps: AtomicI32::new(0) }
@@ -244,14 +244,19 @@ pub struct Run<'a> {
     /// What it is to make, in order.
     pub segments: &'a StreamQueue,
     /// Where it counts the steps.
-    pub odometer: &'a Odometer,
+    pub step_counter: &'a StepCounter,
 }
 
 impl<'a> Run<'a> {
     /// A run, for whoever tests a port.
     #[must_use]
-    pub fn new(motors: Motors, start_line: &'a StartLine, segments: &'a StreamQueue, odometer: &'a Odometer) -> Self {
-        Self { motors, start_line, segments, odometer }
+    pub fn new(
+        motors: Motors,
+        start_line: &'a StartLine,
+        segments: &'a StreamQueue,
+        step_counter: &'a StepCounter,
+    ) -> Self {
+        Self { motors, start_line, segments, step_counter }
     }
 }
 
@@ -313,7 +318,7 @@ pub trait StepPort {
     ///
     /// It makes the steps of `segments`, each at its instant counted from the start. Between steps of different
     /// directions it changes DIR, when the hold time is over and with the set-up time left before the next step. It
-    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the odometer; when it
+    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the step counter; when it
     /// returns, at the latest, the count is exact.
     ///
     /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one side is

@@ -232,14 +232,14 @@ impl SimPort {
     async fn pass(&mut self, until_ns: u64, segment: &Segment, direction: Direction, run: &Run<'_>) {
         self.clock.until(until_ns).await;
         self.ready_ns = until_ns + u64::from(self.capabilities.period_min_ticks(run.motors.wiring)) * NS_PER_TICK;
-        run.odometer.advance(direction.sign() * segment.steps() as i32);
+        run.step_counter.advance(direction.sign() * segment.steps() as i32);
     }
 
     async fn step_at(&mut self, at_ns: u64, direction: Direction, run: &Run<'_>) {
         self.clock.until(at_ns).await;
         self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.motors.wiring)) * NS_PER_TICK;
         self.pins.set_step(true);
-        run.odometer.count(direction);
+        run.step_counter.count(direction);
         // Nothing is awaited during the pulse, so no stop cuts it short.
         self.clock.spend(self.capabilities.pulse_ns(run.motors.wiring).into());
         self.pins.set_step(false);

@@ -12,7 +12,7 @@
 //! end, after which an empty FIFO is none too early.
 //!
 //! # Where the steps are
-//! The state machine counts every edge as it makes it. While it runs, this count cannot be read. The odometer is then
+//! The state machine counts every edge as it makes it. While it runs, this count cannot be read. The step counter is then
 //! derived from what DMA has sent and the FIFO still holds. It lags by one step at most and is updated at least every
 //! [`REPORT_EVERY`]. Once the machine has stopped, the count is read and is exact. The count does not include the
 //! direction of the edges. The direction is in the words, and `tally` keeps it for those on their way.
@@ -45,7 +45,7 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Motors, Odometer, PortFault, Run, StartLine, StepPort,
+    AXES, Brake, Capabilities, Direction, DriverTiming, Motors, PortFault, Run, StartLine, StepCounter, StepPort,
     StreamItem, StreamQueue, ticks_covering,
 };
 use isostep_profile::Segment;
@@ -69,7 +69,7 @@ const MARGIN_TICKS: u32 = 4;
 /// A block is handed over when it is full or holds this much motion. With less, there would be too little time for the
 /// next.
 const BLOCK_SPAN_TICKS: u32 = TICK_HZ / 500;
-/// The odometer is never older than this.
+/// The step counter is never older than this.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Where intervals are shorter than this, all words on their way are sent within `REPORT_EVERY`. Then the end of each
 /// block is often enough to report. The factor 2 is there because only the mean interval of a segment is checked.
@@ -153,7 +153,7 @@ impl StepPort for PioPort {
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         {
-            let mut active = ActiveRun::new(self, run.motors, run.start_line, run.odometer);
+            let mut active = ActiveRun::new(self, run.motors, run.start_line, run.step_counter);
             let emitted = active.emit(run.segments).await;
             if emitted.is_err() {
                 // The other axes do not wait until this one has counted. A state machine that runs dry has set the brake
@@ -206,26 +206,26 @@ struct ActiveRun<'a> {
     port: &'a mut PioPort,
     direction_inverted: bool,
     start_line: &'a StartLine,
-    odometer: &'a Odometer,
+    step_counter: &'a StepCounter,
     words: Words,
     period_min_ticks: u32,
     /// From the opening of the gate to the start of the run: the set-up time of DIR.
     lead: Duration,
     has_started: bool,
     /// How many of the last words are steps of consecutive segments whose mean interval is below [`QUICK_TICKS`]; and
-    /// whether that holds for all words on their way. Then blocks end so often that the odometer needs no timer.
+    /// whether that holds for all words on their way. Then blocks end so often that the step counter needs no timer.
     quick_words: u32,
     is_quick: bool,
     /// Instant of the last written step or rest, modulo 2^64. At first, that of the opening of the gate.
     last_ticks: u64,
-    /// Edges that the odometer has counted, and the position in steps that they lead to.
+    /// Edges that the step counter has counted, and the position in steps that they lead to.
     reported: u32,
     reported_steps: i32,
 }
 
 impl<'a> ActiveRun<'a> {
     /// Arms the state machine, which then waits at the gate.
-    fn new(port: &'a mut PioPort, motors: Motors, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
+    fn new(port: &'a mut PioPort, motors: Motors, start_line: &'a StartLine, step_counter: &'a StepCounter) -> Self {
         let capabilities = port.capabilities;
         let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(motors.wiring), TICK_HZ));
         let lead = Duration::from_micros(capabilities.timing.setup_ns.div_ceil(1_000).into());
@@ -247,7 +247,7 @@ impl<'a> ActiveRun<'a> {
             port,
             direction_inverted: motors.wiring.direction_inverted,
             start_line,
-            odometer,
+            step_counter,
             words,
             period_min_ticks: capabilities.period_min_ticks(motors.wiring),
             lead,
@@ -437,7 +437,7 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// Reports to the odometer the edges that must have risen: all words sent, except those in the FIFO and the one in
+    /// Reports to the step counter the edges that must have risen: all words sent, except those in the FIFO and the one in
     /// the state machine.
     fn report(&mut self) {
         let sent = self.port.stream.sent_words();
@@ -449,7 +449,7 @@ impl<'a> ActiveRun<'a> {
         // The registers are not read at the same instant, so the count may seem to decrease.
         if risen.wrapping_sub(self.reported) as i32 > 0 {
             let steps = self.port.tally.steps_after(risen);
-            self.odometer.advance(steps.wrapping_sub(self.reported_steps));
+            self.step_counter.advance(steps.wrapping_sub(self.reported_steps));
             (self.reported, self.reported_steps) = (risen, steps);
         }
     }

@@ -25,7 +25,7 @@
 //!
 //! # Where the steps are
 //! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
-//! dropped run stops the edges at once, and the count is exact. During a run the odometer follows that count at least
+//! dropped run stops the edges at once, and the count is exact. During a run the step counter follows that count at least
 //! every [`REPORT_EVERY`].
 
 mod bank;
@@ -45,7 +45,7 @@ use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 pub use self::pins::MotorPins;
 use crate::clock::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
+    Brake, Capabilities, DriverTiming, Motors, PortFault, Run, StepCounter, StepPort, StreamItem, StreamQueue,
     ticks_covering,
 };
 use crate::start_line::StartLine;
@@ -57,7 +57,7 @@ const CORE_NS: u32 = 26_000;
 /// As much more for each axis beyond three: the task that makes the steps looks at all of them. With four axes some
 /// 26,000 ns are needed.
 const CORE_NS_PER_AXIS: u32 = 5_000;
-/// The odometer is at most this much behind.
+/// The step counter is at most this much behind.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Each axis reports more often than the one before it, by this difference. Otherwise all of their timers would expire
 /// at once, again and again, and a step that is due just then would have to wait until all are woken.
@@ -126,8 +126,8 @@ impl StepPort for TimerPort<'_> {
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
-        let Run { motors, start_line, segments, odometer } = run;
-        let active = ActiveRun::new(self, motors, odometer);
+        let Run { motors, start_line, segments, step_counter } = run;
+        let active = ActiveRun::new(self, motors, step_counter);
         let first = segments.receive().await;
         self.hand_over(first).await;
         // The start is polled first: a short run may have ended before that poll.
@@ -176,17 +176,17 @@ impl TimerPort<'_> {
 /// are counted.
 struct ActiveRun<'a> {
     mailbox: &'a Mailbox,
-    odometer: &'a Odometer,
+    step_counter: &'a StepCounter,
     report_every: Duration,
-    /// Steps of the run that the odometer has counted, positive minus negative.
+    /// Steps of the run that the step counter has counted, positive minus negative.
     counted: Cell<i32>,
 }
 
 impl<'a> ActiveRun<'a> {
-    fn new(port: &TimerPort<'a>, motors: Motors, odometer: &'a Odometer) -> Self {
+    fn new(port: &TimerPort<'a>, motors: Motors, step_counter: &'a StepCounter) -> Self {
         port.mailbox.ask(port.request(motors));
         port.wake.ring();
-        Self { mailbox: port.mailbox, odometer, report_every: port.report_every, counted: Cell::new(0) }
+        Self { mailbox: port.mailbox, step_counter, report_every: port.report_every, counted: Cell::new(0) }
     }
 
     async fn report(&self) -> Infallible {
@@ -198,7 +198,7 @@ impl<'a> ActiveRun<'a> {
 
     fn count(&self) {
         let travelled = self.mailbox.travelled();
-        self.odometer.advance(travelled.wrapping_sub(self.counted.replace(travelled)));
+        self.step_counter.advance(travelled.wrapping_sub(self.counted.replace(travelled)));
     }
 }
 
