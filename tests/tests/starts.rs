@@ -27,10 +27,10 @@ impl StepPort for Port {
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         let mut item = run.segments.receive().await;
-        let let_go = run.start_line.armed().await;
+        let let_go = run.start_barrier.armed().await;
         Timer::after(self.delay).await;
         let start = if self.starts_alone { Instant::now() } else { let_go + Duration::from_millis(1) };
-        run.start_line.begun(start);
+        run.start_barrier.begun(start);
         loop {
             match item {
                 StreamItem::Steps { segment, direction } => {

@@ -269,7 +269,7 @@ pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Futur
 /// Waits until every axis is ready to start.
 pub(crate) async fn all_armed(machine: &Machine) {
     for axis in Axis::ALL {
-        machine.link(axis).start_line.wait_armed().await;
+        machine.link(axis).start_barrier.wait_armed().await;
     }
 }
 
@@ -278,9 +278,9 @@ pub(crate) async fn all_armed(machine: &Machine) {
 /// # Errors
 /// An axis that started at another instant than the first: its steps would be beside the path.
 pub(crate) async fn begun(machine: &Machine) -> Result<Instant, (Axis, PortFault)> {
-    let start = machine.link(Axis::ALL[0]).start_line.wait_begun().await;
+    let start = machine.link(Axis::ALL[0]).start_barrier.wait_begun().await;
     for axis in Axis::ALL {
-        let other = if axis == Axis::ALL[0] { start } else { machine.link(axis).start_line.wait_begun().await };
+        let other = if axis == Axis::ALL[0] { start } else { machine.link(axis).start_barrier.wait_begun().await };
         if other != start {
             let by = if other > start { other - start } else { start - other };
             return Err((axis, PortFault::Apart { by }));

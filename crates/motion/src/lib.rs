@@ -37,7 +37,7 @@ mod port;
 pub mod probing;
 mod run;
 mod shaping;
-mod start_line;
+mod start_barrier;
 mod stream;
 mod switch;
 mod tag;
@@ -56,7 +56,7 @@ pub use port::{
     StreamQueue, Wiring, ticks_covering,
 };
 pub use shaping::Shaping;
-pub use start_line::StartLine;
+pub use start_barrier::StartBarrier;
 pub use switch::Contact;
 pub use timer_port::{MotorPins, TimerBank, TimerPort};
 pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};

@@ -8,14 +8,14 @@ use embassy_sync::signal::Signal;
 
 use crate::event::Finish;
 use crate::port::{Brake, Motors, StepCounter, StreamQueue};
-use crate::start_line::StartLine;
+use crate::start_barrier::StartBarrier;
 
 /// What the coordinator and one axis task share.
 pub(crate) struct AxisLink {
     pub step_counter: StepCounter,
     pub segments: StreamQueue,
     pub run: Signal<CriticalSectionRawMutex, Motors>,
-    pub start_line: StartLine,
+    pub start_barrier: StartBarrier,
     pub halt: Signal<CriticalSectionRawMutex, ()>,
     pub done: Signal<CriticalSectionRawMutex, Finish>,
     brake: Mutex<CriticalSectionRawMutex, Cell<Brake>>,
@@ -27,7 +27,7 @@ impl AxisLink {
             step_counter: StepCounter::new(),
             segments: StreamQueue::new(),
             run: Signal::new(),
-            start_line: StartLine::new(),
+            start_barrier: StartBarrier::new(),
             halt: Signal::new(),
             done: Signal::new(),
             brake: Mutex::new(Cell::new(|_engaged| {})),

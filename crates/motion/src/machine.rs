@@ -301,7 +301,7 @@ impl Machine {
         link.segments.clear();
         link.done.reset();
         link.halt.reset();
-        link.start_line.reset();
+        link.start_barrier.reset();
         link.brake(false);
     }
 
@@ -311,7 +311,7 @@ impl Machine {
         self.with(|_| {
             let now = Instant::now();
             for axis in Axis::ALL {
-                self.link(axis).start_line.go(now);
+                self.link(axis).start_barrier.go(now);
             }
         });
     }

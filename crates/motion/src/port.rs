@@ -8,7 +8,7 @@ use embassy_time::Duration;
 use isostep_profile::Segment;
 
 use crate::motor::{SecondMotor, Side};
-use crate::start_line::StartLine;
+use crate::start_barrier::StartBarrier;
 
 /// The direction in which an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -240,7 +240,7 @@ pub struct Run<'a> {
     /// Which motors make the steps.
     pub motors: Motors,
     /// Where the port waits for its start, with those of the other axes.
-    pub start_line: &'a StartLine,
+    pub start_barrier: &'a StartBarrier,
     /// What it is to make, in order.
     pub segments: &'a StreamQueue,
     /// Where it counts the steps.
@@ -252,11 +252,11 @@ impl<'a> Run<'a> {
     #[must_use]
     pub fn new(
         motors: Motors,
-        start_line: &'a StartLine,
+        start_barrier: &'a StartBarrier,
         segments: &'a StreamQueue,
         step_counter: &'a StepCounter,
     ) -> Self {
-        Self { motors, start_line, segments, step_counter }
+        Self { motors, start_barrier, segments, step_counter }
     }
 }
 
@@ -307,14 +307,14 @@ pub trait StepPort {
         |_engaged| {}
     }
 
-    /// Waits for the first of the run's segments and gets ready for it, then waits at the start line. When it is let go,
+    /// Waits for the first of the run's segments and gets ready for it, then waits at the start barrier. When it is let go,
     /// it starts at an instant that it can keep, and reports that instant. DIR's set-up time is over before the first
     /// step, however soon that step is due.
     ///
     /// The ports of all axes have to start at the same instant, to the tick of the machine's clock, although their tasks
     /// go on one after the other; otherwise the machine stops with [`PortFault::Apart`]. So the instant comes from one
-    /// place: from a gate that the ports have in common, or from the start line, which tells all of them when they were
-    /// let go ([`StartLine::armed`]).
+    /// place: from a flag that the ports have in common, or from the start barrier, which tells all of them when they were
+    /// let go ([`StartBarrier::armed`]).
     ///
     /// It makes the steps of `segments`, each at its instant counted from the start. Between steps of different
     /// directions it changes DIR, when the hold time is over and with the set-up time left before the next step. It

@@ -48,10 +48,10 @@ impl AxisPort {
         let pins = Axis::ALL.map(|axis| AxisPins::new(world, axis));
         match config.port {
             Port::Pio => {
-                let gate = Gate::default();
+                let barrier = Barrier::default();
                 pins.map(|pins| {
                     let port = SimPort::new(pins, &clock, timing);
-                    Self::Pio(SimPort { only_time: config.only_time, gate: gate.clone(), ..port })
+                    Self::Pio(SimPort { only_time: config.only_time, barrier: barrier.clone(), ..port })
                 })
             }
             Port::Timer => {
@@ -148,14 +148,14 @@ pub struct SimPort {
     ready_ns: u64,
     /// Whether no edges are made: see [`Config::only_time`].
     only_time: bool,
-    gate: Gate,
+    barrier: Barrier,
 }
 
-/// The gate at which the axes of a run wait. It was opened at this instant, by the first of them that was let go.
+/// The start barrier at which the axes of a run wait. It was opened at this instant, by the first of them that was let go.
 #[derive(Clone, Default)]
-struct Gate(Rc<Cell<Option<Instant>>>);
+struct Barrier(Rc<Cell<Option<Instant>>>);
 
-impl Gate {
+impl Barrier {
     fn close(&self) {
         self.0.set(None);
     }
@@ -180,7 +180,7 @@ impl SimPort {
             capabilities,
             ready_ns: 0,
             only_time: false,
-            gate: Gate::default(),
+            barrier: Barrier::default(),
         }
     }
 
@@ -210,10 +210,10 @@ impl SimPort {
             self.face(*direction, run.motors.wiring);
         }
         self.clock.until(self.ready_ns).await;
-        self.gate.close();
-        run.start_line.armed().await;
-        let start = self.gate.open(&self.clock);
-        run.start_line.begun(start);
+        self.barrier.close();
+        run.start_barrier.armed().await;
+        let start = self.barrier.open(&self.clock);
+        run.start_barrier.begun(start);
         time::ns(start)
     }
 

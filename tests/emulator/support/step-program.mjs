@@ -51,7 +51,7 @@ const FJOIN_TX = 0x40000000;
 const STEP_PINS = [2, 4, 6];
 
 /**
- * Makes the first `count` machines axes with this pulse length, behind the closed start gate. @returns their edges, if
+ * Makes the first `count` machines axes with this pulse length, behind the closed start barrier. @returns their edges, if
  * noted
  */
 export function axes(bench, count, pulseCycles, { noted = true } = {}) {
@@ -78,6 +78,6 @@ export function announceEnd(bench, index) {
 
 export const rises = (edges) => edges.filter(([, level]) => level === 1).map(([cycle]) => cycle);
 
-export function openGate(bench) {
+export function openBarrier(bench) {
   bench.write(REG.irq, 1 << START_FLAG);
 }

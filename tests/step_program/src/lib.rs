@@ -1,6 +1,6 @@
 //! The firmware's programs for PIO are tested on two independent emulators: those of PIO1 in `guard` and `dead_man`, and
 //! the step program here, word by word. Every edge of STEP and DIR, in both directions, every halt and every count must
-//! be where the firmware's own arithmetic says, to the cycle. Both emulators count from the write that opens the gate,
+//! be where the firmware's own arithmetic says, to the cycle. Both emulators count from the write that opens the start barrier,
 //! and agree on every cycle without an offset.
 //!
 //! `cargo test -p isostep-step-program` uses the published emulator. The project's own needs Node's packages, so
@@ -29,8 +29,8 @@ use self::emulator::Emulator;
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
 use self::program::{AXES_MAX, STARVED_AT, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
-/// Cycles from the write that opens the gate to time zero of a run, at which a first step of 0 cycles would rise.
-const ZERO_AFTER_GATE_CYCLES: u64 = 9;
+/// Cycles from the write that opens the start barrier to time zero of a run, at which a first step of 0 cycles would rise.
+const ZERO_AFTER_BARRIER_CYCLES: u64 = 9;
 /// How many cycles before time zero the first word is fetched.
 const FETCH_BEFORE_ZERO_CYCLES: u64 = 7;
 /// The shortest time for which STEP is low.
@@ -58,7 +58,7 @@ const TICK_HZ: u32 = 125_000_000;
 /// The edges, halt and count that follow from the words of an axis.
 fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
     let pulse = u64::from(axis.words.pulse_cycles());
-    let mut at = OPENS_AT + ZERO_AFTER_GATE_CYCLES;
+    let mut at = OPENS_AT + ZERO_AFTER_BARRIER_CYCLES;
     let mut fetch = at - FETCH_BEFORE_ZERO_CYCLES;
     let mut seen = Seen::default();
     for wait in &axis.waits {
@@ -193,12 +193,12 @@ fn random_words() -> Vec<Case> {
 }
 
 /// All axes start together, however full their FIFOs are and whatever follows.
-fn one_gate() -> Vec<Case> {
+fn one_barrier() -> Vec<Case> {
     let words = Words::with_pulse(250);
     let axes = [(20, 300), (0, 300), (3, 700), (20, 300)]
         .map(|(more, cycles)| Axis::new(words, steps(&[&[40], &vec![cycles; more][..]].concat())));
     assert_eq!(axes.len(), AXES_MAX);
-    let case = Case::new("the gate".to_owned(), &axes);
+    let case = Case::new("the start barrier".to_owned(), &axes);
     assert!(case.wanted.iter().all(|seen| seen.rises[0] == case.wanted[0].rises[0]));
     vec![case]
 }
@@ -286,8 +286,8 @@ macro_rules! on {
 
         #[test]
         $(#[$ignored])?
-        fn the_gate_opens_all_machines_on_one_cycle() {
-            check($emulator, &one_gate());
+        fn the_barrier_opens_all_machines_on_one_cycle() {
+            check($emulator, &one_barrier());
         }
 
         #[test]

@@ -3,7 +3,7 @@
 //! # Design
 //! The processor only adds: it turns segments into waits, one block ahead. `stream` passes the blocks to DMA without a
 //! gap, and `program` turns them into edges, exact to the clock cycle. A state machine is armed when its first words
-//! are in its FIFO. All axes of a run wait at one gate in this state, and begin on the cycle on which it opens.
+//! are in its FIFO. All axes of a run wait at one start barrier in this state, and begin on the cycle on which it opens.
 //!
 //! # Deadline
 //! A block must be written before the previous one has been sent: 384 us at 1,000,000 steps/s. If it is late, the state
@@ -19,15 +19,15 @@
 //!
 //! # Two motors
 //! The second motor of an axis has a state machine of its own, which runs the same program on its own pins and gets the
-//! same words. Both begin on the cycle on which the gate opens, so their edges stay on the same cycles, and a brake
+//! same words. Both begin on the cycle on which the start barrier opens, so their edges stay on the same cycles, and a brake
 //! stops both between the same two edges. Both count. If the counts differ it is a fault: never a gantry that is out of
 //! square without a word. A side that is held has its STEP forced low at the pad (`pads`).
 //!
 //! # Set-up times
 //! DIR changes with a step's word, after the last pulse, so the rest of the interval is its set-up time. Before the
-//! first step of a run there is a lead of the same length, from the opening of the gate to the start of the run.
+//! first step of a run there is a lead of the same length, from the opening of the start barrier to the start of the run.
 
-mod gate;
+mod barrier;
 mod interrupts;
 mod pads;
 mod program;
@@ -45,7 +45,7 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Motors, PortFault, Run, StartLine, StepCounter, StepPort,
+    AXES, Brake, Capabilities, Direction, DriverTiming, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort,
     StreamItem, StreamQueue, ticks_covering,
 };
 use isostep_profile::Segment;
@@ -59,7 +59,7 @@ use crate::priority;
 
 pub use PioPort as Port;
 
-pub use self::gate::brake_all;
+pub use self::barrier::brake_all;
 
 /// The state machines count cycles of the system clock.
 const TICK_HZ: u32 = 125_000_000;
@@ -148,17 +148,17 @@ impl StepPort for PioPort {
     }
 
     fn brake(&self) -> Brake {
-        gate::brake
+        barrier::brake
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         {
-            let mut active = ActiveRun::new(self, run.motors, run.start_line, run.step_counter);
+            let mut active = ActiveRun::new(self, run.motors, run.start_barrier, run.step_counter);
             let emitted = active.emit(run.segments).await;
             if emitted.is_err() {
                 // The other axes do not wait until this one has counted. A state machine that runs dry has set the brake
                 // itself.
-                gate::brake(true);
+                barrier::brake(true);
                 return emitted;
             }
             // Wait until the state machine has halted, by itself or because of a fault.
@@ -205,18 +205,18 @@ impl PioPort {
 struct ActiveRun<'a> {
     port: &'a mut PioPort,
     direction_inverted: bool,
-    start_line: &'a StartLine,
+    start_barrier: &'a StartBarrier,
     step_counter: &'a StepCounter,
     words: Words,
     period_min_ticks: u32,
-    /// From the opening of the gate to the start of the run: the set-up time of DIR.
+    /// From the opening of the start barrier to the start of the run: the set-up time of DIR.
     lead: Duration,
     has_started: bool,
     /// How many of the last words are steps of consecutive segments whose mean interval is below [`QUICK_TICKS`]; and
     /// whether that holds for all words on their way. Then blocks end so often that the step counter needs no timer.
     quick_words: u32,
     is_quick: bool,
-    /// Instant of the last written step or rest, modulo 2^64. At first, that of the opening of the gate.
+    /// Instant of the last written step or rest, modulo 2^64. At first, that of the opening of the start barrier.
     last_ticks: u64,
     /// Edges that the step counter has counted, and the position in steps that they lead to.
     reported: u32,
@@ -224,8 +224,13 @@ struct ActiveRun<'a> {
 }
 
 impl<'a> ActiveRun<'a> {
-    /// Arms the state machine, which then waits at the gate.
-    fn new(port: &'a mut PioPort, motors: Motors, start_line: &'a StartLine, step_counter: &'a StepCounter) -> Self {
+    /// Arms the state machine, which then waits at the start barrier.
+    fn new(
+        port: &'a mut PioPort,
+        motors: Motors,
+        start_barrier: &'a StartBarrier,
+        step_counter: &'a StepCounter,
+    ) -> Self {
         let capabilities = port.capabilities;
         let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(motors.wiring), TICK_HZ));
         let lead = Duration::from_micros(capabilities.timing.setup_ns.div_ceil(1_000).into());
@@ -237,7 +242,7 @@ impl<'a> ActiveRun<'a> {
             interrupts::double(port.axis);
         }
         pads::set(port.axis, &motors);
-        gate::close_gate();
+        barrier::close_barrier();
         for machine in port.machines() {
             machine.load(words.pulse_loops());
             interrupts::expect_halt(machine.index());
@@ -246,7 +251,7 @@ impl<'a> ActiveRun<'a> {
         Self {
             port,
             direction_inverted: motors.wiring.direction_inverted,
-            start_line,
+            start_barrier,
             step_counter,
             words,
             period_min_ticks: capabilities.period_min_ticks(motors.wiring),
@@ -300,13 +305,13 @@ impl<'a> ActiveRun<'a> {
     }
 
     /// Waits with the other axes until the run is started; returns at once if it has been. The first words are with DMA
-    /// by then. The first axis that continues opens the gate for all.
+    /// by then. The first axis that continues opens the start barrier for all.
     async fn start(&mut self) {
         if self.has_started {
             return;
         }
-        self.start_line.armed().await;
-        self.start_line.begun(gate::open_gate() + self.lead);
+        self.start_barrier.armed().await;
+        self.start_barrier.begun(barrier::open_barrier() + self.lead);
         self.has_started = true;
     }
 

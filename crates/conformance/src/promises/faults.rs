@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
-use isostep_motion::{PortFault, Run, StartLine, StepCounter, StepPort, StreamQueue, Wiring};
+use isostep_motion::{PortFault, Run, StartBarrier, StepCounter, StepPort, StreamQueue, Wiring};
 use isostep_sim::time;
 
 use crate::plan::{Chain, Plan, steps_of};
@@ -21,18 +21,18 @@ pub fn running_dry_is_a_fault_and_nothing_rises_after_it(ports: impl Ports) {
         let noticed = Rc::new(Cell::new(0));
         let noting = noticed.clone();
         let world = rig.run(|mut port, _| async move {
-            let (queue, start_line, step_counter) = (StreamQueue::new(), StartLine::new(), StepCounter::new());
+            let (queue, start_barrier, step_counter) = (StreamQueue::new(), StartBarrier::new(), StepCounter::new());
             let mut items = plan.items(port.capabilities().tick_hz);
             let fed: i32 = items.by_ref().take(3).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
             let item = async {
-                let_go(&start_line, start).await;
+                let_go(&start_barrier, start).await;
                 Timer::after_secs(1).await;
                 for item in items {
                     queue.send(item).await;
                 }
                 pending::<Infallible>().await
             };
-            let run = Run::new(WIRED, &start_line, &queue, &step_counter);
+            let run = Run::new(WIRED, &start_barrier, &queue, &step_counter);
             let Either::First(result) = select(port.run(run), item).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
             assert_eq!(step_counter.position_steps(), fed, "{rig}");

@@ -7,20 +7,20 @@ use std::rc::Rc;
 use embassy_futures::join::join;
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant, Timer};
-use isostep_motion::{AXES, Run, StartLine, StepCounter, StepPort, StreamItem, StreamQueue, Wiring};
+use isostep_motion::{AXES, Run, StartBarrier, StepCounter, StepPort, StreamItem, StreamQueue, Wiring};
 use isostep_profile::Limits;
 
 use crate::plan::{LIMITS, Plan, delayed, steps_of};
 use crate::rig::{Ports, Rig, WIRED, carry_out, carry_out_all, edges, let_go};
 
 /// What an axis shares with the part of the coordinator.
-type Link = (StartLine, StreamQueue, StepCounter);
+type Link = (StartBarrier, StreamQueue, StepCounter);
 
 /// The axes are let go at one instant, and their tasks go on one after the other, 40 us apart. Some have to set DIR.
 pub fn all_axes_start_at_one_instant(ports: impl Ports) {
     for rig in Rig::all(ports) {
         for steps in [3, -3] {
-            let links = Rc::new([const { (StartLine::new(), StreamQueue::new(), StepCounter::new()) }; AXES]);
+            let links = Rc::new([const { (StartBarrier::new(), StreamQueue::new(), StepCounter::new()) }; AXES]);
             let world = rig.run_tasks(|ports, _| {
                 let mut tasks: Vec<Pin<Box<dyn Future<Output = ()>>>> = Vec::new();
                 for (axis, port) in ports.into_iter().enumerate() {
@@ -42,11 +42,11 @@ pub fn all_axes_start_at_one_instant(ports: impl Ports) {
 
 /// Makes the steps of one axis.
 async fn make(mut port: impl StepPort, plan: Plan, axis: usize, links: Rc<[Link; AXES]>) {
-    let (start_line, segments, step_counter) = &links[axis];
+    let (start_barrier, segments, step_counter) = &links[axis];
     for item in plan.items(port.capabilities().tick_hz).chain([StreamItem::End]) {
         segments.send(item).await;
     }
-    assert_eq!(port.run(Run::new(WIRED, start_line, segments, step_counter)).await, Ok(()));
+    assert_eq!(port.run(Run::new(WIRED, start_barrier, segments, step_counter)).await, Ok(()));
 }
 
 /// Lets all axes go, as soon as all are armed.
@@ -76,13 +76,13 @@ pub fn a_port_starts_when_it_can_keep_its_first_step(ports: impl Ports) {
         let reported = begun.clone();
         let world = rig.run(|mut port, _| async move {
             for plan in plans {
-                let (queue, start_line) = (StreamQueue::new(), StartLine::new());
+                let (queue, start_barrier) = (StreamQueue::new(), StartBarrier::new());
                 for item in plan.items(port.capabilities().tick_hz).chain([StreamItem::End]) {
                     queue.try_send(item).unwrap();
                 }
                 let step_counter = StepCounter::new();
-                let run = Run::new(WIRED, &start_line, &queue, &step_counter);
-                let (result, at) = join(port.run(run), let_go(&start_line, Instant::MIN)).await;
+                let run = Run::new(WIRED, &start_barrier, &queue, &step_counter);
+                let (result, at) = join(port.run(run), let_go(&start_barrier, Instant::MIN)).await;
                 assert_eq!((result, step_counter.position_steps()), (Ok(()), plan.steps()), "{rig}");
                 reported.borrow_mut().push((at - ports.lead(), plan));
             }
@@ -102,7 +102,7 @@ pub fn an_armed_port_makes_no_step_before_it_is_let_go(ports: impl Ports) {
     }
 }
 
-/// The run is dropped at the start line, before the instant at which it would have been let go.
+/// The run is dropped at the start barrier, before the instant at which it would have been let go.
 pub fn a_run_dropped_before_its_start_makes_no_step(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let world = rig.run(|mut port, _| async move {

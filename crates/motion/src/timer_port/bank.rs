@@ -16,16 +16,16 @@ use crate::port::{Motors, PortFault, StreamItem};
 pub struct TimerBank<const N: usize> {
     pub(super) mailboxes: [Mailbox; N],
     pub(super) wake: WakeSignal,
-    /// The gate at which the axes of a run wait for their start. It is opened once for all of them, and closes when the
+    /// The start barrier at which the axes of a run wait for their start. It is opened once for all of them, and closes when the
     /// driving task takes it.
-    pub(super) gate: Flag,
+    pub(super) barrier: Flag,
 }
 
 impl<const N: usize> TimerBank<N> {
     /// All axes at rest.
     #[must_use]
     pub const fn new() -> Self {
-        Self { mailboxes: [const { Mailbox::new() }; N], wake: WakeSignal::new(), gate: Flag::new() }
+        Self { mailboxes: [const { Mailbox::new() }; N], wake: WakeSignal::new(), barrier: Flag::new() }
     }
 
     /// Engages or releases the brake of an axis, in any context. See [`Brake`](crate::Brake).

@@ -2,15 +2,15 @@
 //!
 //! # Design
 //! ```text
-//! axis task: TimerPort --request, segments, gate--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
+//! axis task: TimerPort --request, segments, barrier--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
 //!                      <---start, count, end-----
 //! ```
 //! Waking a task costs far more than making a step. So the ports of a machine share a [`TimerBank`], and one task, at a
 //! higher priority than the axis tasks, makes the edges of all axes: steps due on the same tick rise together, for one
 //! wake-up.
 //!
-//! The axes of a run wait at the bank's gate, with their first steps loaded. When the driving task finds the gate open
-//! it chooses the start instant: the earliest at which it can make a step.
+//! The axes of a run wait at the bank's start barrier, with their first steps loaded. When the driving task finds the start
+//! barrier open it chooses the start instant: the earliest at which it can make a step.
 //!
 //! DIR changes when an axis goes on to a segment of the other direction. It changes after the pulse of the last step,
 //! which lasts at least as long as DIR has to be held. The next step then waits for the set-up time.
@@ -48,7 +48,7 @@ use crate::port::{
     Brake, Capabilities, DriverTiming, Motors, PortFault, Run, StepCounter, StepPort, StreamItem, StreamQueue,
     ticks_covering,
 };
-use crate::start_line::StartLine;
+use crate::start_barrier::StartBarrier;
 
 /// Processor time for a step beside its pulse, ns. An RP2040 of 125 MHz needs some 22,000 in long moves (one axis, pulses
 /// of 0.1, 2 and 5 us: 46,000, 41,000 and 36,000 steps/s). The rest is for the tasks that feed the port, which need
@@ -76,7 +76,7 @@ const STAGGER: Duration = Duration::from_micros(300);
 pub struct TimerPort<'a> {
     mailbox: &'a Mailbox,
     wake: &'a WakeSignal,
-    gate: &'a Flag,
+    barrier: &'a Flag,
     capabilities: Capabilities,
     brake: Brake,
     report_every: Duration,
@@ -90,11 +90,11 @@ impl<const N: usize> TimerBank<N> {
         // ends.
         let core_ns = CORE_NS + CORE_NS_PER_AXIS * (N as u32).saturating_sub(3);
         let capabilities = Capabilities { margin_ticks: 1, core_ns, ..Capabilities::new(TICK_HZ, timing) };
-        let (wake, gate) = (&self.wake, &self.gate);
+        let (wake, barrier) = (&self.wake, &self.barrier);
         let mut report_every = REPORT_EVERY;
         array::from_fn(|axis| {
             report_every -= STAGGER;
-            TimerPort { mailbox: &self.mailboxes[axis], wake, gate, capabilities, brake: brakes[axis], report_every }
+            TimerPort { mailbox: &self.mailboxes[axis], wake, barrier, capabilities, brake: brakes[axis], report_every }
         })
     }
 }
@@ -126,12 +126,14 @@ impl StepPort for TimerPort<'_> {
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
-        let Run { motors, start_line, segments, step_counter } = run;
+        let Run { motors, start_barrier, segments, step_counter } = run;
         let active = ActiveRun::new(self, motors, step_counter);
         let first = segments.receive().await;
         self.hand_over(first).await;
         // The start is polled first: a short run may have ended before that poll.
-        match select4(self.start(start_line), self.mailbox.end(), self.hand_over_all(segments), active.report()).await {
+        match select4(self.start(start_barrier), self.mailbox.end(), self.hand_over_all(segments), active.report())
+            .await
+        {
             Either4::Second(result) => result,
             Either4::First(never) | Either4::Third(never) | Either4::Fourth(never) => match never {},
         }
@@ -140,14 +142,14 @@ impl StepPort for TimerPort<'_> {
 
 impl TimerPort<'_> {
     /// Waits to start with the other axes, and reports the start instant.
-    async fn start(&self, start_line: &StartLine) -> Infallible {
-        start_line.armed().await;
-        // Another axis may have opened the gate for all.
+    async fn start(&self, start_barrier: &StartBarrier) -> Infallible {
+        start_barrier.armed().await;
+        // Another axis may have opened the start barrier for all.
         if !self.mailbox.has_begun() {
-            self.gate.set();
+            self.barrier.set();
             self.wake.ring();
         }
-        start_line.begun(self.mailbox.begun().await);
+        start_barrier.begun(self.mailbox.begun().await);
         pending().await
     }
 

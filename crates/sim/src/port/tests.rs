@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use embassy_time::Instant;
-use isostep_motion::{StartLine, StepCounter, StreamQueue};
+use isostep_motion::{StartBarrier, StepCounter, StreamQueue};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
 use super::*;
@@ -33,11 +33,11 @@ fn queue_of(plan: &SyncMove<1>) -> StreamQueue {
     queue
 }
 
-/// A start line that lets a port go as soon as it is armed.
-fn open_line() -> StartLine {
-    let line = StartLine::new();
-    line.go(Instant::MIN);
-    line
+/// A start barrier that lets a port go as soon as it is armed.
+fn open_barrier() -> StartBarrier {
+    let barrier = StartBarrier::new();
+    barrier.go(Instant::MIN);
+    barrier
 }
 
 /// A run that starts as soon as the port is armed.
@@ -48,7 +48,7 @@ async fn run(
     step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
     let motors = Motors { wiring, ..Motors::default() };
-    port.run(Run::new(motors, &open_line(), segments, step_counter)).await
+    port.run(Run::new(motors, &open_barrier(), segments, step_counter)).await
 }
 
 /// Runs `task` with X's port, with its driver energised; returns the instants of the edges, ns.

@@ -1,4 +1,4 @@
-//! The gate and the brake of the step program, which are flags of PIO0.
+//! The start barrier and the brake of the step program, which are flags of PIO0.
 
 use core::cell::Cell;
 
@@ -7,21 +7,21 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
 
-use crate::pio_port::program::{BRAKE, GATE};
+use crate::pio_port::program::{BARRIER, BRAKE};
 
-/// Closes the gate: every state machine that is started from now on waits before its first word.
-pub fn close_gate() {
-    PIO0.irq_force().write(|flags| flags.set_irq_force(GATE));
+/// Closes the start barrier: every state machine that is started from now on waits before its first word.
+pub fn close_barrier() {
+    PIO0.irq_force().write(|flags| flags.set_irq_force(BARRIER));
 }
 
-/// Opens the gate, so that all state machines start on the same cycle. Returns when it was opened, which may have been
+/// Opens the start barrier, so that all state machines start on the same cycle. Returns when it was opened, which may have been
 /// earlier.
-pub fn open_gate() -> Instant {
+pub fn open_barrier() -> Instant {
     static OPENED: Mutex<CriticalSectionRawMutex, Cell<Instant>> = Mutex::new(Cell::new(Instant::MIN));
 
     OPENED.lock(|opened| {
-        if PIO0.irq().read().irq() & GATE != 0 {
-            PIO0.irq().write(|flags| flags.set_irq(GATE));
+        if PIO0.irq().read().irq() & BARRIER != 0 {
+            PIO0.irq().write(|flags| flags.set_irq(BARRIER));
             opened.set(Instant::now());
         }
         opened.get()
