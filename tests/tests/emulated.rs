@@ -11,8 +11,6 @@ mod blends;
 mod boot;
 #[path = "emulated/contract.rs"]
 mod contract;
-#[path = "emulated/dead_man.rs"]
-mod dead_man;
 #[path = "emulated/drivers.rs"]
 mod drivers;
 #[path = "emulated/estop.rs"]
@@ -27,6 +25,8 @@ mod four_axes;
 mod inputs;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/output_watchdog.rs"]
+mod output_watchdog;
 // Its image has three axes.
 #[cfg(all(unix, not(feature = "four-axes")))]
 #[path = "emulated/prove.rs"]

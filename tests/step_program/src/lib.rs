@@ -1,4 +1,4 @@
-//! The firmware's programs for PIO are tested on two independent emulators: those of PIO1 in `guard` and `dead_man`, and
+//! The firmware's programs for PIO are tested on two independent emulators: those of PIO1 in `guard` and `output_watchdog`, and
 //! the step program here, word by word. Every edge of STEP and DIR, in both directions, every halt and every count must
 //! be where the firmware's own arithmetic says, to the cycle. Both emulators count from the write that opens the start barrier,
 //! and agree on every cycle without an offset.
@@ -10,10 +10,10 @@
 
 #![cfg(test)]
 
-mod dead_man;
 mod emulator;
 mod experiment;
 mod guard;
+mod output_watchdog;
 #[path = "../../../boards/rp2040-gantry/src/pio_port/program.rs"]
 mod program;
 mod stampers;

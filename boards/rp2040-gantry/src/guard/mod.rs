@@ -34,7 +34,7 @@ use crate::{priority, tool};
 const PINS: [usize; if cfg!(feature = "prove") { 4 } else { 5 }] =
     pins::ascending([pins::LIMITS[0], pins::LIMITS[1], pins::LIMITS[2], pins::EMERGENCY_STOP, pins::LIMITS[3]]);
 const GROUPS: [Group; pins::count_groups(&PINS)] = pins::groups(&PINS);
-/// One for each group. The dead man's switch has the second.
+/// One for each group. The output watchdog has the second.
 const STATE_MACHINES: [usize; 3] = [0, 2, 3];
 /// The instructions of a state machine's program.
 const INSTRUCTIONS: u8 = 6;
