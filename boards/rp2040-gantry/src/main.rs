@@ -9,8 +9,8 @@
 #![no_std]
 #![no_main]
 
-mod aside;
 mod boot;
+mod cold_path;
 mod console;
 #[cfg(feature = "skr-pico")]
 mod driver_wire;

@@ -31,7 +31,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::ReportedState;
 use isostep_console::report::{self, messages};
 use isostep_console::{Error, LineAssembler, Realtime, StatusReporter, realtime};
-use isostep_motion::{State, aside};
+use isostep_motion::{State, cold_path};
 
 use crate::commands::After;
 use crate::controller::{Controller, Mode};
@@ -253,7 +253,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
-        aside(pin!(self.greet(console))).await;
+        cold_path(pin!(self.greet(console))).await;
         let mut assembler = LineAssembler::new();
         let (mut bytes, mut length) = ([0; CHUNK_BYTES], 0);
         loop {
@@ -261,7 +261,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let n = match select(console.input.read(&mut bytes), console.intake.lost_line()).await {
                 Either::First(n) => n,
                 Either::Second(()) => {
-                    aside(pin!(self.tell_lost_line(console))).await;
+                    cold_path(pin!(self.tell_lost_line(console))).await;
                     continue;
                 }
             };

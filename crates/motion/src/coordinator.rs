@@ -20,9 +20,9 @@ use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::Chain;
 
-use crate::aside::aside;
 use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
+use crate::cold_path::cold_path;
 use crate::config::Config;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
@@ -202,9 +202,9 @@ where
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
             Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
             Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
-            Motion::Probe(probe) => (aside(pin!(self.probe(probe))).await, 1),
-            Motion::Dwell(duration) => (aside(pin!(self.dwell(duration))).await, 1),
-            Motion::Home { axes } => (aside(pin!(self.home(axes))).await, 1),
+            Motion::Probe(probe) => (cold_path(pin!(self.probe(probe))).await, 1),
+            Motion::Dwell(duration) => (cold_path(pin!(self.dwell(duration))).await, 1),
+            Motion::Home { axes } => (cold_path(pin!(self.home(axes))).await, 1),
         };
         self.machine.set_room(CHAIN_MOVES);
         if result.is_ok() && self.machine.config().tool.laser {

@@ -15,12 +15,12 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod aside;
 mod axes;
 pub mod axis;
 pub mod buttons;
 mod chunks;
 mod clock;
+mod cold_path;
 mod config;
 pub mod coordinator;
 mod courses;
@@ -44,8 +44,8 @@ mod tag;
 mod timer_port;
 pub mod tool;
 
-pub use aside::aside;
 pub use axes::{AXES, Axis};
+pub use cold_path::cold_path;
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
 pub use effort::{BLEND_S, BOX_S, SHAPED_S, STRAIGHT_S, shaped_s};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
