@@ -28,7 +28,7 @@
 //! fast, the block does stop there, and the next block begins at its own start speed. Otherwise one more move could
 //! make a speed too fast that is already committed.
 //!
-//! The chain hands out [`Chunk`]s. Each is a stretch of a [`SyncMove`] on the run's clock, no longer than the caller
+//! The chain hands out [`Chunk`]s. Each is a part of a [`SyncMove`] on the run's clock, no longer than the caller
 //! asks for, because a chunk is committed: it will be made. A change (another block, a [`hold`](Chain::hold), other
 //! [overrides](Chain::override_speed)) takes effect after the last chunk. A plan is used for as long as it is right.
 //! When it is not, it is cut, and a replan of the same block follows it at the same speed. Steps keep their numbers in
@@ -93,14 +93,14 @@ impl<const N: usize> Request<N> {
     }
 }
 
-/// A stretch of a plan that the chain has handed out: it will be made next.
+/// A part of a plan that the chain has handed out: it will be made next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chunk<const N: usize> {
     /// The plan.
     pub plan: Plan<N>,
-    /// Where on the path the stretch ends, steps of the longest axis from the beginning of the move.
+    /// Where on the path the part ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
-    /// When the stretch ends, s from the start of the run.
+    /// When the part ends, s from the start of the run.
     pub until_s: f64,
     /// Path length of a step of the longest axis.
     pub mm_per_step: f64,
@@ -429,7 +429,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.plan.is_made || self.place_steps > 0.0
     }
 
-    /// Commits what follows, and hands it out: a stretch of the first move that lasts `most_s` at most, or a whole blend.
+    /// Commits what follows, and hands it out: a part of the first move that lasts `most_s` at most, or a whole blend.
     /// `None` at rest: all moves are committed to their ends, or the chain is held.
     pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N>> {
         while !(self.is_empty() || self.is_held && self.is_at_rest()) {

@@ -66,7 +66,7 @@ use self::cubic::Cubic;
 use self::fixed_ramp::Knot;
 use self::phase::Phase;
 use self::spans::Spans;
-use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStretch};
+use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStepRange};
 use self::u96::short_fixed;
 use crate::fixed::{is_negative, is_zero};
 use crate::profile::Profile;
@@ -98,7 +98,7 @@ const NO_RAMP_S: f64 = 1e-12;
 
 /// Which steps of an axis a profile makes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stretch {
+pub(crate) struct StepRange {
     /// Steps of the longest axis for each of this one; at least 1.
     pub(crate) stride: f64,
     /// How many steps of the whole move come before.
@@ -111,7 +111,7 @@ pub(crate) struct Stretch {
     pub(crate) beyond: f64,
 }
 
-impl Stretch {
+impl StepRange {
     /// How many steps come before the end of each phase.
     pub(crate) fn phase_ends(&self, bounds: &PhaseBounds) -> [u32; 3] {
         let Self { stride, steps, ahead, .. } = *self;
@@ -198,7 +198,7 @@ struct BlendPhases {
 /// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the distance.
 #[derive(Clone, Debug)]
 pub struct Lane {
-    stretch: Stretch,
+    step_range: StepRange,
     /// How many steps come before the end of each phase.
     ends: [u32; 3],
     /// Index of the phase of the next step.
@@ -226,9 +226,9 @@ impl Lane {
     /// A lane without steps.
     #[must_use]
     pub fn empty() -> Self {
-        let stretch = Stretch { stride: 1.0, before: 0, steps: 0, ahead: 0.0, beyond: 0.0 };
+        let step_range = StepRange { stride: 1.0, before: 0, steps: 0, ahead: 0.0, beyond: 0.0 };
         Self {
-            stretch,
+            step_range,
             ends: [0; 3],
             index: 0,
             phase: PhaseSteps::ConstantAccel(Phase::empty()),
@@ -239,10 +239,10 @@ impl Lane {
         }
     }
 
-    /// Begins another stretch. What belongs to a phase is left, because the first step sets it.
-    pub(crate) fn begin(&mut self, stretch: Stretch, course: &Course) {
-        self.ends = stretch.phase_ends(&course.plan.bounds);
-        (self.stretch, self.index, self.done, self.base, self.blend) = (stretch, 0, 0, 0, None);
+    /// Begins another step range. What belongs to a phase is left, because the first step sets it.
+    pub(crate) fn begin(&mut self, step_range: StepRange, course: &Course) {
+        self.ends = step_range.phase_ends(&course.plan.bounds);
+        (self.step_range, self.index, self.done, self.base, self.blend) = (step_range, 0, 0, 0, None);
     }
 
     /// Begins an axis of a blend. `approached` is how far it is beyond its last step where the approach ends, steps.
@@ -289,7 +289,7 @@ impl Lane {
             tick_hz: clock.tick_hz,
             point: 0,
         };
-        self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond: 0.0 };
+        self.step_range = StepRange { stride: 1.0, before: 0, steps, ahead, beyond: 0.0 };
         (self.ends, self.index, self.done, self.base) = ([0, 0, steps], 0, 0, 0);
         let ramp = ConstantAccelRamp::NONE;
         self.blend = Some(BlendPhases { ramp, clock, approach: None, is_turned: false, cubic: Some(cubic) });
@@ -298,7 +298,7 @@ impl Lane {
     fn begin_bent(&mut self, axis: &AxisBlend, approached: f64, mut clock: Clock) {
         let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, out, back, .. } = *axis;
         let (turn, steps) = (approach + out, approach + out + back);
-        self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond };
+        self.step_range = StepRange { stride: 1.0, before: 0, steps, ahead, beyond };
         (self.ends, self.index, self.done, self.base) = ([approach, turn, steps], 0, 0, 0);
         let approach = (approach > 0).then(|| {
             let ticks_per_step = clock.tick_hz / axis.from_steps_s;
@@ -324,20 +324,20 @@ impl Lane {
     pub fn turns_after(&self) -> u32 {
         match self.blend {
             Some(BlendPhases { is_turned: true, .. }) if self.ends[1] > 0 => self.ends[1],
-            _ => self.stretch.steps,
+            _ => self.step_range.steps,
         }
     }
 
     /// How many steps there are.
     #[must_use]
     pub fn steps(&self) -> u32 {
-        self.stretch.steps
+        self.step_range.steps
     }
 
     /// How many steps of the whole move come before.
     #[must_use]
     pub fn steps_before(&self) -> u32 {
-        self.stretch.before
+        self.step_range.before
     }
 
     /// The next segment; `None` after the last. `course` must be the one that this lane belongs to.
@@ -371,7 +371,7 @@ impl Lane {
                 self.next = next;
                 segment
             }
-            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.stretch, course?),
+            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.step_range, course?),
         };
         self.done += segment.steps();
         Some(segment)
@@ -380,7 +380,7 @@ impl Lane {
     fn begin_blend_phase(&mut self) {
         let end = self.ends[self.index] - self.done;
         let Some(BlendPhases { ramp, clock, approach, cubic, .. }) = &self.blend else { return };
-        let timed = TimedStretch { clock, stretch: &self.stretch };
+        let timed = TimedStepRange { clock, step_range: &self.step_range };
         self.base = self.done;
         let phase = self.phase.constant_accel();
         if let Some(cubic) = cubic {
@@ -395,10 +395,10 @@ impl Lane {
 
     fn begin_phase(&mut self, course: &mut Course) {
         let end = self.ends[self.index];
-        let timed = TimedStretch { clock: &course.plan.clock, stretch: &self.stretch };
+        let timed = TimedStepRange { clock: &course.plan.clock, step_range: &self.step_range };
         match (self.index, &course.plan.accel, &course.plan.decel) {
             (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, timed, end),
-            (1, ..) => self.phase.constant_accel().cruise(&course.plan, &self.stretch, end),
+            (1, ..) => self.phase.constant_accel().cruise(&course.plan, &self.step_range, end),
             (2, _, Some(ramp)) => self.phase.constant_accel().decelerate(ramp, timed, end),
             (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
         }

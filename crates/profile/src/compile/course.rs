@@ -1,6 +1,6 @@
 //! A plan in ticks: what its axes have in common when they are compiled.
 
-use super::Stretch;
+use super::StepRange;
 use super::shared_spans::SharedSpans;
 use super::timed_plan::{Clock, TimedPlan};
 use crate::profile::Profile;
@@ -31,11 +31,11 @@ impl Course {
         self.plan.clock = Clock::new(ends_s, tick_hz);
     }
 
-    /// Makes its spans include the steps of all these stretches.
-    pub(crate) fn set_reach(&mut self, stretches: impl Iterator<Item = Stretch>) {
+    /// Makes its spans include the steps of all these step ranges.
+    pub(crate) fn set_reach(&mut self, step_ranges: impl Iterator<Item = StepRange>) {
         let (mut begin, mut end) = (f64::INFINITY, f64::INFINITY);
-        for stretch in stretches {
-            (begin, end) = (begin.min(stretch.begin_steps()), end.min(stretch.end_steps()));
+        for step_range in step_ranges {
+            (begin, end) = (begin.min(step_range.begin_steps()), end.min(step_range.end_steps()));
         }
         (self.plan.begin_steps, self.plan.end_steps) = (begin, end);
     }

@@ -2,7 +2,7 @@
 
 use super::fixed_ramp::log2_of;
 use super::u96::exponent;
-use super::{NO_RAMP_S, PhaseBounds, Stretch};
+use super::{NO_RAMP_S, PhaseBounds, StepRange};
 use crate::profile::Profile;
 use crate::ramp::Ramp;
 
@@ -38,9 +38,9 @@ pub(super) struct Clock {
 
 /// The steps of an axis, and when the plan makes them. They count from 0, their instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TimedStretch<'a> {
+pub(super) struct TimedStepRange<'a> {
     pub(super) clock: &'a Clock,
-    pub(super) stretch: &'a Stretch,
+    pub(super) step_range: &'a StepRange,
 }
 
 /// A ramp at constant acceleration, in ticks and steps of the longest axis.
@@ -135,7 +135,7 @@ impl Cruise {
     }
 }
 
-impl TimedStretch<'_> {
+impl TimedStepRange<'_> {
     /// The point for instants of the run.
     pub(super) fn point(&self) -> u8 {
         point_for(exponent(self.clock.end_ticks))
