@@ -63,7 +63,7 @@ mod u96;
 pub(crate) use self::axis_blend::AxisBlend;
 pub use self::course::Course;
 use self::cubic::Cubic;
-use self::fixed_ramp::Knot;
+use self::fixed_ramp::Sample;
 use self::phase::Phase;
 use self::spans::Spans;
 use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStepRange};
@@ -209,7 +209,7 @@ pub struct Lane {
     /// How many steps come before the first that the phase counts.
     base: u32,
     /// The next step, if it is known from the last segment.
-    next: Option<Knot>,
+    next: Option<Sample>,
     blend: Option<BlendPhases>,
 }
 
