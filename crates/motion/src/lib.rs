@@ -23,7 +23,6 @@ mod clock;
 mod cold_path;
 mod config;
 pub mod coordinator;
-mod courses;
 mod effort;
 mod event;
 mod flow;
@@ -41,6 +40,7 @@ mod start_barrier;
 mod stream;
 mod switch;
 mod tag;
+mod timed_plans;
 mod timer_port;
 pub mod tool;
 

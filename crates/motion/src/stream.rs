@@ -57,7 +57,7 @@ pub(crate) struct SegmentStream<'a> {
     chunk: u32,
     /// The steps of that chunk's plan, once the stream has reached it.
     plan: Option<PlanSteps>,
-    /// The axis on the course of that plan, if it has steps there.
+    /// Compiles the axis in that plan, if it has steps there.
     lane: Lane,
     /// Segments of that plan that are compiled and not queued yet.
     compiled: Deque<Segment, COMPILED_MAX>,
@@ -127,7 +127,7 @@ pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut 
 
 /// Queues one item for the axis whose queue ends first; false if no port needs one, or that queue is full, or nothing
 /// more is known. No other axis goes on while that queue is full: it would only compile chunks at another time than
-/// that axis, which would have to lay them again.
+/// that axis, which would have to convert them to ticks again.
 fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
     // Axes for which nothing more is known are passed over.
     let mut stuck = [false; AXES];
@@ -242,18 +242,18 @@ impl<'a> SegmentStream<'a> {
             return self.next_of_bends(chunks);
         }
         loop {
-            let Some((chunk, courses)) = chunks.get_with_courses(self.chunk) else { return self.rest(chunks) };
+            let Some((chunk, timed_plans)) = chunks.get_with_timed_plans(self.chunk) else { return self.rest(chunks) };
             let plan = self.plan.get_or_insert_with(|| {
                 self.compiled.clear();
-                // An axis that stands still is ahead of the others. It must not have courses computed that the others
+                // An axis that stands still is ahead of the others. It must not have timed plans computed that the others
                 // do not need yet.
                 let moves = match &chunk.plan {
                     Plan::Line(line) => line.steps[self.axis as usize] != 0,
                     Plan::Blend(blend) => blend.step_counts(self.axis as usize).0 != 0,
                 };
                 if moves {
-                    let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
-                    chunk.plan.begin_lane(self.axis as usize, course, &mut self.lane);
+                    let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
+                    chunk.plan.begin_lane(self.axis as usize, timed_plan, &mut self.lane);
                 }
                 PlanSteps::of(chunk, self.axis, moves.then_some(&self.lane))
             });
@@ -370,9 +370,9 @@ impl<'a> SegmentStream<'a> {
         let segment = if is_shaped {
             self.lane.next_of_bend()?
         } else {
-            let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
-            let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
-            self.lane.next(course)?
+            let (chunk, timed_plans) = chunks.get_with_timed_plans(self.chunk)?;
+            let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
+            self.lane.next(timed_plan)?
         };
         plan.compiled += segment.steps();
         Some(segment)

@@ -59,7 +59,7 @@ use self::corner::Direction;
 use self::plan::{Begun, UnderWay};
 use self::ring::Ring;
 use crate::blend::Blend;
-use crate::compile::{Course, Lane};
+use crate::compile::{Lane, TimedPlan};
 use crate::sync::{PlanError, SyncMove};
 
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
@@ -158,27 +158,27 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
+    /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
         match self {
-            Self::Line(line) => line.lay(course, tick_hz),
-            Self::Blend(blend) => blend.lay(course, tick_hz),
+            Self::Line(line) => line.convert_to_ticks(timed_plan, tick_hz),
+            Self::Blend(blend) => blend.convert_to_ticks(timed_plan, tick_hz),
         }
     }
 
-    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this plan.
+    /// The axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made from this plan.
     #[must_use]
-    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
+    pub fn lane(&self, axis: usize, timed_plan: &TimedPlan) -> Lane {
         let mut lane = Lane::empty();
-        self.begin_lane(axis, course, &mut lane);
+        self.begin_lane(axis, timed_plan, &mut lane);
         lane
     }
 
     /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
+    pub fn begin_lane(&self, axis: usize, timed_plan: &TimedPlan, lane: &mut Lane) {
         match self {
-            Self::Line(line) => line.begin_lane(axis, course, lane),
-            Self::Blend(blend) => blend.begin_lane(axis, course, lane),
+            Self::Line(line) => line.begin_lane(axis, timed_plan, lane),
+            Self::Blend(blend) => blend.begin_lane(axis, timed_plan, lane),
         }
     }
 }

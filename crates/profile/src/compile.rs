@@ -45,7 +45,6 @@
 //! only a few segments.
 
 mod axis_blend;
-mod course;
 mod cubic;
 mod curve;
 mod fit;
@@ -61,11 +60,11 @@ mod timed_plan;
 mod u96;
 
 pub(crate) use self::axis_blend::AxisBlend;
-pub use self::course::Course;
 use self::cubic::Cubic;
 use self::fixed_ramp::Sample;
 use self::phase::Phase;
 use self::spans::Spans;
+pub use self::timed_plan::TimedPlan;
 use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStepRange};
 use self::u96::short_fixed;
 use crate::fixed::{is_negative, is_zero};
@@ -193,7 +192,7 @@ struct BlendPhases {
     cubic: Option<Cubic>,
 }
 
-/// Compiles one axis of a [`Course`] into segments.
+/// Compiles one axis of a [`TimedPlan`] into segments.
 ///
 /// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the distance.
 #[derive(Clone, Debug)]
@@ -240,14 +239,14 @@ impl Lane {
     }
 
     /// Begins another step range. What belongs to a phase is left, because the first step sets it.
-    pub(crate) fn begin(&mut self, step_range: StepRange, course: &Course) {
-        self.ends = step_range.phase_ends(&course.plan.bounds);
+    pub(crate) fn begin(&mut self, step_range: StepRange, timed_plan: &TimedPlan) {
+        self.ends = step_range.phase_ends(&timed_plan.bounds);
         (self.step_range, self.index, self.done, self.base, self.blend) = (step_range, 0, 0, 0, None);
     }
 
     /// Begins an axis of a blend. `approached` is how far it is beyond its last step where the approach ends, steps.
-    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, course: &Course) {
-        self.begin_bent(axis, approached, course.plan.clock);
+    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, timed_plan: &TimedPlan) {
+        self.begin_bent(axis, approached, timed_plan.clock);
     }
 
     /// Begins a bend of shaped motion, in ticks of 1/`tick_hz` s; `tick_hz` is above 0. Its segments come from
@@ -340,9 +339,9 @@ impl Lane {
         self.step_range.before
     }
 
-    /// The next segment; `None` after the last. `course` must be the one that this lane belongs to.
-    pub fn next(&mut self, course: &mut Course) -> Option<Segment> {
-        self.next_on(Some(course))
+    /// The next segment; `None` after the last. `timed_plan` must be the one that this lane belongs to.
+    pub fn next(&mut self, timed_plan: &mut TimedPlan) -> Option<Segment> {
+        self.next_on(Some(timed_plan))
     }
 
     /// The next segment of a bend; `None` after the last.
@@ -350,8 +349,8 @@ impl Lane {
         self.next_on(None)
     }
 
-    /// Only a line needs a course.
-    fn next_on(&mut self, mut course: Option<&mut Course>) -> Option<Segment> {
+    /// Only a line needs a timed plan.
+    fn next_on(&mut self, mut timed_plan: Option<&mut TimedPlan>) -> Option<Segment> {
         if self.done == self.ends[2] {
             return None;
         }
@@ -360,8 +359,8 @@ impl Lane {
                 self.index += 1;
             }
             self.next = None;
-            match course.as_deref_mut() {
-                Some(course) if self.blend.is_none() => self.begin_phase(course),
+            match timed_plan.as_deref_mut() {
+                Some(timed_plan) if self.blend.is_none() => self.begin_phase(timed_plan),
                 _ => self.begin_blend_phase(),
             }
         }
@@ -371,7 +370,7 @@ impl Lane {
                 self.next = next;
                 segment
             }
-            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.step_range, course?),
+            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.step_range, timed_plan?),
         };
         self.done += segment.steps();
         Some(segment)
@@ -393,14 +392,14 @@ impl Lane {
         }
     }
 
-    fn begin_phase(&mut self, course: &mut Course) {
+    fn begin_phase(&mut self, timed_plan: &mut TimedPlan) {
         let end = self.ends[self.index];
-        let timed = TimedStepRange { clock: &course.plan.clock, step_range: &self.step_range };
-        match (self.index, &course.plan.accel, &course.plan.decel) {
+        let timed = TimedStepRange { clock: &timed_plan.clock, step_range: &self.step_range };
+        match (self.index, &timed_plan.accel, &timed_plan.decel) {
             (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, timed, end),
-            (1, ..) => self.phase.constant_accel().cruise(&course.plan, &self.step_range, end),
+            (1, ..) => self.phase.constant_accel().cruise(timed_plan, &self.step_range, end),
             (2, _, Some(ramp)) => self.phase.constant_accel().decelerate(ramp, timed, end),
-            (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
+            (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(timed_plan, index != 0, (self.done, end))),
         }
     }
 }
@@ -418,16 +417,16 @@ impl PhaseSteps {
     }
 }
 
-/// The segments of one axis of a plan, one per call of `next`. It has a [`Lane`] and a [`Course`] of its own.
+/// The segments of one axis of a plan, one per call of `next`. It has a [`Lane`] and a [`TimedPlan`] of its own.
 #[derive(Clone, Debug)]
 pub struct Segments {
-    course: Course,
+    timed_plan: TimedPlan,
     lane: Lane,
 }
 
 impl Segments {
-    pub(crate) fn new(course: Course, lane: Lane) -> Self {
-        Self { course, lane }
+    pub(crate) fn new(timed_plan: TimedPlan, lane: Lane) -> Self {
+        Self { timed_plan, lane }
     }
 }
 
@@ -435,6 +434,6 @@ impl Iterator for Segments {
     type Item = Segment;
 
     fn next(&mut self) -> Option<Segment> {
-        self.lane.next(&mut self.course)
+        self.lane.next(&mut self.timed_plan)
     }
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::compile::{Course, Lane, NEAREST_STEPS, PhaseBounds, Segments, StepRange};
+use crate::compile::{Lane, NEAREST_STEPS, PhaseBounds, Segments, StepRange, TimedPlan};
 use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
@@ -139,34 +139,34 @@ impl<const N: usize> SyncMove<N> {
     /// the float operations are done in this call. A few follow with each phase, and with each span of a curved ramp.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
-        let mut course = Course::empty();
-        self.lay(&mut course, tick_hz);
-        let lane = self.lane(axis, &course);
-        Segments::new(course, lane)
+        let mut timed_plan = TimedPlan::empty();
+        self.convert_to_ticks(&mut timed_plan, tick_hz);
+        let lane = self.lane(axis, &timed_plan);
+        Segments::new(timed_plan, lane)
     }
 
-    /// Makes `course` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    /// Makes `timed_plan` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
     /// Compiling all axes from it is less work than compiling each by its [`segments`](Self::segments).
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
-        course.set(&self.profile, self.is_whole(), self.origin_s, tick_hz);
-        if course.is_curved() {
-            let is_whole = course.is_whole();
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
+        timed_plan.set(&self.profile, self.is_whole(), self.origin_s, tick_hz);
+        if timed_plan.is_curved() {
+            let is_whole = timed_plan.is_whole;
             let moving = (0..N).filter(|axis| self.steps[*axis] != 0);
-            course.set_reach(moving.map(|axis| self.step_range(axis, is_whole)));
+            timed_plan.set_reach(moving.map(|axis| self.step_range(axis, is_whole)));
         }
     }
 
-    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this move.
+    /// The axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made from this move.
     #[must_use]
-    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
+    pub fn lane(&self, axis: usize, timed_plan: &TimedPlan) -> Lane {
         let mut lane = Lane::empty();
-        self.begin_lane(axis, course, &mut lane);
+        self.begin_lane(axis, timed_plan, &mut lane);
         lane
     }
 
     /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
-        lane.begin(self.step_range(axis, course.is_whole()), course);
+    pub fn begin_lane(&self, axis: usize, timed_plan: &TimedPlan, lane: &mut Lane) {
+        lane.begin(self.step_range(axis, timed_plan.is_whole), timed_plan);
     }
 
     fn step_range(&self, axis: usize, is_whole: bool) -> StepRange {

@@ -2,11 +2,10 @@
 //!
 //! Segments are computed from the polynomial in fixed point ([`Curve`]). Each axis has its own curve.
 
-use super::course::Course;
 use super::curve::{Curve, SpanSteps};
 use super::hermite::Hermite;
 use super::shared_spans::{Reached, Span};
-use super::timed_plan::TimedStepRange;
+use super::timed_plan::{TimedPlan, TimedStepRange};
 use super::{NEAREST_STEPS, StepRange};
 use crate::segment::Segment;
 
@@ -28,13 +27,13 @@ pub(super) struct Spans {
 impl Spans {
     /// The spans over the steps from `begin` to the one before `end`: those of the accelerating ramp, or, if
     /// `is_backwards`, of the decelerating one.
-    pub(super) fn new(course: &mut Course, is_backwards: bool, (begin, end): (u32, u32)) -> Self {
+    pub(super) fn new(timed_plan: &mut TimedPlan, is_backwards: bool, (begin, end): (u32, u32)) -> Self {
         // Span 0 has no polynomial. It is kept so that other axes find where the first span begins.
-        let reached = match course.spans.find(is_backwards, 0) {
+        let reached = match timed_plan.spans.find(is_backwards, 0) {
             Some(none) => none.end,
             None => {
-                let end = course.plan.path(is_backwards).begin(&course.plan);
-                course.spans.keep(Span { end, is_backwards, ..Span::NONE });
+                let end = timed_plan.path(is_backwards).begin(timed_plan);
+                timed_plan.spans.keep(Span { end, is_backwards, ..Span::NONE });
                 end
             }
         };
@@ -42,26 +41,26 @@ impl Spans {
     }
 
     /// The segment that begins at the step with the number `step`.
-    pub(super) fn segment(&mut self, step: u32, step_range: &StepRange, course: &mut Course) -> Segment {
+    pub(super) fn segment(&mut self, step: u32, step_range: &StepRange, timed_plan: &mut TimedPlan) -> Segment {
         while self.curve_end <= step {
-            self.next_span(step, step_range, course);
+            self.next_span(step, step_range, timed_plan);
         }
         self.curve.segment(step, self.curve_end.wrapping_sub(step))
     }
 
     /// Goes on to the next span. Its first step, if it has any, is `step`.
     #[inline(never)]
-    fn next_span(&mut self, step: u32, step_range: &StepRange, course: &mut Course) {
+    fn next_span(&mut self, step: u32, step_range: &StepRange, timed_plan: &mut TimedPlan) {
         self.count += 1;
-        let hermite = match course.spans.find(self.is_backwards, self.count) {
+        let hermite = match timed_plan.spans.find(self.is_backwards, self.count) {
             Some(span) => {
                 self.reached = span.end;
                 span.hermite
             }
             None => {
-                let hermite = course.plan.path(self.is_backwards).next(&mut self.reached);
+                let hermite = timed_plan.path(self.is_backwards).next(&mut self.reached);
                 let (end, number, is_backwards) = (self.reached, self.count, self.is_backwards);
-                course.spans.keep(Span { hermite, end, number, is_backwards });
+                timed_plan.spans.keep(Span { hermite, end, number, is_backwards });
                 hermite
             }
         };
@@ -74,7 +73,7 @@ impl Spans {
         let steps_after_begin = self.steps_after(&hermite, step, step_range);
         let range = SpanSteps { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
         self.curve =
-            Curve::new(&hermite, TimedStepRange { clock: &course.plan.clock, step_range }, self.is_backwards, range);
+            Curve::new(&hermite, TimedStepRange { clock: &timed_plan.clock, step_range }, self.is_backwards, range);
     }
 
     /// How many steps are due before the ramp is at `ramp_steps`.
