@@ -9,7 +9,7 @@ use core::fmt::{self, Write};
 use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings, length};
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Request};
 use isostep_profile::shaper::{Bend, Shaper, ShaperKind};
-use isostep_profile::{IntervalLaw, Lane, Limits, OFFSET_PARTS, SpeedLaw, TimedPlan};
+use isostep_profile::{AxisCompiler, IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw, TimedPlan};
 
 use crate::shaped::ShapedAxes;
 use crate::{AXES, Checksum, TICK_HZ};
@@ -282,11 +282,11 @@ fn read(interpreter: &mut Interpreter, bytes: &[u8]) -> Option<Block> {
 
 fn compile(chunk: &Chunk<AXES>, timed_plan: &mut TimedPlan, compiled: &mut Checksum) {
     chunk.plan.convert_to_ticks(timed_plan, TICK_HZ);
-    let mut lanes = [0, 1, 2].map(|axis| chunk.plan.lane(axis, timed_plan));
+    let mut compilers = [0, 1, 2].map(|axis| chunk.plan.compiler(axis, timed_plan));
     let mut fed_ticks = [Some(0); AXES];
     // The axis with the least motion compiled is next, as in the firmware.
     while let Some(axis) = (0..AXES).filter(|axis| fed_ticks[*axis].is_some()).min_by_key(|axis| fed_ticks[*axis]) {
-        let segment = lanes[axis].next(timed_plan);
+        let segment = compilers[axis].next(timed_plan);
         if let Some(segment) = segment {
             compiled.add(segment.steps());
             compiled.add(segment.last_ticks() as u32);
@@ -296,9 +296,9 @@ fn compile(chunk: &Chunk<AXES>, timed_plan: &mut TimedPlan, compiled: &mut Check
 }
 
 fn compile_bend(bend: &Bend, compiled: &mut Checksum) {
-    let mut lane = Lane::empty();
-    lane.begin_bend(bend, TICK_HZ);
-    while let Some(segment) = lane.next_of_bend() {
+    let mut compiler = AxisCompiler::empty();
+    compiler.begin_bend(bend, TICK_HZ);
+    while let Some(segment) = compiler.next_of_bend() {
         compiled.add(segment.steps());
         compiled.add(segment.last_ticks() as u32);
     }

@@ -17,7 +17,7 @@ use embassy_time::{Duration, Instant};
 use heapless::Deque;
 use isostep_profile::chain::{Chunk, Plan};
 use isostep_profile::shaper::Bend;
-use isostep_profile::{Lane, Segment};
+use isostep_profile::{AxisCompiler, Segment};
 
 use crate::axes::{AXES, Axis};
 use crate::chunks::{Chunks, last_step};
@@ -58,7 +58,7 @@ pub(crate) struct SegmentStream<'a> {
     /// The steps of that chunk's plan, once the stream has reached it.
     plan: Option<PlanSteps>,
     /// Compiles the axis in that plan, if it has steps there.
-    lane: Lane,
+    compiler: AxisCompiler,
     /// Segments of that plan that are compiled and not queued yet.
     compiled: Deque<Segment, COMPILED_MAX>,
     /// Up to when its queue has been filled, ticks from the start of the run.
@@ -173,7 +173,7 @@ impl<'a> SegmentStream<'a> {
             target_ticks: 0,
             chunk: 0,
             plan: None,
-            lane: Lane::empty(),
+            compiler: AxisCompiler::empty(),
             compiled: Deque::new(),
             queued_ticks: 0,
             is_done: false,
@@ -253,9 +253,9 @@ impl<'a> SegmentStream<'a> {
                 };
                 if moves {
                     let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
-                    chunk.plan.begin_lane(self.axis as usize, timed_plan, &mut self.lane);
+                    chunk.plan.begin_compiler(self.axis as usize, timed_plan, &mut self.compiler);
                 }
-                PlanSteps::of(chunk, self.axis, moves.then_some(&self.lane))
+                PlanSteps::of(chunk, self.axis, moves.then_some(&self.compiler))
             });
             // As whole numbers: comparing floats is a call.
             if plan.until_steps.to_bits() != chunk.until_steps.to_bits() {
@@ -287,8 +287,8 @@ impl<'a> SegmentStream<'a> {
             let Some(bend) = bend else { return self.rest(chunks) };
             self.plan = None;
             if bend.step_counts().0 > 0 {
-                self.lane.begin_bend(&bend, self.ticks.hz);
-                self.plan = Some(PlanSteps::of_bend(&bend, &self.lane));
+                self.compiler.begin_bend(&bend, self.ticks.hz);
+                self.plan = Some(PlanSteps::of_bend(&bend, &self.compiler));
             }
         }
     }
@@ -368,11 +368,11 @@ impl<'a> SegmentStream<'a> {
         let is_shaped = self.is_shaped();
         let plan = self.plan.as_mut()?;
         let segment = if is_shaped {
-            self.lane.next_of_bend()?
+            self.compiler.next_of_bend()?
         } else {
             let (chunk, timed_plans) = chunks.get_with_timed_plans(self.chunk)?;
             let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
-            self.lane.next(timed_plan)?
+            self.compiler.next(timed_plan)?
         };
         plan.compiled += segment.steps();
         Some(segment)
@@ -380,21 +380,22 @@ impl<'a> SegmentStream<'a> {
 }
 
 impl PlanSteps {
-    /// `lane` is `None` if the axis has no steps in the plan.
-    fn of(chunk: &Chunk<AXES>, axis: Axis, lane: Option<&Lane>) -> Self {
+    /// `compiler` is `None` if the axis has no steps in the plan.
+    fn of(chunk: &Chunk<AXES>, axis: Axis, compiler: Option<&AxisCompiler>) -> Self {
         let (steps, until_steps) = match &chunk.plan {
             Plan::Line(line) => (line.steps[axis as usize], line.end_steps()),
             Plan::Blend(blend) => (blend.direction(axis as usize), blend.end_steps()),
         };
-        let [before, last] = lane.map_or([0; 2], |lane| [lane.steps_before(), lane.steps_before() + lane.steps()]);
-        let turns = lane.map_or(0, |lane| before + lane.turns_after());
+        let [before, last] =
+            compiler.map_or([0; 2], |compiler| [compiler.steps_before(), compiler.steps_before() + compiler.steps()]);
+        let turns = compiler.map_or(0, |compiler| before + compiler.turns_after());
         let direction = Direction::of(steps);
         Self { direction, turns, compiled: before, queued: before, last, until_steps, end: last }
     }
 
-    /// The steps of a bend, for which there is a lane.
-    fn of_bend(bend: &Bend, lane: &Lane) -> Self {
-        let (direction, turns, last) = (Direction::of(bend.direction()), lane.turns_after(), lane.steps());
+    /// The steps of a bend, for which there is an axis compiler.
+    fn of_bend(bend: &Bend, compiler: &AxisCompiler) -> Self {
+        let (direction, turns, last) = (Direction::of(bend.direction()), compiler.turns_after(), compiler.steps());
         Self { direction, turns, compiled: 0, queued: 0, last, until_steps: 0.0, end: last }
     }
 }

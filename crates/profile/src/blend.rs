@@ -8,7 +8,7 @@
 
 use libm::floor;
 
-use crate::compile::{AxisBlend, Lane, TimedPlan};
+use crate::compile::{AxisBlend, AxisCompiler, TimedPlan};
 use crate::fixed::{is_negative, is_zero};
 use crate::ramp::constant_accel_time_s;
 use crate::shaper::{turn, turns};
@@ -235,10 +235,10 @@ impl<const N: usize> Blend<N> {
         timed_plan.set_clock([begin_s, begin_s + self.corner_s], tick_hz);
     }
 
-    /// Makes `lane` the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
-    /// from this blend.
-    pub fn begin_lane(&self, axis: usize, timed_plan: &TimedPlan, lane: &mut Lane) {
-        lane.begin_blend(&self.axis(axis), self.approached(axis), timed_plan);
+    /// Makes `compiler` compile the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks)
+    /// has made from this blend.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
+        compiler.begin_blend(&self.axis(axis), self.approached(axis), timed_plan);
     }
 
     /// How far beyond its last step, in its direction, an axis is where the approach ends, steps.

@@ -59,7 +59,7 @@ use self::corner::Direction;
 use self::plan::{Begun, UnderWay};
 use self::ring::Ring;
 use crate::blend::Blend;
-use crate::compile::{Lane, TimedPlan};
+use crate::compile::{AxisCompiler, TimedPlan};
 use crate::sync::{PlanError, SyncMove};
 
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
@@ -166,19 +166,20 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// The axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made from this plan.
+    /// A compiler of the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
+    /// from this plan.
     #[must_use]
-    pub fn lane(&self, axis: usize, timed_plan: &TimedPlan) -> Lane {
-        let mut lane = Lane::empty();
-        self.begin_lane(axis, timed_plan, &mut lane);
-        lane
+    pub fn compiler(&self, axis: usize, timed_plan: &TimedPlan) -> AxisCompiler {
+        let mut compiler = AxisCompiler::empty();
+        self.begin_compiler(axis, timed_plan, &mut compiler);
+        compiler
     }
 
-    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, timed_plan: &TimedPlan, lane: &mut Lane) {
+    /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
         match self {
-            Self::Line(line) => line.begin_lane(axis, timed_plan, lane),
-            Self::Blend(blend) => blend.begin_lane(axis, timed_plan, lane),
+            Self::Line(line) => line.begin_compiler(axis, timed_plan, compiler),
+            Self::Blend(blend) => blend.begin_compiler(axis, timed_plan, compiler),
         }
     }
 }

@@ -196,7 +196,7 @@ struct BlendPhases {
 ///
 /// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the distance.
 #[derive(Clone, Debug)]
-pub struct Lane {
+pub struct AxisCompiler {
     step_range: StepRange,
     /// How many steps come before the end of each phase.
     ends: [u32; 3],
@@ -221,8 +221,8 @@ enum PhaseSteps {
     Curved(Spans),
 }
 
-impl Lane {
-    /// A lane without steps.
+impl AxisCompiler {
+    /// An axis compiler without steps.
     #[must_use]
     pub fn empty() -> Self {
         let step_range = StepRange { stride: 1.0, before: 0, steps: 0, ahead: 0.0, beyond: 0.0 };
@@ -339,7 +339,7 @@ impl Lane {
         self.step_range.before
     }
 
-    /// The next segment; `None` after the last. `timed_plan` must be the one that this lane belongs to.
+    /// The next segment; `None` after the last. `timed_plan` must be the one that it has begun with.
     pub fn next(&mut self, timed_plan: &mut TimedPlan) -> Option<Segment> {
         self.next_on(Some(timed_plan))
     }
@@ -417,16 +417,16 @@ impl PhaseSteps {
     }
 }
 
-/// The segments of one axis of a plan, one per call of `next`. It has a [`Lane`] and a [`TimedPlan`] of its own.
+/// The segments of one axis of a plan, one per call of `next`. It has an [`AxisCompiler`] and a [`TimedPlan`] of its own.
 #[derive(Clone, Debug)]
 pub struct Segments {
     timed_plan: TimedPlan,
-    lane: Lane,
+    compiler: AxisCompiler,
 }
 
 impl Segments {
-    pub(crate) fn new(timed_plan: TimedPlan, lane: Lane) -> Self {
-        Self { timed_plan, lane }
+    pub(crate) fn new(timed_plan: TimedPlan, compiler: AxisCompiler) -> Self {
+        Self { timed_plan, compiler }
     }
 }
 
@@ -434,6 +434,6 @@ impl Iterator for Segments {
     type Item = Segment;
 
     fn next(&mut self) -> Option<Segment> {
-        self.lane.next(&mut self.timed_plan)
+        self.compiler.next(&mut self.timed_plan)
     }
 }

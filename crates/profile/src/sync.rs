@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::compile::{Lane, NEAREST_STEPS, PhaseBounds, Segments, StepRange, TimedPlan};
+use crate::compile::{AxisCompiler, NEAREST_STEPS, PhaseBounds, Segments, StepRange, TimedPlan};
 use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
@@ -141,8 +141,8 @@ impl<const N: usize> SyncMove<N> {
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
         let mut timed_plan = TimedPlan::empty();
         self.convert_to_ticks(&mut timed_plan, tick_hz);
-        let lane = self.lane(axis, &timed_plan);
-        Segments::new(timed_plan, lane)
+        let compiler = self.compiler(axis, &timed_plan);
+        Segments::new(timed_plan, compiler)
     }
 
     /// Makes `timed_plan` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
@@ -156,17 +156,18 @@ impl<const N: usize> SyncMove<N> {
         }
     }
 
-    /// The axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made from this move.
+    /// A compiler of the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
+    /// from this move.
     #[must_use]
-    pub fn lane(&self, axis: usize, timed_plan: &TimedPlan) -> Lane {
-        let mut lane = Lane::empty();
-        self.begin_lane(axis, timed_plan, &mut lane);
-        lane
+    pub fn compiler(&self, axis: usize, timed_plan: &TimedPlan) -> AxisCompiler {
+        let mut compiler = AxisCompiler::empty();
+        self.begin_compiler(axis, timed_plan, &mut compiler);
+        compiler
     }
 
-    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, timed_plan: &TimedPlan, lane: &mut Lane) {
-        lane.begin(self.step_range(axis, timed_plan.is_whole), timed_plan);
+    /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
+        compiler.begin(self.step_range(axis, timed_plan.is_whole), timed_plan);
     }
 
     fn step_range(&self, axis: usize, is_whole: bool) -> StepRange {

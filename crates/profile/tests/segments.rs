@@ -178,12 +178,12 @@ proptest! {
         let mut timed_plan = TimedPlan::empty();
         fastest([900, 1, -7], limits_of(1e4, 1e6)).convert_to_ticks(&mut timed_plan, tick_hz);
         plan.convert_to_ticks(&mut timed_plan, tick_hz);
-        let mut lanes = [0, 1, 2].map(|axis| plan.lane(axis, &timed_plan));
+        let mut compilers = [0, 1, 2].map(|axis| plan.compiler(axis, &timed_plan));
         let mut shared = [const { Vec::new() }; 3];
-        // In each turn one of the lanes goes on a little. In the end all of them go on to their ends.
+        // In each turn one of the axis compilers goes on a little. In the end all of them go on to their ends.
         for (axis, count) in turns.into_iter().chain([0, 1, 2].map(|axis| (axis, usize::MAX))) {
-            let lane = &mut lanes[axis];
-            shared[axis].extend(std::iter::from_fn(|| lane.next(&mut timed_plan)).take(count));
+            let compiler = &mut compilers[axis];
+            shared[axis].extend(std::iter::from_fn(|| compiler.next(&mut timed_plan)).take(count));
         }
         for (axis, shared) in shared.into_iter().enumerate() {
             prop_assert_eq!(shared, plan.segments(axis, tick_hz).collect::<Vec<_>>(), "axis {}", axis);

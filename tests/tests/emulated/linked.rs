@@ -51,7 +51,7 @@ const MAY_WAIT: [&str; 61] = [
     "isostep_profile4ramp10mean_speed",
     "isostep_profile4ramp4trig",
     "isostep_profile7compile5cubic",
-    "isostep_profile7compile4Lane11begin_cubic",
+    "isostep_profile7compile12AxisCompiler11begin_cubic",
     "12change_accel",
     "isostep_profile7compile5phase5Phase7shorten",
     "isostep_profile6shaper4bend3Sum10at_by_jerk",

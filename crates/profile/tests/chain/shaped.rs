@@ -2,7 +2,7 @@
 
 use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped, Shaper, ShaperKind};
-use isostep_profile::{Lane, fit_error_max_ticks};
+use isostep_profile::{AxisCompiler, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
@@ -140,15 +140,15 @@ impl<'a> Watch<'a> {
         let is_off = (bend.leg.place_steps - place(t_s)).abs();
         let slack = SAME_STEPS + SAME_S * self.case.limits[axis].top_speed_steps_s;
         prop_assert!(is_off <= slack, "axis {axis} at {t_s}: {is_off} steps off, {bend:?}");
-        let mut lane = Lane::empty();
-        lane.begin_bend(bend, TICK_HZ);
+        let mut compiler = AxisCompiler::empty();
+        compiler.begin_bend(bend, TICK_HZ);
         let (steps, out) = bend.step_counts();
-        prop_assert_eq!(lane.steps(), steps);
+        prop_assert_eq!(compiler.steps(), steps);
         let turns = if out > 0 && out < steps { out } else { steps };
-        prop_assert_eq!(lane.turns_after(), turns);
+        prop_assert_eq!(compiler.turns_after(), turns);
         let (hz, mut done, mut count) = (f64::from(TICK_HZ), 0, begin);
         let bound_s = (fit_error_max_ticks(TICK_HZ) + 0.5 + FIXED_POINT_ERROR_TICKS) / hz + SAME_S;
-        while let Some(segment) = lane.next_of_bend() {
+        while let Some(segment) = compiler.next_of_bend() {
             prop_assert!(done >= turns || done + segment.steps() <= turns, "a segment across a turn");
             for tick in segment.ticks() {
                 done += 1;
