@@ -344,8 +344,8 @@ fn all_axes_start_on_the_same_cycle() {
     assert!(run.edges.chunks(3).all(|step| step.iter().all(|edge| edge.t_ns == step[0].t_ns)));
 }
 
-/// Three axes at 240,000 steps/s. Whatever stops them, the last edge may come at most 1.5 us later: the guard brakes before
-/// it takes a lock, and what masks interrupts in a move takes less than the rest. Without the brake it would take tens of
+/// Three axes at 240,000 steps/s. Whatever stops them, the last edge may come at most 1.5 us later: the guard inhibits before
+/// it takes a lock, and what masks interrupts in a move takes less than the rest. Without the inhibit it would take tens of
 /// microseconds, until the tasks of the axes run, and 5 us if it were put on when the stop is decided.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
@@ -379,12 +379,12 @@ fn every_stop_takes_less_than_1_5_us() {
     }
 }
 
-/// The guard brakes for a press before anything is decided, but not in homing, which looks for the switches: presses that are
+/// The guard inhibits for a press before anything is decided, but not in homing, which looks for the switches: presses that are
 /// over before any code runs, while it begins and moves, change nothing. Where it ends and a move begins, each either stops
-/// the machine with an alarm or does nothing: a brake without an alarm would hold the axes for ever.
+/// the machine with an alarm or does nothing: an inhibit without an alarm would hold the axes for ever.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn presses_while_homing_begins_lasts_and_ends_are_no_brake() {
+fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
     let begin = "expect Grbl\nsend $24=600\nexpect ok\nsend $25=2880\nexpect ok\nsend $26=1\nexpect ok\n";
     let press = |axis: char, wait_us: f64| {
         format!("wait-us {wait_us:.3}\nswitch {axis} stuck-closed\nwait-us 0.1\nswitch {axis} normal\n")

@@ -29,7 +29,7 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
         core::mem::forget(Output::new(pin, Level::Low));
     }
     priority::start_step_executor().spawn(drive(core::array::from_fn(AxisPins::new)).unwrap());
-    BANK.ports(timing, BRAKES)
+    BANK.ports(timing, INHIBITS)
 }
 
 #[embassy_executor::task]
@@ -37,21 +37,21 @@ async fn drive(pins: [AxisPins; AXES]) -> ! {
     BANK.drive(pins, CoreDelay, WAKE_UP).await
 }
 
-const BRAKES: [fn(bool); AXES] = [
-    brake::<0>,
-    brake::<1>,
-    brake::<2>,
+const INHIBITS: [fn(bool); AXES] = [
+    inhibit::<0>,
+    inhibit::<1>,
+    inhibit::<2>,
     #[cfg(feature = "four-axes")]
-    brake::<3>,
+    inhibit::<3>,
 ];
 
-fn brake<const AXIS: usize>(engaged: bool) {
-    BANK.brake(AXIS, engaged);
+fn inhibit<const AXIS: usize>(engaged: bool) {
+    BANK.inhibit(AXIS, engaged);
 }
 
-/// Engages the brakes of all axes.
-pub fn brake_all() {
-    (0..AXES).for_each(|axis| BANK.brake(axis, true));
+/// Engages the inhibits of all axes.
+pub fn inhibit_all() {
+    (0..AXES).for_each(|axis| BANK.inhibit(axis, true));
 }
 
 /// STEP and DIR of an axis's motors, as masks of SIO: one write sets both of a kind.

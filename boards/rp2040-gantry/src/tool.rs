@@ -1,7 +1,7 @@
-//! The tool's outputs: a PWM slice, four pins, and a brake that does not depend on them.
+//! The tool's outputs: a PWM slice, four pins, and an inhibit that does not depend on them.
 //!
 //! # Design
-//! A pad can be forced low whatever drives it. That is the brake: five registers, written in any context. Until it is
+//! A pad can be forced low whatever drives it. That is the inhibit: five registers, written in any context. Until it is
 //! released, nothing that the slice or a task does reaches the tool. If the core hangs, the output watchdog forces the
 //! pads low within 20 ms (`output_watchdog`).
 //!
@@ -13,7 +13,7 @@ use embassy_rp::pac;
 use embassy_rp::pac::io::vals::Outover;
 use embassy_rp::pwm::{Config, Pwm};
 use embassy_time::Duration;
-use isostep_motion::{Brake, Switches, ToolPort};
+use isostep_motion::{Inhibit, Switches, ToolPort};
 
 use crate::output_watchdog;
 use crate::pins::{self, ToolPins};
@@ -51,7 +51,7 @@ impl Tool {
         let ToolPins { slice, pwm, enable, direction, flood, mist } = pins;
         let config = Config::default();
         let period = u32::from(config.top) + 1;
-        // The pad is the slice's when the brake is released first.
+        // The pad is the slice's when the inhibit is released first.
         let slice = Pwm::new_free(slice, config);
         Self { _slice: slice, _pwm: pwm, enable, direction, flood, mist, period, duty: 0 }
     }
@@ -67,8 +67,8 @@ impl Tool {
 }
 
 impl ToolPort for Tool {
-    fn brake(&self) -> Brake {
-        brake
+    fn inhibit(&self) -> Inhibit {
+        inhibit
     }
 
     fn switch(&mut self, switches: Switches) {
@@ -105,7 +105,7 @@ impl ToolPort for Tool {
 
 /// Forces all outputs of the tool low, or releases them, unless the output watchdog has run out. It is called where nothing
 /// interrupts it: in critical sections, and in the handler of the guard. So calls never overlap.
-pub fn brake(engaged: bool) {
+pub fn inhibit(engaged: bool) {
     let mut low = engaged;
     loop {
         low = low || output_watchdog::has_run_out();

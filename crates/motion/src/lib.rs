@@ -52,7 +52,7 @@ pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
 pub use motor::{LimitInput, Motor, SecondMotor, Side};
 pub use port::{
-    Brake, Capabilities, Direction, DriverTiming, Motors, PortFault, Run, StepCounter, StepPort, StreamItem,
+    Capabilities, Direction, DriverTiming, Inhibit, Motors, PortFault, Run, StepCounter, StepPort, StreamItem,
     StreamQueue, Wiring, ticks_covering,
 };
 pub use shaping::Shaping;

@@ -266,7 +266,7 @@ impl Machine {
     }
 
     pub(crate) fn publish_port(&self, axis: Axis, port: &impl StepPort) {
-        self.link(axis).fit(port.brake());
+        self.link(axis).fit(port.inhibit());
         self.with(|inner| inner.capabilities[axis as usize] = Some(port.capabilities()));
     }
 
@@ -295,14 +295,14 @@ impl Machine {
         self.released.wait().await;
     }
 
-    /// Makes an axis ready for a run: nothing queued, no halt signalled, the brake off.
+    /// Makes an axis ready for a run: nothing queued, no halt signalled, the inhibit off.
     pub(crate) fn ready(&self, axis: Axis) {
         let link = self.link(axis);
         link.segments.clear();
         link.done.reset();
         link.halt.reset();
         link.start_barrier.reset();
-        link.brake(false);
+        link.inhibit(false);
     }
 
     /// Lets the axes of a run go, all of which are armed. The critical section makes sure that none of their tasks is

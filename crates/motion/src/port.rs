@@ -289,11 +289,11 @@ pub enum PortFault {
     },
 }
 
-/// Engages (`true`) or releases the brake of a port.
+/// Engages (`true`) or releases the inhibit of a port.
 ///
 /// From the instant at which it is engaged until it is released no further step rises; a pulse that has begun is
 /// finished. It may be called in any context, interrupts included.
-pub type Brake = fn(engaged: bool);
+pub type Inhibit = fn(engaged: bool);
 
 /// Makes the step edges of one axis, for its motor or for both.
 #[allow(async_fn_in_trait, reason = "ports stay on the executor that polls them: no Send bound is wanted")]
@@ -301,9 +301,9 @@ pub trait StepPort {
     /// What this port can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// The brake of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait
-    /// for its task stops when the task does, and needs no brake.
-    fn brake(&self) -> Brake {
+    /// The inhibit of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait
+    /// for its task stops when the task does, and needs no inhibit.
+    fn inhibit(&self) -> Inhibit {
         |_engaged| {}
     }
 

@@ -12,8 +12,8 @@ use std::rc::Rc;
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Motor, MotorPins, Motors, PortFault, Run, Side, StepPort,
-    StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
+    AXES, Axis, Capabilities, Direction, DriverTiming, Inhibit, Motor, MotorPins, Motors, PortFault, Run, Side,
+    StepPort, StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -62,7 +62,7 @@ impl AxisPort {
                     // Waking up takes no time here, so no edge needs to be made ahead of time.
                     bank.drive(pins, delay, Duration::MIN).await;
                 });
-                // A stop takes no time either: an axis's task runs at once, so no brake is needed.
+                // A stop takes no time either: an axis's task runs at once, so no inhibit is needed.
                 bank.ports(timing, [|_engaged| {}; AXES]).map(Self::Timer)
             }
         }
@@ -77,10 +77,10 @@ impl StepPort for AxisPort {
         }
     }
 
-    fn brake(&self) -> Brake {
+    fn inhibit(&self) -> Inhibit {
         match self {
-            Self::Pio(port) => port.brake(),
-            Self::Timer(port) => port.brake(),
+            Self::Pio(port) => port.inhibit(),
+            Self::Timer(port) => port.inhibit(),
         }
     }
 

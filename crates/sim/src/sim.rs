@@ -149,8 +149,8 @@ pub struct Came {
     pub at_ns: u64,
     /// The state of the machine then.
     pub state: State,
-    /// Whether an interrupt of a board would have braked for it, before anything was decided.
-    pub brakes: bool,
+    /// Whether an interrupt of a board would have inhibited for it, before anything was decided.
+    pub inhibits: bool,
 }
 
 /// The host's end of a console's link.
@@ -263,12 +263,12 @@ impl Sim {
         let (reported, machine, clock) = (came.clone(), self.machine.clone(), self.executor.clock().clone());
         let (world, pipe) = (self.world.clone(), self.consoles[0].to_controller.clone());
         self.executor.after_sections(sections, move || {
-            let brakes = match &stimulus {
+            let inhibits = match &stimulus {
                 Stimulus::EmergencyStop => machine.stops_at_emergency(),
                 Stimulus::Switch(axis, _) => machine.stops_at_limit(LimitInput::Of(*axis), true),
                 Stimulus::Bytes(bytes) => bytes.contains(&RESET) && machine.stops_at_reset(),
             };
-            reported.set(Some(Came { at_ns: clock.now_ns(), state: machine.state(), brakes }));
+            reported.set(Some(Came { at_ns: clock.now_ns(), state: machine.state(), inhibits }));
             match stimulus {
                 Stimulus::EmergencyStop => world.borrow_mut().set_hand_input(Wire::EmergencyStop, true),
                 Stimulus::Switch(axis, fault) => world.borrow_mut().set_switch(axis, fault),

@@ -3,7 +3,7 @@ import { REG, SM } from './pio-bench.mjs';
 
 const HIGH = 16;
 const START_FLAG = 6;
-export const BRAKE_FLAG = 7;
+export const INHIBIT_FLAG = 7;
 /** The addresses at which a machine stays after it has run dry before its end, and at its end. */
 export const [STARVED_AT, HALTED_AT] = [11, 13];
 /** What STATUS compares the level of the RX FIFO with: the end is announced, or not. */
@@ -23,7 +23,7 @@ export const STEP_PROGRAM = [
   jmp(CONDITION.xZero, 14),
   mov(TO.x, FROM.status),
   jmp(CONDITION.xZero, 12),
-  irqSet(BRAKE_FLAG),
+  irqSet(INHIBIT_FLAG),
   irqSet(REL),
   jmp(CONDITION.always, STARVED_AT),
   irqSet(REL),
@@ -35,7 +35,7 @@ export const STEP_PROGRAM = [
   shiftOut(TO.pins, 1),
   shiftOut(TO.x, 30),
   jmp(CONDITION.xCounts, 20),
-  waitIrq(0, BRAKE_FLAG),
+  waitIrq(0, INHIBIT_FLAG),
   jmp(CONDITION.yCounts, 23, HIGH),
   mov(TO.x, FROM.isr, 0, HIGH),
   jmp(CONDITION.xCounts, 24, HIGH),

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { run } from '../src/core.mjs';
 import { DMA, PIO0, PioBench, RAM, REG } from '../support/pio-bench.mjs';
-import { axes, BRAKE_FLAG, openBarrier, OVERHEAD_CYCLES, rises } from '../support/step-program.mjs';
+import { axes, INHIBIT_FLAG, openBarrier, OVERHEAD_CYCLES, rises } from '../support/step-program.mjs';
 
 const CHANNEL = 0x40;
 const CH = { read: 0x00, write: 0x04, count: 0x08, trigger: 0x0c, al1Ctrl: 0x10, al3ReadTrigger: 0x3c };
@@ -108,7 +108,7 @@ test('a chain that is cut on the fly ends with its buffer', () => {
   bench.writeAt(DMA + CH.al1Ctrl, control({ chainTo: 0, request: 0, ring: 8 }));
   bench.run(125 * 200);
   assert.equal(rises(edges).length, WORDS);
-  assert.equal(bench.read(REG.irq), 1 | (1 << BRAKE_FLAG));
+  assert.equal(bench.read(REG.irq), 1 | (1 << INHIBIT_FLAG));
 });
 
 /**

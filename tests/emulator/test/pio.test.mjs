@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { CONDITION, FROM, irqSet, irqWait, jmp, mov, OPERATION, pull, push, REL, set, shiftIn, shiftOut, TO, waitGpio, waitIrq } from '../support/pio-assembly.mjs';
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
-import { announceEnd, axes, BRAKE_FLAG, DIR_HIGH, HALTED_AT, openBarrier, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
+import { announceEnd, axes, INHIBIT_FLAG, DIR_HIGH, HALTED_AT, openBarrier, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
 
 /** A side-set of one pin, without a delay. */
 const SIDE_HIGH = 16;
@@ -313,11 +313,11 @@ test('DIR changes with the word of a step, and a rest leaves it', () => {
   bench.run(500);
   const falls = edges.filter(([, level]) => level === 0).map(([cycle]) => cycle);
   const [first] = rises(edges);
-  // Before the wait of six rounds, the look at the brake, and the edge.
+  // Before the wait of six rounds, the look at the inhibit, and the edge.
   assert.deepEqual(turns, [[first - 1 - 1 - 6 - 1, 1], [falls[1] + 8 + 51 + TURN_CYCLES, 0]]);
 });
 
-test('a brake of flag 7 stops the edges at once, leaves pulses whole, and Y has counted them', () => {
+test('an inhibit of flag 7 stops the edges at once, leaves pulses whole, and Y has counted them', () => {
   const bench = new PioBench();
   const [edges] = axes(bench, 1, 30);
   for (let step = 0; step < 8; step++) bench.write(REG.txf, 80);
@@ -336,7 +336,7 @@ test('a brake of flag 7 stops the edges at once, leaves pulses whole, and Y has 
   assert.equal(0xffffffff - bench.read(REG.rxf), 3);
 });
 
-test('a machine that runs dry before its end says so by its flag, halts, and brakes the others', () => {
+test('a machine that runs dry before its end says so by its flag, halts, and inhibits the others', () => {
   const bench = new PioBench();
   const [first, second] = axes(bench, 2, 10);
   for (const word of [20, 20]) bench.write(REG.txf, word);
@@ -344,7 +344,7 @@ test('a machine that runs dry before its end says so by its flag, halts, and bra
   openBarrier(bench);
   bench.run(400);
   assert.deepEqual([rises(first).length, rises(second).length], [2, 2]);
-  assert.equal(bench.read(REG.irq), 1 | (1 << BRAKE_FLAG));
+  assert.equal(bench.read(REG.irq), 1 | (1 << INHIBIT_FLAG));
   assert.equal(bench.read(bench.sm(0, SM.addr)), STARVED_AT);
 });
 

@@ -151,10 +151,10 @@ impl Experiment {
         }
     }
 
-    /// Engages the brake on the first of these cycles, and releases it at their end.
-    pub fn brake(&mut self, cycles: &Range<u64>) {
-        self.writes.push((cycles.start, IRQ_FORCE, program::BRAKE.into()));
-        self.writes.push((cycles.end, IRQ, program::BRAKE.into()));
+    /// Engages the inhibit on the first of these cycles, and releases it at their end.
+    pub fn inhibit(&mut self, cycles: &Range<u64>) {
+        self.writes.push((cycles.start, IRQ_FORCE, program::INHIBIT.into()));
+        self.writes.push((cycles.end, IRQ, program::INHIBIT.into()));
     }
 
     /// Writes one more word, which may be late.

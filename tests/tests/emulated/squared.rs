@@ -116,11 +116,11 @@ fn motors_that_count_differently_are_an_alarm() {
     carry_out(Port::Pio, "squared-miscount", 0.0, &script);
 }
 
-/// The guard brakes for a press before anything is decided, but not while a gantry is squared. The switches of the axis are
+/// The guard inhibits for a press before anything is decided, but not while a gantry is squared. The switches of the axis are
 /// pressed before a side can have met its own; after that a press would have its level debounced anew.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn presses_while_a_gantry_is_squared_are_no_brake() {
+fn presses_while_a_gantry_is_squared_inhibit_nothing() {
     let press = |switch: &str, us: u32| {
         format!("wait-us {us}\nswitch {switch} stuck-closed\nwait-us 0.1\nswitch {switch} normal\n")
     };

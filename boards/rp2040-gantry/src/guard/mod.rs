@@ -4,7 +4,7 @@
 //! Through the HAL's GPIO interrupt, an executor and a task, an edge takes 9 us to stop the steps, and longer while the
 //! core is busy. So state machines of PIO1 watch all inputs (`program`). At every change they raise an interrupt that
 //! has the highest priority. The handler asks whether the change stops the machine, which takes no lock, and if so it
-//! brakes the axes and the tool. Then it reports the change to the machine, which stops it and decides on the alarm. Only a
+//! inhibits the axes and the tool. Then it reports the change to the machine, which stops it and decides on the alarm. Only a
 //! critical section delays it (`stops_at_limit` in isostep-motion says why no lock is needed). The tasks that watch the same inputs do the rest: debouncing, and what takes time.
 //!
 //! A press counts however short it is: the handler is told the levels that came with each change, not those that there
@@ -110,10 +110,10 @@ pub fn reset_heard() {
         let stops = machine.stops_at_reset();
         cortex_m::interrupt::free(|_| {
             if stops {
-                port::brake_all();
+                port::inhibit_all();
             }
             // The first one switches the tool off, too.
-            tool::brake(true);
+            tool::inhibit(true);
         });
         machine.reset_heard();
     }
@@ -207,8 +207,8 @@ fn tell<const GROUP: usize>(machine: &Machine) {
         stops |= is_heeded(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
     }
     if stops {
-        port::brake_all();
-        tool::brake(true);
+        port::inhibit_all();
+        tool::inhibit(true);
     }
     if has_changed(EMERGENCY_STOP) {
         machine.emergency_stop_edge(is_low(EMERGENCY_STOP));

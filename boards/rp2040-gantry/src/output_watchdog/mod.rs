@@ -8,7 +8,7 @@
 //! forces a pad low, whatever drives it. No instruction of the core has a part in that.
 //!
 //! If the core comes back the machine is told, and is in an alarm. Only then is the switch set again, and the tool's
-//! brake decides about the pads as always.
+//! inhibit decides about the pads as always.
 //!
 //! While the core is halted by a debug probe the output watchdog runs out too: a laser must not burn at a breakpoint.
 

@@ -1,4 +1,4 @@
-//! The start barrier and the brake of the step program, which are flags of PIO0.
+//! The start barrier and the inhibit of the step program, which are flags of PIO0.
 
 use core::cell::Cell;
 
@@ -7,7 +7,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
 
-use crate::pio_port::program::{BARRIER, BRAKE};
+use crate::pio_port::program::{BARRIER, INHIBIT};
 
 /// Closes the start barrier: every state machine that is started from now on waits before its first word.
 pub fn close_barrier() {
@@ -28,17 +28,17 @@ pub fn open_barrier() -> Instant {
     })
 }
 
-/// Engages the brake, which is that of all axes.
+/// Engages the inhibit, which is that of all axes.
 #[inline(always)]
-pub fn brake_all() {
-    brake(true);
+pub fn inhibit_all() {
+    inhibit(true);
 }
 
-/// Engages or releases the brake. No edge rises while it is engaged.
-pub fn brake(engaged: bool) {
+/// Engages or releases the inhibit. No edge rises while it is engaged.
+pub fn inhibit(engaged: bool) {
     if engaged {
-        PIO0.irq_force().write(|flags| flags.set_irq_force(BRAKE));
+        PIO0.irq_force().write(|flags| flags.set_irq_force(INHIBIT));
     } else {
-        PIO0.irq().write(|flags| flags.set_irq(BRAKE));
+        PIO0.irq().write(|flags| flags.set_irq(INHIBIT));
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! # Deadline
 //! A block must be written before the previous one has been sent: 384 us at 1,000,000 steps/s. If it is late, the state
-//! machine runs out of words, sets the brake for all axes and halts by itself before its next edge. That is a fault
+//! machine runs out of words, sets the inhibit for all axes and halts by itself before its next edge. That is a fault
 //! ([`PortFault::Underrun`]), never a stretched interval. The last item of a run has the same deadline: it announces the
 //! end, after which an empty FIFO is none too early.
 //!
@@ -19,7 +19,7 @@
 //!
 //! # Two motors
 //! The second motor of an axis has a state machine of its own, which runs the same program on its own pins and gets the
-//! same words. Both begin on the cycle on which the start barrier opens, so their edges stay on the same cycles, and a brake
+//! same words. Both begin on the cycle on which the start barrier opens, so their edges stay on the same cycles, and an inhibit
 //! stops both between the same two edges. Both count. If the counts differ it is a fault: never a gantry that is out of
 //! square without a word. A side that is held has its STEP forced low at the pad (`pads`).
 //!
@@ -45,7 +45,7 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort,
+    AXES, Capabilities, Direction, DriverTiming, Inhibit, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort,
     StreamItem, StreamQueue, ticks_covering,
 };
 use isostep_profile::Segment;
@@ -59,7 +59,7 @@ use crate::priority;
 
 pub use PioPort as Port;
 
-pub use self::barrier::brake_all;
+pub use self::barrier::inhibit_all;
 
 /// The state machines count cycles of the system clock.
 const TICK_HZ: u32 = 125_000_000;
@@ -147,8 +147,8 @@ impl StepPort for PioPort {
         self.capabilities
     }
 
-    fn brake(&self) -> Brake {
-        barrier::brake
+    fn inhibit(&self) -> Inhibit {
+        barrier::inhibit
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
@@ -156,9 +156,9 @@ impl StepPort for PioPort {
             let mut active = ActiveRun::new(self, run.motors, run.start_barrier, run.step_counter);
             let emitted = active.emit(run.segments).await;
             if emitted.is_err() {
-                // The other axes do not wait until this one has counted. A state machine that runs dry has set the brake
+                // The other axes do not wait until this one has counted. A state machine that runs dry has set the inhibit
                 // itself.
-                barrier::brake(true);
+                barrier::inhibit(true);
                 return emitted;
             }
             // Wait until the state machine has halted, by itself or because of a fault.

@@ -7,9 +7,9 @@
 //! from the next edge:
 //!
 //! - **the start barrier**, before the first word: it is opened once for all axes, which therefore start on the same cycle;
-//! - **the brake**, before every edge: it is set by whatever stops the machine; pulses keep their full length;
+//! - **the inhibit**, before every edge: it is set by whatever stops the machine; pulses keep their full length;
 //! - **an empty FIFO**: the machine raises a flag and halts; it never stretches an interval. A run also ends like this.
-//!   If the end was not announced, it is a fault, and the machine sets the brake itself: no other axis makes another
+//!   If the end was not announced, it is a fault, and the machine sets the inhibit itself: no other axis makes another
 //!   step. Whether it was announced, the program asks as MOV's STATUS.
 //!
 //! DIR changes a fixed number of cycles after the fall of STEP ([`TURN_CYCLES`]), and the rest of the interval is its
@@ -19,7 +19,7 @@
 //! halt on, so the check for an empty FIFO costs only the cycle that sets X. Emulators differ in what a loop leaves in
 //! X, so the program sets it explicitly.
 //!
-//! Start barrier and brake are flags of the PIO block, which all its state machines see.
+//! Start barrier and inhibit are flags of the PIO block, which all its state machines see.
 //!
 //! Nothing here accesses the chip: the tests run this file's program and words on emulators.
 
@@ -30,7 +30,7 @@ pub const AXES_MAX: usize = 4;
 
 /// Flag of the start barrier. The flags below 4 belong to the state machines; each raises its own when it halts.
 pub const BARRIER: u8 = 1 << 6;
-pub const BRAKE: u8 = 1 << 7;
+pub const INHIBIT: u8 = 1 << 7;
 
 /// Set in a word that only waits, clear in one that ends with a step.
 const REST: u32 = 1 << 31;
@@ -74,7 +74,7 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         "    jmp !x rest         side 0",
         "    mov x, status       side 0", // 0 if the end was announced
         "    jmp !x end          side 0",
-        "    irq nowait 7        side 0", // the brake
+        "    irq nowait 7        side 0", // the inhibit
         "    irq nowait 0 rel    side 0",
         "starved:",
         "    jmp starved         side 0",
@@ -93,7 +93,7 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         "    out x, 30           side 0",
         "dwell:",
         "    jmp x-- dwell       side 0",
-        "    wait 0 irq 7        side 0", // the brake
+        "    wait 0 irq 7        side 0", // the inhibit
         "    jmp y-- risen       side 1", // the edge, and its count
         "risen:",
         "    mov x, isr          side 1",

@@ -14,22 +14,22 @@ use crate::plan::{Chain, Plan, SEED};
 use crate::rig::{Ports, Rig, carry_out, carry_out_all, edges};
 
 /// The run is dropped at 400 instants, a fixed interval apart, which fall all over the move and into its pulses. The
-/// brake is on, as in a stopped machine.
+/// inhibit is on, as in a stopped machine.
 pub fn stopping_it_anywhere_leaves_the_exact_count_and_whole_pulses(ports: impl Ports) {
     for rig in Rig::all(ports) {
         for i in 0..400 {
             let world = rig.run(|mut port, clock| async move {
                 let step_counter = StepCounter::new();
-                let (start, brake) = (Instant::from_millis(1), port.brake());
+                let (start, inhibit) = (Instant::from_millis(1), port.inhibit());
                 let cut = async {
                     clock.until(time::ns(start) + i * 177_013).await;
-                    brake(true);
+                    inhibit(true);
                 };
                 select(carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &step_counter), cut).await;
                 let stopped_at = step_counter.position_steps();
                 Timer::after_millis(1).await;
                 assert_eq!(step_counter.position_steps(), stopped_at, "{rig}, cut {i}");
-                brake(false);
+                inhibit(false);
                 let (start, back) = (Instant::now() + Duration::from_millis(1), Plan::new(-stopped_at - 3));
                 carry_out(&mut port, back, (start, Wiring::default()), &step_counter).await.unwrap();
                 assert_eq!(step_counter.position_steps(), -3, "{rig}, cut {i}");
@@ -39,7 +39,7 @@ pub fn stopping_it_anywhere_leaves_the_exact_count_and_whole_pulses(ports: impl 
     }
 }
 
-/// The run is stopped in the middle of a random chain, with the brake on, and dropped. DIR is inverted in every second
+/// The run is stopped in the middle of a random chain, with the inhibit on, and dropped. DIR is inverted in every second
 /// case.
 pub fn stopping_it_between_reversals_leaves_the_exact_count(ports: impl Ports) {
     for rig in Rig::all(ports) {
@@ -52,16 +52,16 @@ pub fn stopping_it_between_reversals_leaves_the_exact_count(ports: impl Ports) {
             let inverted = i % 2 == 1;
             let wiring = Wiring { direction_inverted: inverted, ..Wiring::default() };
             let world = rig.run(|mut port, clock| async move {
-                let (step_counter, brake) = (StepCounter::new(), port.brake());
+                let (step_counter, inhibit) = (StepCounter::new(), port.inhibit());
                 let cut = async {
                     clock.until(stop_ns).await;
-                    brake(true);
+                    inhibit(true);
                 };
                 select(carry_out_all(&mut port, items, (start, wiring), &step_counter), cut).await;
                 let stopped_at = step_counter.position_steps();
                 Timer::after_millis(1).await;
                 assert_eq!(step_counter.position_steps(), stopped_at, "{rig}, SEED={SEED}, stop {i}");
-                brake(false);
+                inhibit(false);
                 let back = Plan::new(-stopped_at - 2_000);
                 carry_out(&mut port, back, (Instant::now(), wiring), &step_counter).await.unwrap();
                 assert_eq!(step_counter.position_steps(), -2_000, "{rig}, SEED={SEED}, stop {i}");

@@ -24,7 +24,7 @@
 //! that time. After a fault no axis of the bank makes another step.
 //!
 //! # Where the steps are
-//! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
+//! In one critical section the driving task checks whether a step may rise, raises it and counts it. So an inhibit or a
 //! dropped run stops the edges at once, and the count is exact. During a run the step counter follows that count at least
 //! every [`REPORT_EVERY`].
 
@@ -45,7 +45,7 @@ use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 pub use self::pins::MotorPins;
 use crate::clock::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, DriverTiming, Motors, PortFault, Run, StepCounter, StepPort, StreamItem, StreamQueue,
+    Capabilities, DriverTiming, Inhibit, Motors, PortFault, Run, StepCounter, StepPort, StreamItem, StreamQueue,
     ticks_covering,
 };
 use crate::start_barrier::StartBarrier;
@@ -78,14 +78,14 @@ pub struct TimerPort<'a> {
     wake: &'a WakeSignal,
     barrier: &'a Flag,
     capabilities: Capabilities,
-    brake: Brake,
+    inhibit: Inhibit,
     report_every: Duration,
 }
 
 impl<const N: usize> TimerBank<N> {
-    /// The ports, for drivers that need `timing`. Each brake has to call [`TimerBank::brake`] for its axis. It may do
+    /// The ports, for drivers that need `timing`. Each inhibit has to call [`TimerBank::inhibit`] for its axis. It may do
     /// nothing if no edge can be made between a stop and the axis task's answer to it.
-    pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
+    pub fn ports(&self, timing: DriverTiming, inhibits: [Inhibit; N]) -> [TimerPort<'_>; N] {
         // A reading of the clock may be almost a tick old, hence the margin of one tick. DIR changes when the pulse
         // ends.
         let core_ns = CORE_NS + CORE_NS_PER_AXIS * (N as u32).saturating_sub(3);
@@ -94,7 +94,14 @@ impl<const N: usize> TimerBank<N> {
         let mut report_every = REPORT_EVERY;
         array::from_fn(|axis| {
             report_every -= STAGGER;
-            TimerPort { mailbox: &self.mailboxes[axis], wake, barrier, capabilities, brake: brakes[axis], report_every }
+            TimerPort {
+                mailbox: &self.mailboxes[axis],
+                wake,
+                barrier,
+                capabilities,
+                inhibit: inhibits[axis],
+                report_every,
+            }
         })
     }
 }
@@ -121,8 +128,8 @@ impl StepPort for TimerPort<'_> {
         self.capabilities
     }
 
-    fn brake(&self) -> Brake {
-        self.brake
+    fn inhibit(&self) -> Inhibit {
+        self.inhibit
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {

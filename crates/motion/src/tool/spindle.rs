@@ -72,7 +72,7 @@ pub(crate) struct ToolWanted {
     pub outputs: Outputs,
     /// The override of a level, percent.
     pub percent: u8,
-    /// How often the brake was engaged.
+    /// How often the inhibit was engaged.
     pub stops: u32,
 }
 
