@@ -5,7 +5,7 @@ use embassy_rp::gpio::{AnyPin, Level, Output};
 use embassy_rp::pac::SIO;
 use embassy_time::Duration;
 use embedded_hal::delay::DelayNs;
-use isostep_motion::{AXES, DriverTiming, MotorPins, Motors, Side, TimerBank, TimerPort};
+use isostep_motion::{AXES, DriverTiming, GangedMotor, MotorPins, Motors, TimerBank, TimerPort};
 
 use crate::pins::{self, StepPins};
 use crate::priority;
@@ -73,8 +73,8 @@ impl AxisPins {
 
 impl MotorPins for AxisPins {
     fn begin(&mut self, motors: &Motors) {
-        let of = |side: Side, index: usize| if motors.moves(side) { step(index) } else { 0 };
-        self.step = of(Side::First, self.axis) | of(Side::Second, pins::SECOND);
+        let of = |ganged: GangedMotor, index: usize| if motors.moves(ganged) { step(index) } else { 0 };
+        self.step = of(GangedMotor::First, self.axis) | of(GangedMotor::Second, pins::SECOND);
         (self.dir, self.dir_inverted) = match motors.second {
             None => (dir(self.axis), 0),
             Some(_) if motors.is_second_inverted() => (dir(self.axis), dir(pins::SECOND)),

@@ -25,7 +25,7 @@ pub struct Status {
     pub coolant: Coolant,
     /// The probe's contact is in the state that ends G38.2; reported as P.
     pub probe_touched: bool,
-    /// Limit switches pressed, of either side of an axis with two motors.
+    /// Limit switches pressed, of either motor of an axis with two motors.
     pub limits_pressed: [bool; AXES],
     /// That of the second motor is; reported as 2, behind the letter of its axis.
     pub second_limit_pressed: bool,

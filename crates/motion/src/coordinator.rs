@@ -27,7 +27,7 @@ use crate::config::Config;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::marks::Marks;
-use crate::motor::Side;
+use crate::motor::GangedMotor;
 use crate::port::PortFault;
 use crate::shaping::Shaping;
 
@@ -107,8 +107,8 @@ pub(crate) enum Purpose {
     Probe,
     /// Homing: nothing changes it.
     Homing {
-        /// The side of the axis that stands still, if it has two.
-        held: Option<Side>,
+        /// The ganged motor of the axis that stands still, if it has two.
+        held: Option<GangedMotor>,
     },
 }
 

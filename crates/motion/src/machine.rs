@@ -35,7 +35,7 @@ use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
-use crate::motor::{LimitInput, Motor, Side};
+use crate::motor::{GangedMotor, LimitInput, Motor};
 use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
 
@@ -259,9 +259,9 @@ impl Machine {
     }
 
     pub(crate) fn switch_of(&self, motor: Motor) -> &Switch {
-        self.switch(match motor.side {
-            Side::First => LimitInput::Of(motor.axis),
-            Side::Second => LimitInput::Second,
+        self.switch(match motor.ganged {
+            GangedMotor::First => LimitInput::Of(motor.axis),
+            GangedMotor::Second => LimitInput::Second,
         })
     }
 

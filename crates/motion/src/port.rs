@@ -7,7 +7,7 @@ use embassy_sync::channel::Channel;
 use embassy_time::Duration;
 use isostep_profile::Segment;
 
-use crate::motor::{SecondMotor, Side};
+use crate::motor::{GangedMotor, SecondMotor};
 use crate::start_barrier::StartBarrier;
 
 /// The direction in which an axis moves.
@@ -216,12 +216,12 @@ pub struct Motors {
 }
 
 impl Motors {
-    /// Whether the motor of this side makes the steps.
+    /// Whether this ganged motor makes the steps.
     #[must_use]
-    pub fn moves(&self, side: Side) -> bool {
+    pub fn moves(&self, ganged: GangedMotor) -> bool {
         match self.second {
-            None => side == Side::First,
-            Some(second) => second.held != Some(side),
+            None => ganged == GangedMotor::First,
+            Some(second) => second.held != Some(ganged),
         }
     }
 
@@ -321,7 +321,7 @@ pub trait StepPort {
     /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the step counter; when it
     /// returns, at the latest, the count is exact.
     ///
-    /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one side is
+    /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one motor is
     /// held, its STEP stays low, and its DIR may change.
     ///
     /// # Errors

@@ -119,12 +119,12 @@ impl Streaming {
     pub const GRBL: Self = Self::CharacterCounting { window_bytes: 128 };
 }
 
-/// The frame between the two sides of an axis with two motors.
+/// The frame between the two motors of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gantry {
-    /// How far the second side is ahead of the first while no motor holds the frame, mm away from the switches.
+    /// How far the second motor is ahead of the first while no motor holds the frame, mm away from the switches.
     pub skew_mm: f64,
-    /// How much farther from its switch the second side stands than the first when the frame is square, mm: what a
+    /// How much farther from its switch the second motor stands than the first when the frame is square, mm: what a
     /// user has to find out, and to set as the offset.
     pub square_mm: f64,
     /// From this skew on the frame binds, mm: no motor skews it any more.

@@ -12,7 +12,7 @@ use std::rc::Rc;
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Capabilities, Direction, DriverTiming, Inhibit, Motor, MotorPins, Motors, PortFault, Run, Side,
+    AXES, Axis, Capabilities, Direction, DriverTiming, GangedMotor, Inhibit, Motor, MotorPins, Motors, PortFault, Run,
     StepPort, StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
@@ -117,7 +117,7 @@ impl AxisPins {
 
 impl MotorPins for AxisPins {
     fn begin(&mut self, motors: &Motors) {
-        self.moving = [Side::First, Side::Second].map(|side| motors.moves(side));
+        self.moving = [GangedMotor::First, GangedMotor::Second].map(|ganged| motors.moves(ganged));
         self.is_inverted = motors.is_second_inverted();
         self.set_dir(self.dirs_high[0]);
     }

@@ -363,7 +363,7 @@ impl Sim {
         self.world.borrow().tool()
     }
 
-    /// Sets or clears a fault of the limit switch of an axis, or of a motor's side; stuck closed is the same as pressed.
+    /// Sets or clears a fault of the limit switch of an axis, or of a motor; stuck closed is the same as pressed.
     pub fn set_switch(&mut self, motor: impl Into<Motor>, fault: SwitchFault) {
         self.world.borrow_mut().set_switch(motor, fault);
     }
@@ -414,12 +414,12 @@ impl Sim {
         self.world.borrow().places_steps()
     }
 
-    /// The same of the second motor's side, if there is one.
+    /// The same of the second motor, if there is one.
     pub fn second_place_steps(&self) -> Option<i32> {
         self.world.borrow().second_place_steps()
     }
 
-    /// How far the second side is ahead of the first, mm away from their switches; 0 is square. `None` without a second
+    /// How far the second motor is ahead of the first, mm away from their switches; 0 is square. `None` without a second
     /// motor.
     pub fn skew_mm(&self) -> Option<f64> {
         self.world.borrow().skew_mm()

@@ -31,7 +31,7 @@ The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default: the board's)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --axes N             3 or 4, as the firmware was built (default 3)
-  --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first side, such as Y,1.5
+  --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first motor, such as Y,1.5
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis, and as 2 for the second motor
   --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
   --enable wired|open  whether ENABLE is connected to the drivers (default wired); where it is not, they are always on, as beside a

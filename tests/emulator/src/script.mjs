@@ -220,10 +220,10 @@ export class ScriptRun {
     return this.board.gantry.second ?? noSecond();
   }
 
-  /** The second side stands as many steps farther from its switch than the first, or one more or less. */
+  /** The second motor stands as many steps farther from its switch than the first, or one more or less. */
   checkSquare(steps) {
     const { fartherSteps } = this.second;
-    if (Math.abs(fartherSteps - steps) > 1) throw new Error(`the second side stands ${fartherSteps} steps farther`);
+    if (Math.abs(fartherSteps - steps) > 1) throw new Error(`the second motor stands ${fartherSteps} steps farther`);
   }
 
   /** Since count-together both motors have made the same steps, on the same cycles. */

@@ -191,7 +191,7 @@ fn alarm_15_skewed() {
     let mut sim = powered_up(&config);
     sim.set_switch(Motor::second(Axis::Y), SwitchFault::StuckOpen);
     let heard = say(&mut sim, "$HY");
-    let reason = "Y2 did not reach its switch within $349 of the other side: \
+    let reason = "Y2 did not reach its switch within $349 of the other motor: \
                   free what is jammed, check motor and switch, square it by hand, then $H]";
     alarmed(&mut sim, &heard, 15, reason);
     unlock(&mut sim, false);

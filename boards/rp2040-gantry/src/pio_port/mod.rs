@@ -21,7 +21,7 @@
 //! The second motor of an axis has a state machine of its own, which runs the same program on its own pins and gets the
 //! same words. Both begin on the cycle on which the start barrier opens, so their edges stay on the same cycles, and an inhibit
 //! stops both between the same two edges. Both count. If the counts differ it is a fault: never a gantry that is out of
-//! square without a word. A side that is held has its STEP forced low at the pad (`pads`).
+//! square without a word. A ganged motor that is held has its STEP forced low at the pad (`pads`).
 //!
 //! # Set-up times
 //! DIR changes with a step's word, after the last pulse, so the rest of the interval is its set-up time. Before the

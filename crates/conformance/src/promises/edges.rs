@@ -2,7 +2,7 @@
 
 use embassy_time::Instant;
 use isostep_motion::{
-    AXES, Axis, ConfigError, Motor, Motors, SecondMotor, Side, StepCounter, StepPort, StreamItem, Wiring,
+    AXES, Axis, ConfigError, GangedMotor, Motor, Motors, SecondMotor, StepCounter, StepPort, StreamItem, Wiring,
 };
 use isostep_profile::{ACCEL_MAX_STEPS_S2, Limits};
 use isostep_sim::world::Wire;
@@ -41,12 +41,13 @@ pub fn directions_can_be_inverted(ports: impl Ports) {
 }
 
 /// Three runs: of both motors, of the second alone, of the first alone, back. The count is that of the axis's steps.
-pub fn a_side_that_is_held_makes_no_step_and_the_other_makes_all(ports: impl Ports) {
+pub fn a_motor_that_is_held_makes_no_step_and_the_other_makes_all(ports: impl Ports) {
     if !ports.take_second_motors() {
         return;
     }
     for (rig, direction_inverted) in Rig::all(ports).flat_map(|rig| [(rig, false), (rig, true)]) {
-        let runs = [(1, 40, None), (51, 30, Some(Side::First)), (101, -20, Some(Side::Second)), (151, 10, None)];
+        let runs =
+            [(1, 40, None), (51, 30, Some(GangedMotor::First)), (101, -20, Some(GangedMotor::Second)), (151, 10, None)];
         let world = rig.run(|mut port, _| async move {
             let step_counter = StepCounter::new();
             for (at_ms, steps, held) in runs {

@@ -1,7 +1,7 @@
 //! Executes a scenario, checks the world meanwhile, and brings the machine back to motion afterwards.
 
 use embassy_time::Duration;
-use isostep_motion::{AXES, Axis, Direction, Motor, Side, State};
+use isostep_motion::{AXES, Axis, Direction, GangedMotor, Motor, State};
 
 use super::drivers::Failing;
 use super::scenario::{Act, Scenario};
@@ -196,7 +196,7 @@ impl<'a> Runner<'a> {
 
     fn has_motor(&self, motor: Motor) -> bool {
         let second = self.sim.machine().config().squared.map(|squared| Motor::second(squared.axis));
-        motor.side == Side::First || Some(motor) == second
+        motor.ganged == GangedMotor::First || Some(motor) == second
     }
 
     fn is_locked(&self) -> bool {
