@@ -64,12 +64,12 @@ fn the_width_of_the_beam_is_told() {
 }
 
 #[test]
-fn jumpers_for_diag_are_told_and_refused_where_no_driver_talks() {
+fn jumpers_for_diag_are_told_and_refused_where_no_driver_has_a_uart() {
     let program = "G1 X5 F600\nM2\n";
     let printed = about("diag.nc", program, &["sim", "--board", "skr-pico", "--diag", "Y,x"]);
     assert!(printed.contains(" --board skr-pico --diag X,Y\n"), "{printed}");
     let printed = about("no-diag.nc", program, &["sim", "--diag", "X"]);
-    assert_eq!(printed, "error: --diag: the drivers of a pico do not talk: use --board skr-pico\n");
+    assert_eq!(printed, "error: --diag: the drivers of a pico have no UART: use --board skr-pico\n");
 }
 
 /// A folder that `isostep web` takes for a page.

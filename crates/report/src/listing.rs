@@ -58,7 +58,7 @@ const ELSEWHERE: &[(RangeInclusive<u16>, &str)] = &[
     (395..=398, "the look-ahead has 64 moves, and one spindle"),
 ];
 const AXIS_A: &str = "firmware with A has it, on four axes: --axes 4; there are no more";
-const DRIVERS: &str = "drivers that talk are those of an SKR Pico: docs/bring-up.md";
+const DRIVERS: &str = "UART drivers are those of an SKR Pico: docs/bring-up.md";
 const NETWORK: &str = "there is no network, and no bus to a spindle";
 const NOTHING: &str = "nothing here depends on it";
 

@@ -25,7 +25,7 @@ pub enum Board {
     /// A Raspberry Pi Pico with bare drivers.
     #[default]
     Pico,
-    /// A BIGTREETECH SKR Pico: four TMC2209 that talk, see [`drivers`](crate::drivers).
+    /// A BIGTREETECH SKR Pico: four TMC2209 on a UART, see [`drivers`](crate::drivers).
     SkrPico,
 }
 
@@ -44,8 +44,8 @@ impl Board {
         }
     }
 
-    /// The drivers that talk.
-    pub(crate) fn talking(self) -> Option<DriverHardware> {
+    /// The UART drivers.
+    pub(crate) fn uart_drivers(self) -> Option<DriverHardware> {
         (self == Self::SkrPico).then_some(DriverHardware { addresses: [0, 2, 1, 3], sense_milliohms: 110 })
     }
 }
@@ -161,7 +161,7 @@ pub struct Config {
     pub seed: u64,
     /// The motor of all axes.
     pub motor: MotorData,
-    /// How much the load of a motor that turns varies to either side, as a part of what would stall it. Drivers that talk
+    /// How much the load of a motor that turns varies to either side, as a part of what would stall it. UART drivers
     /// measure it; no step is lost by it.
     pub load_noise: f64,
     /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
@@ -173,7 +173,7 @@ pub struct Config {
     /// The board.
     pub board: Board,
     /// The board's jumpers: the limit input of these axes is wired to their driver's DIAG, which is high for a stall, and not
-    /// to their switch. Only where the drivers talk.
+    /// to their switch. Only where the drivers have a UART.
     pub diag: [bool; AXES],
     /// The port that makes the edges.
     pub port: Port,

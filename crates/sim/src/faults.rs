@@ -32,7 +32,7 @@ pub enum Trouble {
     Probe,
     /// The motor of an axis makes no step.
     Stall(Motor),
-    /// Something is wrong with a driver that talks.
+    /// Something is wrong with a UART driver.
     Driver(Motor, DriverFault),
     /// Consoles and coordinator get no processor time.
     Starve,

@@ -64,7 +64,7 @@ pub struct Outcome {
     /// Distance of each carriage from its position by the count of edges, steps.
     pub drift_steps: [i32; AXES],
     /// How far the field of each motor is beyond an end stop that blocks the carriage, steps: they are not lost yet. Only
-    /// where the drivers talk.
+    /// where the drivers have a UART.
     pub ahead_steps: [i32; AXES],
     /// The second motor of an axis.
     pub second: Option<SecondAtEnd>,

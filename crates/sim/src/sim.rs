@@ -189,7 +189,7 @@ impl Sim {
             suffering::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
         }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
-        let drivers = config.board.talking().map(|hardware| (hardware, DriverWire::new(&world, executor.clock())));
+        let drivers = config.board.uart_drivers().map(|hardware| (hardware, DriverWire::new(&world, executor.clock())));
         spawn_consoles(&mut executor, &machine, (store, drivers), &consoles, config.baud);
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
         if let Some(section_max_ns) = config.section_max_ns {
@@ -327,12 +327,12 @@ impl Sim {
         self.executor.run_until(limit, || wanted(machine.state()))
     }
 
-    /// Sets or mends what is wrong with a driver that talks; of other boards nothing.
+    /// Sets or mends what is wrong with a UART driver; of other boards nothing.
     pub fn set_driver(&mut self, motor: impl Into<Motor>, fault: Option<DriverFault>) {
         self.world.borrow_mut().set_driver(motor.into(), fault);
     }
 
-    /// How a driver that talks is set, in the order of the axes, then the fourth motor's; `None` on other boards.
+    /// How a UART driver is set, in the order of the axes, then the fourth motor's; `None` on other boards.
     pub fn driver_setup(&self, driver: usize) -> Option<DriverSetup> {
         self.world.borrow().drivers().map(|wire| wire.setup(driver))
     }

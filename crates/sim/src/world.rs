@@ -5,7 +5,7 @@ mod bouncing;
 mod diag;
 mod inputs;
 mod motor_world;
-mod talking;
+mod uart_drivers;
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -17,7 +17,7 @@ use oorandom::Rand32;
 pub use self::bouncing::bounce;
 use self::inputs::{EmergencyStop, INPUTS, Input};
 use self::motor_world::MotorWorld;
-use self::talking::Talking;
+use self::uart_drivers::UartDrivers;
 use crate::config::{Config, Gantry};
 use crate::drive::{Load, MotorData};
 use crate::drivers::{self, DriverFault};
@@ -64,7 +64,7 @@ pub struct World {
     wiring: Wiring,
     /// The machine whose configuration the mechanics follow.
     machine: Option<Rc<Machine>>,
-    talking: Option<Talking>,
+    uart_drivers: Option<UartDrivers>,
     motor: MotorData,
     loads: [Option<Load>; AXES],
     motion: Motion,
@@ -91,10 +91,10 @@ impl World {
         let (mechanics, wiring) = (config.mechanics(&machine_config), Wiring::of(&machine_config));
         let motors = Axis::ALL.into_iter().map(Moving::first).chain(wiring.second.map(Moving::second));
         let motors: Vec<_> = motors.map(|motor| MotorWorld::new(motor, config, &mechanics, &wiring)).collect();
-        let talking = Talking::new(config);
+        let uart_drivers = UartDrivers::new(config);
         let mut inputs = inputs::all(wiring.second);
         for (index, motor) in motors.iter().enumerate() {
-            let diag = talking.as_ref().and_then(|talking| talking.diag(index));
+            let diag = uart_drivers.as_ref().and_then(|uart_drivers| uart_drivers.diag(index));
             inputs[index].high = diag.unwrap_or(motor.switch.is_closed() == wiring.switches_open);
         }
         let random = Rand32::new(config.seed);
@@ -119,7 +119,7 @@ impl World {
             mechanics,
             wiring,
             machine: None,
-            talking,
+            uart_drivers,
             motor: config.motor,
             loads: config.loads,
             motion: Motion::default(),
@@ -256,25 +256,26 @@ impl World {
         }
     }
 
-    /// Sets or mends what is wrong with a driver that talks. One that is off or has switched its motor off makes no step.
+    /// Sets or mends what is wrong with a UART driver. One that is off or has switched its motor off makes no step.
     pub fn set_driver(&mut self, motor: Moving, fault: Option<DriverFault>) {
-        if let (Some(index), Some(talking)) = (motor_index(&self.wiring, motor), &mut self.talking) {
-            talking.set(index, fault);
+        if let (Some(index), Some(uart_drivers)) = (motor_index(&self.wiring, motor), &mut self.uart_drivers) {
+            uart_drivers.set(index, fault);
         }
         self.refresh_diags();
     }
 
-    /// What the board hears on the wire of its drivers when it sends this; nothing if they do not talk.
+    /// What the board hears on the wire of its drivers when it sends this; nothing if they have no UART.
     pub fn exchange_with_drivers(&mut self, sent: &[u8]) -> Vec<u8> {
         let now_ns = self.clock.now_ns();
-        let heard = self.talking.as_mut().map(|talking| talking.exchange(now_ns, sent)).unwrap_or_default();
+        let heard =
+            self.uart_drivers.as_mut().map(|uart_drivers| uart_drivers.exchange(now_ns, sent)).unwrap_or_default();
         self.refresh_diags();
         heard
     }
 
-    /// The drivers that talk, as they are set.
+    /// The UART drivers, as they are set.
     pub fn drivers(&self) -> Option<&drivers::Wire> {
-        self.talking.as_ref().map(Talking::wire)
+        self.uart_drivers.as_ref().map(UartDrivers::wire)
     }
 
     /// How far the second motor is ahead of the first, mm away from their switches, by how the frame is when square;
@@ -445,8 +446,8 @@ impl World {
         }
         self.count(t_ns, index, direction);
         let binds = self.binds(index, direction);
-        let is_off = self.talking.as_ref().is_some_and(|talking| talking.is_off(index));
-        let microsteps = self.talking.as_ref().map(|talking| talking.microsteps(index));
+        let is_off = self.uart_drivers.as_ref().is_some_and(|uart_drivers| uart_drivers.is_off(index));
+        let microsteps = self.uart_drivers.as_ref().map(|uart_drivers| uart_drivers.microsteps(index));
         let this = &mut self.motors[index];
         let (from_steps, hindrance) = (this.carriage.place_steps(), this.hindrance(binds, is_off));
         let lost = this.turn(t_ns, direction, hindrance, microsteps);
@@ -524,7 +525,7 @@ impl World {
 
     /// A limit input shows its switch, or a driver's DIAG if that is wired to it.
     fn refresh_limit(&mut self, index: usize) {
-        let diag = self.talking.as_ref().and_then(|talking| talking.diag(index));
+        let diag = self.uart_drivers.as_ref().and_then(|uart_drivers| uart_drivers.diag(index));
         let is_closed = self.motors[index].switch.is_closed();
         self.set_input(index, diag.unwrap_or(is_closed == self.wiring.switches_open));
     }
@@ -548,7 +549,7 @@ impl World {
 
     fn flip(&mut self) {
         let now_ns = self.clock.now_ns();
-        self.talking.iter_mut().for_each(|talking| talking.follow(now_ns));
+        self.uart_drivers.iter_mut().for_each(|uart_drivers| uart_drivers.follow(now_ns));
         for index in 0..self.motors.len() {
             self.motors[index].switch.settle(now_ns);
             self.refresh_limit(index);

@@ -212,7 +212,7 @@ export class ScriptRun {
 
   driverOf(motor) {
     const { drivers } = this.board.gantry;
-    if (drivers === null) throw new Error('the drivers of this board do not talk: --board skr-pico has some that do');
+    if (drivers === null) throw new Error('the drivers of this board have no UART: --board skr-pico has some that do');
     return drivers.of(motor);
   }
 

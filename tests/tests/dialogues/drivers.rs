@@ -1,4 +1,4 @@
-//! Drivers that talk: how they are set, what M122 says, and what a machine does whose drivers fail.
+//! UART drivers: how they are set, what M122 says, and what a machine does whose drivers fail.
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Motor, State};
@@ -146,11 +146,11 @@ fn m122_tells_how_each_driver_is() {
 }
 
 #[test]
-fn a_board_whose_drivers_do_not_talk_has_none_of_this() {
+fn a_board_without_uart_drivers_has_none_of_this() {
     let mut sim = powered_up(&Config::default());
     let listed = say(&mut sim, "$$");
     assert!(!listed.iter().any(|line| line.starts_with("$140=") || line.starts_with("$980=")), "{listed:?}");
-    let words = "[MSG:$150 is about drivers that talk, which this board does not have: set them by their jumpers]";
+    let words = "[MSG:$150 is about UART drivers, which this board does not have: set them by their jumpers]";
     assert_eq!(say(&mut sim, "$150=32"), [words, "error:3"]);
     assert_eq!(say(&mut sim, "M122"), ["[MSG:M122: unknown here: remove it]", "error:20"]);
 }

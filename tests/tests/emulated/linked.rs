@@ -163,7 +163,7 @@ fn what_the_linker_script_names_exists() {
     // Patterns with a class of characters are of many modules.
     let patterns: Vec<_> = words.filter_map(names_of).filter(|word| !word.contains('[')).collect();
     assert!(patterns.len() > 10, "{patterns:?}");
-    // A Pico's drivers do not talk.
+    // A Pico's drivers have no UART.
     let is_here = |pattern: &&str| is_skr_pico() || !pattern.contains("tmc2209");
     for pattern in patterns.into_iter().filter(is_here) {
         assert!(names.iter().any(|name| fits(pattern, name)), "memory.x: nothing has a name that fits `{pattern}`");

@@ -98,7 +98,7 @@ pub struct UartPins {
     pub rx: Peri<'static, PIN_1>,
 }
 
-/// The wire of drivers that talk.
+/// The wire of UART drivers.
 #[cfg(feature = "skr-pico")]
 pub struct DriverWirePins {
     pub uart: Peri<'static, UART1>,

@@ -69,7 +69,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Moves `axis` to and fro at the speed of its seek, and proposes a threshold. It ends where it began.
     ///
     /// # Errors
-    /// [`Error::UnknownStatement`] without drivers that talk; [`Error::Unsupported`] if a stall could not be told, or the axis
+    /// [`Error::UnknownStatement`] without UART drivers; [`Error::Unsupported`] if a stall could not be told, or the axis
     /// has no room, with a message in `text`; [`Error::Locked`] if it is stopped.
     ///
     /// # Cancellation

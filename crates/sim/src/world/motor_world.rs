@@ -88,7 +88,7 @@ impl MotorWorld {
     }
 
     /// Makes one microstep of the motor and moves the carriage, unless something keeps it from that. Returns why steps were
-    /// lost, and how many. The microsteps of a full step are known where the driver talks.
+    /// lost, and how many. The microsteps of a full step are known where the driver has a UART.
     pub(super) fn turn(
         &mut self,
         t_ns: u64,

@@ -1,4 +1,4 @@
-//! Drivers that talk, and what their motors do.
+//! UART drivers, and what their motors do.
 
 use isostep_motion::AXES;
 use oorandom::Rand32;
@@ -12,7 +12,7 @@ const STANDS_NS: u64 = 20_000_000;
 const TURNING: f64 = 0.25;
 
 /// The drivers, in the order of the motors.
-pub(super) struct Talking {
+pub(super) struct UartDrivers {
     wire: Wire,
     paces: [Pace; 4],
     /// The axes whose limit input is wired to DIAG.
@@ -29,10 +29,10 @@ struct Pace {
     load: f64,
 }
 
-impl Talking {
-    /// The drivers of a board on which they talk.
+impl UartDrivers {
+    /// The drivers of a board on which they have a UART.
     pub(super) fn new(config: &Config) -> Option<Self> {
-        let wire = Wire::new(config.board.talking()?.addresses);
+        let wire = Wire::new(config.board.uart_drivers()?.addresses);
         let (diag, load_noise, random) = (config.diag, config.load_noise, Rand32::new(config.seed));
         Some(Self { wire, paces: [Pace::default(); 4], diag, load_noise, random })
     }
@@ -118,12 +118,12 @@ mod tests {
     /// The task of a timer port delays after an edge, and is ahead of the task that asks the drivers then.
     #[test]
     fn a_driver_may_be_asked_before_its_last_step() {
-        let mut talking = Talking::new(&Config { board: Board::SkrPico, ..Config::default() }).unwrap();
-        talking.step(1_000_000, 0, 1, 0.0);
-        talking.step(2_000_000, 0, 1, 0.0);
-        talking.follow(1_999_000);
-        assert_eq!(talking.paces[0].speed_steps_s(1_999_000), 1_000.0);
-        talking.follow(2_000_000 + STANDS_NS);
-        assert_eq!(talking.paces[0].speed_steps_s(2_000_000 + STANDS_NS), 0.0);
+        let mut uart_drivers = UartDrivers::new(&Config { board: Board::SkrPico, ..Config::default() }).unwrap();
+        uart_drivers.step(1_000_000, 0, 1, 0.0);
+        uart_drivers.step(2_000_000, 0, 1, 0.0);
+        uart_drivers.follow(1_999_000);
+        assert_eq!(uart_drivers.paces[0].speed_steps_s(1_999_000), 1_000.0);
+        uart_drivers.follow(2_000_000 + STANDS_NS);
+        assert_eq!(uart_drivers.paces[0].speed_steps_s(2_000_000 + STANDS_NS), 0.0);
     }
 }
