@@ -408,11 +408,11 @@ fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
         let steps = |run: &Run| run.edges.iter().map(|edge| (edge.axis, edge.direction)).collect::<Vec<_>>();
         assert_eq!(steps(&pressed), steps(&plain), "{test}");
 
-        let told_s = |run: &Run, what: &str| -> Vec<f64> {
-            let told = run.printed.lines().filter(|line| line.ends_with(what));
-            told.map(|line| line.trim_start().split(' ').next().unwrap().parse().unwrap()).collect()
+        let reported_s = |run: &Run, what: &str| -> Vec<f64> {
+            let reported = run.printed.lines().filter(|line| line.ends_with(what));
+            reported.map(|line| line.trim_start().split(' ').next().unwrap().parse().unwrap()).collect()
         };
-        let lasts_us = 1e6 * (told_s(&plain, "< ok").last().unwrap() - told_s(&plain, "> $HZ").last().unwrap());
+        let lasts_us = 1e6 * (reported_s(&plain, "< ok").last().unwrap() - reported_s(&plain, "> $HZ").last().unwrap());
         let mut script = format!("{begin}{set}send $HZ\nexpect ok\n");
         for _ in 0..isostep_trials::cases(8, 40) {
             let wait_us = lasts_us - 1_500.0 + 6_000.0 * f64::from(random.rand_float());

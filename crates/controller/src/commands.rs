@@ -58,7 +58,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let mut text = Message::new();
         if !message.is_empty() {
-            text.print(|text| report::told(text, message));
+            text.print(|text| report::program_message(text, message));
             out.send(&text).await;
             text.clear();
         }

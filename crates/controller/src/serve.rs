@@ -8,7 +8,7 @@
 //! Behind the lines of a host that sends more than the pipe holds there may be real-time bytes, which are heard only if
 //! the lines before them are read. A link with flow control has its host wait while the machine works: no line is lost.
 //! But where nothing goes on without a real-time byte, in a hold or asleep, and on a link that would lose bytes itself,
-//! `receive` reads on, and lines are lost. Each is told by an error. What comes behind them would be a program with a
+//! `receive` reads on, and lines are lost. Each is reported by an error. What comes behind them would be a program with a
 //! gap, so no line is taken before a reset.
 //!
 //! A reset is the machine's, whichever console it came from: every `session` drops the line that it carries out before

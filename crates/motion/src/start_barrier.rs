@@ -69,7 +69,7 @@ impl StartBarrier {
         self.armed.wait().await;
     }
 
-    /// Lets the port go, with those of the other axes, to which the same instant is told. It starts now, as nothing is
+    /// Lets the port go, with those of the other axes, to which the same instant is reported. It starts now, as nothing is
     /// left to be done.
     pub fn go(&self, at: Instant) {
         self.go.signal(at);

@@ -166,7 +166,7 @@ pub struct Config {
     pub load_noise: f64,
     /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
     pub loads: [Option<Load>; AXES],
-    /// The loads on springs, whose ringing is told: see `ringing` of isostep-report. They change nothing else.
+    /// The loads on springs, whose ringing is reported: see `ringing` of isostep-report. They change nothing else.
     pub springs: Springs,
     /// The width of a laser's beam at half its maximum, mm: for the picture of what it engraved.
     pub beam_mm: f64,

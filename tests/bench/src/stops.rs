@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_step_is_told_with_the_latency() {
+    fn a_lost_step_is_reported_with_the_latency() {
         let latency = Latency { stops: 2, max_us: 3.0, mean_us: 2.0, position_error_steps: Some([0, 1, 0]) };
         assert_eq!(latency.words(), "max 3.00 us, mean 2.00 us of 2 stops, POSITION WRONG by [0, 1, 0] steps");
     }

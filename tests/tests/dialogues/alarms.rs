@@ -228,7 +228,7 @@ fn alarm_21_unplannable() {
 
 /// The line that clears the alarm is already waiting when the alarm is raised.
 #[test]
-fn an_alarm_is_told_before_it_is_left() {
+fn an_alarm_is_reported_before_it_is_left() {
     for (leaves, words) in [("$X", "[MSG:Caution: Unlocked]"), ("$H", "ok")] {
         let mut sim = homed();
         let heard = say(&mut sim, &format!("G0 X-1\n{leaves}\nG0 X1"));

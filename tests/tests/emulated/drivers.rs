@@ -23,8 +23,8 @@ fn drivers_are_set_before_the_welcome() {
         assert_eq!(found(&run, axis), Some(as_set(16)), "{axis}");
     }
     // No axis has a second motor: nobody talks to its driver.
-    let untold = UartDriver { currents: [31, 16], chopper: "StealthChop".into(), ..as_set(16) };
-    assert_eq!(run.driver('A'), Some(untold));
+    let not_set = UartDriver { currents: [31, 16], chopper: "StealthChop".into(), ..as_set(16) };
+    assert_eq!(run.driver('A'), Some(not_set));
 }
 
 #[test]

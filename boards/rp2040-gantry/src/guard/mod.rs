@@ -68,7 +68,7 @@ static WATCHERS: [Watcher; GROUPS.len()] = {
 /// Set once, and read without a lock.
 static GUARDED: OnceLock<&Machine> = OnceLock::new();
 
-/// Where the level of an input is told.
+/// Where the level of an input is reported.
 #[derive(Clone, Copy)]
 struct Place {
     group: usize,
@@ -89,7 +89,7 @@ impl Place {
 struct Watcher {
     state_machine: usize,
     /// The levels that were reported last; at first those at rest.
-    told: AtomicU32,
+    reported: AtomicU32,
 }
 
 /// Guards `machine` from now on.
@@ -127,7 +127,7 @@ impl Watcher {
             Contact::NormallyClosed if EMERGENCY_STOP.group == index => open & !(1 << EMERGENCY_STOP.bit),
             _ => open,
         };
-        Self { state_machine: STATE_MACHINES[index], told: AtomicU32::new(at_rest) }
+        Self { state_machine: STATE_MACHINES[index], reported: AtomicU32::new(at_rest) }
     }
 
     /// `index` is that of its group.
@@ -157,7 +157,7 @@ impl Watcher {
     /// The inputs that have changed, and the levels that came with the change.
     #[inline(always)]
     fn take(&self) -> Option<(u32, u32)> {
-        edges::take(&mut Seen(self.state_machine), &self.told)
+        edges::take(&mut Seen(self.state_machine), &self.reported)
     }
 }
 

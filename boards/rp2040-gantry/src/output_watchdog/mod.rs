@@ -71,8 +71,8 @@ pub fn start(channels: pins::CutOffChannels) {
     let _ = channels;
 }
 
-/// The core is well, as far as the caller knows. If the output watchdog has run out, `machine` is told, and the output watchdog
-/// is set again.
+/// The core is well, as far as the caller knows. If the output watchdog has run out, `machine` is reported, and the output
+/// watchdog is set again.
 pub fn feed(machine: &Machine) {
     if has_run_out() {
         machine.tool_cut_off();

@@ -121,7 +121,7 @@ pub struct Args {
     /// 200 steps/mm, 10 kg on a screw from there on
     #[arg(long, value_name = "AXIS=MM,KG", value_parser = load)]
     load: Vec<(usize, Load)>,
-    /// Loads on springs, whose ringing is told: axis, natural frequency in Hz, damping ratio. They change no edge; see
+    /// Loads on springs, whose ringing is reported: axis, natural frequency in Hz, damping ratio. They change no edge; see
     /// docs/ringing.md
     #[arg(long, value_name = "AXIS:HZ:RATIO,...")]
     ringing: Option<Springs>,

@@ -14,7 +14,7 @@ use crate::config::{Board, Config};
 use crate::drivers::DriverFault;
 use crate::faults::Trouble;
 
-/// How fast such worlds seek, full steps/s: fast enough for a stall to be told.
+/// How fast such worlds seek, full steps/s: fast enough for a stall to be detected.
 const SEEK_FULL_STEPS_S: f32 = 80.0;
 /// `SG_RESULT` is 300 of a motor that turns freely, 80 less or more with noise of the load, and 10 at a stall.
 const THRESHOLD: u16 = 60;
@@ -50,13 +50,13 @@ impl Failing {
 
     /// Whether the machine must have stopped for this fault half a second after it began.
     pub(super) fn must_stop(&self, has_motor: impl Fn(Motor) -> bool) -> bool {
-        let is_told = match self.fault {
+        let is_reported = match self.fault {
             // Somebody must ask while it lasts, and ask again.
             DriverFault::Late => self.us > 400_000,
             DriverFault::Off | DriverFault::Overheated | DriverFault::Shorted => true,
             DriverFault::Garbled | DriverFault::Hot | DriverFault::OpenCoil => false,
         };
-        is_told && has_motor(self.motor)
+        is_reported && has_motor(self.motor)
     }
 }
 
