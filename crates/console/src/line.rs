@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn a_message_is_kept_whole_or_visibly_cut() {
-        let told = |line: &str| {
+        let reported = |line: &str| {
             let mut assembler = LineAssembler::new();
             assert!(assembler.take(&mut format!("(MSG, before)\n{line}").as_bytes()).is_some());
             let mut bytes = line.as_bytes();
@@ -219,7 +219,7 @@ mod tests {
             (&format!("(MSG, {longest}x)\n"), &format!("{}...", "x".repeat(76))),
             (&format!("(MSG, {longest}{longest})(MSG, b)\n"), &format!("{}...", "x".repeat(76))),
         ] {
-            assert_eq!(told(line), message, "{line:?}");
+            assert_eq!(reported(line), message, "{line:?}");
         }
     }
 

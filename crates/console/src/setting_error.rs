@@ -179,10 +179,7 @@ impl fmt::Display for SettingError {
                 write!(f, "${number}={microsteps} is not a power of two: give 1, 2, 4, 8, 16, 32, 64, 128 or 256")
             }
             Self::NoTrinamic { number } => {
-                write!(
-                    f,
-                    "${number} is about drivers that talk, which this board does not have: set them by their jumpers"
-                )
+                write!(f, "${number} is about UART drivers, which this board does not have: set them by their jumpers")
             }
             Self::LawLeftOut { number, law } => {
                 write!(

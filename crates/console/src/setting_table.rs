@@ -113,7 +113,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.trinamic_mask)),
     #[cfg(feature = "trinamic")]
     row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.stall_homing_mask)),
-    row(349, "mm", "second motor: how far one side may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
+    row(349, "mm", "second motor: how far one motor may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
     #[cfg(feature = "four-axes")]
     row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, Int(|s| &mut s.rotary_mask)),
     row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, Float(|s| &mut s.spin_up_s)),

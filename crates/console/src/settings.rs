@@ -103,7 +103,7 @@ pub struct Settings {
     /// `$339`: axes that have no limit switch, but home by a stall of their motor (grblHAL's number).
     #[cfg(feature = "trinamic")]
     pub stall_homing_mask: u16,
-    /// `$349`: how far one side of an axis with two motors may go alone to its switch.
+    /// `$349`: how far one motor of an axis with two motors may go alone to its switch.
     pub skew_max_mm: f32,
     /// `$376`: bit 0 makes A a rotary axis: a degree stands wherever a millimetre does.
     #[cfg(feature = "four-axes")]

@@ -11,7 +11,7 @@ use isostep_console::report::{self, messages};
 use isostep_console::{
     Command, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings, Unfit,
 };
-use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, cold_path};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
 use crate::controller::{Controller, Mode, Program, Unsaved};
@@ -48,17 +48,17 @@ impl<F: NorFlash> Controller<'_, F> {
     pub(crate) async fn line(&self, line: Result<&str, Error>, message: &str, fate: Fate, out: &Output) -> After {
         let is_jog = line.is_ok_and(|line| line.starts_with(JOG));
         if is_jog && fate == Fate::Refused || self.is_held() && self.may_not_wait(line) {
-            aside(pin!(self.refuse(Error::NotIdle, out))).await;
+            cold_path(pin!(self.refuse(Error::NotIdle, out))).await;
             return After::NextLine;
         }
         let pauses = self.pauses.get();
         let _turn = self.turn.lock().await;
         if self.begin_line() {
-            aside(pin!(self.catch_up())).await;
+            cold_path(pin!(self.catch_up())).await;
         }
         let mut text = Message::new();
         if !message.is_empty() {
-            text.print(|text| report::told(text, message));
+            text.print(|text| report::program_message(text, message));
             out.send(&text).await;
             text.clear();
         }
@@ -70,16 +70,19 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         if answer == Ok(After::StartUp) {
             // Here and not in `carry_out`: a command is large, and need not be kept meanwhile.
-            aside(pin!(self.start_up(&mut text, out))).await;
+            cold_path(pin!(self.start_up(&mut text, out))).await;
         }
         if let (&Err(error), Ok(line)) = (&answer, line) {
             self.explain(line, error, &mut text);
         }
-        let saved =
-            if self.with(|program| program.unsaved.any()) { aside(pin!(self.save(&mut text))).await } else { Ok(()) };
+        let saved = if self.with(|program| program.unsaved.any()) {
+            cold_path(pin!(self.save(&mut text))).await
+        } else {
+            Ok(())
+        };
         // No move may begin with drivers that are set to other microsteps than it was planned for.
         #[cfg(feature = "trinamic")]
-        aside(pin!(self.drivers_set())).await;
+        cold_path(pin!(self.drivers_set())).await;
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
@@ -187,7 +190,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if let Command::Block(_) = command {
             return Ok(After::NextLine);
         }
-        aside(pin!(self.other(command, state, text, out))).await
+        cold_path(pin!(self.other(command, state, text, out))).await
     }
 
     /// Carries out a line that is not G-code.
@@ -320,7 +323,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.fit(text)?;
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
         #[cfg(feature = "trinamic")]
-        let looking = aside(pin!(self.look_for_stalls(axes, text))).await?;
+        let looking = cold_path(pin!(self.look_for_stalls(axes, text))).await?;
         if self.state() == ReportedState::Alarm {
             self.stop_tool();
         }

@@ -1,4 +1,4 @@
-//! Drivers that talk: TMC2209 on one wire. They are set by the settings, read back, and watched.
+//! UART drivers: TMC2209 on one wire. They are set by the settings, read back, and watched.
 //!
 //! Everything here may take its time: an exchange is some milliseconds, of which the processor spends microseconds. A motor
 //! needs none of it to make its steps.

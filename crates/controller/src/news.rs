@@ -6,7 +6,7 @@ use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
 use crate::drivers::{Listener, News};
 
-/// Without drivers that talk there are none.
+/// Without UART drivers there are none.
 #[cfg(not(feature = "trinamic"))]
 type News = core::convert::Infallible;
 

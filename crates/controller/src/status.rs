@@ -1,7 +1,7 @@
 //! From the machine's alarms and positions to the console's.
 
 use isostep_console::{AXIS_NAMES, Alarm as Code, length};
-use isostep_motion::{AXES, Alarm, Axis, Config, Motor, Side, Spindle, Unplannable};
+use isostep_motion::{AXES, Alarm, Axis, Config, GangedMotor, Motor, Spindle, Unplannable};
 
 /// The window that is advertised to senders, bytes; a console has room for more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
@@ -35,7 +35,7 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
 
 pub(crate) fn name(motor: Motor) -> &'static str {
     let axis = motor.axis as usize;
-    if motor.side == Side::Second { SECOND_NAMES[axis] } else { AXIS_NAMES[axis] }
+    if motor.ganged == GangedMotor::Second { SECOND_NAMES[axis] } else { AXIS_NAMES[axis] }
 }
 
 fn why_not(reason: Unplannable) -> &'static str {

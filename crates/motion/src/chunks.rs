@@ -5,8 +5,8 @@ use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 use isostep_profile::shaper::Bend;
 
 use crate::axes::{AXES, Axis};
-use crate::courses::Courses;
 use crate::shaping::{ShapedAxis, Shaping};
+use crate::timed_plans::TimedPlans;
 
 /// The number of chunks that are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
@@ -22,7 +22,7 @@ pub(crate) struct Chunks {
     under_way: Option<u32>,
     /// No chunk follows those that are known.
     is_closed: bool,
-    courses: Courses,
+    timed_plans: TimedPlans,
     /// The shaping of the run, if it is shaped, and what each axis makes of the chunks then.
     shaping: Option<Shaping>,
     shaped: [ShapedAxis; AXES],
@@ -35,7 +35,7 @@ impl Chunks {
             first: 0,
             under_way: None,
             is_closed: false,
-            courses: Courses::new(),
+            timed_plans: TimedPlans::new(),
             shaping: None,
             shaped: [const { ShapedAxis::new() }; AXES],
         }
@@ -46,7 +46,7 @@ impl Chunks {
         self.shaping = shaping;
         self.shaped.iter_mut().for_each(ShapedAxis::clear);
         self.known.clear();
-        self.courses.clear();
+        self.timed_plans.clear();
         (self.first, self.under_way, self.is_closed) = (0, None, false);
     }
 
@@ -55,10 +55,10 @@ impl Chunks {
         self.known.get(number.checked_sub(self.first)? as usize)
     }
 
-    /// The same, with the courses by which it is compiled.
-    pub fn get_with_courses(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut Courses)> {
+    /// The same, with the timed plans by which it is compiled.
+    pub fn get_with_timed_plans(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut TimedPlans)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
-        Some((chunk, &mut self.courses))
+        Some((chunk, &mut self.timed_plans))
     }
 
     /// The shaping of the run, if it is shaped.

@@ -62,10 +62,10 @@ pub struct Squared {
     pub axis: Axis,
     /// The second motor's DIR has the other level than that of the first.
     pub direction_inverted: bool,
-    /// The distance by which the second side stands farther from its switch than the first when the axis is square, mm. Below 0
-    /// it is the first that stands farther, by as much.
+    /// How much farther from its switch the second motor stands than the first when the axis is square, mm. Below 0 it
+    /// is the first that stands farther, by as much.
     pub offset_mm: f64,
-    /// The distance that one side may go alone to its switch, mm; above 0. Beyond that the gantry is too skewed.
+    /// How far one motor may go alone to its switch, mm; above 0. Beyond that the gantry is too skewed.
     pub skew_max_mm: f64,
 }
 

@@ -75,7 +75,7 @@ pub enum Alarm {
         /// Whose switch.
         axis: Axis,
     },
-    /// One side of a squared axis stood at its switch, and the other did not reach its own within the skew limit.
+    /// One motor of a squared axis stood at its switch, and the other did not reach its own within the skew limit.
     Skewed {
         /// The motor that did not reach its switch.
         motor: Motor,
@@ -281,7 +281,7 @@ impl fmt::Display for Alarm {
             Self::Skewed { motor } => {
                 write!(
                     f,
-                    "{motor} did not reach its switch within the skew limit of the other side: free it, home again"
+                    "{motor} did not reach its switch within the skew limit of the other motor: free it, home again"
                 )
             }
             Self::StallsApart { axis } => {

@@ -12,7 +12,7 @@ use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, Overrides};
-use crate::motor::Side;
+use crate::motor::GangedMotor;
 use crate::tag::Tag;
 use crate::tool::power::Power;
 
@@ -56,13 +56,13 @@ where
         (result, self.taken)
     }
 
-    /// Moves by signed `steps` for homing, of an axis with two sides without the one that is `held`. Returns when every
+    /// Moves by signed `steps` for homing, of an axis with two motors without the one that is `held`. Returns when every
     /// axis has answered. A halt is not an error here: homing halts on purpose.
     pub(crate) async fn travel(
         &mut self,
         steps: [i32; AXES],
         feed_mm_s: f64,
-        held: Option<Side>,
+        held: Option<GangedMotor>,
     ) -> Result<Finish, Alarm> {
         let purpose = Purpose::Homing { held };
         self.begin_chain(purpose);

@@ -35,7 +35,7 @@ use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
-use crate::motor::{LimitInput, Motor, Side};
+use crate::motor::{GangedMotor, LimitInput, Motor};
 use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
 
@@ -200,7 +200,7 @@ impl Machine {
     /// The places where each axis stands, steps.
     #[must_use]
     pub fn position_steps(&self) -> [i32; AXES] {
-        Axis::ALL.map(|axis| self.link(axis).odometer.position_steps())
+        Axis::ALL.map(|axis| self.link(axis).step_counter.position_steps())
     }
 
     /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again. Nothing
@@ -259,14 +259,14 @@ impl Machine {
     }
 
     pub(crate) fn switch_of(&self, motor: Motor) -> &Switch {
-        self.switch(match motor.side {
-            Side::First => LimitInput::Of(motor.axis),
-            Side::Second => LimitInput::Second,
+        self.switch(match motor.ganged {
+            GangedMotor::First => LimitInput::Of(motor.axis),
+            GangedMotor::Second => LimitInput::Second,
         })
     }
 
     pub(crate) fn publish_port(&self, axis: Axis, port: &impl StepPort) {
-        self.link(axis).fit(port.brake());
+        self.link(axis).fit(port.inhibit());
         self.with(|inner| inner.capabilities[axis as usize] = Some(port.capabilities()));
     }
 
@@ -295,14 +295,14 @@ impl Machine {
         self.released.wait().await;
     }
 
-    /// Makes an axis ready for a run: nothing queued, no halt signalled, the brake off.
+    /// Makes an axis ready for a run: nothing queued, no halt signalled, the inhibit off.
     pub(crate) fn ready(&self, axis: Axis) {
         let link = self.link(axis);
         link.segments.clear();
         link.done.reset();
         link.halt.reset();
-        link.start_line.reset();
-        link.brake(false);
+        link.start_barrier.reset();
+        link.inhibit(false);
     }
 
     /// Lets the axes of a run go, all of which are armed. The critical section makes sure that none of their tasks is
@@ -311,7 +311,7 @@ impl Machine {
         self.with(|_| {
             let now = Instant::now();
             for axis in Axis::ALL {
-                self.link(axis).start_line.go(now);
+                self.link(axis).start_barrier.go(now);
             }
         });
     }

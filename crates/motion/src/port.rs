@@ -7,8 +7,8 @@ use embassy_sync::channel::Channel;
 use embassy_time::Duration;
 use isostep_profile::Segment;
 
-use crate::motor::{SecondMotor, Side};
-use crate::start_line::StartLine;
+use crate::motor::{GangedMotor, SecondMotor};
+use crate::start_barrier::StartBarrier;
 
 /// The direction in which an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,12 +139,12 @@ pub fn ticks_covering(ns: u32, tick_hz: u32) -> u32 {
 ///
 /// Only the port that emits a step counts it, at the rising edge; anyone may read.
 #[derive(Debug, Default)]
-pub struct Odometer {
+pub struct StepCounter {
     position_steps: AtomicI32,
 }
 
-impl Odometer {
-    /// An odometer at zero.
+impl StepCounter {
+    /// A step counter at zero.
     #[must_use]
     pub const fn new() -> Self {
         Self { position_steps: AtomicI32::new(0) }
@@ -217,12 +217,12 @@ pub struct Motors {
 }
 
 impl Motors {
-    /// True if the motor of this side makes the steps.
+    /// True if this ganged motor makes the steps.
     #[must_use]
-    pub fn moves(&self, side: Side) -> bool {
+    pub fn moves(&self, ganged: GangedMotor) -> bool {
         match self.second {
-            None => side == Side::First,
-            Some(second) => second.held != Some(side),
+            None => ganged == GangedMotor::First,
+            Some(second) => second.held != Some(ganged),
         }
     }
 
@@ -241,18 +241,23 @@ pub struct Run<'a> {
     /// The motors that make the steps.
     pub motors: Motors,
     /// The line at which the port waits for its start, with those of the other axes.
-    pub start_line: &'a StartLine,
+    pub start_barrier: &'a StartBarrier,
     /// The items that it is to make, in order.
     pub segments: &'a StreamQueue,
     /// The place where it counts the steps.
-    pub odometer: &'a Odometer,
+    pub step_counter: &'a StepCounter,
 }
 
 impl<'a> Run<'a> {
     /// A run, for whoever tests a port.
     #[must_use]
-    pub fn new(motors: Motors, start_line: &'a StartLine, segments: &'a StreamQueue, odometer: &'a Odometer) -> Self {
-        Self { motors, start_line, segments, odometer }
+    pub fn new(
+        motors: Motors,
+        start_barrier: &'a StartBarrier,
+        segments: &'a StreamQueue,
+        step_counter: &'a StepCounter,
+    ) -> Self {
+        Self { motors, start_barrier, segments, step_counter }
     }
 }
 
@@ -285,11 +290,11 @@ pub enum PortFault {
     },
 }
 
-/// Engages (`true`) or releases the brake of a port.
+/// Engages (`true`) or releases the inhibit of a port.
 ///
 /// From the instant at which it is engaged until it is released no further step rises; a pulse that has begun is
 /// finished. It may be called in any context, interrupts included.
-pub type Brake = fn(engaged: bool);
+pub type Inhibit = fn(engaged: bool);
 
 /// Makes the step edges of one axis, for its motor or for both.
 #[allow(async_fn_in_trait, reason = "ports stay on the executor that polls them: no Send bound is wanted")]
@@ -297,27 +302,27 @@ pub trait StepPort {
     /// The capabilities of this port.
     fn capabilities(&self) -> Capabilities;
 
-    /// The brake of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait
-    /// for its task stops when the task does, and needs no brake.
-    fn brake(&self) -> Brake {
+    /// The inhibit of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait
+    /// for its task stops when the task does, and needs no inhibit.
+    fn inhibit(&self) -> Inhibit {
         |_engaged| {}
     }
 
-    /// Waits for the first of the run's segments and gets ready for it, then waits at the start line. When it is let go,
+    /// Waits for the first of the run's segments and gets ready for it, then waits at the start barrier. When it is let go,
     /// it starts at an instant that it can keep, and reports that instant. DIR's set-up time is over before the first
     /// step, however soon that step is due.
     ///
     /// The ports of all axes have to start at the same instant, to the tick of the machine's clock, although their tasks
     /// go on one after the other; otherwise the machine stops with [`PortFault::Apart`]. So the instant comes from one
-    /// place: from a gate that the ports have in common, or from the start line, which tells all of them when they were
-    /// let go ([`StartLine::armed`]).
+    /// place: from a flag that the ports have in common, or from the start barrier, which tells all of them when they were
+    /// let go ([`StartBarrier::armed`]).
     ///
     /// It makes the steps of `segments`, each at its instant counted from the start. Between steps of different
     /// directions it changes DIR, when the hold time is over and with the set-up time left before the next step. It
-    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the odometer; when it
+    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the step counter; when it
     /// returns, at the latest, the count is exact.
     ///
-    /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one side is
+    /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one motor is
     /// held, its STEP stays low, and its DIR may change.
     ///
     /// # Errors

@@ -8,7 +8,7 @@
 
 use libm::floor;
 
-use crate::compile::{AxisBlend, Course, Lane};
+use crate::compile::{AxisBlend, AxisCompiler, TimedPlan};
 use crate::fixed::{is_negative, is_zero};
 use crate::ramp::constant_accel_time_s;
 use crate::shaper::{turn, turns};
@@ -231,15 +231,16 @@ impl<const N: usize> Blend<N> {
         if k <= out { end_s - time_s(out - k + 0.5 + beyond) } else { begin_s + time_s(k - out - 0.5 - ahead) }
     }
 
-    /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
+    /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
         let begin_s = self.corner_begins_s();
-        course.set_clock([begin_s, begin_s + self.corner_s], tick_hz);
+        timed_plan.set_clock([begin_s, begin_s + self.corner_s], tick_hz);
     }
 
-    /// Makes `lane` the axis with index `axis`, on the course that [`lay`](Self::lay) has made from this blend.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
-        lane.begin_blend(&self.axis(axis), self.approached(axis), course);
+    /// Makes `compiler` compile the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks)
+    /// has made from this blend.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
+        compiler.begin_blend(&self.axis(axis), self.approached(axis), timed_plan);
     }
 
     /// The distance of an axis beyond its last step, in its direction, where the approach ends, steps.

@@ -28,7 +28,7 @@
 //! fast, the block does stop there, and the next block begins at its own start speed. Otherwise one more move could
 //! make a speed too fast that is already committed.
 //!
-//! The chain hands out [`Chunk`]s. Each is a stretch of a [`SyncMove`] on the run's clock, no longer than the caller
+//! The chain hands out [`Chunk`]s. Each is a part of a [`SyncMove`] on the run's clock, no longer than the caller
 //! asks for, because a chunk is committed: it will be made. A change (another block, a [`hold`](Chain::hold), other
 //! [overrides](Chain::override_speed)) takes effect after the last chunk. A plan is used for as long as it is right.
 //! When it is not, it is cut, and a replan of the same block follows it at the same speed. Steps keep their numbers in
@@ -77,7 +77,7 @@ use self::corner::Direction;
 use self::plan::{Begun, UnderWay};
 use self::ring::Ring;
 use crate::blend::Blend;
-use crate::compile::{Course, Lane};
+use crate::compile::{AxisCompiler, TimedPlan};
 use crate::sync::{PlanError, SyncMove};
 
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
@@ -111,14 +111,14 @@ impl<const N: usize> Request<N> {
     }
 }
 
-/// A stretch of a plan that the chain has handed out: it will be made next.
+/// A part of a plan that the chain has handed out: it will be made next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chunk<const N: usize> {
     /// The plan.
     pub plan: Plan<N>,
-    /// The place on the path where the stretch ends, steps of the longest axis from the beginning of the move.
+    /// Where on the path the part ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
-    /// The instant at which the stretch ends, s from the start of the run.
+    /// The instant at which the part ends, s from the start of the run.
     pub until_s: f64,
     /// Path length of a step of the longest axis.
     pub mm_per_step: f64,
@@ -176,27 +176,28 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
+    /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
         match self {
-            Self::Line(line) => line.lay(course, tick_hz),
-            Self::Blend(blend) => blend.lay(course, tick_hz),
+            Self::Line(line) => line.convert_to_ticks(timed_plan, tick_hz),
+            Self::Blend(blend) => blend.convert_to_ticks(timed_plan, tick_hz),
         }
     }
 
-    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this plan.
+    /// A compiler of the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
+    /// from this plan.
     #[must_use]
-    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
-        let mut lane = Lane::empty();
-        self.begin_lane(axis, course, &mut lane);
-        lane
+    pub fn compiler(&self, axis: usize, timed_plan: &TimedPlan) -> AxisCompiler {
+        let mut compiler = AxisCompiler::empty();
+        self.begin_compiler(axis, timed_plan, &mut compiler);
+        compiler
     }
 
-    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
+    /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
         match self {
-            Self::Line(line) => line.begin_lane(axis, course, lane),
-            Self::Blend(blend) => blend.begin_lane(axis, course, lane),
+            Self::Line(line) => line.begin_compiler(axis, timed_plan, compiler),
+            Self::Blend(blend) => blend.begin_compiler(axis, timed_plan, compiler),
         }
     }
 }
@@ -447,7 +448,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.plan.is_made || self.place_steps > 0.0
     }
 
-    /// Commits what follows, and hands it out: a stretch of the first move that lasts `most_s` at most, or a whole blend.
+    /// Commits what follows, and hands it out: a part of the first move that lasts `most_s` at most, or a whole blend.
     /// `None` at rest: all moves are committed to their ends, or the chain is held.
     pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N>> {
         while !(self.is_empty() || self.is_held && self.is_at_rest()) {

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::compile::{Course, Lane, NEAREST_STEPS, PhaseBounds, Segments, Stretch};
+use crate::compile::{AxisCompiler, NEAREST_STEPS, PhaseBounds, Segments, StepRange, TimedPlan};
 use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
@@ -121,13 +121,13 @@ impl<const N: usize> SyncMove<N> {
     /// form. `k` counts from 1 to the axis's steps; in a replan it is one of [`step_numbers`](Self::step_numbers).
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
-        let stretch = self.stretch(axis, self.is_whole());
-        let steps = (f64::from(k) - 0.5 - self.span().begin_of(axis)) * stretch.stride - self.origin_steps;
+        let step_range = self.step_range(axis, self.is_whole());
+        let steps = (f64::from(k) - 0.5 - self.span().begin_of(axis)) * step_range.stride - self.origin_steps;
         let Profile { accel, decel, .. } = &self.profile;
-        let nearest = |ramp: &Ramp| (NEAREST_STEPS * stretch.stride - ramp.lead_steps()).max(0.0);
+        let nearest = |ramp: &Ramp| (NEAREST_STEPS * step_range.stride - ramp.lead_steps()).max(0.0);
         // How many steps of this plan come before step `k`.
         let before = k.saturating_sub(self.step_numbers(axis).start);
-        let steps = match stretch.phase_ends(&PhaseBounds::of(&self.profile)) {
+        let steps = match step_range.phase_ends(&PhaseBounds::of(&self.profile)) {
             [accel_end, ..] if before < accel_end => steps.max(nearest(accel)),
             [_, cruise_end, _] if before >= cruise_end => steps.min(self.profile.distance_steps() - nearest(decel)),
             _ => steps,
@@ -139,37 +139,38 @@ impl<const N: usize> SyncMove<N> {
     /// the float operations are done in this call. A few follow with each phase, and with each span of a curved ramp.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
-        let mut course = Course::empty();
-        self.lay(&mut course, tick_hz);
-        let lane = self.lane(axis, &course);
-        Segments::new(course, lane)
+        let mut timed_plan = TimedPlan::empty();
+        self.convert_to_ticks(&mut timed_plan, tick_hz);
+        let compiler = self.compiler(axis, &timed_plan);
+        Segments::new(timed_plan, compiler)
     }
 
-    /// Makes `course` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    /// Makes `timed_plan` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
     /// Compiling all axes from it is less work than compiling each by its [`segments`](Self::segments).
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
-        course.set(&self.profile, self.is_whole(), self.origin_s, tick_hz);
-        if course.is_curved() {
-            let is_whole = course.is_whole();
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
+        timed_plan.set(&self.profile, self.is_whole(), self.origin_s, tick_hz);
+        if timed_plan.is_curved() {
+            let is_whole = timed_plan.is_whole;
             let moving = (0..N).filter(|axis| self.steps[*axis] != 0);
-            course.set_reach(moving.map(|axis| self.stretch(axis, is_whole)));
+            timed_plan.set_reach(moving.map(|axis| self.step_range(axis, is_whole)));
         }
     }
 
-    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this move.
+    /// A compiler of the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
+    /// from this move.
     #[must_use]
-    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
-        let mut lane = Lane::empty();
-        self.begin_lane(axis, course, &mut lane);
-        lane
+    pub fn compiler(&self, axis: usize, timed_plan: &TimedPlan) -> AxisCompiler {
+        let mut compiler = AxisCompiler::empty();
+        self.begin_compiler(axis, timed_plan, &mut compiler);
+        compiler
     }
 
-    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
-        lane.begin(self.stretch(axis, course.is_whole()), course);
+    /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
+        compiler.begin(self.step_range(axis, timed_plan.is_whole), timed_plan);
     }
 
-    fn stretch(&self, axis: usize, is_whole: bool) -> Stretch {
+    fn step_range(&self, axis: usize, is_whole: bool) -> StepRange {
         let (span, total) = (self.span(), self.steps[axis].unsigned_abs());
         let (way, own) = (self.way_steps, span.len(axis).abs());
         // An axis without steps may have any stride.
@@ -177,13 +178,13 @@ impl<const N: usize> SyncMove<N> {
         let stride = if is_alike { 1.0 } else { way / own };
         let (begins, ends) = (span.begin_of(axis), span.end_of(axis));
         if is_whole {
-            return Stretch { stride, before: 0, steps: total, ahead: begins, beyond: ends };
+            return StepRange { stride, before: 0, steps: total, ahead: begins, beyond: ends };
         }
         let numbers = self.step_numbers(axis);
         let (before, end) = (numbers.start - 1, numbers.end - 1);
         let ahead = self.origin_steps / stride + begins - f64::from(before);
         let beyond = (self.end_steps() - way) / stride + ends + f64::from(total - end);
-        Stretch { stride, before, steps: end - before, ahead, beyond }
+        StepRange { stride, before, steps: end - before, ahead, beyond }
     }
 
     /// True if the profile is that of the whole move, not of a replan.

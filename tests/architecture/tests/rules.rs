@@ -1,5 +1,5 @@
 //! What must never be, from the section of that name in ARCHITECTURE.md, as far as the sources show it. A rule that is
-//! broken is told with file, line, rule and why.
+//! broken is reported with file, line, rule and why.
 //!
 //! `cargo test -p isostep-architecture` compiles nothing else.
 
@@ -23,11 +23,11 @@ impl Rule {
     /// # Panics
     /// When the rule is broken anywhere.
     fn holds(&self, broken: &Broken) {
-        let told = broken.iter().map(|(file, line, text)| {
+        let reported = broken.iter().map(|(file, line, text)| {
             let file = file.strip_prefix(root()).unwrap_or(file).display();
             format!("{file}:{line}: {}\n    {}\n    why: {}\n", text.trim(), self.says, self.why)
         });
-        assert!(broken.is_empty(), "\n{}", told.collect::<String>());
+        assert!(broken.is_empty(), "\n{}", reported.collect::<String>());
     }
 }
 
@@ -223,7 +223,7 @@ fn a_twin_is_found_and_unit_tests_are_not() {
 
 #[test]
 #[should_panic(expected = "/lib.rs:7: let x = alloc();\n    nothing allocates\n    why: memory")]
-fn a_broken_rule_is_told_with_its_place_and_why() {
+fn a_broken_rule_is_reported_with_its_place_and_why() {
     let rule = Rule { says: "nothing allocates", why: "memory" };
     rule.holds(&vec![(crate_file("motion", "src/lib.rs"), 7, "  let x = alloc();".to_owned())]);
 }

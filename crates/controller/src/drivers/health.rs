@@ -63,7 +63,7 @@ impl Health {
             Self::Hot => ("hot", "cool it, or lower its current ($140-$142)"),
             Self::OpenCoil => ("sees an open coil", "switch the supply off, check the motor's plug and cable"),
             Self::Stalled => (
-                "has told a stall of its motor",
+                "has reported a stall of its motor",
                 "free it, or lower $120-$122 or $200-$202; $909 says which axes are watched",
             ),
             Self::Silent => {

@@ -69,7 +69,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Moves `axis` to and fro at the speed of its seek, and proposes a threshold. It ends where it began.
     ///
     /// # Errors
-    /// [`Error::UnknownStatement`] without drivers that talk; [`Error::Unsupported`] if a stall could not be told, or the axis
+    /// [`Error::UnknownStatement`] without UART drivers; [`Error::Unsupported`] if a stall could not be detected, or the axis
     /// has no room, with a message in `text`; [`Error::Locked`] if it is stopped.
     ///
     /// # Cancellation
@@ -120,7 +120,7 @@ impl<F: NorFlash> Controller<'_, F> {
         });
         let mut line = Line { wire, address: drivers.hardware.addresses[driver] };
         for _ in 0..READINGS {
-            // One that does not answer is told by the next round.
+            // One that does not answer is reported by the next round.
             if drivers.measured.get() == Some(driver)
                 && let Ok(Some(sg_result)) = line.reading(steady_clocks).await
             {

@@ -92,7 +92,7 @@ fn ihold_irun(run: u8, hold_percent: u16) -> u32 {
 }
 
 /// The time between the finest steps at this speed, clocks: what a speed is to TPWMTHRS, from which on SpreadCycle chops, and
-/// TCOOLTHRS, from which on stalls are told. 0, which is never reached, at no speed.
+/// TCOOLTHRS, from which on stalls are reported. 0, which is never reached, at no speed.
 pub fn clocks(settings: &Settings, axis: usize, mm_min: f32) -> u32 {
     if mm_min == 0.0 {
         return 0;

@@ -44,7 +44,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Has the drivers of those of `axes` that home by stall look for one. `None` if there is no such axis.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if a stall could not be told, [`Error::Locked`] if a driver does not take it; `text` says why.
+    /// [`Error::Unsupported`] if a stall could not be detected, [`Error::Locked`] if a driver does not take it; `text` says why.
     ///
     /// # Cancellation
     /// The drivers no longer look. Nothing has moved.
@@ -113,7 +113,7 @@ pub fn seek_mm_min(settings: &Settings, axis: usize) -> f32 {
     settings.homing_seek_mm_min.min(settings.max_rate_mm_min[axis])
 }
 
-/// Why a stall of an axis could not be told. Displays as the text of a `[MSG:...]`.
+/// Why a stall of an axis could not be detected. Displays as the text of a `[MSG:...]`.
 pub struct Obstacle {
     axis: Axis,
     kind: Kind,
@@ -122,7 +122,7 @@ pub struct Obstacle {
 enum Kind {
     /// The driver is not set and watched.
     LeftOut,
-    /// Its driver's DIAG is not connected to the input of a limit switch, or one of two motors would have to be told.
+    /// Its driver's DIAG is not connected to the input of a limit switch, or one of two motors would have to be detected.
     Unwired,
     /// It chops by SpreadCycle at the speed of the seek.
     SpreadCycle { stealth_mm_min: f32, least_mm_min: f32 },
@@ -177,7 +177,7 @@ impl fmt::Display for Obstacle {
         let whole = |value| Fixed { value, decimals: 0 };
         // Rounded up, so that the value in the message is itself accepted.
         let least = |mm_min: f32| mm_min as u32 + u32::from(mm_min % 1.0 > 0.0);
-        write!(f, "a stall of {axis} cannot be told: ")?;
+        write!(f, "a stall of {axis} cannot be detected: ")?;
         match *kind {
             Kind::LeftOut => f.write_str("$338 leaves its driver out. Take it in, or out of $339"),
             Kind::Unwired => f.write_str(

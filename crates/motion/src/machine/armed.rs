@@ -1,10 +1,10 @@
-//! The edges that stop the machine at once, for an interrupt of the board that brakes before it takes a lock.
+//! The edges that stop the machine at once, for an interrupt of the board that inhibits before it takes a lock.
 //!
 //! # Design
 //! The life cycle decides on a stop in a critical section, which takes microseconds. So what it would decide is known before
 //! the edge comes: every critical section that changes what it depends on (the life, the configuration, the debounced level
 //! of a switch) stores the result in one word. An interrupt comes before such a section or after it, so the word it reads
-//! is what the life cycle decides right afterwards. It brakes by the word, and reports the edge, which decides on the alarm.
+//! is what the life cycle decides right afterwards. It inhibits by the word, and reports the edge, which decides on the alarm.
 
 use core::sync::atomic::Ordering;
 
@@ -26,7 +26,7 @@ const fn edge(input: LimitInput, is_low: bool) -> u32 {
 }
 
 /// For an interrupt of the board which no critical section and nothing of this crate interrupts. If the answer is yes, the
-/// report of the edge that follows stops the machine, so the board may brake the axes and the tool before it. Not even a
+/// report of the edge that follows stops the machine, so the board may inhibit the axes and the tool before it. Not even a
 /// lock is taken.
 impl Machine {
     /// True if [`limit_edge`](Self::limit_edge) would stop everything now.

@@ -10,7 +10,7 @@ use embassy_time::Instant;
 
 use super::{Busy, Inner, Machine, Reaction, Trigger};
 use crate::event::State;
-use crate::port::Brake;
+use crate::port::Inhibit;
 use crate::tool::power::Level;
 use crate::tool::spindle::{Outputs, Spindle, ToolWanted};
 use crate::tool::stroke::StrokeQueue;
@@ -20,7 +20,7 @@ pub(super) struct ToolLink {
     strokes: StrokeQueue,
     asked: Signal<CriticalSectionRawMutex, ()>,
     level: AtomicU16,
-    brake: Mutex<CriticalSectionRawMutex, Cell<Brake>>,
+    inhibit: Mutex<CriticalSectionRawMutex, Cell<Inhibit>>,
 }
 
 impl ToolLink {
@@ -29,7 +29,7 @@ impl ToolLink {
             strokes: StrokeQueue::new(),
             asked: Signal::new(),
             level: AtomicU16::new(0),
-            brake: Mutex::new(Cell::new(|_engaged| {})),
+            inhibit: Mutex::new(Cell::new(|_engaged| {})),
         }
     }
 
@@ -44,8 +44,8 @@ impl ToolLink {
         Level::from_65535ths(self.level.load(Ordering::Relaxed))
     }
 
-    fn brake(&self, engaged: bool) {
-        self.brake.lock(Cell::get)(engaged);
+    fn inhibit(&self, engaged: bool) {
+        self.inhibit.lock(Cell::get)(engaged);
     }
 }
 
@@ -212,7 +212,7 @@ impl Machine {
         let OutputsAsked { percent, stops, .. } = inner.outputs;
         inner.outputs = OutputsAsked { percent, stops: stops.wrapping_add(1), ..OutputsAsked::new() };
         inner.life.on(Trigger::OutputsCut);
-        self.tool.brake(true);
+        self.tool.inhibit(true);
         self.tool.ask();
     }
 
@@ -221,9 +221,9 @@ impl Machine {
         self.with(|inner| self.cut_outputs(inner));
     }
 
-    /// Takes over the brake of the tool's port, whose outputs are off.
-    pub(crate) fn fit_tool(&self, brake: Brake) {
-        self.tool.brake.lock(|fitted| fitted.set(brake));
+    /// Takes over the inhibit of the tool's port, whose outputs are off.
+    pub(crate) fn fit_tool(&self, inhibit: Inhibit) {
+        self.tool.inhibit.lock(|fitted| fitted.set(inhibit));
     }
 
     pub(crate) fn tool_wanted(&self) -> ToolWanted {
@@ -235,12 +235,12 @@ impl Machine {
         })
     }
 
-    /// Releases the brake of the outputs, which are now as they are to be. It does nothing if the brake has been
+    /// Releases the inhibit of the outputs, which are now as they are to be. It does nothing if the inhibit has been
     /// engaged again since then: more than `stops` times in all.
     pub(crate) fn release_tool(&self, stops: u32) {
         self.with(|inner| {
             if inner.outputs.stops == stops {
-                self.tool.brake(false);
+                self.tool.inhibit(false);
             }
         });
     }

@@ -103,7 +103,7 @@ impl Machine {
         motors.find(|motor| hard_limits && self.switch_of(*motor).may_be_pressed() && is_towards(motor))
     }
 
-    /// The port of `axis` has faulted, and is not braked yet: everything stops at once, in the context of its task. In
+    /// The port of `axis` has faulted, and is not inhibited yet: everything stops at once, in the context of its task. In
     /// every fault a step could not be made at its instant in the middle of a move, so the position is not trusted.
     pub(crate) fn fail(&self, axis: Axis, fault: PortFault) {
         self.on(Trigger::Fault(match fault {
@@ -134,7 +134,7 @@ impl Machine {
     #[inline(never)]
     pub(crate) fn halt(&self) {
         for link in &self.links {
-            link.brake(true);
+            link.inhibit(true);
         }
         for link in &self.links {
             link.halt.signal(());

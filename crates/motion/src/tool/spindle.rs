@@ -72,7 +72,7 @@ pub(crate) struct ToolWanted {
     pub outputs: Outputs,
     /// The override of a level, percent.
     pub percent: u8,
-    /// The number of times that the brake was engaged.
+    /// The number of times that the inhibit was engaged.
     pub stops: u32,
 }
 

@@ -157,7 +157,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.place_steps > beyond || self.at_s > plan.slows_s && plan.sync_move.end_steps() > beyond
     }
 
-    /// Plans what is left of the first block, or a first stretch of it. If nothing is left, it ends the block instead;
+    /// Plans what is left of the first block, or a first part of it. If nothing is left, it ends the block instead;
     /// if a hold has come to rest, it stays at rest.
     pub(super) fn replan(&mut self) {
         if self.blocks.len() == 1

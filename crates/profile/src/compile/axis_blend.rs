@@ -16,7 +16,7 @@ pub(crate) struct AxisBlend {
     pub(crate) begin_s: f64,
     pub(crate) end_s: f64,
     pub(crate) is_turned: bool,
-    /// As in a [`Stretch`](super::Stretch).
+    /// As in a [`StepRange`](super::StepRange).
     pub(crate) ahead: f64,
     pub(crate) beyond: f64,
     /// The size of its speed in the approach.

@@ -27,7 +27,7 @@ pub(super) fn log2_of(x: f64) -> i32 {
 
 /// A step: its instant, and how fast the axis is there.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Knot {
+pub(super) struct Sample {
     /// The instant at which it is due, units of 2^-point tick from the start of the move.
     pub(super) instant: u64,
     /// log2 Q, which rises with the axis's speed there: see [`FixedRamp`].
@@ -71,9 +71,9 @@ impl FixedRamp {
 
     /// The step `half_steps` from the slow end; its instant is the time from standstill.
     #[inline(always)]
-    pub(super) fn knot(&self, half_steps: u32) -> Knot {
+    pub(super) fn sample(&self, half_steps: u32) -> Sample {
         let Root { root, log2 } = Root::of(self.radicand.at(half_steps));
-        Knot { instant: root, level: log2 }
+        Sample { instant: root, level: log2 }
     }
 
     /// log2 of the steps that a quadratic holds from a step of level `level` on, `most` at most. `length` is that of the

@@ -11,7 +11,7 @@ const PASSED_STEPS: f64 = 1e-9;
 /// A turn that comes as soon as this, s, is that from which a bend begins.
 pub(super) const AT_ONCE_S: f64 = 1e-6;
 
-/// A stretch of shaped motion of one axis, at constant acceleration, in which the axis may turn; or at constant jerk, in which it
+/// A part of shaped motion of one axis, at constant acceleration, in which the axis may turn; or at constant jerk, in which it
 /// does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {

@@ -199,10 +199,10 @@ fn no_position_is_trusted_after_a_driver_has_failed() {
     });
 }
 
-/// An interrupt of the board brakes before it reports what it has heard. A brake that the report does not confirm would hold
+/// An interrupt of the board inhibits before it reports what it has heard. An inhibit that the report does not confirm would hold
 /// the axes in a run which nobody ends, so there is none; and none is missing.
 #[test]
-fn an_interrupt_brakes_exactly_where_its_report_stops_the_machine() {
+fn an_interrupt_inhibits_exactly_where_its_report_stops_the_machine() {
     for_all(|life| {
         let reacts = |trigger| {
             let mut next = *life;
