@@ -39,11 +39,21 @@ fn promises() -> Vec<Promise> {
     found
 }
 
-/// The names of all functions with `#[test]`, also with `#[ignore]`, and of those that a macro lists to make tests of.
+/// The names of all tests: functions with `#[test]`, also with `#[ignore]`, those that a macro lists to make tests of, and
+/// dialogues that are text, each below a line `=== name`.
 fn tests() -> BTreeSet<String> {
-    let rust = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "rs");
     let folders = ["crates", "boards", "tests", "xtask"].map(|folder| files(&root().join(folder)));
-    folders.into_iter().flatten().filter(rust).flat_map(|path| tests_in(&read(&path))).collect()
+    let has = |path: &Path, extension: &str| path.extension().is_some_and(|other| other == extension);
+    let in_file = |path: PathBuf| match &path {
+        path if has(path, "rs") => tests_in(&read(path)),
+        path if has(path, "txt") => dialogues_in(&read(path)),
+        _ => Vec::new(),
+    };
+    folders.into_iter().flatten().flat_map(in_file).collect()
+}
+
+fn dialogues_in(text: &str) -> Vec<String> {
+    text.lines().filter_map(|line| line.strip_prefix("=== ")).map(str::to_owned).collect()
 }
 
 fn tests_in(code: &str) -> Vec<String> {
@@ -144,5 +154,6 @@ fn a_test_is_found_and_another_function_is_not() {
     let code = "#[test]\nfn one() {\n}\n#[test]\n#[ignore = \"it is long\"]\nfn two() {\n}\nfn three() {}\n\
         macro_rules! all {\n() => { all! {\n four,\n } };\n}\n";
     assert_eq!(tests_in(code), ["one", "two", "four"]);
+    assert_eq!(dialogues_in("# A page\n=== three\nsend ?\n"), ["three"]);
     assert_eq!(rows("| a | b |\n|---|---|\n| 1 | x |\n| 6 | never: it cannot be | |\n"), ["1"]);
 }
