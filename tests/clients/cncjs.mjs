@@ -194,8 +194,8 @@ function s(report) {
 
 /** Whether spindle or laser is on: S is M3's letter, C is M4's. @returns {boolean | undefined} undefined if not reported */
 function isOn(report) {
-  const told = /\|Ov:[^|>]+(\|A:[SCFM]+)?/.exec(report);
-  return told ? /[SC]/.test(told[1] ?? '') : undefined;
+  const reported = /\|Ov:[^|>]+(\|A:[SCFM]+)?/.exec(report);
+  return reported ? /[SC]/.test(reported[1] ?? '') : undefined;
 }
 
 /** Requests status reports until one is as wanted. @returns {Promise<string>} that report */

@@ -186,7 +186,7 @@ pub const CASES: [Case; 34] = [
     Case {
         cleared: "UNLOCK\nSINGLE\n",
         ..Case::alarm(
-            "homing: a side does not reach its switch",
+            "homing: a motor does not reach its switch",
             "SQUARED\nswitch X stuck-open\nsend $349=1\nexpect ok\nsend $HX\nexpect ALARM:15\nexpect error:9\nRELEASE_SWITCH\n",
             false,
         )

@@ -32,9 +32,9 @@ pub struct Run {
     pub outputs: Vec<OutputChange>,
 }
 
-/// A driver that talks, as it was at the end of a run.
+/// A UART driver, as it was at the end of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TalkingDriver {
+pub struct UartDriver {
     /// Microsteps of a full step.
     pub microsteps: u64,
     /// IRUN and IHOLD, 0 to 31: the current in motion and at standstill, in 1/32 of the full one, less one.
@@ -94,12 +94,12 @@ impl Run {
         })
     }
 
-    /// The driver of an axis (A also for a second motor), if the board's drivers talk.
+    /// The driver of an axis (A also for a second motor), if the board's drivers have a UART.
     #[must_use]
-    pub fn driver(&self, axis: char) -> Option<TalkingDriver> {
+    pub fn driver(&self, axis: char) -> Option<UartDriver> {
         let of = &self.figures["drivers"].get(axis.to_string())?;
         let number = |name: &str| of[name].as_u64().expect("a whole number");
-        Some(TalkingDriver {
+        Some(UartDriver {
             microsteps: number("microsteps"),
             currents: ["irun", "ihold"].map(number),
             chopper: of["chopper"].as_str().expect("a chopper").to_owned(),
@@ -118,7 +118,7 @@ pub fn config() -> Config {
 /// The environment variable that names whose pins the emulated board has, if not those of a Pico.
 const BOARD: &str = "ISOSTEP_BOARD";
 
-/// Whether the emulated board is an SKR Pico, whose drivers talk.
+/// Whether the emulated board is an SKR Pico, whose drivers have a UART.
 #[must_use]
 pub fn is_skr_pico() -> bool {
     env::var_os(BOARD).is_some_and(|board| board == "skr-pico")

@@ -3,7 +3,6 @@
 
 use std::cell::RefCell;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use embassy_futures::select::select;
@@ -52,23 +51,6 @@ fn rows(heading: &str) -> Vec<String> {
 fn the_table_says_what_the_cases_hold() {
     let held: Vec<_> = CASES.iter().map(|case| case.row()).collect();
     assert_eq!(rows("How a motion ends").join("\n"), held.join("\n"), "docs/position.md beside tests/src/contract.rs");
-}
-
-fn sources(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
-}
-
-#[test]
-fn what_tests_of_their_own_hold_names_them() {
-    let folders = ["tests/tests", "crates/conformance/src/promises"].map(|folder| sources(&root().join(folder)));
-    let code: String = folders.concat().iter().map(|path| fs::read_to_string(path).unwrap()).collect();
-    let rows = rows("What tests of their own hold");
-    assert!(rows.len() >= 5, "{rows:?}");
-    for row in rows {
-        let test = row.trim_end_matches([' ', '|']).rsplit('|').next().unwrap_or_default().trim().trim_matches('`');
-        assert!(code.contains(&format!("fn {test}(")), "{row}");
-    }
 }
 
 /// A machine made of tasks alone. Its coordinator is dropped once and then restarted.

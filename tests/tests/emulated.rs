@@ -11,8 +11,6 @@ mod blends;
 mod boot;
 #[path = "emulated/contract.rs"]
 mod contract;
-#[path = "emulated/dead_man.rs"]
-mod dead_man;
 #[path = "emulated/drivers.rs"]
 mod drivers;
 #[path = "emulated/estop.rs"]
@@ -27,6 +25,8 @@ mod four_axes;
 mod inputs;
 #[path = "emulated/linked.rs"]
 mod linked;
+#[path = "emulated/output_watchdog.rs"]
+mod output_watchdog;
 // Its image has three axes.
 #[cfg(all(unix, not(feature = "four-axes")))]
 #[path = "emulated/prove.rs"]
@@ -344,8 +344,8 @@ fn all_axes_start_on_the_same_cycle() {
     assert!(run.edges.chunks(3).all(|step| step.iter().all(|edge| edge.t_ns == step[0].t_ns)));
 }
 
-/// Three axes at 240,000 steps/s. Whatever stops them, the last edge may come at most 1.5 us later: the guard brakes before
-/// it takes a lock, and what masks interrupts in a move takes less than the rest. Without the brake it would take tens of
+/// Three axes at 240,000 steps/s. Whatever stops them, the last edge may come at most 1.5 us later: the guard inhibits before
+/// it takes a lock, and what masks interrupts in a move takes less than the rest. Without the inhibit it would take tens of
 /// microseconds, until the tasks of the axes run, and 5 us if it were put on when the stop is decided.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
@@ -379,12 +379,12 @@ fn every_stop_takes_less_than_1_5_us() {
     }
 }
 
-/// The guard brakes for a press before anything is decided, but not in homing, which looks for the switches: presses that are
+/// The guard inhibits for a press before anything is decided, but not in homing, which looks for the switches: presses that are
 /// over before any code runs, while it begins and moves, change nothing. Where it ends and a move begins, each either stops
-/// the machine with an alarm or does nothing: a brake without an alarm would hold the axes for ever.
+/// the machine with an alarm or does nothing: an inhibit without an alarm would hold the axes for ever.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn presses_while_homing_begins_lasts_and_ends_are_no_brake() {
+fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
     let begin = "expect Grbl\nsend $24=600\nexpect ok\nsend $25=2880\nexpect ok\nsend $26=1\nexpect ok\n";
     let press = |axis: char, wait_us: f64| {
         format!("wait-us {wait_us:.3}\nswitch {axis} stuck-closed\nwait-us 0.1\nswitch {axis} normal\n")
@@ -408,11 +408,11 @@ fn presses_while_homing_begins_lasts_and_ends_are_no_brake() {
         let steps = |run: &Run| run.edges.iter().map(|edge| (edge.axis, edge.direction)).collect::<Vec<_>>();
         assert_eq!(steps(&pressed), steps(&plain), "{test}");
 
-        let told_s = |run: &Run, what: &str| -> Vec<f64> {
-            let told = run.printed.lines().filter(|line| line.ends_with(what));
-            told.map(|line| line.trim_start().split(' ').next().unwrap().parse().unwrap()).collect()
+        let reported_s = |run: &Run, what: &str| -> Vec<f64> {
+            let reported = run.printed.lines().filter(|line| line.ends_with(what));
+            reported.map(|line| line.trim_start().split(' ').next().unwrap().parse().unwrap()).collect()
         };
-        let lasts_us = 1e6 * (told_s(&plain, "< ok").last().unwrap() - told_s(&plain, "> $HZ").last().unwrap());
+        let lasts_us = 1e6 * (reported_s(&plain, "< ok").last().unwrap() - reported_s(&plain, "> $HZ").last().unwrap());
         let mut script = format!("{begin}{set}send $HZ\nexpect ok\n");
         for _ in 0..isostep_trials::cases(8, 40) {
             let wait_us = lasts_us - 1_500.0 + 6_000.0 * f64::from(random.rand_float());

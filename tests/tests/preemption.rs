@@ -105,8 +105,8 @@ fn over(sweeps: &[Sweep], stop: Stimulus, check: fn(&Outcome, Came) -> Result<()
 
 fn is_locked(outcome: &Outcome, came: Came) -> Result<(), String> {
     stands_still(outcome, came)?;
-    if !came.brakes {
-        return Err("an interrupt would not have braked for it".into());
+    if !came.inhibits {
+        return Err("an interrupt would not have inhibited for it".into());
     }
     let locked = State::Alarm(Alarm::EmergencyStop);
     if outcome.state == locked { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
@@ -120,12 +120,15 @@ fn no_emergency_stop_is_lost() {
 
 const Z_CLOSES: Stimulus = Stimulus::Switch(Axis::Z, SwitchFault::StuckClosed);
 
-/// A switch stops what is under way, and nothing else. A board brakes for it before that is decided, and must be right: a
-/// brake without a stop would hold the axes for ever.
-fn stops_as_braked(outcome: &Outcome, came: Came) -> Result<(), String> {
+/// A switch stops what is under way, and nothing else. A board inhibits for it before that is decided, and must be right: an
+/// inhibit without a stop would hold the axes for ever.
+fn stops_as_inhibited(outcome: &Outcome, came: Came) -> Result<(), String> {
     let is_stopped = outcome.state == State::Alarm(Alarm::HardLimit { motor: Axis::Z.into() });
-    if came.brakes != is_stopped {
-        return Err(format!("braked: {}, in {:?}, and the machine is in {:?}", came.brakes, came.state, outcome.state));
+    if came.inhibits != is_stopped {
+        return Err(format!(
+            "inhibited: {}, in {:?}, and the machine is in {:?}",
+            came.inhibits, came.state, outcome.state
+        ));
     }
     if is_stopped { stands_still(outcome, came) } else { Ok(()) }
 }
@@ -134,7 +137,11 @@ fn stops_as_braked(outcome: &Outcome, came: Came) -> Result<(), String> {
 fn no_limit_switch_is_lost() {
     all(Z_CLOSES, |outcome, came| {
         let is_due = came.state != State::Idle;
-        if is_due == came.brakes { stops_as_braked(outcome, came) } else { Err(format!("braked in {:?}", came.state)) }
+        if is_due == came.inhibits {
+            stops_as_inhibited(outcome, came)
+        } else {
+            Err(format!("inhibited in {:?}", came.state))
+        }
     });
 }
 
@@ -156,12 +163,12 @@ fn a_switch_that_closes_as_homing_begins_or_ends_stops_only_what_is_not_homing()
     let mut seen = [0; 2];
     for sweep in [&begins, &ends] {
         swept(sweep, Port::Pio, &Z_CLOSES, &mut |outcome, came| {
-            seen[usize::from(came.brakes)] += 1;
+            seen[usize::from(came.inhibits)] += 1;
             let is_due = matches!(came.state, State::Run);
-            if is_due == came.brakes {
-                stops_as_braked(outcome, came)
+            if is_due == came.inhibits {
+                stops_as_inhibited(outcome, came)
             } else {
-                Err(format!("braked in {:?}", came.state))
+                Err(format!("inhibited in {:?}", came.state))
             }
         });
     }

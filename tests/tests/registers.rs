@@ -62,7 +62,7 @@ impl edges::Changes for Changing {
     }
 }
 
-/// Two inputs change, or do not, before each of six accesses. Then the handler has told every change of either, with the
+/// Two inputs change, or do not, before each of six accesses. Then the handler has reported every change of either, with the
 /// level after it, and in order.
 #[test]
 fn no_edge_of_an_input_is_lost_between_two_accesses_of_the_handler() {
@@ -75,12 +75,14 @@ fn no_edge_of_an_input_is_lost_between_two_accesses_of_the_handler() {
             (0..2).filter(|input| changed >> input & 1 != 0).for_each(|input| wanted[input].push(levels >> input & 1));
         }
         let mut inputs = Changing { levels: 0, queue: VecDeque::new(), accesses: 0, changes };
-        let (last, mut told) = (AtomicU32::new(0), [vec![], vec![]]);
+        let (last, mut reported) = (AtomicU32::new(0), [vec![], vec![]]);
         // The interrupt comes again for as long as there are changes, or will be.
         while inputs.accesses < inputs.changes.len() || !inputs.queue.is_empty() {
             let Some((changed, levels)) = edges::take(&mut inputs, &last) else { continue };
-            (0..2).filter(|input| changed >> input & 1 != 0).for_each(|input| told[input].push(levels >> input & 1));
+            (0..2)
+                .filter(|input| changed >> input & 1 != 0)
+                .for_each(|input| reported[input].push(levels >> input & 1));
         }
-        assert_eq!(told, wanted, "{:?}", inputs.changes);
+        assert_eq!(reported, wanted, "{:?}", inputs.changes);
     }
 }

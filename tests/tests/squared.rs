@@ -1,10 +1,10 @@
 //! An axis with two motors: homed apart, squared by their switches and an offset, and stopped by either.
 //!
-//! The simulated gantry has a frame between the sides, which may be out of square at rest and binds when it is skewed too
+//! The simulated gantry has a frame between the motors, which may be out of square at rest and binds when it is skewed too
 //! far. Its two motors get their steps from the ports that the firmware has.
 
 use embassy_time::Duration;
-use isostep_motion::{Alarm, Axis, Motor, Side};
+use isostep_motion::{Alarm, Axis, GangedMotor, Motor};
 use isostep_sim::world::{LossCause, Wire};
 use isostep_sim::{Config, Gantry, Port, Sim, State, SwitchFault};
 use isostep_trials::cases;
@@ -33,18 +33,18 @@ fn homed(config: &Config) -> Sim {
     sim
 }
 
-/// How much farther from its switch the second side stands than the first, steps.
+/// How much farther from its switch the second motor stands than the first, steps.
 fn second_farther_steps(sim: &Sim) -> i32 {
     sim.second_place_steps().unwrap() - sim.places_steps()[1]
 }
 
-/// Both sides of Y after its pull-off, in steps from their switches.
+/// Both motors of Y after its pull-off, in steps from their switches.
 fn places(sim: &Sim) -> [i32; 2] {
     [sim.places_steps()[1], sim.second_place_steps().unwrap()]
 }
 
 /// A gantry up to 5 mm out at power-up, switches that bounce and are up to 5 mm out themselves, offsets up to 5 mm:
-/// each time each side stands its pull-off from its switch, and the offset apart.
+/// each time each motor stands its pull-off from its switch, and the offset apart.
 #[test]
 fn homing_squares_the_gantry_as_its_offset_says() {
     let mut random = Rand32::new(8);
@@ -74,14 +74,14 @@ fn homing_squares_the_gantry_as_its_offset_says() {
     }
 }
 
-/// Whichever side meets its switch first, far from it or on it at power-up.
+/// Whichever ganged motor meets its switch first, far from it or on it at power-up.
 #[test]
-fn either_side_may_meet_its_switch_first() {
+fn either_motor_may_meet_its_switch_first() {
     for (skew_mm, port) in [-5.0, -0.02, 0.0, 0.02, 5.0].into_iter().zip(Port::ALL.into_iter().cycle()) {
         for start_mm in [30.0, -0.5, 0.0] {
             let mut config = machine(port);
             config.start_mm[1] = start_mm;
-            // On the switch at power-up the sides are no farther apart than a pull-off frees.
+            // On the switch at power-up the ganged motors are no farther apart than a pull-off frees.
             config.gantry.skew_mm = if start_mm > 0.0 { skew_mm } else { skew_mm.clamp(-1.0, 5.0) };
             let sim = homed(&config);
             assert_eq!(places(&sim), [100, 100], "{skew_mm} mm skewed, from {start_mm} mm");
@@ -91,7 +91,7 @@ fn either_side_may_meet_its_switch_first() {
 
 /// The contacts bounce for longer than the axis takes for several steps, and are debounced for longer still.
 #[test]
-fn either_side_s_switch_may_bounce_long_after_a_fast_latch() {
+fn either_motor_s_switch_may_bounce_long_after_a_fast_latch() {
     for (port, negative) in Port::ALL.into_iter().flat_map(|port| [(port, 0b111), (port, 0b101)]) {
         for skew_mm in [-3.0, -0.04, 0.0, 0.04, 3.0] {
             let mut config = machine(port);
@@ -126,9 +126,9 @@ fn after_an_offset_both_motors_make_every_later_step() {
     }
 }
 
-/// The pull-off takes both sides off their switches, and the offset comes on top.
+/// The pull-off takes both motors off their switches, and the offset comes on top.
 #[test]
-fn the_pull_off_moves_both_sides() {
+fn the_pull_off_moves_both_motors() {
     for (offset_mm, wanted) in [(0.0, [100, 100]), (0.5, [100, 125]), (-0.5, [125, 100])] {
         let mut config = machine(Port::Timer);
         config.settings.square_offset_mm[1] = offset_mm;
@@ -193,10 +193,10 @@ fn the_second_motor_may_be_mounted_the_other_way_round() {
 }
 
 #[test]
-fn the_limit_of_either_side_stops_everything() {
+fn the_limit_of_either_motor_stops_everything() {
     for port in Port::ALL {
-        for side in [Side::First, Side::Second] {
-            let motor = Motor { axis: Axis::Y, side };
+        for ganged in [GangedMotor::First, GangedMotor::Second] {
+            let motor = Motor { axis: Axis::Y, ganged };
             let mut sim = homed(&machine(port));
             sim.send(b"G53 G1 X20 Y30 F1200\n");
             sim.run_for(Duration::from_millis(900)).unwrap();
@@ -234,10 +234,10 @@ fn without_a_second_motor_its_switch_does_not_count() {
     assert!(!sim.replies().concat().contains("Pn:"));
 }
 
-/// A side is jammed. If the other meets its switch, the alarm names the jammed one, and no side has gone alone by more
-/// than the limit. Far from the switches only the frame itself holds the other side back.
+/// A ganged motor is jammed. If the other meets its switch, the alarm names the jammed one, and no motor has gone alone by more
+/// than the limit. Far from the switches only the frame itself holds the other motor back.
 #[test]
-fn a_jammed_side_is_an_alarm_and_nothing_is_torn() {
+fn a_jammed_motor_is_an_alarm_and_nothing_is_torn() {
     for port in Port::ALL {
         for jammed in [Motor::first(Axis::Y), Motor::second(Axis::Y)] {
             for start_mm in [2.0, 5.0, 30.0] {
@@ -266,12 +266,12 @@ fn a_jammed_side_is_an_alarm_and_nothing_is_torn() {
     }
 }
 
-/// A side moves alone by the skew limit at most, whether it is jammed, or its switch does not close.
+/// A ganged motor moves alone by the skew limit at most, whether it is jammed, or its switch does not close.
 #[test]
-fn no_side_goes_farther_alone_than_the_skew_limit() {
+fn no_motor_goes_farther_alone_than_the_skew_limit() {
     for port in Port::ALL {
-        for side in [Side::First, Side::Second] {
-            let blind = Motor { axis: Axis::Y, side };
+        for ganged in [GangedMotor::First, GangedMotor::Second] {
+            let blind = Motor { axis: Axis::Y, ganged };
             let mut config = machine(port);
             config.settings.skew_max_mm = 1.5;
             let mut sim = Sim::new(&config);
@@ -296,8 +296,8 @@ fn neither_switch_found_is_alarm_9_and_a_switch_that_stays_closed_is_named() {
         sim.set_switch(motor, SwitchFault::StuckClosed);
         line(&mut sim, "$HY");
         let state = sim.machine().state();
-        let other = Motor { side: motor.side.other(), ..motor };
-        // The other side has farther to go than it may alone.
+        let other = Motor { ganged: motor.ganged.other(), ..motor };
+        // The other motor has farther to go than it may alone.
         assert_eq!(state, State::Alarm(Alarm::Skewed { motor: other }));
         assert_eq!(sim.skew_mm().unwrap().abs(), 10.0);
     }
@@ -327,11 +327,11 @@ fn freed_motors_leave_the_squared_axis_not_homed() {
 }
 
 #[test]
-fn a_pressed_switch_of_the_second_side_is_told_apart() {
+fn a_pressed_switch_of_the_second_motor_is_told_apart() {
     let mut sim = Sim::new(&machine(Port::Pio));
     sim.run_until_idle().unwrap();
-    for (side, pins) in [(Side::First, "|Pn:Y|"), (Side::Second, "|Pn:Y2|")] {
-        let motor = Motor { axis: Axis::Y, side };
+    for (ganged, pins) in [(GangedMotor::First, "|Pn:Y|"), (GangedMotor::Second, "|Pn:Y2|")] {
+        let motor = Motor { axis: Axis::Y, ganged };
         sim.set_switch(motor, SwitchFault::StuckClosed);
         sim.run_until_idle().unwrap();
         sim.replies();
@@ -367,9 +367,9 @@ fn settings_that_cannot_work_are_refused_with_the_remedy() {
     assert_eq!(line(&mut sim, "$905=0"), ["ok"], "no second motor, no offset");
 }
 
-/// A reset, the emergency stop, and a reset again: none of them leaves a side held.
+/// A reset, the emergency stop, and a reset again: none of them leaves a ganged motor held.
 #[test]
-fn a_stop_while_one_side_moves_alone_leaves_none_held() {
+fn a_stop_while_one_motor_moves_alone_leaves_none_held() {
     for at_ms in [2_900, 3_000, 3_050, 3_100, 3_200, 3_300, 3_400] {
         let mut config = machine(Port::Pio);
         config.gantry.skew_mm = 5.0;

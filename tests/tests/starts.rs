@@ -27,16 +27,16 @@ impl StepPort for Port {
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         let mut item = run.segments.receive().await;
-        let let_go = run.start_line.armed().await;
+        let let_go = run.start_barrier.armed().await;
         Timer::after(self.delay).await;
         let start = if self.starts_alone { Instant::now() } else { let_go + Duration::from_millis(1) };
-        run.start_line.begun(start);
+        run.start_barrier.begun(start);
         loop {
             match item {
                 StreamItem::Steps { segment, direction } => {
                     for ticks in segment.ticks() {
                         Timer::at(start + Duration::from_ticks(ticks)).await;
-                        run.odometer.count(direction);
+                        run.step_counter.count(direction);
                     }
                 }
                 StreamItem::Rest { until_ticks } => Timer::at(start + Duration::from_ticks(until_ticks)).await,

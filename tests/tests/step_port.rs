@@ -15,7 +15,7 @@ use isostep_conformance::plan::{LIMITS, Plan, steps_of};
 use isostep_conformance::rig::{WIRED, edges, let_go};
 use isostep_conformance::{Bench, Ports, Rig};
 use isostep_motion::{
-    AXES, Axis, DriverTiming, Motors, Odometer, PortFault, Run, StartLine, StepPort, StreamItem, StreamQueue,
+    AXES, Axis, DriverTiming, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort, StreamItem, StreamQueue,
 };
 use isostep_profile::Limits;
 use isostep_sim::port::AxisPort;
@@ -83,8 +83,8 @@ fn machines_make_the_highest_rate_their_ports_take() {
 
 /// A run may be stopped between arming and the start. What was signalled for it must not start the next one.
 #[test]
-fn a_start_line_forgets_an_earlier_run() {
-    let line = StartLine::new();
+fn a_start_barrier_forgets_an_earlier_run() {
+    let line = StartBarrier::new();
     assert!(poll_once(line.armed()).is_pending(), "nobody has let it go");
     line.go(Instant::MIN);
     line.begun(Instant::from_ticks(1));
@@ -123,20 +123,20 @@ fn made_late(top_speed_steps_s: u32, late_us: u64) -> Result<(), PortFault> {
     let kept = result.clone();
     Rig::new(Of(Port::Timer), DriverTiming::DRV8825).run(move |mut port, _| async move {
         let (start, plan) = (Instant::from_millis(1), Plan::within(60, slow));
-        let (queue, start_line, odometer) = (StreamQueue::new(), StartLine::new(), Odometer::new());
+        let (queue, start_barrier, step_counter) = (StreamQueue::new(), StartBarrier::new(), StepCounter::new());
         let mut items = plan.items(port.capabilities().tick_hz);
         let fed: i32 = items.by_ref().take(1).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
         let due_ns = plan.instants_ns(start).nth(fed as usize).unwrap().0;
         let until_ticks = (due_ns as u64 - time::ns(start)) / 1_000 - 5;
         queue.try_send(StreamItem::Rest { until_ticks }).unwrap();
         let feed = async {
-            let_go(&start_line, start).await;
+            let_go(&start_barrier, start).await;
             Timer::at(Instant::from_micros(due_ns as u64 / 1_000 + late_us)).await;
             send_all(&queue, items.chain([StreamItem::End])).await;
             pending::<Infallible>().await
         };
         let motors = Motors { top_speed_steps_s, ..WIRED };
-        let run = Run::new(motors, &start_line, &queue, &odometer);
+        let run = Run::new(motors, &start_barrier, &queue, &step_counter);
         let Either::First(result) = select(port.run(run), feed).await;
         kept.set(Some(result));
     });
@@ -153,8 +153,8 @@ fn a_step_that_is_too_late_stops_all_axes() {
     let noting = noticed.clone();
     let world = rig.run_all(|[mut x, mut y, ..], _| async move {
         let (start, plan) = (Instant::from_millis(1), Plan::new(3_000));
-        let (queues, odometers) = ([const { StreamQueue::new() }; 2], [const { Odometer::new() }; 2]);
-        let lines = [const { StartLine::new() }; 2];
+        let (queues, step_counters) = ([const { StreamQueue::new() }; 2], [const { StepCounter::new() }; 2]);
+        let lines = [const { StartBarrier::new() }; 2];
         let items = plan.items(x.capabilities().tick_hz);
         let mut steps = 0;
         let (in_time, late): (Vec<_>, Vec<_>) = items.clone().partition(|&item| {
@@ -170,8 +170,8 @@ fn a_step_that_is_too_late_stops_all_axes() {
         };
         let go = join(let_go(&lines[0], start), let_go(&lines[1], start));
         let run = |axis: usize| {
-            let (start_line, segments, odometer) = (&lines[axis], &queues[axis], &odometers[axis]);
-            Run::new(WIRED, start_line, segments, odometer)
+            let (start_barrier, segments, step_counter) = (&lines[axis], &queues[axis], &step_counters[axis]);
+            Run::new(WIRED, start_barrier, segments, step_counter)
         };
         let others = join4(y.run(run(1)), feed_late, send_all(&queues[1], items), go);
         let fault = async {

@@ -367,7 +367,7 @@ fn the_defaults_put_back_outlive_a_power_cycle() {
 }
 
 #[test]
-fn what_is_not_as_stored_is_told_after_the_welcome_until_it_is_stored_anew() {
+fn what_is_not_as_stored_is_reported_after_the_welcome_until_it_is_stored_anew() {
     for (flash, words) in [
         (garbage(1), "[MSG:what flash holds cannot be read"),
         (of_another_version(), "[MSG:what flash holds is another version's"),

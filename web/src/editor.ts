@@ -1,4 +1,5 @@
-// The program as text: G-code in colours, with what was refused told below its line, and the line marked that moves the machine.
+// The program as text: G-code in colours, with what was refused reported below its line, and the line marked that moves the
+// machine.
 
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { searchKeymap } from "@codemirror/search";
@@ -6,7 +7,7 @@ import { EditorState, type Extension } from "@codemirror/state";
 import { drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { part } from "./elements";
 import { gcode } from "./gcode";
-import { marks, setCurrent, setTold, type Told } from "./marks";
+import { marks, setCurrent, setReported, type Reported } from "./marks";
 
 const theme = EditorView.theme({
   "&": { height: "100%", color: "var(--ink)", backgroundColor: "var(--card)", fontSize: "13px" },
@@ -26,7 +27,7 @@ const theme = EditorView.theme({
   ".cm-gutterElement.cm-current": { color: "var(--tool)", fontWeight: "700" },
   ".cm-line.cm-refused": { backgroundColor: "var(--bad-paper)" },
   ".cm-gutterElement.cm-refused": { color: "var(--card)", backgroundColor: "var(--bad)", fontWeight: "700" },
-  ".cm-told": { contain: "inline-size", padding: "0.1rem 0.6rem 0.3rem", color: "var(--bad)", backgroundColor: "var(--bad-paper)", whiteSpace: "pre-wrap", fontFamily: "system-ui, sans-serif" },
+  ".cm-reported": { contain: "inline-size", padding: "0.1rem 0.6rem 0.3rem", color: "var(--bad)", backgroundColor: "var(--bad-paper)", whiteSpace: "pre-wrap", fontFamily: "system-ui, sans-serif" },
 });
 
 export class Editor {
@@ -66,8 +67,8 @@ export class Editor {
   }
 
   /** Tells these below their lines. */
-  tell(told: Told[]): void {
-    this.view.dispatch({ effects: setTold.of(told) });
+  tell(reported: Reported[]): void {
+    this.view.dispatch({ effects: setReported.of(reported) });
   }
 
   /** Marks a line, from 1, or none, and brings it into view if that is wanted. */

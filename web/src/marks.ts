@@ -3,12 +3,12 @@
 import { type EditorState, RangeSet, RangeSetBuilder, StateEffect, type StateEffectType, StateField, type Transaction } from "@codemirror/state";
 import { Decoration, type DecorationSet, EditorView, GutterMarker, gutterLineClass, WidgetType } from "@codemirror/view";
 
-export interface Told {
+export interface Reported {
   line: number;
   words: string;
 }
 
-export const setTold = StateEffect.define<Told[]>();
+export const setReported = StateEffect.define<Reported[]>();
 export const setCurrent = StateEffect.define<number>();
 
 class Words extends WidgetType {
@@ -21,10 +21,10 @@ class Words extends WidgetType {
   }
 
   toDOM(): HTMLElement {
-    const told = document.createElement("div");
-    told.className = "cm-told";
-    told.textContent = this.words;
-    return told;
+    const reported = document.createElement("div");
+    reported.className = "cm-reported";
+    reported.textContent = this.words;
+    return reported;
   }
 }
 
@@ -59,7 +59,7 @@ function field(make: (transaction: Transaction) => Marked | undefined): StateFie
   });
 }
 
-function told(state: EditorState, all: Told[]): Marked {
+function reported(state: EditorState, all: Reported[]): Marked {
   const [lines, gutter] = [new RangeSetBuilder<Decoration>(), new RangeSetBuilder<GutterMarker>()];
   const inOrder = all.filter(({ line }) => line >= 1 && line <= state.doc.lines).sort((one, other) => one.line - other.line);
   for (const { line, words } of inOrder) {
@@ -85,4 +85,4 @@ function by<T>(type: StateEffectType<T>, make: (state: EditorState, value: T) =>
   };
 }
 
-export const marks = [field(by(setTold, told)), field(by(setCurrent, moving))];
+export const marks = [field(by(setReported, reported)), field(by(setCurrent, moving))];

@@ -14,8 +14,8 @@ import { Playback } from "./playback";
 import { Programs } from "./programs";
 import { tellChecks, tellFigures } from "./results";
 
-/** Problems that are told one by one. */
-const TOLD_MAX = 50;
+/** Problems that are reported one by one. */
+const REPORTED_MAX = 50;
 /** While a program runs, its path is drawn this often, and for no more than a tenth of the time. */
 const PICTURE_EVERY_MS = 300;
 
@@ -147,13 +147,13 @@ export class Run {
 
   private tell(troubles: Trouble[]): void {
     this.editor.tell(troubles.flatMap(({ line, words }) => (line ? [{ line, words }] : [])));
-    const told = troubles.slice(0, TOLD_MAX).map(({ line, words }) => {
+    const reported = troubles.slice(0, REPORTED_MAX).map(({ line, words }) => {
       const item = made("li", "");
       const place = line ? `line ${line} ` : "";
       item.append(...linked(`${place}${words.replace(/^line \d+: /, "")}`, (chosen) => this.go(chosen)));
       return item;
     });
-    if (troubles.length > TOLD_MAX) told.push(made("li", `and ${troubles.length - TOLD_MAX} more`));
-    part("troubles").replaceChildren(...told);
+    if (troubles.length > REPORTED_MAX) reported.push(made("li", `and ${troubles.length - REPORTED_MAX} more`));
+    part("troubles").replaceChildren(...reported);
   }
 }

@@ -62,12 +62,12 @@ function tellProgress(job: Job): void {
 function run(program: Uint8Array, settings: string, kept: Kept): void {
   const began = performance.now();
   const job = new Job(program, settings, kept);
-  let [until, toldAt, hasEnded] = [0, began, false];
+  let [until, reportedAt, hasEnded] = [0, began, false];
   while (!hasEnded) {
     until += SLICE_US;
     hasEnded = job.advance(until);
-    if (performance.now() - toldAt > TELL_EVERY_MS) {
-      toldAt = performance.now();
+    if (performance.now() - reportedAt > TELL_EVERY_MS) {
+      reportedAt = performance.now();
       tellProgress(job);
     }
   }

@@ -129,7 +129,7 @@ export const tests = (machine) => ({
     await person.says(/^\$110=2880/);
   },
 
-  async [`${machine.name}: an alarm is told in words, and unlocked`]() {
+  async [`${machine.name}: an alarm is reported in words, and unlocked`]() {
     const { page, person } = await attached(machine);
     await person.homes();
     await person.sends("$20=1");

@@ -205,7 +205,7 @@ export const tests = {
     await reads(page, "h-tool", /^Spindle/);
   },
 
-  async "a probe that touches nothing is told, and its alarm in words; what cannot be probed is refused"() {
+  async "a probe that touches nothing is reported, and its alarm in words; what cannot be probed is refused"() {
     const page = await operated();
     await page.fill("#probe-distance", "0");
     await page.click("#probe");
@@ -285,7 +285,7 @@ export const tests = {
     assert.ok((await rests(page, "x")) < 5, "the line behind it was in the machine already");
   },
 
-  async "errors are told in the machine's words"() {
+  async "errors are reported in the machine's words"() {
     const page = await operated();
     const answer = (await answers(page, "G1 X1 F0")).at(-1);
     assert.match(answer, /^error:22: .*[Ff]eed/);

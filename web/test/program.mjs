@@ -16,15 +16,15 @@ export const tests = {
     assert.equal(download.suggestedFilename(), "parking.csv");
   },
 
-  async "what a program has wrong is told at its line"() {
+  async "what a program has wrong is reported at its line"() {
     const page = await opened();
     await hasEnded(page);
     await run(page, "G21\nG90\nG42 X1\nG0 X5\n");
-    const told = page.locator("#troubles li").first();
-    assert.match(await told.textContent(), /^line 3 `G42 X1`: error:20 /);
+    const reported = page.locator("#troubles li").first();
+    assert.match(await reported.textContent(), /^line 3 `G42 X1`: error:20 /);
     assert.equal(await page.locator("#program .cm-gutterElement.cm-refused").textContent(), "3");
-    assert.match(await page.locator("#program .cm-told").textContent(), /^`G42 X1`: error:20 /);
-    await told.locator("button").click();
+    assert.match(await page.locator("#program .cm-reported").textContent(), /^`G42 X1`: error:20 /);
+    await reported.locator("button").click();
     const selected = await page.evaluate(() => document.getElementById("program").shadowRoot.getSelection().toString());
     assert.equal(selected, "G42 X1");
     assert.match(await page.locator("#checks-total").textContent(), /1 of 9 broken/);

@@ -139,7 +139,7 @@ export const tests = {
     assert.equal(await sent(), 40);
   },
 
-  async "a board that is unplugged is told, and taken again"() {
+  async "a board that is unplugged is reported, and taken again"() {
     const page = await withBoard();
     await is(page, "Idle");
     await page.evaluate(() => window.fake.unplug());
@@ -152,7 +152,7 @@ export const tests = {
     assert.equal(await page.evaluate(() => window.fake.asked), 1, "it is known");
   },
 
-  async "a port that is taken or not chosen is told with the remedy"() {
+  async "a port that is taken or not chosen is reported with the remedy"() {
     const page = await withBoard(() => (window.fake.isTaken = true));
     await page.locator("#alarm", { hasText: "Close other programs that use it, then connect again" }).waitFor();
     const other = await withBoard(() => (window.fake.isRefused = true));

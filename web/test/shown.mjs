@@ -141,7 +141,7 @@ export const tests = {
     await page.locator("#laws-trouble", { hasText: "1 to 1000000" }).waitFor();
   },
 
-  async "a defect is told with its place, and the page lives on"() {
+  async "a defect is reported with its place, and the page lives on"() {
     const page = await opened();
     await hasEnded(page);
     await page.evaluate(() => {
@@ -153,8 +153,8 @@ export const tests = {
       };
     });
     await run(page, "G0 X1\n");
-    const told = await page.locator("#troubles li").first().textContent();
-    assert.match(told, /^this is a defect of Isostep: panicked at .*panic\.rs:\d+.*on purpose/s);
+    const reported = await page.locator("#troubles li").first().textContent();
+    assert.match(reported, /^this is a defect of Isostep: panicked at .*panic\.rs:\d+.*on purpose/s);
     assert.equal(await page.locator("#status").textContent(), "It could not be run.");
     await page.evaluate(() => (window.isWhole = true));
     await run(page, "G0 X1\n");

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { answers, home, is, operated, reads, rests, sends, sent, setting, stands } from "./machine.mjs";
 
 export const tests = {
-  async "simulated: the emergency stop locks, and is told in words"() {
+  async "simulated: the emergency stop locks, and is reported in words"() {
     const page = await operated();
     await page.check("#stop-button");
     await is(page, "Alarm");

@@ -1,5 +1,5 @@
-//! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder: those
-//! that build, flash, emulate, test, and have the package `isostep-bench` measure. The other verbs are in the package `isostep`. `workspace`,
+//! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder:
+//! build, flash, emulate, test and others. `bench` is in the package `isostep-bench`, and the other verbs are in the package `isostep`. `workspace`,
 //! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `firmware`, `footprint`, `uf2`, `variant`, `process`, `suites` and `cpu` are
 //! shared by the verbs.
 

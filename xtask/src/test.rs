@@ -318,7 +318,8 @@ fn four_axes(_: Cases) -> Result<()> {
     }
     let elves = names.map(build::kept_elf);
     let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated"];
-    let of_board = [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=dead_man::"], &OF_SKR_PICO].concat();
+    let of_board =
+        [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::"], &OF_SKR_PICO].concat();
     suites::run("four axes on the board", || on_board(Cases::Few, &elves), &of_board)
 }
 

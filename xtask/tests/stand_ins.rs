@@ -134,8 +134,8 @@ fn a_chip_that_was_not_written_is_not_restarted() {
     let stand_ins = StandIns::new("not-written");
     stand_ins.add("probe-rs", &format!("{ONE_PROBE}\n[ \"$1\" != download ]"));
     let output = stand_ins.run("flash");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(!output.status.success() && told.contains("`probe-rs download --chip RP2040 "), "{told}");
+    let reported = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && reported.contains("`probe-rs download --chip RP2040 "), "{reported}");
     assert_eq!(stand_ins.calls().len(), 3, "no reset");
     // Nor is anything done without a build.
     stand_ins.add("stand-in-cargo", "exit 101");
@@ -174,8 +174,11 @@ fn picotool_writes_compares_and_starts() {
     let calls = ["build", "probe-rs list", "picotool info", "picotool load -u -v -x rp2040-gantry.uf2"];
     assert_eq!(stand_ins.calls(), calls);
     let refused = stand_ins.run("flash --logs");
-    let told = String::from_utf8(refused.stderr).unwrap();
-    assert!(!refused.status.success() && told.contains("--logs needs a debug probe: probe-rs sees none"), "{told}");
+    let reported = String::from_utf8(refused.stderr).unwrap();
+    assert!(
+        !refused.status.success() && reported.contains("--logs needs a debug probe: probe-rs sees none"),
+        "{reported}"
+    );
 }
 
 /// The features of the image that a file should have by its name.

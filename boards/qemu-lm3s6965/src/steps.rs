@@ -15,7 +15,7 @@ const WAKE_UP: Duration = Duration::from_micros(20);
 /// The ports of all axes.
 pub fn open(spawner: SendSpawner) -> [TimerPort<'static>; AXES] {
     spawner.spawn(drive().unwrap());
-    BANK.ports(DriverTiming::DRV8825, BRAKES)
+    BANK.ports(DriverTiming::DRV8825, INHIBITS)
 }
 
 #[embassy_executor::task]
@@ -23,13 +23,13 @@ async fn drive() -> ! {
     BANK.drive(core::array::from_fn(AxisPins::new), Delay, WAKE_UP).await
 }
 
-const BRAKES: [fn(bool); AXES] = {
-    let of_four: [fn(bool); 4] = [brake::<0>, brake::<1>, brake::<2>, brake::<3>];
+const INHIBITS: [fn(bool); AXES] = {
+    let of_four: [fn(bool); 4] = [inhibit::<0>, inhibit::<1>, inhibit::<2>, inhibit::<3>];
     *of_four.first_chunk().unwrap()
 };
 
-fn brake<const AXIS: usize>(engaged: bool) {
-    BANK.brake(AXIS, engaged);
+fn inhibit<const AXIS: usize>(engaged: bool) {
+    BANK.inhibit(AXIS, engaged);
 }
 
 /// A delay that blocks, by the clock.

@@ -68,7 +68,7 @@ pub fn start() {
     Irq::Timer0A.enable(0);
 }
 
-/// What SysTick has left to count. At 0, which lasts a tick, it may or may not have told of its overflow, so that is waited
+/// What SysTick has left to count. At 0, which lasts a tick, it may or may not have reported its overflow, so that is waited
 /// out.
 fn left() -> u32 {
     loop {

@@ -9,7 +9,7 @@ use core::fmt::{self, Write};
 use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings, length};
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Request};
 use isostep_profile::shaper::{Bend, Shaper, ShaperKind};
-use isostep_profile::{Course, IntervalLaw, Lane, Limits, OFFSET_PARTS, SpeedLaw};
+use isostep_profile::{AxisCompiler, IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw, TimedPlan};
 
 use crate::shaped::ShapedAxes;
 use crate::{AXES, Checksum, TICK_HZ};
@@ -150,7 +150,7 @@ pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
         interpreter: Interpreter::new(),
         chain: Chain::new(config),
         steps: [whole_steps(START_MM); AXES],
-        course: Course::empty(),
+        timed_plan: TimedPlan::empty(),
         checksums: Checksums::default(),
     };
     flow.interpreter.set_position_pm([length::from_mm(START_MM); AXES]);
@@ -190,8 +190,8 @@ struct Flow {
     chain: Chain<AXES, CHAIN_MOVES>,
     /// End position of the last move.
     steps: [i32; AXES],
-    /// The course of the last compiled chunk.
-    course: Course,
+    /// The timed plan of the last compiled chunk.
+    timed_plan: TimedPlan,
     checksums: Checksums,
 }
 
@@ -235,8 +235,8 @@ impl Flow {
                 continue;
             }
             let mut compiled = Checksum::default();
-            let stage = (&chunk, &mut self.course, &mut compiled);
-            timer.time(Stage::Compile, stage, |(chunk, course, compiled)| compile(chunk, course, compiled));
+            let stage = (&chunk, &mut self.timed_plan, &mut compiled);
+            timer.time(Stage::Compile, stage, |(chunk, timed_plan, compiled)| compile(chunk, timed_plan, compiled));
             self.note(Stage::Compile, compiled.value());
         }
     }
@@ -280,13 +280,13 @@ fn read(interpreter: &mut Interpreter, bytes: &[u8]) -> Option<Block> {
     }
 }
 
-fn compile(chunk: &Chunk<AXES>, course: &mut Course, compiled: &mut Checksum) {
-    chunk.plan.lay(course, TICK_HZ);
-    let mut lanes = [0, 1, 2].map(|axis| chunk.plan.lane(axis, course));
+fn compile(chunk: &Chunk<AXES>, timed_plan: &mut TimedPlan, compiled: &mut Checksum) {
+    chunk.plan.convert_to_ticks(timed_plan, TICK_HZ);
+    let mut compilers = [0, 1, 2].map(|axis| chunk.plan.compiler(axis, timed_plan));
     let mut fed_ticks = [Some(0); AXES];
     // The axis with the least motion compiled is next, as in the firmware.
     while let Some(axis) = (0..AXES).filter(|axis| fed_ticks[*axis].is_some()).min_by_key(|axis| fed_ticks[*axis]) {
-        let segment = lanes[axis].next(course);
+        let segment = compilers[axis].next(timed_plan);
         if let Some(segment) = segment {
             compiled.add(segment.steps());
             compiled.add(segment.last_ticks() as u32);
@@ -296,9 +296,9 @@ fn compile(chunk: &Chunk<AXES>, course: &mut Course, compiled: &mut Checksum) {
 }
 
 fn compile_bend(bend: &Bend, compiled: &mut Checksum) {
-    let mut lane = Lane::empty();
-    lane.begin_bend(bend, TICK_HZ);
-    while let Some(segment) = lane.next_of_bend() {
+    let mut compiler = AxisCompiler::empty();
+    compiler.begin_bend(bend, TICK_HZ);
+    while let Some(segment) = compiler.next_of_bend() {
         compiled.add(segment.steps());
         compiled.add(segment.last_ticks() as u32);
     }

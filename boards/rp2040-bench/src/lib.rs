@@ -1,4 +1,4 @@
-//! What the benchmark firmware times. As a library, so that a host can do the same work and compare the results.
+//! The work that the benchmark firmware times. It is a library, so that a host can do the same work and compare the results.
 //!
 //! # What the firmware prints
 //! Lines of `name,cycles,count,checksum` on UART0 (GP0, 115200 8N1), then `end`. `cycles` are cycles of the core's

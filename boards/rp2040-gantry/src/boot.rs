@@ -16,7 +16,7 @@ use embassy_time::{Duration, Timer, with_timeout};
 use isostep_controller::Controller;
 use isostep_motion::Machine;
 
-use crate::aside::aside;
+use crate::cold_path::cold_path;
 use crate::flash::Flash;
 use crate::{fail_still, touch};
 
@@ -29,7 +29,7 @@ const PATIENCE: Duration = Duration::from_millis(1_500);
 /// Starts the boot loader when a console or a tool asks for it.
 #[embassy_executor::task]
 pub async fn make_way(machine: &'static Machine, controller: &'static Controller<'static, Flash>) -> ! {
-    aside(pin!(select(controller.boot_asked(), retire_when_touched(controller)))).await;
+    cold_path(pin!(select(controller.boot_asked(), retire_when_touched(controller)))).await;
     // This has no effect on a machine at rest, and stops at once one that is still braking.
     machine.reset();
     defmt::info!("leaving for the boot loader");

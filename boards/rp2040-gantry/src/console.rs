@@ -8,7 +8,7 @@ use embassy_rp::uart::BufferedUartTx;
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, FlowControl};
 
-use crate::aside::aside;
+use crate::cold_path::cold_path;
 use crate::fail_still::Cause;
 use crate::flash::Flash;
 use crate::{uart, usb};
@@ -47,7 +47,7 @@ async fn serve_uart(
         }
     });
     // A line takes longer on the cable than in the cache.
-    aside(sessions).await
+    cold_path(sessions).await
 }
 
 /// Serves a console until the link fails.

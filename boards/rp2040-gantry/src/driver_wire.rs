@@ -11,7 +11,7 @@ use embassy_rp::uart::{Blocking, Config, Uart};
 use embassy_time::Timer;
 use isostep_controller::{Controller, Wire, exchange_time};
 
-use crate::aside::aside;
+use crate::cold_path::cold_path;
 use crate::flash::Flash;
 use crate::pins::DriverWirePins;
 
@@ -31,7 +31,7 @@ pub async fn open(controller: &Controller<'static, Flash>, pins: DriverWirePins)
 /// Watches the drivers.
 #[embassy_executor::task]
 pub async fn watch(controller: &'static Controller<'static, Flash>, wire: DriverWire) -> ! {
-    match aside(pin!(controller.watch_drivers(wire))).await {}
+    match cold_path(pin!(controller.watch_drivers(wire))).await {}
 }
 
 impl Wire for DriverWire {

@@ -76,7 +76,7 @@ const PULSE_CYCLES: u32 = 250;
 /// Sets STEP low and switches the motors and the tool off, whoever owns the pins.
 fn stop_all() {
     cortex_m::interrupt::disable();
-    tool::brake(true);
+    tool::inhibit(true);
     pac::PIO0.ctrl().write_value(pac::pio::regs::Ctrl(0));
     // Keeps the present level, so that a pulse that has just begun has its full length.
     cortex_m::asm::delay(PULSE_CYCLES);

@@ -3,7 +3,7 @@
 //! # Design
 //! While a page is programmed (0.7 ms) or a sector erased (45 ms, at most 400 ms by its datasheet) the flash cannot be
 //! read, and some code is in it. So the HAL masks every interrupt and waits in RAM. A step that is due then would
-//! be late, and a switch would be noticed late. So the controller stores only while nothing moves. The dead man's switch
+//! be late, and a switch would be noticed late. So the controller stores only while nothing moves. The output watchdog
 //! is told to wait for as long. Between two operations the other tasks run, so that the watchdog is refreshed. Motors
 //! stay energised. The USB hardware makes its host wait, but a UART loses what does not fit into its 32 bytes.
 
@@ -13,7 +13,7 @@ use embassy_rp::peripherals::FLASH;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use isostep_controller::{Settings, Store};
 
-use crate::dead_man;
+use crate::output_watchdog;
 
 /// Flash size of a Pico.
 const FLASH_BYTES: usize = 2 * 1024 * 1024;
@@ -66,14 +66,14 @@ impl NorFlash for Flash {
     const ERASE_SIZE: usize = ERASE_SIZE;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        dead_man::outlast(|| self.0.blocking_write(offset, bytes))
+        output_watchdog::outlast(|| self.0.blocking_write(offset, bytes))
     }
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         // All sectors at once would be more than the switch has patience for.
         let mut sectors = (from..to).step_by(ERASE_SIZE);
         sectors.try_for_each(|sector| {
-            dead_man::outlast(|| self.0.blocking_erase(sector, (sector + ERASE_SIZE as u32).min(to)))
+            output_watchdog::outlast(|| self.0.blocking_erase(sector, (sector + ERASE_SIZE as u32).min(to)))
         })
     }
 }

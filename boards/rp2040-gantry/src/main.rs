@@ -9,10 +9,9 @@
 #![no_std]
 #![no_main]
 
-mod aside;
 mod boot;
+mod cold_path;
 mod console;
-mod dead_man;
 #[cfg(feature = "skr-pico")]
 mod driver_wire;
 mod fail_still;
@@ -20,6 +19,7 @@ mod flash;
 mod guard;
 mod led;
 mod motion;
+mod output_watchdog;
 mod pins;
 #[cfg(not(feature = "timer-port"))]
 mod pio_port;
@@ -93,7 +93,7 @@ async fn start(spawner: Spawner) {
     let controller = &*CONTROLLER.init(controller);
 
     let (switches, axes) = priority::start_executors();
-    dead_man::start(board.dead_man);
+    output_watchdog::start(board.output_watchdog);
     watch::spawn(axes, spawner, machine, board.watchdog);
     motion::spawn_axes(axes, machine, board.steps);
     // Must be done before anything reads the settings or moves.

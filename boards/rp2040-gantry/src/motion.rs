@@ -32,7 +32,7 @@ pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPin
     }
 }
 
-/// Spawns the tasks that stop the axes, and starts the guard that engages the brake before them.
+/// Spawns the tasks that stop the axes, and starts the guard that engages the inhibit before them.
 pub fn spawn_switches(spawner: SendSpawner, machine: &'static Machine, pins: SwitchPins) {
     for (which, limit) in guard::LIMIT_INPUTS.into_iter().zip(pins.limits) {
         spawner.spawn(watch_limit(machine, which, limit).unwrap());

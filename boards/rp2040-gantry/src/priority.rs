@@ -6,7 +6,7 @@
 //! | priority | interrupt | why there |
 //! |---|---|---|
 //! | P0 | `PWM_IRQ_WRAP` | of a proving image, while it measures how long such an interrupt waits |
-//! | P0 | `PIO1_IRQ_1` | an edge of a switch: it engages the brake |
+//! | P0 | `PIO1_IRQ_1` | an edge of a switch: it engages the inhibit |
 //! | P1 | `TIMER_IRQ_0` | the time driver's alarm: it only wakes tasks whose time has come, none of them above P1 |
 //! | P1 | `IO_IRQ_BANK0` | the same edge: it only wakes the task that watches the switch |
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke |

@@ -5,7 +5,7 @@ use embassy_rp::gpio::{AnyPin, Level, Output};
 use embassy_rp::pac::SIO;
 use embassy_time::Duration;
 use embedded_hal::delay::DelayNs;
-use isostep_motion::{AXES, DriverTiming, MotorPins, Motors, Side, TimerBank, TimerPort};
+use isostep_motion::{AXES, DriverTiming, GangedMotor, MotorPins, Motors, TimerBank, TimerPort};
 
 use crate::pins::{self, StepPins};
 use crate::priority;
@@ -29,7 +29,7 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
         core::mem::forget(Output::new(pin, Level::Low));
     }
     priority::start_step_executor().spawn(drive(core::array::from_fn(AxisPins::new)).unwrap());
-    BANK.ports(timing, BRAKES)
+    BANK.ports(timing, INHIBITS)
 }
 
 #[embassy_executor::task]
@@ -37,21 +37,21 @@ async fn drive(pins: [AxisPins; AXES]) -> ! {
     BANK.drive(pins, CoreDelay, WAKE_UP).await
 }
 
-const BRAKES: [fn(bool); AXES] = [
-    brake::<0>,
-    brake::<1>,
-    brake::<2>,
+const INHIBITS: [fn(bool); AXES] = [
+    inhibit::<0>,
+    inhibit::<1>,
+    inhibit::<2>,
     #[cfg(feature = "four-axes")]
-    brake::<3>,
+    inhibit::<3>,
 ];
 
-fn brake<const AXIS: usize>(engaged: bool) {
-    BANK.brake(AXIS, engaged);
+fn inhibit<const AXIS: usize>(engaged: bool) {
+    BANK.inhibit(AXIS, engaged);
 }
 
-/// Engages the brakes of all axes.
-pub fn brake_all() {
-    (0..AXES).for_each(|axis| BANK.brake(axis, true));
+/// Engages the inhibits of all axes.
+pub fn inhibit_all() {
+    (0..AXES).for_each(|axis| BANK.inhibit(axis, true));
 }
 
 /// STEP and DIR of an axis's motors, as masks of SIO: one write sets both of a kind.
@@ -73,8 +73,8 @@ impl AxisPins {
 
 impl MotorPins for AxisPins {
     fn begin(&mut self, motors: &Motors) {
-        let of = |side: Side, index: usize| if motors.moves(side) { step(index) } else { 0 };
-        self.step = of(Side::First, self.axis) | of(Side::Second, pins::SECOND);
+        let of = |ganged: GangedMotor, index: usize| if motors.moves(ganged) { step(index) } else { 0 };
+        self.step = of(GangedMotor::First, self.axis) | of(GangedMotor::Second, pins::SECOND);
         (self.dir, self.dir_inverted) = match motors.second {
             None => (dir(self.axis), 0),
             Some(_) if motors.is_second_inverted() => (dir(self.axis), dir(pins::SECOND)),

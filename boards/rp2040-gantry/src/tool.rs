@@ -1,9 +1,9 @@
-//! The tool's outputs: a PWM slice, four pins, and a brake that does not depend on them.
+//! The tool's outputs: a PWM slice, four pins, and an inhibit that does not depend on them.
 //!
 //! # Design
-//! A pad can be forced low whatever drives it. That is the brake: five registers, written in any context. Until it is
-//! released, nothing that the slice or a task does reaches the tool. If the core hangs, the dead man's switch forces the
-//! pads low within 20 ms (`dead_man`).
+//! A pad can be forced low whatever drives it. That is the inhibit: five registers, written in any context. Until it is
+//! released, nothing that the slice or a task does reaches the tool. If the core hangs, the output watchdog forces the
+//! pads low within 20 ms (`output_watchdog`).
 //!
 //! The hardware buffers the duty until the period ends, which takes up to 200 us at 5 kHz. That is too late for a level
 //! that belongs to a step. So a change of the duty ends the period at once, by setting the counter to its end.
@@ -13,9 +13,9 @@ use embassy_rp::pac;
 use embassy_rp::pac::io::vals::Outover;
 use embassy_rp::pwm::{Config, Pwm};
 use embassy_time::Duration;
-use isostep_motion::{Brake, Switches, ToolPort};
+use isostep_motion::{Inhibit, Switches, ToolPort};
 
-use crate::dead_man;
+use crate::output_watchdog;
 use crate::pins::{self, ToolPins};
 
 const CLOCK_HZ: u32 = 125_000_000;
@@ -51,7 +51,7 @@ impl Tool {
         let ToolPins { slice, pwm, enable, direction, flood, mist } = pins;
         let config = Config::default();
         let period = u32::from(config.top) + 1;
-        // The pad is the slice's when the brake is released first.
+        // The pad is the slice's when the inhibit is released first.
         let slice = Pwm::new_free(slice, config);
         Self { _slice: slice, _pwm: pwm, enable, direction, flood, mist, period, duty: 0 }
     }
@@ -67,8 +67,8 @@ impl Tool {
 }
 
 impl ToolPort for Tool {
-    fn brake(&self) -> Brake {
-        brake
+    fn inhibit(&self) -> Inhibit {
+        inhibit
     }
 
     fn switch(&mut self, switches: Switches) {
@@ -103,16 +103,16 @@ impl ToolPort for Tool {
     }
 }
 
-/// Forces all outputs of the tool low, or releases them, unless the dead man's switch has run out. It is called where nothing
+/// Forces all outputs of the tool low, or releases them, unless the output watchdog has run out. It is called where nothing
 /// interrupts it: in critical sections, and in the handler of the guard. So calls never overlap.
-pub fn brake(engaged: bool) {
+pub fn inhibit(engaged: bool) {
     let mut low = engaged;
     loop {
-        low = low || dead_man::has_run_out();
+        low = low || output_watchdog::has_run_out();
         override_pads(low);
         // If it has run out since that look, they are released only for this round. If it does after this one, it forces
         // them low after they were released.
-        if low || !dead_man::has_run_out() {
+        if low || !output_watchdog::has_run_out() {
             return;
         }
     }

@@ -19,7 +19,7 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use embedded_io_async::{ErrorType, Read, Write};
 use static_cell::StaticCell;
 
-use crate::aside::aside;
+use crate::cold_path::cold_path;
 use crate::reset_listener::ResetListener;
 use crate::touch::Touch;
 
@@ -69,7 +69,7 @@ pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
 /// and waits for the answer.
 #[embassy_executor::task]
 async fn run(mut device: UsbDevice<'static, RpDriver>) -> ! {
-    aside(pin!(device.run())).await
+    cold_path(pin!(device.run())).await
 }
 
 fn config() -> Config<'static> {

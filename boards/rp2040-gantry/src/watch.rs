@@ -1,9 +1,9 @@
-//! The watchdog, and who feeds the dead man's switch.
+//! The watchdog, and who feeds the output watchdog.
 //!
 //! # Design
-//! The executor of the axes feeds the dead man's switch and increments a counter while it runs. A thread-mode task
+//! The executor of the axes feeds the output watchdog and increments a counter while it runs. A thread-mode task
 //! refreshes the watchdog only if the counter has changed. So the watchdog resets the chip when any executor stops:
-//! either the axes no longer count, or thread mode no longer refreshes. The dead man's switch needs only the executors
+//! either the axes no longer count, or thread mode no longer refreshes. The output watchdog needs only the executors
 //! that the tool depends on, the axes' and those above it, and so it can be fifty times as quick.
 
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -15,11 +15,11 @@ use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
 use isostep_motion::Machine;
 
-use crate::{dead_man, fail_still, tool};
+use crate::{fail_still, output_watchdog, tool};
 
 /// Much longer than planning or a full console occupies the thread-mode executor.
 const TIMEOUT: Duration = Duration::from_millis(1_000);
-/// A quarter of the patience of the dead man's switch.
+/// A quarter of the patience of the output watchdog.
 const BEAT: Duration = Duration::from_millis(5);
 const CHECK: Duration = Duration::from_millis(250);
 
@@ -37,7 +37,7 @@ pub fn spawn(axes: SendSpawner, thread: Spawner, machine: &'static Machine, watc
 #[embassy_executor::task]
 async fn beat(machine: &'static Machine) -> ! {
     loop {
-        dead_man::feed(machine);
+        output_watchdog::feed(machine);
         // There is only one writer, so load and store need no atomic read-modify-write.
         BEATS.store(BEATS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
         Timer::after(BEAT).await;

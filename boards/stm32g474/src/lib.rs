@@ -1,5 +1,5 @@
-//! What both firmwares have of the chip: its clock, its pins, the steps, the switches, executors. README.md says what is
-//! where, and what a machine may do without.
+//! The chip's parts that both firmwares use: clock, pins, steps, switches, executors. README.md says where each is, and
+//! which of them a machine may leave out.
 #![no_std]
 
 pub mod clock;

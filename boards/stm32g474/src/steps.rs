@@ -28,7 +28,7 @@ pub fn open(spawner: SendSpawner, motors: [StepDir; AXES]) -> [TimerPort<'static
         drop(motors);
         spawner.spawn(crate::wake_up::measure().expect("it is spawned once"));
     }
-    BANK.ports(DriverTiming::DRV8825, [brake::<0>, brake::<1>, brake::<2>])
+    BANK.ports(DriverTiming::DRV8825, [inhibit::<0>, inhibit::<1>, inhibit::<2>])
 }
 
 #[cfg(not(feature = "measure-wake-up"))]
@@ -37,8 +37,8 @@ async fn drive(motors: [StepDir; AXES]) -> ! {
     BANK.drive(motors, Delay, WAKE_UP).await
 }
 
-fn brake<const AXIS: usize>(engaged: bool) {
-    BANK.brake(AXIS, engaged);
+fn inhibit<const AXIS: usize>(engaged: bool) {
+    BANK.inhibit(AXIS, engaged);
 }
 
 /// A delay that blocks, by the processor's cycles. It is never shorter than asked for: it makes the pulses.

@@ -15,7 +15,7 @@ use embassy_time::{Duration, Instant, TICK_HZ, Timer};
 use embedded_hal::delay::DelayNs;
 use isostep_conformance::{Bench, Ports, Rig};
 use isostep_motion::{
-    AXES, Axis, Capabilities, Direction, DriverTiming, MotorPins, Motors, Odometer, PortFault, Run, StartLine,
+    AXES, Axis, Capabilities, Direction, DriverTiming, MotorPins, Motors, PortFault, Run, StartBarrier, StepCounter,
     StepPort, StreamItem, StreamQueue, Wiring, ticks_covering,
 };
 use isostep_profile::{IntervalLaw, Limits, Segment, SpeedLaw, SyncMove};
@@ -69,7 +69,7 @@ impl<P: MotorPins, D: DelayNs> OwnPort<P, D> {
             }
             // Nothing is awaited from the rise to the fall: a run that is dropped cuts no pulse short.
             self.pins.set_step(true);
-            run.odometer.count(direction);
+            run.step_counter.count(direction);
             self.delay.delay_ns(self.capabilities.pulse_ns(run.motors.wiring));
             self.pins.set_step(false);
             let Capabilities { tick_hz, timing, margin_ticks, .. } = self.capabilities;
@@ -102,8 +102,8 @@ impl<P: MotorPins, D: DelayNs> StepPort for OwnPort<P, D> {
         self.pins.begin(&run.motors);
         self.delay.delay_ns(self.capabilities.timing.setup_ns);
         // All axes are told the same instant, whenever their tasks go on.
-        let start = run.start_line.armed().await + LEAD;
-        run.start_line.begun(start);
+        let start = run.start_barrier.armed().await + LEAD;
+        run.start_barrier.begun(start);
         let mut last = None;
         loop {
             match item {
@@ -158,16 +158,16 @@ pub fn main() {
     let counted = Rc::new(RefCell::new([0; 2]));
     let counts = counted.clone();
     let world = Rig::new(OwnPorts, DriverTiming::DRV8825).run_all(|[mut x, mut y, ..], _| async move {
-        let axes = [const { (StartLine::new(), StreamQueue::new(), Odometer::new()) }; 2];
+        let axes = [const { (StartBarrier::new(), StreamQueue::new(), StepCounter::new()) }; 2];
         for (index, (_, segments, _)) in axes.iter().enumerate() {
             for segment in plan.segments(index, TICK_HZ as u32) {
                 segments.send(StreamItem::Steps { segment, direction: Direction::Positive }).await;
             }
             segments.send(StreamItem::End).await;
         }
-        let [run_x, run_y] = axes
-            .each_ref()
-            .map(|(start_line, segments, odometer)| Run::new(Motors::default(), start_line, segments, odometer));
+        let [run_x, run_y] = axes.each_ref().map(|(start_barrier, segments, step_counter)| {
+            Run::new(Motors::default(), start_barrier, segments, step_counter)
+        });
         // The part of the coordinator: it lets all axes go at once, when all are armed.
         let let_go = async {
             for (line, ..) in &axes {
@@ -178,7 +178,7 @@ pub fn main() {
         };
         let (results, ()) = join(join(x.run(run_x), y.run(run_y)), let_go).await;
         assert_eq!(results, (Ok(()), Ok(())));
-        counts.replace(axes.each_ref().map(|(.., odometer)| odometer.position_steps()));
+        counts.replace(axes.each_ref().map(|(.., step_counter)| step_counter.position_steps()));
     });
     for edge in &world.borrow().record().edges {
         println!("{:>7} us  {} to {}", edge.t_ns / 1_000, Axis::ALL[edge.axis], edge.position_steps);

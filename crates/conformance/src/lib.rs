@@ -14,7 +14,7 @@ macro_rules! keeps_its_promises {
         $crate::keeps_its_promises! { $ports =>
             every_step_leaves_at_its_instant_there_and_back,
             directions_can_be_inverted,
-            a_side_that_is_held_makes_no_step_and_the_other_makes_all,
+            a_motor_that_is_held_makes_no_step_and_the_other_makes_all,
             pulses_are_as_wide_as_the_driver_or_the_wiring_asks,
             the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused,
             steps_may_be_an_hour_apart,

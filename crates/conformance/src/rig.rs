@@ -11,8 +11,8 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Capabilities, DriverTiming, Motor, Motors, Odometer, PortFault, Run, StartLine, StepPort, StreamItem,
-    StreamQueue, Wiring,
+    AXES, Axis, Capabilities, DriverTiming, Motor, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort,
+    StreamItem, StreamQueue, Wiring,
 };
 use isostep_profile::fit_error_max_ticks;
 use isostep_sim::Config;
@@ -178,11 +178,11 @@ pub const WIRED: Motors =
     Motors { wiring: Wiring { direction_inverted: false, pulse_ns: 0 }, top_speed_steps_s: 20_000, second: None };
 
 /// Lets an armed port go at `start`, or as soon after that as it is armed. Returns the instant at which it was let go.
-pub async fn let_go(start_line: &StartLine, start: Instant) -> Instant {
-    start_line.wait_armed().await;
+pub async fn let_go(start_barrier: &StartBarrier, start: Instant) -> Instant {
+    start_barrier.wait_armed().await;
     Timer::at(start).await;
-    start_line.go(Instant::now());
-    start_line.wait_begun().await
+    start_barrier.go(Instant::now());
+    start_barrier.wait_begun().await
 }
 
 /// Has the port carry out a plan. Lets it go and supplies its segments like the coordinator.
@@ -190,10 +190,10 @@ pub async fn carry_out(
     port: &mut impl StepPort,
     plan: Plan,
     at: (Instant, Wiring),
-    odometer: &Odometer,
+    step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
     let items = plan.items(port.capabilities().tick_hz).chain([StreamItem::End]).collect();
-    carry_out_all(port, items, at, odometer).await
+    carry_out_all(port, items, at, step_counter).await
 }
 
 /// The same with any items.
@@ -201,9 +201,9 @@ pub(crate) async fn carry_out_all(
     port: &mut impl StepPort,
     items: Vec<StreamItem>,
     (start, wiring): (Instant, Wiring),
-    odometer: &Odometer,
+    step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
-    carry_out_run(port, items, (start, Motors { wiring, ..WIRED }), odometer).await
+    carry_out_run(port, items, (start, Motors { wiring, ..WIRED }), step_counter).await
 }
 
 /// The same with any motors.
@@ -211,17 +211,17 @@ pub(crate) async fn carry_out_run(
     port: &mut impl StepPort,
     items: Vec<StreamItem>,
     (start, motors): (Instant, Motors),
-    odometer: &Odometer,
+    step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
-    let (queue, start_line) = (StreamQueue::new(), StartLine::new());
+    let (queue, start_barrier) = (StreamQueue::new(), StartBarrier::new());
     let item = async {
         for item in items {
             queue.send(item).await;
         }
         pending::<Infallible>().await
     };
-    let run = Run::new(motors, &start_line, &queue, odometer);
-    let side = join(let_go(&start_line, start), item);
+    let run = Run::new(motors, &start_barrier, &queue, step_counter);
+    let side = join(let_go(&start_barrier, start), item);
     match select(port.run(run), side).await {
         Either::First(result) => result,
         Either::Second((_, never)) => match never {},

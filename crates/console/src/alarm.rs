@@ -1,4 +1,4 @@
-//! What each `ALARM:N` means and what to do about it. A `*` in a text stands for the axis or the reason.
+//! The meaning of each `ALARM:N`, and the remedy. A `*` in a text stands for the axis or the reason.
 
 use core::fmt;
 
@@ -17,8 +17,8 @@ codes! {
         PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132); by stall ($339) raise $200-$202";
         EmergencyStop = 10, "emergency stop pressed: release it, or mend its wire, then $X and $H";
-        Skewed = 15, "* did not reach its switch within $349 of the other side: free what is jammed, check motor and switch, square it by hand, then $H";
-        MotorFault = 17, "the driver of * has failed or told a stall: M122 says which, mend it, then $X and $H";
+        Skewed = 15, "* did not reach its switch within $349 of the other motor: free what is jammed, check motor and switch, square it by hand, then $H";
+        MotorFault = 17, "the driver of * has failed or reported a stall: M122 says which, mend it, then $X and $H";
         LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
         Unplannable = 21, "nothing moved: *, then $X";
         Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";
@@ -28,13 +28,13 @@ codes! {
 }
 
 impl Alarm {
-    /// What happened and what to do, with `what`, the affected axis or the reason, in place of the `*`.
+    /// The event and the remedy, with `what`, the affected axis or the reason, in place of the `*`.
     pub const fn about(self, what: &'static str) -> impl fmt::Display {
         About(self.words(), what)
     }
 }
 
-/// What happened, and what to do.
+/// The event, and the remedy.
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = if *self == Self::Unplannable {

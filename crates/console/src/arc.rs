@@ -17,16 +17,16 @@ pub(crate) const PLANES: [[usize; AXES]; if AXES > Z { 3 } else { 1 }] = {
     *planes.first_chunk().expect("there are three planes at most")
 };
 
-/// How much the distances of start and target from the centre may differ, as in Grbl. Up to `MISFIT_MM` is always
+/// The amount by which the distances of start and target from the centre may differ, as in Grbl. Up to `MISFIT_MM` is always
 /// allowed and more than `MISFIT_MAX_MM` never; in between, up to `MISFIT_OF_RADIUS` of the radius is allowed.
 const MISFIT_MM: f64 = 0.005;
 const MISFIT_MAX_MM: f64 = 0.5;
 const MISFIT_OF_RADIUS: f64 = 0.001;
 
-/// How much rounding may have moved a place in these computations: less than a picometre.
+/// The distance by which rounding may have moved a place in these computations: less than a picometre.
 const ROUNDING_MM: f64 = 1e-10;
 
-/// Where an arc begins and ends, and its direction of rotation.
+/// The ends of an arc, and its direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ends {
     /// Start point.
@@ -102,7 +102,7 @@ impl Arc {
         if arc.fits() { Ok(arc) } else { Err(Error::InvalidTarget) }
     }
 
-    /// Whether start and target are equally far from the centre, as nearly as Grbl demands.
+    /// True if start and target are equally far from the centre, as nearly as Grbl demands.
     fn fits(&self) -> bool {
         (self.target_radius_mm - self.radius_mm).abs() <= misfit_max_mm(self.radius_mm)
     }
@@ -197,7 +197,7 @@ impl Arc {
         bounds_mm
     }
 
-    /// Whether the arc has a point in this direction from its centre, between its ends.
+    /// True if the arc has a point in this direction from its centre, between its ends.
     fn passes(&self, direction: [f64; 2]) -> bool {
         let turn_rad = self.travel_rad.abs();
         let [from, to] = self.radii_mm();
@@ -284,12 +284,12 @@ impl fmt::Display for Misfit {
     }
 }
 
-/// How much the distances of the ends of an arc of this radius from its centre may differ.
+/// The amount by which the distances of the ends of an arc of this radius from its centre may differ.
 fn misfit_max_mm(radius_mm: f64) -> f64 {
     (MISFIT_OF_RADIUS * radius_mm).clamp(MISFIT_MM, MISFIT_MAX_MM)
 }
 
-/// Whether no circle of this radius reaches both ends of a chord, as nearly as they must be on it.
+/// True if no circle of this radius reaches both ends of a chord, as nearly as they must be on it.
 fn is_too_small(radius_mm: f64, chord_mm: f64) -> bool {
     0.5 * chord_mm - radius_mm.abs() > misfit_max_mm(radius_mm.abs())
 }

@@ -1,6 +1,6 @@
 //! The axes of the machine: X, Y and Z; with the feature `four-axes` A too, with `two-axes` X and Y alone.
 
-/// How many axes the machine has.
+/// The number of axes that the machine has.
 pub const AXES: usize = if cfg!(feature = "four-axes") {
     4
 } else if cfg!(feature = "two-axes") {
@@ -9,7 +9,7 @@ pub const AXES: usize = if cfg!(feature = "four-axes") {
     3
 };
 
-/// What each axis has of these, which are for X, Y, Z and A.
+/// The values of the axes that there are, from these, which are for X, Y, Z and A.
 pub(crate) const fn of_each<T: Copy>(of_four: [T; 4]) -> [T; AXES] {
     *of_four.first_chunk().expect("there are four axes at most")
 }

@@ -17,7 +17,7 @@ const AXIS_LETTERS: u32 = letters(AXES_BYTES.as_slice());
 const AXES_BYTES: [u8; AXES] = of_each(*b"XYZA");
 /// Letters whose value must not be negative.
 const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
-/// How many letters give a length: I, J, K and R, and those of the axes.
+/// The number of letters that give a length: I, J, K and R, and those of the axes.
 const LENGTHS: usize = 4 + AXES;
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
 const MAX_TOOL: f32 = 255.0;
@@ -86,7 +86,7 @@ pub(crate) enum NonModal {
     Unshift,
 }
 
-/// What the axis words are for.
+/// The purpose of the axis words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum AxisCommand {
     /// G10, G28, G30, G92.
@@ -106,7 +106,7 @@ pub(crate) struct Words {
     values: [f32; 26],
     /// The values that are lengths, in 10^-8 mm or inch (or degrees), by [`length_index`].
     lengths: [i64; LENGTHS],
-    /// How A is understood.
+    /// The meaning of A.
     pub(crate) rotary: Rotary,
     /// The modes in force in the block: those before it, changed by its own codes.
     pub(crate) modal: Modal,
@@ -229,7 +229,7 @@ impl Words {
         (unused != 0).then(|| b'A' + unused.trailing_zeros() as u8)
     }
 
-    /// Whether all codes of the block are allowed in a jog.
+    /// True if all codes of the block are allowed in a jog.
     pub(crate) fn may_jog(&self) -> bool {
         self.claimed_groups & !JOG_GROUPS == 0 && matches!(self.non_modal, None | Some(NonModal::MachineCoordinates))
     }
@@ -368,7 +368,7 @@ impl Words {
     }
 }
 
-/// Where the value of a letter that gives a length is kept.
+/// The place where the value of a letter that gives a length is kept.
 const fn length_index(letter: u8) -> usize {
     match letter {
         b'I'..=b'K' => (letter - b'I') as usize,

@@ -1,4 +1,4 @@
-//! What a line asks for, and the states in which a machine may be asked.
+//! The command of a line, and the states in which a machine may be asked.
 
 use core::fmt;
 
@@ -37,7 +37,7 @@ pub enum Command<'l> {
     Boot,
     /// `$PROVE`, on a board that measures itself: what it is asked for.
     Prove {
-        /// What follows `$PROVE`: nothing, or `=` and more.
+        /// The text behind `$PROVE`: nothing, or `=` and more.
         words: &'l str,
     },
     /// `$`: list the `$` commands.
@@ -89,7 +89,7 @@ pub enum Command<'l> {
     ExplainAlarm(Alarm),
 }
 
-/// What one line of G-code does. The machine acts on the fields in their order.
+/// The effect of one line of G-code. The machine acts on the fields in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Block {
     /// N; 0 without one.
@@ -128,7 +128,7 @@ pub struct Move {
     pub rate: Rate,
     /// The path, if it is not straight.
     pub arc: Option<Arc>,
-    /// How it follows the move before it, and whether it ends in a stop, whatever follows.
+    /// The path control: how it follows the move before it, and whether it ends in a stop, whatever follows.
     pub path: PathControl,
 }
 
@@ -224,7 +224,7 @@ impl ReportedState {
         Self::Sleep,
     ];
 
-    /// Whether nothing moves and no motion is waiting.
+    /// True if nothing moves and no motion is waiting.
     pub const fn at_rest(self) -> bool {
         matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)
     }

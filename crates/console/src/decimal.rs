@@ -96,7 +96,7 @@ impl Decimal {
         Some(if self.negative { -magnitude } else { magnitude })
     }
 
-    /// Whether all its decimals are 0.
+    /// True if all its decimals are 0.
     pub fn is_whole(&self) -> bool {
         self.decimals == 0 || self.mantissa().is_multiple_of(10u64.pow(self.decimals))
     }

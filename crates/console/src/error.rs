@@ -1,4 +1,4 @@
-//! What each `error:N` means and what to do about it.
+//! The meaning of each `error:N`, and the remedy.
 
 use core::fmt;
 
@@ -45,7 +45,7 @@ codes! {
 
 impl Error {}
 
-/// What is wrong, and what to do.
+/// The fault, and the remedy.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.words())

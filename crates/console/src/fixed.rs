@@ -9,7 +9,7 @@ const TENTH_OF_MIL_PM: u64 = 2_540_000;
 /// Prints a value with a fixed number of decimals, rounded half away from zero; never `-0.000`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fixed {
-    /// What to print; NaN prints as 0.
+    /// The number to print; NaN prints as 0.
     pub value: f32,
     /// Number of decimals, 0 to 4.
     pub decimals: usize,
@@ -36,7 +36,7 @@ impl fmt::Display for Fixed {
 pub struct Coordinate {
     /// The coordinate in [picometres](crate::length).
     pub pm: i64,
-    /// Whether to print inches.
+    /// True to print inches.
     pub inches: bool,
 }
 

@@ -33,7 +33,7 @@ pub struct Interpreter {
     tool_length_pm: i64,
     /// Position at which the last probe ended.
     touched_pm: [i64; AXES],
-    /// Whether the probe's contact changed there.
+    /// True if the probe's contact changed there.
     touched: bool,
 }
 
@@ -88,7 +88,7 @@ impl Interpreter {
         self.position_pm = position_pm;
     }
 
-    /// Where the last probe ended, in machine coordinates, and whether its contact changed there. At first zero and
+    /// The place where the last probe ended, in machine coordinates, and whether its contact changed there. At first zero and
     /// `false`.
     pub fn touched(&self) -> ([i64; AXES], bool) {
         (self.touched_pm, self.touched)
@@ -166,7 +166,7 @@ impl Interpreter {
         result
     }
 
-    /// What is wrong with `line` beside what its error says, if it was refused with that. It may be any line from a
+    /// The fault of `line` beside what its error says, if it was refused with that. It may be any line from a
     /// [`LineAssembler`](crate::LineAssembler).
     #[must_use]
     pub fn explain<'l>(&self, line: &'l str, error: Error, settings: &Settings) -> Option<Explanation<'l>> {

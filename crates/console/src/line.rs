@@ -7,7 +7,7 @@ use crate::Error;
 /// The longest line, in characters that remain after spaces and comments have been stripped.
 pub const MAX_LINE_CHARS: usize = 79;
 
-/// How a comment begins that is a message to the operator, as in RS274/NGC. Spaces do not count, nor upper and lower case.
+/// The beginning of a comment that is a message to the operator, as in RS274/NGC. Spaces do not count, nor upper and lower case.
 const MESSAGE_BEGINS: &[u8] = b"MSG,";
 /// The end of a message that is too long, and what stands between two of one line.
 const CUT: &[u8] = b"...";
@@ -93,7 +93,7 @@ impl LineAssembler {
         self.fault.map_or_else(|| str::from_utf8(&self.text).map_err(|_| Error::LetterMissing), Err)
     }
 
-    /// What the comments of that line tell the operator, `(MSG, ...)`; empty if they do not. A text of more than
+    /// The message of the comments of that line to the operator, `(MSG, ...)`; empty if they do not. A text of more than
     /// [`MAX_LINE_CHARS`] ends with `...`.
     pub fn message(&self) -> &str {
         str::from_utf8(self.message.trim_ascii_end()).unwrap_or_default()
@@ -117,7 +117,7 @@ impl LineAssembler {
         }
     }
 
-    /// What a comment is, of which `count` characters are those of a message, after the next one.
+    /// The kind of a comment, of which `count` characters are those of a message, after the next one.
     fn begun(&mut self, count: u8, byte: u8) -> Comment {
         match MESSAGE_BEGINS.get(usize::from(count)) {
             _ if matches!(byte, b' ' | b'\t') => Comment::Begun(count),
@@ -146,7 +146,7 @@ impl LineAssembler {
     }
 }
 
-/// Whether a character stays in the line, and begins no comment.
+/// True if a character stays in the line, and begins no comment.
 #[inline(always)]
 fn is_plain(byte: u8) -> bool {
     matches!(byte, b'!'..=b'~') && !matches!(byte, b'(' | b';' | b'/')
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn a_message_is_kept_whole_or_visibly_cut() {
-        let told = |line: &str| {
+        let reported = |line: &str| {
             let mut assembler = LineAssembler::new();
             assert!(assembler.take(&mut format!("(MSG, before)\n{line}").as_bytes()).is_some());
             let mut bytes = line.as_bytes();
@@ -219,7 +219,7 @@ mod tests {
             (&format!("(MSG, {longest}x)\n"), &format!("{}...", "x".repeat(76))),
             (&format!("(MSG, {longest}{longest})(MSG, b)\n"), &format!("{}...", "x".repeat(76))),
         ] {
-            assert_eq!(told(line), message, "{line:?}");
+            assert_eq!(reported(line), message, "{line:?}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! What stays in force from one block to the next.
+//! The modes that stay in force from one block to the next.
 
 /// The mode by which axis words without another code move. Its value is the G-code's number; G38.2 to G38.5 have Grbl's
 /// numbers 140 to 143.
@@ -31,12 +31,12 @@ impl MotionMode {
         matches!(self, Self::ClockwiseArc | Self::CounterClockwiseArc)
     }
 
-    /// Whether its moves are made at the feed.
+    /// True if its moves are made at the feed.
     pub(crate) const fn feeds(self) -> bool {
         !matches!(self, Self::Rapid | Self::Cancelled)
     }
 
-    /// Whether it is one of G38.2 to G38.5.
+    /// True if it is one of G38.2 to G38.5.
     pub(crate) const fn probes(self) -> bool {
         self as u8 >= Self::ProbeToward as u8
     }
@@ -63,7 +63,7 @@ impl MotionMode {
     }
 }
 
-/// How moves follow each other.
+/// The way in which moves follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum PathControl {
     /// G64: by blends that leave the corners by the setting's deviation.
@@ -78,12 +78,12 @@ pub enum PathControl {
 }
 
 impl PathControl {
-    /// Whether every move ends in a stop.
+    /// True if every move ends in a stop.
     pub const fn stops(self) -> bool {
         matches!(self, Self::Stop)
     }
 
-    /// How far the path may leave a corner, mm; 0 if it goes there exactly. `setting_mm` is that of the setting.
+    /// The distance by which the path may leave a corner, mm; 0 if it goes there exactly. `setting_mm` is that of the setting.
     pub const fn deviation_mm(self, setting_mm: f32) -> f32 {
         match self {
             Self::Blend => setting_mm,
@@ -92,8 +92,8 @@ impl PathControl {
         }
     }
 
-    /// How far the path may leave the corners between an arc's chords, mm. With exact stops it stops at the end of the arc,
-    /// not in it.
+    /// The distance by which the path may leave the corners between an arc's chords, mm. With exact stops it stops at the end of
+    /// the arc, not in it.
     pub const fn chords_deviation_mm(self, setting_mm: f32) -> f32 {
         if self.stops() { setting_mm } else { self.deviation_mm(setting_mm) }
     }
@@ -110,7 +110,7 @@ impl PathControl {
     }
 }
 
-/// How the program has switched the spindle or the laser. The value is the M-code's number.
+/// The state to which the program has switched the spindle or the laser. The value is the M-code's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Spindle {
@@ -123,7 +123,7 @@ pub enum Spindle {
     Off = 5,
 }
 
-/// Which coolant the program has switched on.
+/// The coolant that the program has switched on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coolant {
     /// M9.

@@ -1,4 +1,4 @@
-//! What survives a reset in addition to the settings: work offsets, stored positions, start-up lines, and a text of the
+//! The values that survive a reset in addition to the settings: work offsets, stored positions, start-up lines, and a text of the
 //! user.
 
 use heapless::String;

@@ -1,6 +1,6 @@
 //! Real-time bytes. They act as soon as they arrive, are never part of a line, and never get an `ok`.
 
-/// What a real-time byte asks for.
+/// The request of a real-time byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Realtime {
     /// `?`: send a status report.

@@ -77,7 +77,7 @@ fn word_len(left: &[u8]) -> usize {
     left.len() - rest
 }
 
-/// What to report of a refused line in addition to its error: the word and what to do. Displays as the text of a
+/// The report of a refused line in addition to its error: the word and what to do. Displays as the text of a
 /// `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refusal<'l> {
@@ -120,7 +120,7 @@ impl<'l> Refusal<'l> {
     }
 }
 
-/// What is wrong with a refused line beside its error. Displays as the text of a `[MSG:...]`.
+/// The fault of a refused line beside its error. Displays as the text of a `[MSG:...]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Explanation<'l> {

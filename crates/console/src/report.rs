@@ -93,13 +93,13 @@ pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {
 
 /// `[MSG:...]` with a text of the program's, as `(MSG, ...)`. Words that some senders take for an answer, wherever they
 /// stand, have their letters in the other case: `book` is `boOK`.
-pub fn told(out: &mut impl Write, text: &str) -> Result {
-    message(out, Told(text))
+pub fn program_message(out: &mut impl Write, text: &str) -> Result {
+    message(out, ProgramText(text))
 }
 
-struct Told<'t>(&'t str);
+struct ProgramText<'t>(&'t str);
 
-impl core::fmt::Display for Told<'_> {
+impl core::fmt::Display for ProgramText<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> Result {
         let mut left = self.0;
         while let Some(first) = left.chars().next() {

@@ -1,4 +1,4 @@
-//! What a rotary axis changes: its words are degrees, and a feed may be that of the other axes.
+//! The effects of a rotary axis: its words are degrees, and a feed may be that of the other axes.
 //!
 //! A path is as long as if a degree were a millimetre, as in grblHAL; so F is along all axes unless `$701` says
 //! otherwise.
@@ -8,7 +8,7 @@ use crate::{AXES, Arc, path};
 
 const INCH_MM: f32 = 25.4;
 
-/// How the settings have A understood. With three axes nothing is rotary.
+/// The meaning of A by the settings. With three axes nothing is rotary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Rotary {
     /// `$376`: A is in degrees, whatever the units of the program.

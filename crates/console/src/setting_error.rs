@@ -84,7 +84,7 @@ fn plain(value: f32) -> Fixed {
     Fixed { value, decimals: if value % 1.0 == 0.0 { 0 } else { 3 } }
 }
 
-/// What a homing order has.
+/// The content of a homing order.
 const HOMING_ORDER: &str = match AXES {
     2 => "each of 1 (X) and 2 (Y) once, as in 12",
     3 => "each of 1 (X), 2 (Y) and 3 (Z) once, as in 312",
@@ -179,10 +179,7 @@ impl fmt::Display for SettingError {
                 write!(f, "${number}={microsteps} is not a power of two: give 1, 2, 4, 8, 16, 32, 64, 128 or 256")
             }
             Self::NoTrinamic { number } => {
-                write!(
-                    f,
-                    "${number} is about drivers that talk, which this board does not have: set them by their jumpers"
-                )
+                write!(f, "${number} is about UART drivers, which this board does not have: set them by their jumpers")
             }
             Self::LawLeftOut { number, law } => {
                 write!(

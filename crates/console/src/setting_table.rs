@@ -47,7 +47,7 @@ const fn row(
     (Setting { number, unit, min, max, field }, meaning)
 }
 
-/// What depends on the number of axes. Only a rotary axis may have no travel: see [`Settings::is_endless`].
+/// A condition on the number of axes. Only a rotary axis may have no travel: see [`Settings::is_endless`].
 const HAS_A: bool = AXES > A;
 const TRAVEL: &str = if HAS_A { "travel; 0 for a rotary axis without an end" } else { "travel" };
 const TRAVEL_MIN_MM: f32 = if HAS_A { 0.0 } else { TRAVEL_LEAST_MM };
@@ -113,7 +113,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.trinamic_mask)),
     #[cfg(feature = "trinamic")]
     row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.stall_homing_mask)),
-    row(349, "mm", "second motor: how far one side may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
+    row(349, "mm", "second motor: how far one motor may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
     #[cfg(feature = "four-axes")]
     row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, Int(|s| &mut s.rotary_mask)),
     row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, Float(|s| &mut s.spin_up_s)),
@@ -180,7 +180,7 @@ impl Setting {
         self.number..self.number + count
     }
 
-    /// Whether it is about Trinamic drivers, which not every board has.
+    /// True if it is about Trinamic drivers, which not every board has.
     pub fn is_trinamic(&self) -> bool {
         cfg!(feature = "trinamic") && matches!(self.number, 140 | 150 | 200 | 210 | 338 | 339 | 908 | 909 | 980)
     }
@@ -204,7 +204,7 @@ impl Setting {
         }
     }
 
-    /// Whether the value must be a whole number.
+    /// True if the value must be a whole number.
     pub fn is_integer(&self) -> bool {
         matches!(self.field, Flag(_) | Int(_) | IntPerAxis(_))
     }

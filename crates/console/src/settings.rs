@@ -103,7 +103,7 @@ pub struct Settings {
     /// `$339`: axes that have no limit switch, but home by a stall of their motor (grblHAL's number).
     #[cfg(feature = "trinamic")]
     pub stall_homing_mask: u16,
-    /// `$349`: how far one side of an axis with two motors may go alone to its switch.
+    /// `$349`: how far one motor of an axis with two motors may go alone to its switch.
     pub skew_max_mm: f32,
     /// `$376`: bit 0 makes A a rotary axis: a degree stands wherever a millimetre does.
     #[cfg(feature = "four-axes")]
@@ -242,12 +242,12 @@ impl Settings {
         order
     }
 
-    /// Whether `axis` is rotary: it is in degrees then.
+    /// True if `axis` is rotary: it is in degrees then.
     pub fn is_rotary(&self, axis: usize) -> bool {
         axis == A && self.rotary().is_on
     }
 
-    /// How A is understood.
+    /// The meaning of A.
     #[cfg(feature = "four-axes")]
     pub(crate) fn rotary(&self) -> Rotary {
         Rotary {
@@ -263,7 +263,7 @@ impl Settings {
         Rotary::default()
     }
 
-    /// Whether places on `axis` are reported in inches.
+    /// True if places on `axis` are reported in inches.
     pub(crate) fn reports_inches(&self, axis: usize) -> bool {
         self.report_inches && !self.is_rotary(axis)
     }
@@ -273,12 +273,12 @@ impl Settings {
         if self.is_rotary(axis) { "degrees" } else { "mm" }
     }
 
-    /// Whether `axis` has no end of its travel: a rotary axis of which `$133` is 0.
+    /// True if `axis` has no end of its travel: a rotary axis of which `$133` is 0.
     pub fn is_endless(&self, axis: usize) -> bool {
         self.is_rotary(axis) && self.travel_mm[axis] == 0.0
     }
 
-    /// How far an axis goes until it has been everywhere: its travel, or one turn if it has no end.
+    /// The distance that an axis goes until it has been everywhere: its travel, or one turn if it has no end.
     pub fn reach_mm(&self, axis: usize) -> f32 {
         if self.is_endless(axis) { TURN_DEGREES } else { self.travel_mm[axis] }
     }
@@ -369,7 +369,7 @@ impl Settings {
         (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
     }
 
-    /// Whether the homing order names X, Y and Z once each, and A once at most.
+    /// True if the homing order names X, Y and Z once each, and A once at most.
     fn homes_each_once(&self) -> bool {
         let order = self.homing_order();
         let times = |axis: usize| order.iter().filter(|&&homes| homes == Some(axis)).count();

@@ -21,11 +21,11 @@ pub struct Status {
     pub spindle_rpm: f32,
     /// The present state of the spindle, or the laser.
     pub spindle: Spindle,
-    /// Which coolant is on at present.
+    /// The coolant that is on at present.
     pub coolant: Coolant,
     /// The probe's contact is in the state that ends G38.2; reported as P.
     pub probe_touched: bool,
-    /// Limit switches pressed, of either side of an axis with two motors.
+    /// Limit switches pressed, of either motor of an axis with two motors.
     pub limits_pressed: [bool; AXES],
     /// That of the second motor is; reported as 2, behind the letter of its axis.
     pub second_limit_pressed: bool,
@@ -55,8 +55,8 @@ pub struct StatusReporter {
     reports_to_offset: u8,
     reports_to_overrides: u8,
     /// The last reported work offset, and whether it was in inches.
-    offset_told: ([i64; AXES], bool),
-    overrides_told: (Overrides, Spindle, Coolant),
+    offset_reported: ([i64; AXES], bool),
+    overrides_reported: (Overrides, Spindle, Coolant),
 }
 
 impl StatusReporter {
@@ -65,8 +65,8 @@ impl StatusReporter {
         Self {
             reports_to_offset: 0,
             reports_to_overrides: 0,
-            offset_told: ([0; AXES], false),
-            overrides_told: (Overrides::DEFAULT, Spindle::Off, Coolant::Off),
+            offset_reported: ([0; AXES], false),
+            overrides_reported: (Overrides::DEFAULT, Spindle::Off, Coolant::Off),
         }
     }
 
@@ -93,12 +93,12 @@ impl StatusReporter {
     fn write_extra(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
         let (offset_period, overrides_period) = if status.state.at_rest() { (10, 10) } else { (30, 20) };
         let offset = (status.work_offset_pm, settings.report_inches);
-        if self.offset_told != offset {
-            (self.reports_to_offset, self.offset_told) = (0, offset);
+        if self.offset_reported != offset {
+            (self.reports_to_offset, self.offset_reported) = (0, offset);
         }
         let overrides = (status.overrides, status.spindle, status.coolant);
-        if self.overrides_told != overrides {
-            (self.reports_to_overrides, self.overrides_told) = (0, overrides);
+        if self.overrides_reported != overrides {
+            (self.reports_to_overrides, self.overrides_reported) = (0, overrides);
         }
         if due(&mut self.reports_to_offset, offset_period) {
             self.reports_to_overrides = self.reports_to_overrides.max(1);

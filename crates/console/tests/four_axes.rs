@@ -142,7 +142,7 @@ fn a_has_settings_and_statements_of_its_own() {
             $BUZZ=A -> (buzz 3) ok
             $BUZZ=B -> error:3
             $27=400 -> [MSG:$27=400 is above the most, 100 mm: lower it] error:2
-            $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:VNMZHL,79,128] [AXS:4:XYZA] ok
+            $I -> [VER:1.1h.20190830:Isostep 0.2.0 (grbl dialect)] [OPT:VNMZHL,79,128] [AXS:4:XYZA] ok
             G1 B1 -> [MSG:B: four axes only, X Y Z A: remove it] error:20
             U1 -> [MSG:U: four axes only, X Y Z A: remove it] error:20
         "#]],

@@ -10,13 +10,13 @@ use crate::controller::Controller;
 /// The greatest error of a chord, steps of the finer axis. Smaller errors would not change the motion.
 const CHORD_ERROR_MAX_STEPS: f64 = 0.25;
 
-/// What the chords of an arc have in common.
+/// The values that the chords of an arc have in common.
 #[derive(Clone, Copy)]
 pub(crate) struct Chord {
     pub feed_mm_s: Option<f64>,
     /// The last one ends at rest.
     pub exact_stop: bool,
-    /// How far the path may leave the corners between them, mm.
+    /// The distance by which the path may leave the corners between them, mm.
     pub deviation_mm: f32,
     pub line: u32,
     pub power: Power,

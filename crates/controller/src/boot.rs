@@ -1,4 +1,5 @@
-//! What a board says of itself; and preparing for new firmware: what it asks of its consoles before it goes to a boot loader.
+//! The texts of a board about itself; and preparing for new firmware: what it asks of its consoles before it goes to a boot
+//! loader.
 
 use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;

@@ -11,7 +11,7 @@ use isostep_console::report::{self, messages};
 use isostep_console::{
     Command, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings, Unfit,
 };
-use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, aside};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, cold_path};
 
 use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
 use crate::controller::{Controller, Mode, Program, Unsaved};
@@ -19,12 +19,12 @@ use crate::jogs::Fate;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
 
-/// How the line of a jog begins.
+/// The beginning of the line of a jog.
 const JOG: &str = "$J=";
-/// What is in the line of a probe.
+/// The word in the line of a probe.
 const PROBE: &str = "G38.";
 
-/// What comes after an accepted line.
+/// The actions after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum After {
     /// The next line.
@@ -48,17 +48,17 @@ impl<F: NorFlash> Controller<'_, F> {
     pub(crate) async fn line(&self, line: Result<&str, Error>, message: &str, fate: Fate, out: &Output) -> After {
         let is_jog = line.is_ok_and(|line| line.starts_with(JOG));
         if is_jog && fate == Fate::Refused || self.is_held() && self.may_not_wait(line) {
-            aside(pin!(self.refuse(Error::NotIdle, out))).await;
+            cold_path(pin!(self.refuse(Error::NotIdle, out))).await;
             return After::NextLine;
         }
         let pauses = self.pauses.get();
         let _turn = self.turn.lock().await;
         if self.begin_line() {
-            aside(pin!(self.catch_up())).await;
+            cold_path(pin!(self.catch_up())).await;
         }
         let mut text = Message::new();
         if !message.is_empty() {
-            text.print(|text| report::told(text, message));
+            text.print(|text| report::program_message(text, message));
             out.send(&text).await;
             text.clear();
         }
@@ -70,16 +70,19 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         if answer == Ok(After::StartUp) {
             // Here and not in `carry_out`: a command is large, and need not be kept meanwhile.
-            aside(pin!(self.start_up(&mut text, out))).await;
+            cold_path(pin!(self.start_up(&mut text, out))).await;
         }
         if let (&Err(error), Ok(line)) = (&answer, line) {
             self.explain(line, error, &mut text);
         }
-        let saved =
-            if self.with(|program| program.unsaved.any()) { aside(pin!(self.save(&mut text))).await } else { Ok(()) };
+        let saved = if self.with(|program| program.unsaved.any()) {
+            cold_path(pin!(self.save(&mut text))).await
+        } else {
+            Ok(())
+        };
         // No move may begin with drivers that are set to other microsteps than it was planned for.
         #[cfg(feature = "trinamic")]
-        aside(pin!(self.drivers_set())).await;
+        cold_path(pin!(self.drivers_set())).await;
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
@@ -99,7 +102,7 @@ impl<F: NorFlash> Controller<'_, F> {
         after
     }
 
-    /// Whether a line that somebody sends by hand would have to wait, in a hold, for the line of another console: that
+    /// True if a line that somebody sends by hand would have to wait, in a hold, for the line of another console: that
     /// one waits for the resume, and nobody expects this one to move then.
     fn may_not_wait(&self, line: Result<&str, Error>) -> bool {
         self.turn.try_lock().is_err() && line.is_ok_and(|line| line.starts_with(JOG) || line.contains(PROBE))
@@ -187,7 +190,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if let Command::Block(_) = command {
             return Ok(After::NextLine);
         }
-        aside(pin!(self.other(command, state, text, out))).await
+        cold_path(pin!(self.other(command, state, text, out))).await
     }
 
     /// Carries out a line that is not G-code.
@@ -320,7 +323,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.fit(text)?;
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
         #[cfg(feature = "trinamic")]
-        let looking = aside(pin!(self.look_for_stalls(axes, text))).await?;
+        let looking = cold_path(pin!(self.look_for_stalls(axes, text))).await?;
         if self.state() == ReportedState::Alarm {
             self.stop_tool();
         }
@@ -431,7 +434,7 @@ impl<F: NorFlash> Controller<'_, F> {
         })
     }
 
-    /// Whether the board has what the setting is about.
+    /// True if the board has what the setting is about.
     fn has(&self, setting: &Setting) -> bool {
         #[cfg(feature = "trinamic")]
         let has_drivers = self.drivers.is_some();
@@ -492,7 +495,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 }
 
-/// How often the ports have faulted. Prints `X 0, Y 2, Z 1`.
+/// The number of times that the ports have faulted. Prints `X 0, Y 2, Z 1`.
 struct Faults([u32; AXES]);
 
 impl fmt::Display for Faults {

@@ -13,7 +13,7 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 /// `$1=255`: the motors stay energised.
 const IDLE_DELAY_FOREVER_MS: u16 = 255;
 
-/// What is said of settings that the machine refuses although they have passed the console's checks.
+/// The message about settings that the machine refuses although they have passed the console's checks.
 pub(crate) const UNWORKABLE: &str = "the machine cannot work with these settings";
 
 /// Bits of `$6`.
@@ -108,7 +108,7 @@ fn limits(settings: &Settings, axis: usize) -> Limits {
     }
 }
 
-/// What every line needs of a configuration. A whole configuration would take long to copy.
+/// The part of a configuration that every line needs. A whole configuration would take long to copy.
 #[derive(Clone)]
 pub(crate) struct Geometry {
     steps_per_pm: [f64; AXES],
@@ -122,7 +122,7 @@ impl Geometry {
         Self { steps_per_pm, travel_steps: Axis::ALL.map(|axis| config.travel_steps(axis)) }
     }
 
-    /// How far a place is beside its whole steps.
+    /// The distance of a place from its whole steps.
     pub fn offsets(&self, place_pm: [i64; AXES]) -> [i8; AXES] {
         core::array::from_fn(|axis| beside_steps(place_pm[axis] as f64, self.steps_per_pm[axis]))
     }

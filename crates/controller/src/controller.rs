@@ -1,4 +1,4 @@
-//! What all consoles share, and what changes it at once.
+//! The state that all consoles share, and what changes it at once.
 
 use core::cell::{Cell, RefCell};
 
@@ -30,7 +30,7 @@ pub struct Controller<'a, F: NorFlash> {
     /// Consoles take turns, a line each, so that a move starts where the one before it ends.
     pub(crate) turn: Mutex<NoopRawMutex, ()>,
     pub(crate) resets: Resets,
-    /// How often M0 or M6 has held the machine.
+    /// The number of times that M0 or M6 has held the machine.
     pub(crate) pauses: Cell<u32>,
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     /// The board's name; empty if it has none.
@@ -56,7 +56,7 @@ pub(crate) struct Program {
     /// The work offset of the motion under way. The interpreter's may already be that of a later motion.
     pub work_offset_pm: [i64; AXES],
     pub mode: Mode,
-    /// How spindle or laser are switched for the moves that are asked for. The interpreter is ahead: when a line
+    /// The state of spindle or laser for the moves that are asked for. The interpreter is ahead: when a line
     /// contains M2 it has switched them off before the line's moves are asked for.
     pub spindle: Spindle,
     /// The last motion was a jog, which may have ended short of its target.
@@ -68,13 +68,13 @@ pub(crate) struct Program {
     /// A line is being carried out, or was dropped with its console. After a dropped line the program does not know yet
     /// what the machine made of it.
     pub in_line: bool,
-    /// What may have changed since it was stored.
+    /// The items that may have changed since they were stored.
     pub unsaved: Unsaved,
     /// Why the stored data is not in force, until it has been replaced.
     pub loss: Option<Loss>,
 }
 
-/// What has to be stored.
+/// The items that have to be stored.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Unsaved {
     pub settings: bool,
@@ -82,7 +82,7 @@ pub(crate) struct Unsaved {
     pub parameters: bool,
 }
 
-/// What the machine does while it is at rest.
+/// The task of the machine while it is at rest.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Mode {
     /// Takes lines that move it.
@@ -170,7 +170,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         })
     }
 
-    /// What the machine does, in the console's terms.
+    /// The state of the machine, in the console's terms.
     pub(crate) fn state(&self) -> ReportedState {
         let (mode, fits) = self.with(|program| (program.mode, program.fits));
         match (self.machine.state(), mode) {
@@ -189,7 +189,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         }
     }
 
-    /// What the safety door does, in the console's terms.
+    /// The state of the safety door, in the console's terms.
     fn door(&self) -> Door {
         match (self.machine.state(), self.machine.door().is_open) {
             (State::Hold { still: false }, _) => Door::Stopping,
@@ -251,7 +251,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.machine.set_spindle_percent(overrides.spindle_percent);
     }
 
-    /// Whether the machine is held, or brakes for that, and not for a reset.
+    /// True if the machine is held, or brakes for that, and not for a reset.
     pub(crate) fn is_held(&self) -> bool {
         matches!(self.machine.state(), State::Hold { .. }) && !self.is_restarting()
     }
@@ -262,7 +262,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.resets.come();
     }
 
-    /// Whether a reset has come and the program has not restarted yet.
+    /// True if a reset has come and the program has not restarted yet.
     pub(crate) fn is_restarting(&self) -> bool {
         self.with(|program| program.restarting)
     }

@@ -1,4 +1,4 @@
-//! Drivers that talk: TMC2209 on one wire. They are set by the settings, read back, and watched.
+//! UART drivers: TMC2209 on one wire. They are set by the settings, read back, and watched.
 //!
 //! Everything here may take its time: an exchange is some milliseconds, of which the processor spends microseconds. A motor
 //! needs none of it to make its steps.
@@ -26,10 +26,10 @@ use self::registers::Registers;
 
 /// The drivers of a board: those of X, Y and Z, then of the fourth motor.
 const DRIVERS: usize = 4;
-/// How many consoles are told at once what a driver reports. One beyond them still shows alarms, and M122.
+/// The number of consoles that are told at once what a driver reports. One beyond them still shows alarms, and M122.
 const LISTENERS: usize = 4;
 
-/// What connects a board to its drivers: one wire, on which both sides speak, at 9,600 to 500,000 baud.
+/// The connection of a board to its drivers: one wire, on which both sides speak, at 9,600 to 500,000 baud.
 #[allow(async_fn_in_trait, reason = "a wire stays on the executor of the consoles: no Send bound is wanted")]
 pub trait Wire {
     /// Sends `sent`, which is one datagram, and waits as long as its echo and a reply need to fill `heard`:
@@ -40,7 +40,7 @@ pub trait Wire {
     async fn exchange(&mut self, sent: &[u8], heard: &mut [u8]) -> usize;
 }
 
-/// What a board's drivers are.
+/// The drivers of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DriverHardware {
     /// Their addresses on the wire, 0 to 3: of X, Y, Z and the fourth motor.
@@ -49,7 +49,7 @@ pub struct DriverHardware {
     pub sense_milliohms: u16,
 }
 
-/// What waits for news.
+/// The receiver that waits for news.
 pub(crate) type Listener<'a> = Receiver<'a, NoopRawMutex, News, LISTENERS>;
 
 /// The drivers, as far as the controller knows them.
@@ -71,17 +71,17 @@ pub(crate) struct Drivers {
     readings: Cell<Readings>,
 }
 
-/// What is known of a driver.
+/// The state of a driver, as far as it is known.
 #[derive(Clone, Copy)]
 struct Known {
     health: Health,
-    /// What it has been set to; `None` until it has taken that.
+    /// The registers to which it has been set; `None` until it has taken that.
     set: Option<Registers>,
     /// DRV_STATUS, as it was read last.
     status: u32,
     /// SG_RESULT, 0 to 510: the less, the nearer the motor is to a stall.
     sg_result: u16,
-    /// How many times in a row a coil seemed open.
+    /// The number of times in a row that a coil seemed open.
     open: u8,
     /// Rounds since its settings were read back.
     rounds: u8,
@@ -95,7 +95,7 @@ impl Known {
         Self { health: Health::Unknown, set: None, status: 0, sg_result: 0, open: 0, rounds: 0, has_locked: false };
 }
 
-/// What has changed of a motor's driver.
+/// The change of a motor's driver.
 #[derive(Clone, Copy)]
 pub(crate) struct News {
     pub motor: Motor,
@@ -133,7 +133,7 @@ fn motor(driver: usize, settings: &Settings) -> Option<Motor> {
     }
 }
 
-/// Whether the settings have this motor's driver set and watched.
+/// True if the settings have this motor's driver set and watched.
 fn is_watched(motor: Motor, settings: &Settings) -> bool {
     settings.trinamic_mask & (1 << motor.axis as u16) != 0
 }

@@ -1,4 +1,4 @@
-//! Which of the bytes that a console receives are taken.
+//! The choice of the bytes that a console takes from those it receives.
 
 use core::cell::Cell;
 
@@ -10,7 +10,7 @@ pub(crate) struct Intake {
     state: Cell<State>,
     /// The last byte did not end a line.
     in_line: Cell<bool>,
-    /// How many lines have been lost whose loss has not been told.
+    /// The number of lines that have been lost whose loss has not been reported.
     lost: Cell<u32>,
     loses: Signal<NoopRawMutex, ()>,
 }
@@ -128,20 +128,20 @@ mod tests {
     }
 
     #[test]
-    fn every_line_that_is_lost_is_told_once_until_a_reset() {
+    fn every_line_that_is_lost_is_reported_once_until_a_reset() {
         let intake = Intake::new();
-        let told = || (0..9).take_while(|_| poll_once(pin!(intake.lost_line())).is_ready()).count();
-        assert_eq!((intake.taken(b"G1 X1\nG1"), told()), (&b"G1 X1\nG1"[..], 0));
+        let reported = || (0..9).take_while(|_| poll_once(pin!(intake.lost_line())).is_ready()).count();
+        assert_eq!((intake.taken(b"G1 X1\nG1"), reported()), (&b"G1 X1\nG1"[..], 0));
         // The pipe takes all but the rest of the second line and what is behind it.
         intake.lose(b"1\nG1 X2\nG");
-        assert_eq!((told(), told()), (2, 0));
-        assert_eq!((intake.taken(b"1 X3\nG21\r"), told()), (&b""[..], 2));
+        assert_eq!((reported(), reported()), (2, 0));
+        assert_eq!((intake.taken(b"1 X3\nG21\r"), reported()), (&b""[..], 2));
         assert_eq!((intake.taken(b"G90\n"), intake.taken(b"M")), (&b""[..], &b""[..]));
         intake.open();
-        assert_eq!((intake.taken(b"3\nM5\n"), told()), (&b"M5\n"[..], 0), "the rest of the line is forgotten");
+        assert_eq!((intake.taken(b"3\nM5\n"), reported()), (&b"M5\n"[..], 0), "the rest of the line is forgotten");
         intake.lose(b"M3\n");
         intake.begin_line();
-        assert_eq!((intake.taken(b"M5\n"), told()), (&b"M5\n"[..], 0));
+        assert_eq!((intake.taken(b"M5\n"), reported()), (&b"M5\n"[..], 0));
     }
 
     #[test]

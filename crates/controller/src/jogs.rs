@@ -1,4 +1,4 @@
-//! Which of the jogs that wait as lines are not to be made.
+//! The jogs that wait as lines and are not to be made.
 //!
 //! A host that jogs while a key is held down has lines on their way when the key is let go. The cancel overtakes them,
 //! as a real-time byte does; but they were sent before it, and must not move the machine after it. A jog that comes in a
@@ -8,15 +8,15 @@ use core::cell::Cell;
 
 /// Counts the bytes that wait.
 pub(crate) struct Jogs {
-    /// How many bytes have been taken from the input whose lines have not begun to be carried out.
+    /// The number of bytes taken from the input whose lines have not begun to be carried out.
     in_hand: Cell<usize>,
-    /// How many of the bytes that wait were sent before the last cancel.
+    /// The number of the bytes that wait and were sent before the last cancel.
     cancelled: Cell<usize>,
-    /// How many of them came before the end of a hold.
+    /// The number of them that came before the end of a hold.
     refused: Cell<usize>,
 }
 
-/// What becomes of a line, if it is a jog.
+/// The fate of a line, if it is a jog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fate {
     /// The machine is asked for it.
@@ -48,7 +48,7 @@ impl Jogs {
         self.refused.set(self.in_hand.get() + waiting);
     }
 
-    /// What becomes of the next line, of so many bytes, which begins to be carried out. Call it once for every line.
+    /// The fate of the next line, of so many bytes, which begins to be carried out. Call it once for every line.
     pub fn fate(&self, line_bytes: usize) -> Fate {
         self.in_hand.set(self.in_hand.get().saturating_sub(line_bytes));
         match [&self.cancelled, &self.refused].map(|count| is_within(count, line_bytes)) {

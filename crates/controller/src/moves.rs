@@ -6,15 +6,15 @@ use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
 use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, PathControl, Rate, Spindle};
-use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power, aside};
+use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power, cold_path};
 
 use crate::arcs::Chord;
 use crate::controller::{Controller, Mode};
 use crate::output::{Message, Output};
 
-/// How often an axis is moved to and fro to check its wiring.
+/// The number of times that an axis is moved to and fro to check its wiring.
 const BUZZES: usize = 10;
-/// How fast it is moved, mm/s.
+/// The speed at which it is moved, mm/s.
 const BUZZ_MM_S: f64 = 5.0;
 
 /// A place of an axis that is outside its travel, steps.
@@ -42,10 +42,10 @@ impl<F: NorFlash> Controller<'_, F> {
             (program.mode == Mode::Check, program.interpreter.work_offset_pm())
         });
         if let Some(tool) = block.tool_change.filter(|_| !checks) {
-            aside(pin!(self.change_tool(tool, text, out))).await?;
+            cold_path(pin!(self.change_tool(tool, text, out))).await?;
         }
         if block.switches_spindle | block.changes_speed | block.switches_coolant && !checks {
-            aside(pin!(self.switch(block))).await?;
+            cold_path(pin!(self.switch(block))).await?;
         }
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
@@ -60,14 +60,14 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         if let (Some(target_pm), Some(Move { path, .. })) = (&block.via_pm, &block.motion) {
             let via = Way { target_pm, rate: Rate::Rapid, arc: None, path: *path };
-            aside(pin!(self.go_to(via, block.line_number, checks, text))).await?;
+            cold_path(pin!(self.go_to(via, block.line_number, checks, text))).await?;
         }
         if let Some(Move { target_pm, rate, arc, path }) = &block.motion {
             let way = Way { target_pm, rate: *rate, arc: arc.as_ref(), path: *path };
             self.go_to(way, block.line_number, checks, text).await?;
         }
         if let Some(probe) = &block.probe {
-            aside(pin!(self.probe(probe, block.line_number, checks, text))).await?;
+            cold_path(pin!(self.probe(probe, block.line_number, checks, text))).await?;
         }
         if block.pauses || block.ends_program {
             self.settled().await?;
@@ -198,7 +198,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let Way { target_pm, rate, arc, path } = way;
         let (target_steps, beyond) = self.target_steps(*target_pm, arc);
         if let Some(beyond) = beyond {
-            return Err(aside(pin!(self.refuse_target(beyond, arc.is_some(), text))).await);
+            return Err(cold_path(pin!(self.refuse_target(beyond, arc.is_some(), text))).await);
         }
         if checks {
             return Ok(());
@@ -216,7 +216,7 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         match arc {
             Some(arc) => {
-                aside(pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, deviation_mm, line, power }))).await
+                cold_path(pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, deviation_mm, line, power }))).await
             }
             None => {
                 let offsets = match deviation_mm {

@@ -1,4 +1,4 @@
-//! What consoles are told unasked, besides alarms: how the drivers are.
+//! The messages to consoles that nobody asked for, besides alarms: how the drivers are.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -6,7 +6,7 @@ use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
 use crate::drivers::{Listener, News};
 
-/// Without drivers that talk there are none.
+/// Without UART drivers there are none.
 #[cfg(not(feature = "trinamic"))]
 type News = core::convert::Infallible;
 
@@ -19,7 +19,7 @@ pub(crate) struct DriverNews<'a> {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// What is new from now on.
+    /// The news from now on.
     pub(crate) fn news(&self) -> DriverNews<'_> {
         #[cfg(feature = "trinamic")]
         let drivers = self.drivers.as_ref().and_then(|drivers| drivers.news.receiver());

@@ -1,4 +1,4 @@
-//! What a console sends, in whole messages.
+//! The output of a console, in whole messages.
 
 use core::cell::Cell;
 use core::fmt::{self, Display};

@@ -1,4 +1,4 @@
-//! How many resets have come, and who waits for the next one.
+//! The number of resets that have come, and who waits for the next one.
 
 use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
@@ -6,7 +6,7 @@ use core::task::{Poll, Waker};
 
 use heapless::Vec;
 
-/// How many consoles a reset wakes. Others notice it when something else wakes them, before they go on with a line.
+/// The number of consoles that a reset wakes. Others notice it when something else wakes them, before they go on with a line.
 const CONSOLES: usize = 4;
 
 pub(crate) struct Resets {
@@ -19,7 +19,7 @@ impl Resets {
         Self { count: Cell::new(0), waiting: RefCell::new(Vec::new()) }
     }
 
-    /// How many have come since power-up.
+    /// The number of those that have come since power-up.
     pub fn count(&self) -> u32 {
         self.count.get()
     }

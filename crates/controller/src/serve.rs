@@ -8,7 +8,7 @@
 //! Behind the lines of a host that sends more than the pipe holds there may be real-time bytes, which are heard only if
 //! the lines before them are read. A link with flow control has its host wait while the machine works: no line is lost.
 //! But where nothing goes on without a real-time byte, in a hold or asleep, and on a link that would lose bytes itself,
-//! `receive` reads on, and lines are lost. Each is told by an error. What comes behind them would be a program with a
+//! `receive` reads on, and lines are lost. Each is reported by an error. What comes behind them would be a program with a
 //! gap, so no line is taken before a reset.
 //!
 //! A reset is the machine's, whichever console it came from: every `session` drops the line that it carries out before
@@ -31,7 +31,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::ReportedState;
 use isostep_console::report::{self, messages};
 use isostep_console::{Error, LineAssembler, Realtime, StatusReporter, realtime};
-use isostep_motion::{State, aside};
+use isostep_motion::{State, cold_path};
 
 use crate::commands::After;
 use crate::controller::{Controller, Mode};
@@ -43,10 +43,10 @@ use crate::status;
 /// Four times the window that is advertised to senders.
 const INPUT_BYTES: usize = 512;
 const CHUNK_BYTES: usize = 64;
-/// How often a console whose pipe is full looks whether it must read on.
+/// The period at which a console whose pipe is full looks whether it must read on.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What a link does with bytes that are not read.
+/// The treatment of bytes that are not read, by a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowControl {
     /// It has its host wait, as USB does.
@@ -253,7 +253,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
-        aside(pin!(self.greet(console))).await;
+        cold_path(pin!(self.greet(console))).await;
         let mut assembler = LineAssembler::new();
         let (mut bytes, mut length) = ([0; CHUNK_BYTES], 0);
         loop {
@@ -261,7 +261,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let n = match select(console.input.read(&mut bytes), console.intake.lost_line()).await {
                 Either::First(n) => n,
                 Either::Second(()) => {
-                    aside(pin!(self.tell_lost_line(console))).await;
+                    cold_path(pin!(self.tell_lost_line(console))).await;
                     continue;
                 }
             };

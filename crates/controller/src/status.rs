@@ -1,7 +1,7 @@
 //! From the machine's alarms and positions to the console's.
 
 use isostep_console::{AXIS_NAMES, Alarm as Code, length};
-use isostep_motion::{AXES, Alarm, Axis, Config, Motor, Side, Spindle, Unplannable};
+use isostep_motion::{AXES, Alarm, Axis, Config, GangedMotor, Motor, Spindle, Unplannable};
 
 /// The window that is advertised to senders, bytes; a console has room for more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
@@ -35,7 +35,7 @@ pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
 
 pub(crate) fn name(motor: Motor) -> &'static str {
     let axis = motor.axis as usize;
-    if motor.side == Side::Second { SECOND_NAMES[axis] } else { AXIS_NAMES[axis] }
+    if motor.ganged == GangedMotor::Second { SECOND_NAMES[axis] } else { AXIS_NAMES[axis] }
 }
 
 fn why_not(reason: Unplannable) -> &'static str {
@@ -59,7 +59,7 @@ pub(crate) fn position_pm(steps: [i32; AXES], config: &Config) -> [i64; AXES] {
     Axis::ALL.map(|axis| length::from_mm(config.mm(axis, steps[axis as usize])))
 }
 
-/// How the spindle is switched, in the console's terms.
+/// The state of the spindle, in the console's terms.
 pub(crate) fn spindle(spindle: Spindle) -> isostep_console::Spindle {
     match spindle {
         Spindle::Off => isostep_console::Spindle::Off,

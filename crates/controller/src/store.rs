@@ -1,4 +1,4 @@
-//! What survives a power cycle, in flash: settings, work offsets, places, start-up lines and a text of the user's.
+//! The values that survive a power cycle, in flash: settings, work offsets, places, start-up lines and a text of the user's.
 //!
 //! # Design
 //! The data is a log, the queue of `sequential-storage`: each change appends one item, and the last value of an item
@@ -60,7 +60,7 @@ pub struct Store<F: NorFlash> {
     is_lost: bool,
 }
 
-/// What the flash holds; defaults where it holds nothing.
+/// The content of the flash; defaults where it holds nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
     /// The settings, not yet checked.
@@ -110,7 +110,7 @@ impl<F: NorFlash> Store<F> {
         Self { log, defaults, kept: Kept::new(defaults), anew: true, since_copy: 0, doubtful: None, is_lost: false }
     }
 
-    /// What the flash holds, after [`load`](Self::load).
+    /// The content of the flash, after [`load`](Self::load).
     #[must_use]
     pub fn kept(&self) -> &Kept {
         &self.kept
@@ -256,7 +256,7 @@ impl Kept {
 }
 
 impl Loss {
-    /// Whether only the settings are lost.
+    /// True if only the settings are lost.
     pub(crate) fn is_of_settings(&self) -> bool {
         matches!(self, Self::Refused(_) | Self::Unworkable)
     }

@@ -19,7 +19,7 @@ impl Program {
         }
     }
 
-    /// How strongly a laser shines in a move of this rate.
+    /// The power at which a laser shines in a move of this rate.
     pub fn power(&self, rate: Rate) -> Power {
         match self.spindle {
             Spindle::Off => Power::Off,
@@ -29,7 +29,7 @@ impl Program {
         }
     }
 
-    /// What the modes in force ask of the outputs.
+    /// The outputs that the modes in force ask for.
     fn outputs(&self) -> Outputs {
         let Modal { spindle, coolant, .. } = *self.interpreter.modal();
         let (spindle, level) = match spindle {

@@ -35,7 +35,7 @@ pub struct Staircase {
     t1_s: f64,
 }
 
-/// One stretch of constant speed.
+/// A part at constant speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tread {
     /// Speed in twentieths of V_c, 0 to 20.

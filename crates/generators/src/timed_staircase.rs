@@ -15,7 +15,7 @@ const LAST_TREAD: usize = 40;
 /// The paper's flow charts are pictures, so the following rules are assumptions of this model:
 ///
 /// - When the speed changes, TMR1 starts again: the half period under way is lost, and STEP keeps its level. The
-///   cruise's 21 intervals are one stretch. An overflow exactly at the end of an interval still counts.
+///   cruise's 21 intervals are one part. An overflow exactly at the end of an interval still counts.
 /// - The last interval, whose own speed is 0, continues at the lowest speed, V_c/20, for as long as steps are missing.
 ///   If none are missing, nothing moves in it.
 /// - TMR1 counts from its preload without delay, unless `reload_ticks` says how many counts pass between an overflow
@@ -27,10 +27,10 @@ pub struct TimedStaircase {
     interval_ticks: u64,
 }
 
-/// One stretch of a [`TimedStaircase`].
+/// One part of a [`TimedStaircase`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedTread {
-    /// The stretch of the ideal staircase.
+    /// The part of the ideal staircase.
     pub ideal: Tread,
     /// When it begins, s.
     pub start_s: f64,
@@ -166,7 +166,7 @@ impl TimedTread {
     }
 }
 
-/// What has been made before a stretch.
+/// What has been made before a part.
 #[derive(Clone, Copy, Default)]
 struct Progress {
     intervals: u32,

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_told_beforehand() {
+    fn what_cannot_be_written_is_reported_beforehand() {
         let folder = folder("cannot");
         let reported = refused(Files::default().written("--trace", [&folder.join("no/a.csv")]));
         assert!(reported.ends_with("/no: make it first"), "{reported}");

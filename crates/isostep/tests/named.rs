@@ -226,11 +226,11 @@ fn a_corner_is_named_by_its_line_its_place_and_what_it_costs() {
     let said = said("corners", &program, "");
     let run = Run::new(&program, &said.edges);
     let before_mm = |leg: &Leg| legs.iter().take_while(|other| other.lines != leg.lines).map(Leg::mm).sum::<f64>();
-    let told = said.check.split_once("those that cost most\n").unwrap().1;
-    let told: Vec<_> = told.lines().take_while(|line| line.starts_with("    line ")).collect();
-    assert_eq!(told.len(), corners(&legs).count(), "{}", said.check);
+    let reported = said.check.split_once("those that cost most\n").unwrap().1;
+    let reported: Vec<_> = reported.lines().take_while(|line| line.starts_with("    line ")).collect();
+    assert_eq!(reported.len(), corners(&legs).count(), "{}", said.check);
     let mut dearest_s = f64::INFINITY;
-    for line in told {
+    for line in reported {
         let named = number(line, "line ") as usize;
         let (from, to) = corners(&legs).find(|(_, to)| to.lines[0] == named).unwrap_or_else(|| panic!("{line}"));
         let place = format!(" at X{:.2} Y{:.2} Z0.00: ", to.from_mm[0], to.from_mm[1]);
@@ -240,9 +240,9 @@ fn a_corner_is_named_by_its_line_its_place_and_what_it_costs() {
         let at_mm = before_mm(to);
         let took_s = run.at_s(at_mm + to.mm() / 2.0) - run.at_s(at_mm - from.mm() / 2.0);
         let lost_s = took_s - (from.mm() + to.mm()) / 2.0 / to.mm_s;
-        let told_s = number(line, "mm/s, ");
-        assert!((told_s - lost_s).abs() < 0.001 && told_s <= dearest_s, "{line}: {lost_s}");
-        dearest_s = told_s;
+        let reported_s = number(line, "mm/s, ");
+        assert!((reported_s - lost_s).abs() < 0.001 && reported_s <= dearest_s, "{line}: {lost_s}");
+        dearest_s = reported_s;
         // The page has it with its instant, and with both of its lines.
         let lines = format!("{} to {named}", from.lines.last().unwrap());
         let row = rows(&said.page, "Time lost at slow places")
@@ -260,7 +260,7 @@ fn a_second_is_named_by_its_beginning_its_speed_and_its_lines() {
     let program = program();
     let said = said("seconds", &program, "");
     let run = Run::new(&program, &said.edges);
-    let told = |which: &str| {
+    let reported = |which: &str| {
         let line = said.sim.lines().find(|line| line.contains(&format!("the {which} second: "))).unwrap();
         let (start_s, lines) = (number(line, "from "), line.rsplit_once(", line").unwrap().1.trim_start_matches('s'));
         let lines: Vec<usize> = lines.split(" to ").map(|number| number.trim().parse().unwrap()).collect();
@@ -268,16 +268,16 @@ fn a_second_is_named_by_its_beginning_its_speed_and_its_lines() {
         assert!(run.is_under_way(first, start_s) && run.is_under_way(last, start_s + 1.0), "{line}: {:?}", run.lines);
         (line.to_owned(), run.second(start_s))
     };
-    let (line, (mm, begun)) = told("slowest");
+    let (line, (mm, begun)) = reported("slowest");
     assert!((number(&line, "s on, ") - mm).abs() < 0.02, "{line}: {mm}");
     assert!(number(&line, "that begin: ") as usize == begun, "{line}: {begun}");
     let mut ways_mm: Vec<f64> = run.seconds().map(|second| second.0).collect();
     ways_mm.sort_by(f64::total_cmp);
     assert!((ways_mm[0] - mm).abs() < 0.02 && ways_mm[1] > mm + 0.1, "{line}: {ways_mm:?}");
-    let (line, (_, begun)) = told("busiest");
-    let told = number(&line, "that begin: ");
+    let (line, (_, begun)) = reported("busiest");
+    let reported = number(&line, "that begin: ");
     let most = run.seconds().map(|second| second.1).max().unwrap();
-    assert!((told - begun as f64).abs() <= 1.0 && (told - most as f64).abs() <= 1.0, "{line}: {begun}, {most}");
+    assert!((reported - begun as f64).abs() <= 1.0 && (reported - most as f64).abs() <= 1.0, "{line}: {begun}, {most}");
 }
 
 #[test]
@@ -289,9 +289,9 @@ fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
     let order = |line: usize| 1 + targets.iter().position(|target| target.0 == line).unwrap();
     // The longest move.
     let longest = run.lines.iter().max_by(|one, other| (one.2 - one.1).total_cmp(&(other.2 - other.1))).unwrap();
-    let told = said.sim.lines().find(|line| line.contains("the longest lasts ")).unwrap();
-    assert!(told.ends_with(&format!(": move {}, line {}", order(longest.0), longest.0)), "{told}: {longest:?}");
-    assert!((number(told, "lasts ") - (longest.2 - longest.1)).abs() < 0.003, "{told}: {longest:?}");
+    let reported = said.sim.lines().find(|line| line.contains("the longest lasts ")).unwrap();
+    assert!(reported.ends_with(&format!(": move {}, line {}", order(longest.0), longest.0)), "{reported}: {longest:?}");
+    assert!((number(reported, "lasts ") - (longest.2 - longest.1)).abs() < 0.003, "{reported}: {longest:?}");
     // Where the speed of each axis jumps most: the speed at a corner is that of the way around it.
     for (axis, name) in [(0, "X"), (1, "Y")] {
         let jump = |(from, to): &(&Leg, &Leg)| {
@@ -300,14 +300,14 @@ fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
             around_mm / 0.002 * (to.direction()[axis] - from.direction()[axis]).abs()
         };
         let (_, to) = corners(&legs).max_by(|one, other| jump(one).total_cmp(&jump(other))).unwrap();
-        let told = said.sim.lines().find(|line| line.starts_with(&format!("   {name} "))).unwrap();
+        let reported = said.sim.lines().find(|line| line.starts_with(&format!("   {name} "))).unwrap();
         let place = format!("to move {}, line {}", order(to.lines[0]), to.lines[0]);
-        assert!(told.ends_with(&place), "{told} for {place}");
+        assert!(reported.ends_with(&place), "{reported} for {place}");
         let row = rows(&said.page, "Axes and their limits").find(|row| row[0] == name).unwrap();
         assert_eq!(row[6..8], [order(to.lines[0]).to_string(), to.lines[0].to_string()]);
     }
     // Where an axis is most above its limit, in the caption of the picture.
-    let told = said.page.split_once("this run: at most ").unwrap().1.split_once(" times the limit (").unwrap().1;
+    let reported = said.page.split_once("this run: at most ").unwrap().1.split_once(" times the limit (").unwrap().1;
     let jumps = corners(&legs).map(|(from, to)| {
         let at_s = run.line(to.lines[0]).0;
         let mm_s = (run.way_mm(at_s + 0.001) - run.way_mm(at_s - 0.001)) / 0.002;
@@ -316,13 +316,13 @@ fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
     });
     let (_, name, to) = jumps.max_by(|one, other| one.0.total_cmp(&other.0)).unwrap();
     let place = format!("{name}, line {}, at X{:.2} Y{:.2} Z0.00)", to.lines[0], to.from_mm[0], to.from_mm[1]);
-    assert!(told.starts_with(&place), "{} for {place}", told.split_once(')').unwrap().0);
+    assert!(reported.starts_with(&place), "{} for {place}", reported.split_once(')').unwrap().0);
     // The wait for a person.
     let waits = 1 + program.lines().position(|line| line.starts_with("M0")).unwrap();
-    let told = said.sim.lines().find(|line| line.contains("`M0`")).unwrap();
+    let reported = said.sim.lines().find(|line| line.contains("`M0`")).unwrap();
     let before = run.lines.iter().rfind(|line| line.0 < waits).unwrap();
-    assert_eq!(number(told, "line ") as usize, waits, "{told}");
-    assert!((number(told, "at ") - before.2).abs() < 0.02, "{told}: {before:?}");
+    assert_eq!(number(reported, "line ") as usize, waits, "{reported}");
+    assert!((number(reported, "at ") - before.2).abs() < 0.02, "{reported}: {before:?}");
     // The table of the page has every move with its line and its end.
     let mut listed = 0;
     for row in rows(&said.page, "<h2>Moves</h2>").filter(|row| !row[0].is_empty()) {

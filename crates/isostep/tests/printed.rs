@@ -58,18 +58,18 @@ fn a_program_is_built_in() {
 
 /// A run is repeated with the options that its report was drawn with.
 #[test]
-fn the_width_of_the_beam_is_told() {
+fn the_width_of_the_beam_is_reported() {
     let printed = about("beam.nc", "$32=1\nM4 S800\nG1 X5 F600\nM2\n", &["sim", "--beam", "0.3"]);
     assert!(printed.contains(" --beam 0.3\n"), "{printed}");
 }
 
 #[test]
-fn jumpers_for_diag_are_told_and_refused_where_no_driver_talks() {
+fn jumpers_for_diag_are_reported_and_refused_where_no_driver_has_a_uart() {
     let program = "G1 X5 F600\nM2\n";
     let printed = about("diag.nc", program, &["sim", "--board", "skr-pico", "--diag", "Y,x"]);
     assert!(printed.contains(" --board skr-pico --diag X,Y\n"), "{printed}");
     let printed = about("no-diag.nc", program, &["sim", "--diag", "X"]);
-    assert_eq!(printed, "error: --diag: the drivers of a pico do not talk: use --board skr-pico\n");
+    assert_eq!(printed, "error: --diag: the drivers of a pico have no UART: use --board skr-pico\n");
 }
 
 /// A folder that `isostep web` takes for a page.
@@ -105,9 +105,9 @@ fn a_page_is_served_without_a_browser_too() {
     server.arg(&folder).env("PATH", "").stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut server = server.spawn().unwrap();
     let line = |output: &mut dyn std::io::Read| BufReader::new(output).lines().next().unwrap().unwrap();
-    let told = line(server.stdout.as_mut().unwrap());
-    let address = told.strip_suffix(" until Ctrl-C").unwrap();
-    assert!(address.starts_with("http://127.0.0.1:"), "{told}");
+    let reported = line(server.stdout.as_mut().unwrap());
+    let address = reported.strip_suffix(" until Ctrl-C").unwrap();
+    assert!(address.starts_with("http://127.0.0.1:"), "{reported}");
     let noted = line(server.stderr.as_mut().unwrap());
     assert!(
         noted.starts_with("note: no browser was opened (") && noted.ends_with(&format!("): open {address} yourself")),
@@ -178,7 +178,7 @@ fn says_that_the_disk_is_full(arguments: &[&str]) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_told_by_every_verb_that_prints() {
+fn a_full_disk_is_reported_by_every_verb_that_prints() {
     let folder = std::env::temp_dir().join(format!("isostep-full-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
@@ -199,6 +199,6 @@ fn a_full_disk_is_told_by_every_verb_that_prints() {
 /// The user could not know the port of such a machine.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_machine_whose_port_cannot_be_told_does_not_start() {
+fn a_machine_whose_port_cannot_be_reported_does_not_start() {
     says_that_the_disk_is_full(&["sim", "--pty", "--for-s", "1000000"]);
 }

@@ -18,7 +18,7 @@ pub async fn run(machine: &Machine, axis: Axis, port: &mut impl StepPort) -> ! {
     machine.publish_port(axis, port);
     loop {
         let motors = link.run.wait().await;
-        let run = Run::new(motors, &link.start_line, &link.segments, &link.odometer);
+        let run = Run::new(motors, &link.start_barrier, &link.segments, &link.step_counter);
         // The halt is polled first, so no step rises once a halt has been signalled.
         let finish = match select(link.halt.wait(), port.run(run)).await {
             Either::First(()) => Finish::Stopped,

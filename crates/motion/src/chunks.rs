@@ -5,12 +5,12 @@ use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 use isostep_profile::shaper::Bend;
 
 use crate::axes::{AXES, Axis};
-use crate::courses::Courses;
 use crate::shaping::{ShapedAxis, Shaping};
+use crate::timed_plans::TimedPlans;
 
-/// How many chunks are kept at once: with moves of a millisecond, more than is queued ahead.
+/// The number of chunks that are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
-/// How many of these places are kept free for chunks that are still to be streamed.
+/// The number of these places that are kept free for chunks that are still to be streamed.
 const CHUNKS_TO_STREAM: usize = CHUNKS - 16;
 
 /// The chunks of a run, in order. Each keeps its number, which counts from the beginning of the run.
@@ -22,8 +22,8 @@ pub(crate) struct Chunks {
     under_way: Option<u32>,
     /// No chunk follows those that are known.
     is_closed: bool,
-    courses: Courses,
-    /// How the run is shaped, if it is, and what each axis makes of the chunks then.
+    timed_plans: TimedPlans,
+    /// The shaping of the run, if it is shaped, and what each axis makes of the chunks then.
     shaping: Option<Shaping>,
     shaped: [ShapedAxis; AXES],
 }
@@ -35,7 +35,7 @@ impl Chunks {
             first: 0,
             under_way: None,
             is_closed: false,
-            courses: Courses::new(),
+            timed_plans: TimedPlans::new(),
             shaping: None,
             shaped: [const { ShapedAxis::new() }; AXES],
         }
@@ -46,7 +46,7 @@ impl Chunks {
         self.shaping = shaping;
         self.shaped.iter_mut().for_each(ShapedAxis::clear);
         self.known.clear();
-        self.courses.clear();
+        self.timed_plans.clear();
         (self.first, self.under_way, self.is_closed) = (0, None, false);
     }
 
@@ -55,13 +55,13 @@ impl Chunks {
         self.known.get(number.checked_sub(self.first)? as usize)
     }
 
-    /// The same, with the courses by which it is compiled.
-    pub fn get_with_courses(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut Courses)> {
+    /// The same, with the timed plans by which it is compiled.
+    pub fn get_with_timed_plans(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut TimedPlans)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
-        Some((chunk, &mut self.courses))
+        Some((chunk, &mut self.timed_plans))
     }
 
-    /// How the run is shaped, if it is.
+    /// The shaping of the run, if it is shaped.
     pub fn shaping(&self) -> Option<&Shaping> {
         self.shaping.as_ref()
     }
@@ -71,7 +71,7 @@ impl Chunks {
         self.shaping.as_ref().map_or(0.0, |shaping| shaping.delay_s)
     }
 
-    /// When the run is over, s from its start, if no chunk follows.
+    /// The instant at which the run is over, s from its start, if no chunk follows.
     pub fn over_s(&self) -> f64 {
         self.shaping.as_ref().map_or_else(|| self.end_s(), |shaping| self.end_s() + shaping.lasts_s)
     }
@@ -81,7 +81,7 @@ impl Chunks {
         &self.shaped[axis as usize]
     }
 
-    /// What an axis of a shaped run does next; `None` if that is not known yet, or if it is over. Its top speed is
+    /// The next motion of an axis of a shaped run; `None` if that is not known yet, or if it is over. Its top speed is
     /// `top_steps_s`.
     pub fn bend(&mut self, axis: Axis, top_steps_s: f64) -> Option<Bend> {
         let Self { known, first, shaping, shaped, is_closed, .. } = self;
@@ -105,7 +105,7 @@ impl Chunks {
         self.known.back()
     }
 
-    /// Whether another chunk follows the one with this number.
+    /// True if another chunk follows the one with this number.
     pub fn has_next(&self, number: u32) -> bool {
         number.wrapping_sub(self.first) + 1 < self.known.len() as u32
     }
@@ -133,7 +133,7 @@ impl Chunks {
         self.is_closed
     }
 
-    /// When the last chunk ends, s from the start of the run.
+    /// The instant at which the last chunk ends, s from the start of the run.
     pub fn end_s(&self) -> f64 {
         self.last().map_or(0.0, |chunk| chunk.until_s)
     }

@@ -26,7 +26,7 @@ pub(crate) fn instant_near(start: Instant, t_s: f64) -> Instant {
 #[derive(Clone, Copy)]
 pub(crate) struct PortTicks {
     pub hz: u32,
-    /// How many there are in a tick of the clock, if that is a whole number, and 0 otherwise.
+    /// The number of them in a tick of the clock, if that is a whole number, and 0 otherwise.
     per_tick: u32,
 }
 
@@ -35,7 +35,7 @@ impl PortTicks {
         Self { hz, per_tick: if hz.is_multiple_of(TICK_HZ) { hz / TICK_HZ } else { 0 } }
     }
 
-    /// How many there are in `time`, rounded down.
+    /// The number of them in `time`, rounded down.
     pub fn of(self, time: Duration) -> u64 {
         let ticks = time.as_ticks();
         if self.per_tick != 0 {

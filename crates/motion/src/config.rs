@@ -18,16 +18,16 @@ pub struct Config {
     pub limits: [Limits; AXES],
     /// Each axis's resolution, steps/mm; above 0.
     pub steps_per_mm: [f64; AXES],
-    /// How far each axis travels from its zero, mm; above 0. One turn of an axis without an end.
+    /// The distance that each axis travels from its zero, mm; above 0. One turn of an axis without an end.
     pub travel_mm: [f64; AXES],
     /// The axes that turn without an end, in degrees where others have mm.
     pub is_endless: [bool; AXES],
     /// Junction deviation, mm: a corner between moves is taken as fast as a circle that deviates from the corner by
     /// this much. 0 stops at every corner.
     pub junction_deviation_mm: f64,
-    /// How moves are split into intervals.
+    /// The law by which moves are split into intervals.
     pub interval_law: IntervalLaw,
-    /// How the speed changes on the ramps of a move.
+    /// The law by which the speed changes on the ramps of a move.
     pub speed_law: SpeedLaw,
     /// Each axis's shaper, for programs and jogs. Only a trapezoid is shaped.
     pub shapers: [Shaper; AXES],
@@ -39,7 +39,7 @@ pub struct Config {
     pub enable_inverted: bool,
     /// Switches open, rather than close, to ground when pressed.
     pub switches_inverted: bool,
-    /// How long the motors stay energised at rest; `None` is for ever.
+    /// The time for which the motors stay energised at rest; `None` is for ever.
     pub idle_delay: Option<Duration>,
     /// The tool's outputs.
     pub tool: ToolConfig,
@@ -49,7 +49,7 @@ pub struct Config {
     pub probe_pulled_up: bool,
     /// The input of the feed hold is the safety door's switch, low while the door is open.
     pub hold_is_door: bool,
-    /// How to home.
+    /// The way to home.
     pub homing: HomingConfig,
     /// The axis with a second motor, if there is one.
     pub squared: Option<Squared>,
@@ -62,19 +62,19 @@ pub struct Squared {
     pub axis: Axis,
     /// The second motor's DIR has the other level than that of the first.
     pub direction_inverted: bool,
-    /// How much farther from its switch the second side stands than the first when the axis is square, mm. Below 0 it
+    /// How much farther from its switch the second motor stands than the first when the axis is square, mm. Below 0 it
     /// is the first that stands farther, by as much.
     pub offset_mm: f64,
-    /// How far one side may go alone to its switch, mm; above 0. Beyond that the gantry is too skewed.
+    /// How far one motor may go alone to its switch, mm; above 0. Beyond that the gantry is too skewed.
     pub skew_max_mm: f64,
 }
 
-/// How to find the machine's zero.
+/// The way to find the machine's zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HomingConfig {
     /// The axes that home, first to last.
     pub order: [Option<Axis>; AXES],
-    /// Where each axis's switch is.
+    /// The places where each axis's switch is.
     pub towards: [Direction; AXES],
     /// Speed of the seek, mm/s; above 0. The stop at the switch is abrupt, so keep it within what the motor stops
     /// from; a step lost there costs nothing, because the latch measures again.
@@ -100,16 +100,16 @@ pub struct HomingConfig {
 pub enum ConfigError {
     /// An axis's limits do not work.
     Limits {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
-        /// What is wrong.
+        /// The fault.
         error: LimitError,
     },
     /// An axis's top speed is above the step rate that its port can make with these pulses, steps/s.
     Rate {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The highest that works.
         max: f64,
@@ -120,21 +120,21 @@ pub enum ConfigError {
     NotPositive {
         /// Name of the value, with its unit.
         what: &'static str,
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
     },
     /// A length is below 0, or not a number.
     Negative {
         /// Name of the value, with its unit.
         what: &'static str,
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
     },
     /// The homing pull-off, with the offset of a second motor, is as long as the travel of an axis, or longer, mm.
     PullOff {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
-        /// What was asked.
+        /// The value that was asked for.
         asked_mm: f64,
         /// The travel, which it must be below.
         travel_mm: f64,
@@ -143,14 +143,14 @@ pub enum ConfigError {
     HomingOrder,
     /// An axis's shaper does not work.
     Shaper {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
-        /// What is wrong.
+        /// The fault.
         error: ShaperError,
     },
     /// An axis has a shaper, and the speed law is curved.
     ShapedCurve {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
     },
 }
@@ -238,12 +238,12 @@ impl Config {
         if self.speed_law == SpeedLaw::Trapezoid { Ok(()) } else { Err(ConfigError::ShapedCurve { axis }) }
     }
 
-    /// Whether the limit input is low, rather than high, while it stops its axis.
+    /// True if the limit input is low, rather than high, while it stops its axis.
     pub(crate) fn pressed_is_low(&self, input: LimitInput) -> bool {
         !self.switches_inverted && !self.is_stall(input)
     }
 
-    /// Whether the limit input is a driver's, which says that its motor stalls.
+    /// True if the limit input is a driver's, which says that its motor stalls.
     pub(crate) fn is_stall(&self, input: LimitInput) -> bool {
         matches!(input, LimitInput::Of(axis) if self.homing.by_stall[axis as usize])
     }
@@ -263,12 +263,12 @@ impl Config {
         if asked_mm < travel_mm { Ok(()) } else { Err(ConfigError::PullOff { axis, asked_mm, travel_mm }) }
     }
 
-    /// How `axis` is squared, if it has a second motor.
+    /// The way in which `axis` is squared, if it has a second motor.
     pub(crate) fn squared_axis(&self, axis: Axis) -> Option<Squared> {
         self.squared.filter(|squared| squared.axis == axis)
     }
 
-    /// Whether a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
+    /// True if a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
     /// does if the direction, the side of the switch, what the second motor does and the length of a step are the same.
     /// The travel and the pull-off do not matter: they only say how far the axis goes from that zero, and where the next
     /// homing will find one.
@@ -315,7 +315,7 @@ pub fn whole_steps(mm: f64, steps_per_mm: f64) -> i32 {
     nearest(mm * steps_per_mm)
 }
 
-/// How far `mm` is beside those whole steps, in [`OFFSET_PARTS`](isostep_profile::OFFSET_PARTS) of a step.
+/// The distance of `mm` from those whole steps, in [`OFFSET_PARTS`](isostep_profile::OFFSET_PARTS) of a step.
 #[must_use]
 pub fn beside_steps(mm: f64, steps_per_mm: f64) -> i8 {
     let steps = mm * steps_per_mm;

@@ -20,14 +20,14 @@ use embassy_time::{Duration, Instant, Timer};
 use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::Chain;
 
-use crate::aside::aside;
 use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
+use crate::cold_path::cold_path;
 use crate::config::Config;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
 use crate::marks::Marks;
-use crate::motor::Side;
+use crate::motor::GangedMotor;
 use crate::port::PortFault;
 use crate::shaping::Shaping;
 
@@ -35,7 +35,7 @@ use crate::shaping::Shaping;
 /// step.
 const PULSE_MAX: Duration = Duration::from_millis(1);
 
-/// What is known of the path ahead. It is large: on a chip, put it into a static.
+/// The path ahead, as far as it is known. It is large: on a chip, put it into a static.
 pub struct PlanMemory {
     chain: Chain<AXES, CHAIN_MOVES>,
     chunks: Chunks,
@@ -96,7 +96,7 @@ where
     }
 }
 
-/// What moves are for, which decides what may change them.
+/// The purpose of moves, which decides what may change them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// A program: it can be held, and its speed overridden.
@@ -107,13 +107,13 @@ pub(crate) enum Purpose {
     Probe,
     /// Homing: nothing changes it.
     Homing {
-        /// The side of the axis that stands still, if it has two.
-        held: Option<Side>,
+        /// The ganged motor of the axis that stands still, if it has two.
+        held: Option<GangedMotor>,
     },
 }
 
 impl Purpose {
-    /// How runs for this are shaped, if they are.
+    /// The shaping of runs for this, if they are shaped.
     pub fn shaping(self, config: &Config) -> Option<Shaping> {
         if matches!(self, Self::Program | Self::Jog) { config.shaping() } else { None }
     }
@@ -127,11 +127,11 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) marks: &'a mut Marks,
     /// The overrides that the chain is planned with.
     pub(crate) overrides: Overrides,
-    /// Where the chain ends, steps.
+    /// The place where the chain ends, steps.
     pub(crate) planned_steps: [i32; AXES],
     /// Ramps are curved.
     pub(crate) is_curved: bool,
-    /// How many motions have gone into the chain since it was begun.
+    /// The number of motions that have gone into the chain since it was begun.
     pub(crate) taken: usize,
     /// The steps that each axis of a probing motion had made at the contact.
     pub(crate) contact_steps: Option<[i32; AXES]>,
@@ -139,7 +139,7 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) waiting: Option<Motion>,
     enable: E,
     energised: bool,
-    /// When the plan of the last run ends, half a step after its last edge. No motion begins before then.
+    /// The instant at which the plan of the last run ends, half a step after its last edge. No motion begins before then.
     pub(crate) standstill: Instant,
     /// The state that was reported last as an event.
     reported: State,
@@ -202,9 +202,9 @@ where
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
             Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
             Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
-            Motion::Probe(probe) => (aside(pin!(self.probe(probe))).await, 1),
-            Motion::Dwell(duration) => (aside(pin!(self.dwell(duration))).await, 1),
-            Motion::Home { axes } => (aside(pin!(self.home(axes))).await, 1),
+            Motion::Probe(probe) => (cold_path(pin!(self.probe(probe))).await, 1),
+            Motion::Dwell(duration) => (cold_path(pin!(self.dwell(duration))).await, 1),
+            Motion::Home { axes } => (cold_path(pin!(self.home(axes))).await, 1),
         };
         self.machine.set_room(CHAIN_MOVES);
         if result.is_ok() && self.machine.config().tool.laser {
@@ -269,7 +269,7 @@ pub(crate) async fn alongside<T>(main: impl Future<Output = T>, side: impl Futur
 /// Waits until every axis is ready to start.
 pub(crate) async fn all_armed(machine: &Machine) {
     for axis in Axis::ALL {
-        machine.link(axis).start_line.wait_armed().await;
+        machine.link(axis).start_barrier.wait_armed().await;
     }
 }
 
@@ -278,9 +278,9 @@ pub(crate) async fn all_armed(machine: &Machine) {
 /// # Errors
 /// An axis that started at another instant than the first: its steps would be beside the path.
 pub(crate) async fn begun(machine: &Machine) -> Result<Instant, (Axis, PortFault)> {
-    let start = machine.link(Axis::ALL[0]).start_line.wait_begun().await;
+    let start = machine.link(Axis::ALL[0]).start_barrier.wait_begun().await;
     for axis in Axis::ALL {
-        let other = if axis == Axis::ALL[0] { start } else { machine.link(axis).start_line.wait_begun().await };
+        let other = if axis == Axis::ALL[0] { start } else { machine.link(axis).start_barrier.wait_begun().await };
         if other != start {
             let by = if other > start { other - start } else { start - other };
             return Err((axis, PortFault::Apart { by }));

@@ -1,4 +1,4 @@
-//! What a move costs the processor, in time. The chain plans no move to last less.
+//! The processor time that a move costs. The chain plans no move to last less.
 //!
 //! # Design
 //! A curved law has its ramps within a move, and to compile them can take far longer than a short move lasts. That
@@ -19,28 +19,28 @@ use crate::shaping::{LEGS, Shaping};
 /// Reading, planning and queueing a move without ramps.
 const MOVE_S: f64 = 0.6e-3;
 
-/// How long a move without a blend lasts at least where hardware makes the steps, s. It needs a bound, because moves that are
-/// known ahead, after a hold or a longer move, could all be made at once: the last of them would be planned too late. It may be
-/// a little shorter than planning takes, because no more are known than the chain and the queue have room for. It also bounds how
-/// many of them make up what has to be known ahead, and so the axes that stand still know that they do.
+/// The time that a move without a blend lasts at least where hardware makes the steps, s. It needs a bound, because moves that
+/// are known ahead, after a hold or a longer move, could all be made at once: the last of them would be planned too late. It may
+/// be a little shorter than planning takes, because no more are known than the chain and the queue have room for. It also bounds
+/// how many of them make up what has to be known ahead, and so the axes that stand still know that they do.
 pub const STRAIGHT_S: f64 = 0.5e-3;
 
-/// How long a move lasts at least to which a blend leads, s: that is planned and compiled, too, and the end of a line at another
-/// place than that of the move.
+/// The time that a move lasts at least to which a blend leads, s: that is planned and compiled, too, and the end of a line at
+/// another place than that of the move.
 pub const BLEND_S: f64 = 0.98e-3;
 
-/// How long a move lasts at least in a shaped run, s: each impulse makes bends of its own of each move.
+/// The time that a move lasts at least in a shaped run, s: each impulse makes bends of its own of each move.
 pub const SHAPED_S: f64 = 1.64e-3;
 
 /// The same with a box, whose steps take a root of a cubic each.
 pub const BOX_S: f64 = 3.6e-3;
 
-/// How many legs a short move has, which are kept for as long as the shaper is long, and how many may be kept, with some to
-/// spare.
+/// The number of legs that a short move has, which are kept for as long as the shaper is long, and how many may be kept, with
+/// some to spare.
 const LEGS_OF_A_MOVE: f64 = 3.0;
 const LEGS_KEPT: f64 = (LEGS - LEGS / 8) as f64;
 
-/// How long a move lasts at least if its run is shaped like this, s; 0 if it is not.
+/// The time that a move lasts at least if its run is shaped like this, s; 0 if it is not.
 #[must_use]
 pub fn shaped_s(shaping: Option<&Shaping>) -> f64 {
     shaping.map_or(0.0, |shaping| {

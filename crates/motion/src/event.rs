@@ -1,4 +1,4 @@
-//! What happens to a machine, as values that logs, traces and tests share.
+//! The events of a machine, as values that logs, traces and tests share.
 
 use core::fmt;
 
@@ -10,7 +10,7 @@ use crate::motor::Motor;
 use crate::port::PortFault;
 use crate::shaping::Shaping;
 
-/// What the machine is doing.
+/// The state of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
@@ -75,14 +75,14 @@ pub enum Alarm {
         /// Whose switch.
         axis: Axis,
     },
-    /// One side of a squared axis stood at its switch, and the other did not reach its own within the skew limit.
+    /// One motor of a squared axis stood at its switch, and the other did not reach its own within the skew limit.
     Skewed {
         /// The motor that did not reach its switch.
         motor: Motor,
     },
     /// The two stalls by which an axis homes were farther apart than the pull-off: one of them was none.
     StallsApart {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
     },
     /// The emergency stop was pressed.
@@ -121,7 +121,7 @@ pub enum Alarm {
 }
 
 impl Alarm {
-    /// Whether the homed axes stay homed after a motion that ended with this alarm: every step was made as planned.
+    /// True if the homed axes stay homed after a motion that ended with this alarm: every step was made as planned.
     pub(crate) fn leaves_position(self) -> bool {
         matches!(self, Self::Unplannable { .. } | Self::ProbeInitial | Self::ProbeContact)
     }
@@ -163,7 +163,7 @@ impl From<PlanError> for Unplannable {
     }
 }
 
-/// How a run ended, for one axis or for all.
+/// The end of a run, for one axis or for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Finish {
@@ -177,7 +177,7 @@ pub enum Finish {
     Fault {
         /// Whose port.
         axis: Axis,
-        /// What happened.
+        /// The fault.
         fault: PortFault,
     },
 }
@@ -205,9 +205,9 @@ pub enum Event {
     Run {
         /// That instant.
         start: Instant,
-        /// Where each axis stood.
+        /// The places where each axis stood.
         origin_steps: [i32; AXES],
-        /// How the axes are shaped. What is reported of its moves is the motion that goes into the shapers.
+        /// The shaping of the axes. What is reported of its moves is the motion that goes into the shapers.
         shaping: Option<Shaping>,
     },
     /// Another move will be made in the run. It begins when its plan does, and the move before it ends then.
@@ -234,15 +234,15 @@ pub enum Event {
     },
     /// The run ended.
     RunEnd {
-        /// How it ended.
+        /// Its end.
         finish: Finish,
-        /// Where the move that was reported last was to stop, steps of the longest axis from its beginning: its end,
+        /// The place where the move that was reported last was to stop, steps of the longest axis from its beginning: its end,
         /// unless it was held.
         held_at_steps: f64,
-        /// When that is, s from the start of the run: half a step after the last edge; if the run is shaped, when the last
-        /// impulse has passed. No other run starts before.
+        /// The instant at which that is, s from the start of the run: half a step after the last edge; if the run is shaped,
+        /// when the last impulse has passed. No other run starts before.
         plan_s: f64,
-        /// Where each axis stands.
+        /// The places where each axis stands.
         position_steps: [i32; AXES],
     },
     /// A phase of homing begins.
@@ -281,7 +281,7 @@ impl fmt::Display for Alarm {
             Self::Skewed { motor } => {
                 write!(
                     f,
-                    "{motor} did not reach its switch within the skew limit of the other side: free it, home again"
+                    "{motor} did not reach its switch within the skew limit of the other motor: free it, home again"
                 )
             }
             Self::StallsApart { axis } => {

@@ -12,11 +12,11 @@ use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, Overrides};
-use crate::motor::Side;
+use crate::motor::GangedMotor;
 use crate::tag::Tag;
 use crate::tool::power::Power;
 
-/// What became of a motion that was to be taken into the chain.
+/// The fate of a motion that was to be taken into the chain.
 enum Taken {
     /// It is in the chain, or has no steps.
     In,
@@ -56,13 +56,13 @@ where
         (result, self.taken)
     }
 
-    /// Moves by signed `steps` for homing, of an axis with two sides without the one that is `held`. Returns when every
+    /// Moves by signed `steps` for homing, of an axis with two motors without the one that is `held`. Returns when every
     /// axis has answered. A halt is not an error here: homing halts on purpose.
     pub(crate) async fn travel(
         &mut self,
         steps: [i32; AXES],
         feed_mm_s: f64,
-        held: Option<Side>,
+        held: Option<GangedMotor>,
     ) -> Result<Finish, Alarm> {
         let purpose = Purpose::Homing { held };
         self.begin_chain(purpose);
@@ -132,7 +132,7 @@ where
         motion.is_some()
     }
 
-    /// Whether another motion may follow; none may while the machine is to brake. Without room for a mark the lines of a raster
+    /// True if another motion may follow; none may while the machine is to brake. Without room for a mark the lines of a raster
     /// would be blocks of their own, each of which takes the processor longer than many lines that are one.
     pub(crate) fn takes(&self) -> bool {
         self.waiting.is_none() && !self.chain.is_full() && !self.marks.is_full() && !self.machine.is_to_brake()
@@ -196,7 +196,7 @@ where
         self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })
     }
 
-    /// Whether the overrides in force are not those that the moves are planned with.
+    /// True if the overrides in force are not those that the moves are planned with.
     pub(crate) fn is_overridden(&self, purpose: Purpose) -> bool {
         purpose == Purpose::Program && self.machine.overrides() != self.overrides
     }

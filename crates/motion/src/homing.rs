@@ -7,10 +7,10 @@
 //! debounce time. Whether it was a press is judged at rest, by the debounced level. After a spike the search goes on.
 //!
 //! # Two motors
-//! An axis with a second motor is squared meanwhile. Both sides seek together. Where one meets its switch both stop,
-//! and the other goes on alone, no farther than the skew limit. The latch does the same, so each side is measured by
+//! An axis with a second motor is squared meanwhile. Both motors seek together. Where one meets its switch both stop,
+//! and the other goes on alone, no farther than the skew limit. The latch does the same, so each motor is measured by
 //! its own switch, and the gantry is never skewed by more than it was. Both back off and pull off together. At the end
-//! one side goes on alone by the offset, away from its switch, so that both are off theirs.
+//! one motor goes on alone by the offset, away from its switch, so that both are off theirs.
 //!
 //! # By stall
 //! An axis without a switch runs against its end, twice, until its driver says that the motor stalls. A slow motor cannot
@@ -31,7 +31,7 @@ use crate::axes::{AXES, Axis};
 use crate::config::HomingConfig;
 use crate::coordinator::{Coordinator, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
-use crate::motor::{Motor, Side};
+use crate::motor::{GangedMotor, Motor};
 use crate::port::Direction;
 
 /// The seek gives up after this many times the travel.
@@ -43,15 +43,15 @@ const SPIKES_MAX: usize = 100;
 /// A switch that has not been steady for the debounce time by then is broken: longer than any debounce time and any bounce.
 const SETTLES: Duration = Duration::from_secs(2);
 
-/// A part of homing: a straight way of an axis, or of one of its sides.
+/// A part of homing: a straight way of an axis, or of one of its motors.
 #[derive(Clone, Copy)]
 struct Way {
     axis: Axis,
     mm: f64,
     to_switch: bool,
     speed_mm_s: f64,
-    /// The side that stands still.
-    held: Option<Side>,
+    /// The ganged motor that stands still.
+    held: Option<GangedMotor>,
 }
 
 impl<E, F> Coordinator<'_, E, F>
@@ -88,7 +88,7 @@ where
         } else if self.by_stall(axis) {
             return Err(Alarm::SwitchStuck { motor: Motor::first(axis) });
         }
-        let sought_steps = self.machine.link(axis).odometer.position_steps();
+        let sought_steps = self.machine.link(axis).step_counter.position_steps();
         let way = self.begin(axis, HomingPhase::BackOff);
         self.retreat(way).await?;
         let way = self.begin(axis, HomingPhase::Latch);
@@ -101,7 +101,7 @@ where
         if let Some(way) = self.offset(way) {
             self.retreat(way).await?;
         }
-        self.machine.link(axis).odometer.zero();
+        self.machine.link(axis).step_counter.zero();
         self.machine.set_homed(axis, true);
         self.report(Event::Homed { axis });
         Ok(())
@@ -132,38 +132,38 @@ where
     /// Notes how far the latch has ended from where the seek did. Where a motor that speeds up seems stalled it does so
     /// twice, the second time long before it is back.
     fn compare_stalls(&self, axis: Axis, sought_steps: i32) -> Result<(), Alarm> {
-        let apart_steps = self.machine.link(axis).odometer.position_steps() - sought_steps;
+        let apart_steps = self.machine.link(axis).step_counter.position_steps() - sought_steps;
         self.machine.set_stalls_apart(axis, apart_steps);
         let config = self.machine.config();
         let is_one_place = config.mm(axis, apart_steps).abs() <= config.homing.pull_off_mm;
         if is_one_place { Ok(()) } else { Err(Alarm::StallsApart { axis }) }
     }
 
-    /// The way by which one side goes farther than the pull-off, if it is a step at least.
+    /// The way by which one motor goes farther than the pull-off, if it is a step at least.
     fn offset(&self, way: Way) -> Option<Way> {
         let config = self.machine.config();
         let offset_mm = config.squared_axis(way.axis)?.offset_mm;
-        let held = if offset_mm > 0.0 { Side::First } else { Side::Second };
+        let held = if offset_mm > 0.0 { GangedMotor::First } else { GangedMotor::Second };
         (config.steps(way.axis, offset_mm) != 0).then_some(Way { mm: offset_mm.abs(), held: Some(held), ..way })
     }
 
-    /// The sides of `axis`.
-    fn sides(&self, axis: Axis) -> impl Iterator<Item = Motor> + use<E, F> {
+    /// The motors of `axis`.
+    fn motors(&self, axis: Axis) -> impl Iterator<Item = Motor> + use<E, F> {
         let second = self.machine.config().squared_axis(axis).map(|_| Motor::second(axis));
         core::iter::once(Motor::first(axis)).chain(second)
     }
 
-    /// The first side of `axis` that does not stand at its switch.
+    /// The first motor of `axis` that does not stand at its switch.
     fn missing(&self, axis: Axis) -> Option<Motor> {
-        self.sides(axis).find(|motor| !self.machine.switch_of(*motor).is_pressed())
+        self.motors(axis).find(|motor| !self.machine.switch_of(*motor).is_pressed())
     }
 
-    /// The first side of `axis` that stands at its switch.
+    /// The first motor of `axis` that stands at its switch.
     fn arrived(&self, axis: Axis) -> Option<Motor> {
-        self.sides(axis).find(|motor| self.machine.switch_of(*motor).is_pressed())
+        self.motors(axis).find(|motor| self.machine.switch_of(*motor).is_pressed())
     }
 
-    /// Moves towards the switches until each side has met its own. The first that does waits for the other.
+    /// Moves towards the switches until each motor has met its own. The first that does waits for the other.
     async fn approach(&mut self, way: Way) -> Result<(), Alarm> {
         let axis = way.axis;
         if self.arrived(axis).is_none() {
@@ -174,7 +174,7 @@ where
         };
         match self.missing(axis) {
             Some(motor) => {
-                self.search(Way { mm, held: Some(motor.side.other()), ..way }, Alarm::Skewed { motor }).await
+                self.search(Way { mm, held: Some(motor.ganged.other()), ..way }, Alarm::Skewed { motor }).await
             }
             None => Ok(()),
         }
@@ -183,14 +183,14 @@ where
     /// Waits until the levels of the axis's switches are debounced. False if one never is.
     async fn is_settled(&self, axis: Axis) -> bool {
         let settled = async {
-            for motor in self.sides(axis) {
+            for motor in self.motors(axis) {
                 self.machine.switch_of(motor).wait_settled().await;
             }
         };
         with_timeout(SETTLES, settled).await.is_ok()
     }
 
-    /// Moves towards the switches until that of a moving side is pressed. If none is, that is the alarm `missed`.
+    /// Moves towards the switches until that of a moving ganged motor is pressed. If none is, that is the alarm `missed`.
     async fn search(&mut self, mut way: Way, missed: Alarm) -> Result<(), Alarm> {
         for _ in 0..SPIKES_MAX {
             let from_steps = self.machine.position_steps()[way.axis as usize];
@@ -199,7 +199,7 @@ where
             let is_found = match way.held {
                 // The input of a driver falls when the motor stops.
                 _ if self.by_stall(way.axis) => was_touched,
-                Some(held) => self.machine.switch_of(Motor { axis: way.axis, side: held.other() }).is_pressed(),
+                Some(held) => self.machine.switch_of(Motor { axis: way.axis, ganged: held.other() }).is_pressed(),
                 None => self.arrived(way.axis).is_some(),
             };
             match () {
@@ -215,16 +215,16 @@ where
         Err(missed)
     }
 
-    /// Moves towards the switches until that of a moving side changes, and stops there at once. Returns whether one did.
+    /// Moves towards the switches until that of a moving ganged motor changes, and stops there at once. Returns whether one did.
     async fn go_to_touch(&mut self, way: Way) -> Result<bool, Alarm> {
         let machine = self.machine;
-        let [first, second] = [Side::First, Side::Second].map(|side| Motor { axis: way.axis, side });
+        let [first, second] = [GangedMotor::First, GangedMotor::Second].map(|ganged| Motor { axis: way.axis, ganged });
         let is_two = machine.config().squared_axis(way.axis).is_some();
         let was_touched = Cell::new(false);
         let touched = async {
             let (first, second) = (machine.switch_of(first), machine.switch_of(second));
             match way.held {
-                Some(Side::First) => second.wait_touched().await,
+                Some(GangedMotor::First) => second.wait_touched().await,
                 None if is_two => _ = select(first.wait_touched(), second.wait_touched()).await,
                 _ => first.wait_touched().await,
             }

@@ -15,15 +15,14 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod aside;
 mod axes;
 pub mod axis;
 pub mod buttons;
 mod chunks;
 mod clock;
+mod cold_path;
 mod config;
 pub mod coordinator;
-mod courses;
 mod effort;
 mod event;
 mod flow;
@@ -37,26 +36,27 @@ mod port;
 pub mod probing;
 mod run;
 mod shaping;
-mod start_line;
+mod start_barrier;
 mod stream;
 mod switch;
 mod tag;
+mod timed_plans;
 mod timer_port;
 pub mod tool;
 
-pub use aside::aside;
 pub use axes::{AXES, Axis};
+pub use cold_path::cold_path;
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
 pub use effort::{BLEND_S, BOX_S, SHAPED_S, STRAIGHT_S, shaped_s};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Overrides, ProbeMove, Probed, Status};
-pub use motor::{LimitInput, Motor, SecondMotor, Side};
+pub use motor::{GangedMotor, LimitInput, Motor, SecondMotor};
 pub use port::{
-    Brake, Capabilities, Direction, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
-    Wiring, ticks_covering,
+    Capabilities, Direction, DriverTiming, Inhibit, Motors, PortFault, Run, StepCounter, StepPort, StreamItem,
+    StreamQueue, Wiring, ticks_covering,
 };
 pub use shaping::Shaping;
-pub use start_line::StartLine;
+pub use start_barrier::StartBarrier;
 pub use switch::Contact;
 pub use timer_port::{MotorPins, TimerBank, TimerPort};
 pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};

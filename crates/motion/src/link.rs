@@ -1,4 +1,4 @@
-//! What the coordinator and one axis task share.
+//! The state that the coordinator and one axis task share.
 
 use core::cell::Cell;
 
@@ -7,39 +7,39 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 use crate::event::Finish;
-use crate::port::{Brake, Motors, Odometer, StreamQueue};
-use crate::start_line::StartLine;
+use crate::port::{Inhibit, Motors, StepCounter, StreamQueue};
+use crate::start_barrier::StartBarrier;
 
-/// What the coordinator and one axis task share.
+/// The state that the coordinator and one axis task share.
 pub(crate) struct AxisLink {
-    pub odometer: Odometer,
+    pub step_counter: StepCounter,
     pub segments: StreamQueue,
     pub run: Signal<CriticalSectionRawMutex, Motors>,
-    pub start_line: StartLine,
+    pub start_barrier: StartBarrier,
     pub halt: Signal<CriticalSectionRawMutex, ()>,
     pub done: Signal<CriticalSectionRawMutex, Finish>,
-    brake: Mutex<CriticalSectionRawMutex, Cell<Brake>>,
+    inhibit: Mutex<CriticalSectionRawMutex, Cell<Inhibit>>,
 }
 
 impl AxisLink {
     pub const fn new() -> Self {
         Self {
-            odometer: Odometer::new(),
+            step_counter: StepCounter::new(),
             segments: StreamQueue::new(),
             run: Signal::new(),
-            start_line: StartLine::new(),
+            start_barrier: StartBarrier::new(),
             halt: Signal::new(),
             done: Signal::new(),
-            brake: Mutex::new(Cell::new(|_engaged| {})),
+            inhibit: Mutex::new(Cell::new(|_engaged| {})),
         }
     }
 
-    /// Takes over the brake of the axis's port.
-    pub fn fit(&self, brake: Brake) {
-        self.brake.lock(|fitted| fitted.set(brake));
+    /// Takes over the inhibit of the axis's port.
+    pub fn fit(&self, inhibit: Inhibit) {
+        self.inhibit.lock(|fitted| fitted.set(inhibit));
     }
 
-    pub fn brake(&self, engaged: bool) {
-        self.brake.lock(Cell::get)(engaged);
+    pub fn inhibit(&self, engaged: bool) {
+        self.inhibit.lock(Cell::get)(engaged);
     }
 }

@@ -1,4 +1,4 @@
-//! What the tasks of one machine share.
+//! The state that the tasks of one machine share.
 
 mod armed;
 mod door;
@@ -35,13 +35,13 @@ use crate::axes::{AXES, Axis};
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
-use crate::motor::{LimitInput, Motor, Side};
+use crate::motor::{GangedMotor, LimitInput, Motor};
 use crate::port::{Capabilities, StepPort};
 use crate::switch::{Contact, Switch};
 
-/// How many moves are planned ahead, so that they follow each other without a stop.
+/// The number of moves that are planned ahead, so that they follow each other without a stop.
 pub(crate) const CHAIN_MOVES: usize = if cfg!(feature = "short-look-ahead") { 32 } else { 64 };
-/// How many tasks may watch the state at once.
+/// The number of tasks that may watch the state at once.
 const WATCHERS: usize = 8;
 
 /// The machine is locked by an alarm, or not idle where it must be.
@@ -58,7 +58,7 @@ struct Inner {
     stalls_apart_steps: [i32; AXES],
     life: Life,
     current: Option<CurrentChunk>,
-    /// How many motions the coordinator would take off the queue at once.
+    /// The number of motions that the coordinator would take off the queue at once.
     room: usize,
     overrides: Overrides,
     outputs: OutputsAsked,
@@ -66,7 +66,7 @@ struct Inner {
     buttons: [bool; 2],
 }
 
-/// What the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
+/// The state that the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
 pub struct Machine {
     links: [AxisLink; AXES],
     /// The limit switches, in the order of the axes, then the second motor's.
@@ -154,7 +154,7 @@ impl Machine {
         Ok(())
     }
 
-    /// What each axis's port can do; `None` until its task has run.
+    /// The capabilities of each axis's port; `None` until its task has run.
     #[must_use]
     pub fn capabilities(&self) -> [Option<Capabilities>; AXES] {
         self.with(|inner| inner.capabilities)
@@ -166,25 +166,25 @@ impl Machine {
         self.emergency_contact
     }
 
-    /// Which axes have been homed and not lost their position since.
+    /// The axes that have been homed and not lost their position since.
     #[must_use]
     pub fn homed(&self) -> [bool; AXES] {
         self.with(|inner| inner.homed)
     }
 
-    /// How far apart the two stalls were by which each axis last homed by stall, steps; 0 if it never has.
+    /// The distance between the two stalls by which each axis last homed by stall, steps; 0 if it never has.
     #[must_use]
     pub fn stalls_apart_steps(&self) -> [i32; AXES] {
         self.with(|inner| inner.stalls_apart_steps)
     }
 
-    /// How often each axis's port has faulted since power-up.
+    /// The number of times that each axis's port has faulted since power-up.
     #[must_use]
     pub fn faults(&self) -> [u32; AXES] {
         self.with(|inner| inner.faults)
     }
 
-    /// What the machine is doing.
+    /// The state of the machine.
     #[must_use]
     #[inline(never)]
     pub fn state(&self) -> State {
@@ -197,10 +197,10 @@ impl Machine {
         self.state.dyn_receiver()
     }
 
-    /// Where each axis stands, steps.
+    /// The places where each axis stands, steps.
     #[must_use]
     pub fn position_steps(&self) -> [i32; AXES] {
-        Axis::ALL.map(|axis| self.link(axis).odometer.position_steps())
+        Axis::ALL.map(|axis| self.link(axis).step_counter.position_steps())
     }
 
     /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again. Nothing
@@ -259,14 +259,14 @@ impl Machine {
     }
 
     pub(crate) fn switch_of(&self, motor: Motor) -> &Switch {
-        self.switch(match motor.side {
-            Side::First => LimitInput::Of(motor.axis),
-            Side::Second => LimitInput::Second,
+        self.switch(match motor.ganged {
+            GangedMotor::First => LimitInput::Of(motor.axis),
+            GangedMotor::Second => LimitInput::Second,
         })
     }
 
     pub(crate) fn publish_port(&self, axis: Axis, port: &impl StepPort) {
-        self.link(axis).fit(port.brake());
+        self.link(axis).fit(port.inhibit());
         self.with(|inner| inner.capabilities[axis as usize] = Some(port.capabilities()));
     }
 
@@ -295,14 +295,14 @@ impl Machine {
         self.released.wait().await;
     }
 
-    /// Makes an axis ready for a run: nothing queued, no halt signalled, the brake off.
+    /// Makes an axis ready for a run: nothing queued, no halt signalled, the inhibit off.
     pub(crate) fn ready(&self, axis: Axis) {
         let link = self.link(axis);
         link.segments.clear();
         link.done.reset();
         link.halt.reset();
-        link.start_line.reset();
-        link.brake(false);
+        link.start_barrier.reset();
+        link.inhibit(false);
     }
 
     /// Lets the axes of a run go, all of which are armed. The critical section makes sure that none of their tasks is
@@ -311,7 +311,7 @@ impl Machine {
         self.with(|_| {
             let now = Instant::now();
             for axis in Axis::ALL {
-                self.link(axis).start_line.go(now);
+                self.link(axis).start_barrier.go(now);
             }
         });
     }

@@ -7,20 +7,22 @@
 //! after a hold, and nothing has to be counted along with the chain.
 //!
 //! If a block has as many marks as it may have, the line becomes another. While there is no room at all, no line is taken.
+//! Blocks are lengthened with a trapezoid only, because the instant of a mark on a curved ramp takes far longer to compute, and
+//! only where hardware makes the steps, because with `TimerPort` each line has a time of its own (`Effort`).
 
 use crate::tag::{MarksOf, Tag};
 use crate::tool::power::{Level, Power};
 
-/// How many marks there is room for: those of the path ahead and of the block under way. One place is always empty.
+/// The number of marks that there is room for: those of the path ahead and of the block under way. One place is always empty.
 const PLACES: usize = 341;
-/// How many marks a block has at most. Its room is free again only when it is over, and planning it costs little for
+/// The number of marks that a block has at most. Its room is free again only when it is over, and planning it costs little for
 /// each of so many lines.
 const MARKS_OF_BLOCK: u8 = (1 << Tag::COUNT_BITS) - 1;
 
 /// There are many of them, so each is stored as what it adds to the one before in its block.
 #[derive(Clone, Copy)]
 struct Stored {
-    /// How many steps of the longest axis after it.
+    /// The number of steps of the longest axis after it.
     steps: u16,
     lines: u16,
     level: Level,
@@ -29,7 +31,7 @@ struct Stored {
 /// A place within a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mark {
-    /// Where it is, steps of the longest axis from the beginning of the block.
+    /// The place where it is, steps of the longest axis from the beginning of the block.
     pub place_steps: u32,
     /// The line that begins here.
     pub line: u32,
@@ -53,7 +55,7 @@ impl Marks {
         Self { ring: [Stored { steps: 0, lines: 0, level: Level::ZERO }; PLACES], first: 0, end: 0, last }
     }
 
-    /// Whether there is no room for another.
+    /// True if there is no room for another.
     pub fn is_full(&self) -> bool {
         after(self.end) == self.first
     }

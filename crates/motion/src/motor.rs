@@ -4,17 +4,17 @@ use core::fmt;
 
 use crate::axes::{AXES, Axis};
 
-/// A side of an axis that two motors move. Each has a motor and a limit switch of its own.
+/// One of the ganged motors of an axis, each of which has a limit switch of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Side {
-    /// That of the motor which every axis has.
+pub enum GangedMotor {
+    /// The one that every axis has.
     First,
-    /// That of the second motor.
+    /// The second one.
     Second,
 }
 
-impl Side {
+impl GangedMotor {
     /// The other one.
     #[must_use]
     pub fn other(self) -> Self {
@@ -31,21 +31,21 @@ impl Side {
 pub struct Motor {
     /// The axis that it moves.
     pub axis: Axis,
-    /// The side of the axis that it is on.
-    pub side: Side,
+    /// Which of the ganged motors of that axis it is.
+    pub ganged: GangedMotor,
 }
 
 impl Motor {
     /// The motor that every axis has.
     #[must_use]
     pub const fn first(axis: Axis) -> Self {
-        Self { axis, side: Side::First }
+        Self { axis, ganged: GangedMotor::First }
     }
 
     /// The motor that one axis at most has besides.
     #[must_use]
     pub const fn second(axis: Axis) -> Self {
-        Self { axis, side: Side::Second }
+        Self { axis, ganged: GangedMotor::Second }
     }
 }
 
@@ -58,7 +58,7 @@ impl From<Axis> for Motor {
 
 impl fmt::Display for Motor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let number = if self.side == Side::Second { "2" } else { "" };
+        let number = if self.ganged == GangedMotor::Second { "2" } else { "" };
         write!(f, "{}{number}", self.axis)
     }
 }
@@ -87,6 +87,6 @@ impl LimitInput {
 pub struct SecondMotor {
     /// Its DIR has the other level than that of the first.
     pub direction_inverted: bool,
-    /// The side that stands still: its motor makes none of the steps. The other makes all.
-    pub held: Option<Side>,
+    /// The ganged motor that stands still: it makes none of the steps. The other makes all.
+    pub held: Option<GangedMotor>,
 }

@@ -7,8 +7,8 @@ use embassy_sync::channel::Channel;
 use embassy_time::Duration;
 use isostep_profile::Segment;
 
-use crate::motor::{SecondMotor, Side};
-use crate::start_line::StartLine;
+use crate::motor::{GangedMotor, SecondMotor};
+use crate::start_barrier::StartBarrier;
 
 /// The direction in which an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +69,7 @@ impl DriverTiming {
     pub const TMC2209: Self = Self { step_high_ns: 104, step_low_ns: 104, period_ns: 208, setup_ns: 20 };
 }
 
-/// How a driver is wired and configured.
+/// The wiring and configuration of a driver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wiring {
     /// DIR is low for the positive direction.
@@ -78,13 +78,13 @@ pub struct Wiring {
     pub pulse_ns: u32,
 }
 
-/// What a port can do. Others are made from [`new`](Self::new) by setting fields.
+/// The capabilities of a port. Others are made from [`new`](Self::new) by setting fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Capabilities {
     /// Its time resolution, Hz.
     pub tick_hz: u32,
-    /// What the driver behind it needs.
+    /// The timing that the driver behind it needs.
     pub timing: DriverTiming,
     /// Time that the port itself needs between two rises, in addition to what the driver needs, ticks.
     pub margin_ticks: u32,
@@ -103,7 +103,7 @@ impl Capabilities {
         Self { tick_hz, timing, margin_ticks: 0, core_ns: 0, turn_ticks: 0 }
     }
 
-    /// How long STEP stays high with this wiring, ns. It is never shorter than the driver's minimum or than DIR's hold
+    /// The time for which STEP stays high with this wiring, ns. It is never shorter than the driver's minimum or than DIR's hold
     /// time, so DIR may change as soon as a pulse is over.
     #[must_use]
     pub fn pulse_ns(&self, wiring: Wiring) -> u32 {
@@ -139,18 +139,18 @@ pub fn ticks_covering(ns: u32, tick_hz: u32) -> u32 {
 ///
 /// Only the port that emits a step counts it, at the rising edge; anyone may read.
 #[derive(Debug, Default)]
-pub struct Odometer {
+pub struct StepCounter {
     position_steps: AtomicI32,
 }
 
-impl Odometer {
-    /// An odometer at zero.
+impl StepCounter {
+    /// A step counter at zero.
     #[must_use]
     pub const fn new() -> Self {
         Self { position_steps: AtomicI32::new(0) }
     }
 
-    /// Where the axis stands, steps.
+    /// The place where the axis stands, steps.
     #[must_use]
     pub fn position_steps(&self) -> i32 {
         self.position_steps.load(Ordering::Relaxed)
@@ -184,7 +184,7 @@ pub enum StreamItem {
     /// The next steps, all in one direction. The first of them is due at least [`Capabilities::period_min_ticks`] after
     /// the step before, whichever direction that step had.
     Steps {
-        /// When the steps are due.
+        /// The instant at which the steps are due.
         segment: Segment,
         /// Their direction.
         direction: Direction,
@@ -192,7 +192,8 @@ pub enum StreamItem {
     /// There is no step until this instant. Some ports must know what comes next. With rests, such a port need not be
     /// given a step long before it is due: a step that it has not been given can still be changed or cancelled.
     Rest {
-        /// When the rest ends, ticks from the start of the run: at least one shortest step period before the next step.
+        /// The instant at which the rest ends, ticks from the start of the run: at least one shortest step period before the
+        /// next step.
         until_ticks: u64,
     },
     /// There are no more steps: the run ends with the steps before this item. Every run ends with it, unless it is
@@ -206,7 +207,7 @@ pub type StreamQueue = Channel<CriticalSectionRawMutex, StreamItem, QUEUE_SEGMEN
 /// The motors of an axis in a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motors {
-    /// How their drivers are wired.
+    /// The wiring of their drivers.
     pub wiring: Wiring,
     /// The highest speed of the axis by its limits, steps/s, rounded up. A step that is late by less than half a period
     /// at that speed bunches none.
@@ -216,12 +217,12 @@ pub struct Motors {
 }
 
 impl Motors {
-    /// Whether the motor of this side makes the steps.
+    /// True if this ganged motor makes the steps.
     #[must_use]
-    pub fn moves(&self, side: Side) -> bool {
+    pub fn moves(&self, ganged: GangedMotor) -> bool {
         match self.second {
-            None => side == Side::First,
-            Some(second) => second.held != Some(side),
+            None => ganged == GangedMotor::First,
+            Some(second) => second.held != Some(ganged),
         }
     }
 
@@ -237,21 +238,26 @@ impl Motors {
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub struct Run<'a> {
-    /// Which motors make the steps.
+    /// The motors that make the steps.
     pub motors: Motors,
-    /// Where the port waits for its start, with those of the other axes.
-    pub start_line: &'a StartLine,
-    /// What it is to make, in order.
+    /// The line at which the port waits for its start, with those of the other axes.
+    pub start_barrier: &'a StartBarrier,
+    /// The items that it is to make, in order.
     pub segments: &'a StreamQueue,
-    /// Where it counts the steps.
-    pub odometer: &'a Odometer,
+    /// The place where it counts the steps.
+    pub step_counter: &'a StepCounter,
 }
 
 impl<'a> Run<'a> {
     /// A run, for whoever tests a port.
     #[must_use]
-    pub fn new(motors: Motors, start_line: &'a StartLine, segments: &'a StreamQueue, odometer: &'a Odometer) -> Self {
-        Self { motors, start_line, segments, odometer }
+    pub fn new(
+        motors: Motors,
+        start_barrier: &'a StartBarrier,
+        segments: &'a StreamQueue,
+        step_counter: &'a StepCounter,
+    ) -> Self {
+        Self { motors, start_barrier, segments, step_counter }
     }
 }
 
@@ -262,7 +268,7 @@ impl<'a> Run<'a> {
 pub enum PortFault {
     /// A step would have risen so late that catching up would need a higher speed than the plan has.
     Late {
-        /// How late it was.
+        /// The delay.
         late: Duration,
         /// The greatest lateness at which a step is still made.
         max: Duration,
@@ -279,44 +285,44 @@ pub enum PortFault {
     },
     /// It started at another instant than the port of the first axis.
     Apart {
-        /// How far apart they are.
+        /// The time between them.
         by: Duration,
     },
 }
 
-/// Engages (`true`) or releases the brake of a port.
+/// Engages (`true`) or releases the inhibit of a port.
 ///
 /// From the instant at which it is engaged until it is released no further step rises; a pulse that has begun is
 /// finished. It may be called in any context, interrupts included.
-pub type Brake = fn(engaged: bool);
+pub type Inhibit = fn(engaged: bool);
 
 /// Makes the step edges of one axis, for its motor or for both.
 #[allow(async_fn_in_trait, reason = "ports stay on the executor that polls them: no Send bound is wanted")]
 pub trait StepPort {
-    /// What this port can do.
+    /// The capabilities of this port.
     fn capabilities(&self) -> Capabilities;
 
-    /// The brake of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait
-    /// for its task stops when the task does, and needs no brake.
-    fn brake(&self) -> Brake {
+    /// The inhibit of this port. It is for a port that makes edges without waiting for its task. A port whose edges wait
+    /// for its task stops when the task does, and needs no inhibit.
+    fn inhibit(&self) -> Inhibit {
         |_engaged| {}
     }
 
-    /// Waits for the first of the run's segments and gets ready for it, then waits at the start line. When it is let go,
+    /// Waits for the first of the run's segments and gets ready for it, then waits at the start barrier. When it is let go,
     /// it starts at an instant that it can keep, and reports that instant. DIR's set-up time is over before the first
     /// step, however soon that step is due.
     ///
     /// The ports of all axes have to start at the same instant, to the tick of the machine's clock, although their tasks
     /// go on one after the other; otherwise the machine stops with [`PortFault::Apart`]. So the instant comes from one
-    /// place: from a gate that the ports have in common, or from the start line, which tells all of them when they were
-    /// let go ([`StartLine::armed`]).
+    /// place: from a flag that the ports have in common, or from the start barrier, which tells all of them when they were
+    /// let go ([`StartBarrier::armed`]).
     ///
     /// It makes the steps of `segments`, each at its instant counted from the start. Between steps of different
     /// directions it changes DIR, when the hold time is over and with the set-up time left before the next step. It
-    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the odometer; when it
+    /// returns after [`StreamItem::End`], when the last step has risen. It counts every step in the step counter; when it
     /// returns, at the latest, the count is exact.
     ///
-    /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one side is
+    /// With a second motor, each step rises at the same instant for both, and is one step of the axis. If one motor is
     /// held, its STEP stays low, and its DIR may change.
     ///
     /// # Errors

@@ -34,7 +34,7 @@ use crate::stream::{AHEAD, ITEM_MAX, SegmentStream, fill_queues};
 use crate::tag::Tag;
 use crate::tool::BeamStream;
 
-/// How much motion is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
+/// The time of motion that is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
 /// slowest compared with moving, and with curved laws it is many times slower than with the trapezoid.
 const COMPILED_BEFORE_START: Duration = Duration::from_millis(10);
 const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
@@ -42,7 +42,7 @@ const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
 /// The longest chunk that the chain hands out at a time, s. A change may have to wait for the end of such a chunk.
 const CHUNK_S: f64 = 15e-3;
 
-/// How far ahead the path is known while probing. It is less than otherwise, because what has been handed out is made
+/// The time for which the path is known ahead while probing. It is less than otherwise, because what has been handed out is made
 /// after the contact, too, and bends the probe. It is enough, because nothing else is planned meanwhile.
 const PROBED_AHEAD: Duration = Duration::from_millis(10);
 /// The longest chunk while probing, s.
@@ -56,15 +56,16 @@ const LOOK_AGAIN: Duration = Duration::from_millis(1);
 const GATHER: Duration = Duration::from_millis(4);
 const GATHER_S: f64 = 4e-3;
 
-/// How many moves are taken at once. To plan more would take too long while a port's queue has to be filled.
+/// The number of moves that are taken at once. To plan more would take too long while a port's queue has to be filled.
 const TAKEN_AT_ONCE: usize = 8;
 
-/// How many are taken while a port has little left, if so many are in the chain that there is no hurry to know more.
+/// The number of moves that are taken while a port has little left, if so many are in the chain that there is no hurry to know
+/// more.
 const TAKEN_IN_HASTE: usize = 2;
 const ENOUGH_MOVES: usize = CHAIN_MOVES / 2;
 
-/// How many chunks are committed at once, for the same reason: between blends they are short, and many make up what is to be
-/// known.
+/// The number of chunks that are committed at once, for the same reason: between blends they are short, and many make up what is
+/// to be known.
 const COMMITTED_AT_ONCE: usize = 8;
 
 /// While a port has less motion queued than this, filling its queue comes before everything else in thread mode.
@@ -212,7 +213,7 @@ where
         }
     }
 
-    /// Whether the chain has to hand out more, so that the path is known until `known_s` from the start of the run. It
+    /// True if the chain has to hand out more, so that the path is known until `known_s` from the start of the run. It
     /// has to only when [`GATHER`] or more is missing, so that moves which arrive one by one are planned together.
     fn is_short_of(&self, known_s: f64) -> bool {
         !self.chunks.is_closed() && self.chunks.end_s() <= known_s - GATHER_S
@@ -356,7 +357,7 @@ fn oldest_chunk(streams: &Streams<'_>, beam: Option<&BeamStream<'_>>) -> u32 {
 
 /// The instants, from the start of the run, by which it is decided what is to be done next.
 struct Horizons {
-    /// How far the run has come.
+    /// The time that the run has come to.
     now: Duration,
     /// Until here a port's queue must reach, or filling it comes first.
     low: Duration,
@@ -373,12 +374,12 @@ impl Horizons {
         Self { now, low: now + LOW, known, known_s: seconds(known) }
     }
 
-    /// Whether a port has little left.
+    /// True if a port has little left.
     fn are_low(&self, streams: &Streams<'_>) -> bool {
         streams.iter().any(|stream| stream.is_low(self.low))
     }
 
-    /// Whether one has, and there is room in its queue for more.
+    /// True if one has, and there is room in its queue for more.
     fn are_urgent(&self, streams: &Streams<'_>) -> bool {
         streams.iter().any(|stream| stream.is_low(self.low) && !stream.queue().is_full())
     }

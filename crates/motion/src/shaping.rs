@@ -14,10 +14,10 @@ use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
 
-/// How many legs are kept of each axis.
+/// The number of legs that are kept of each axis.
 pub(crate) const LEGS: usize = if cfg!(feature = "short-look-ahead") { 24 } else { 64 };
 
-/// How the axes of a run are shaped.
+/// The shaping of the axes of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Shaping {
@@ -25,12 +25,12 @@ pub struct Shaping {
     pub impulses: [Impulses; AXES],
     /// By how much the axes are late on the path, s.
     pub delay_s: f64,
-    /// How much longer a run lasts, s.
+    /// The time by which a run lasts longer, s.
     pub lasts_s: f64,
 }
 
 impl Config {
-    /// How runs of programs and jogs are shaped; `None` if no axis has a shaper. Not inlined, so that a chip may have it in
+    /// The shaping of runs of programs and jogs; `None` if no axis has a shaper. Not inlined, so that a chip may have it in
     /// slow memory: it is needed once a run.
     #[must_use]
     #[inline(never)]
@@ -49,7 +49,7 @@ impl Config {
 /// The shaped motion of an axis in a run, as far as it has been read from the chunks.
 pub(crate) struct ShapedAxis {
     shaped: Shaped<LEGS>,
-    /// What reads the chunks, and whether it has begun, with the first of them.
+    /// The reader of the chunks, and whether it has begun, with the first of them.
     feed: Feed,
     is_begun: bool,
     /// The number of the chunk that it reads.
@@ -77,12 +77,12 @@ impl ShapedAxis {
         if self.is_begun { self.shaped.taken_s() } else { 0.0 }
     }
 
-    /// Whether the axis has come to the end of the run.
+    /// True if the axis has come to the end of the run.
     pub fn is_over(&self) -> bool {
         self.is_finished && self.shaped.is_over()
     }
 
-    /// What `axis` does next, shaped by these impulses; `None` if that is not known yet, or if it is over. Its top speed is
+    /// The next motion of `axis`, shaped by these impulses; `None` if that is not known yet, or if it is over. Its top speed is
     /// `top_steps_s`. `chunk` gives the chunk with a number, if it is known; `is_closed` tells that no other chunk follows.
     pub fn next<'a>(
         &mut self,

@@ -17,7 +17,7 @@ use embassy_time::{Duration, Instant};
 use heapless::Deque;
 use isostep_profile::chain::{Chunk, Plan};
 use isostep_profile::shaper::Bend;
-use isostep_profile::{Lane, Segment};
+use isostep_profile::{AxisCompiler, Segment};
 
 use crate::axes::{AXES, Axis};
 use crate::chunks::{Chunks, last_step};
@@ -26,7 +26,7 @@ use crate::machine::Machine;
 use crate::port::{Direction, StreamItem, StreamQueue};
 use crate::shaping::ShapedAxis;
 
-/// How much motion is queued for a port ahead of time, at least.
+/// The time of motion that is queued for a port ahead, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
 /// Longest stream item. A single step may last longer, and an item may last an eighth longer if only a very short one
 /// would be left after it.
@@ -34,10 +34,10 @@ pub(crate) const ITEM_MAX: Duration = Duration::from_millis(15);
 /// Shortest rest that is queued for an axis that stands still. Its rests also end this long before the end of what is
 /// known, because its next step may follow at once.
 const REST_MIN: Duration = Duration::from_millis(2);
-/// How long the queues are filled at a time, unless an item takes longer. A wake-up takes as long as compiling several
+/// The time for which the queues are filled at a time, unless an item takes longer. A wake-up takes as long as compiling several
 /// items of a trapezoid.
 const TURN: Duration = Duration::from_micros(500);
-/// How many segments are compiled before a port needs them.
+/// The number of segments that are compiled before a port needs them.
 const COMPILED_MAX: usize = 32;
 
 /// Streams the steps of a run to one axis.
@@ -57,8 +57,8 @@ pub(crate) struct SegmentStream<'a> {
     chunk: u32,
     /// The steps of that chunk's plan, once the stream has reached it.
     plan: Option<PlanSteps>,
-    /// The axis on the course of that plan, if it has steps there.
-    lane: Lane,
+    /// Compiles the axis in that plan, if it has steps there.
+    compiler: AxisCompiler,
     /// Segments of that plan that are compiled and not queued yet.
     compiled: Deque<Segment, COMPILED_MAX>,
     /// Up to when its queue has been filled, ticks from the start of the run.
@@ -80,13 +80,13 @@ struct PlanSteps {
     queued: u32,
     /// The last step of the whole plan, which may be longer than the chunk known so far.
     last: u32,
-    /// Where the known chunk ends, steps of the longest axis.
+    /// The place where the known chunk ends, steps of the longest axis.
     until_steps: f64,
     /// The last step before that place.
     end: u32,
 }
 
-/// What one turn of filling the queues has done.
+/// The progress of one turn of filling the queues.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Progress {
     /// Something was queued for a port.
@@ -95,7 +95,7 @@ pub(crate) struct Progress {
     pub has_worked: bool,
 }
 
-/// What can be queued next for an axis.
+/// The next item that can be queued for an axis.
 enum Next {
     /// Steps of the chunk under way.
     Steps,
@@ -127,7 +127,7 @@ pub(crate) fn fill_queues(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut 
 
 /// Queues one item for the axis whose queue ends first; false if no port needs one, or that queue is full, or nothing
 /// more is known. No other axis goes on while that queue is full: it would only compile chunks at another time than
-/// that axis, which would have to lay them again.
+/// that axis, which would have to convert them to ticks again.
 fn give(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool {
     // Axes for which nothing more is known are passed over.
     let mut stuck = [false; AXES];
@@ -173,7 +173,7 @@ impl<'a> SegmentStream<'a> {
             target_ticks: 0,
             chunk: 0,
             plan: None,
-            lane: Lane::empty(),
+            compiler: AxisCompiler::empty(),
             compiled: Deque::new(),
             queued_ticks: 0,
             is_done: false,
@@ -202,12 +202,12 @@ impl<'a> SegmentStream<'a> {
         self.chunk
     }
 
-    /// Whether its queue is to be filled now.
+    /// True if its queue is to be filled now.
     pub fn is_short(&self) -> bool {
         !self.is_done && self.queued_ticks <= self.target_ticks
     }
 
-    /// Whether its queue ends at `time` from the start of the run, or earlier.
+    /// True if its queue ends at `time` from the start of the run, or earlier.
     pub fn is_low(&self, time: Duration) -> bool {
         !self.is_done && self.queued_ticks <= self.ticks.of(time)
     }
@@ -242,20 +242,20 @@ impl<'a> SegmentStream<'a> {
             return self.next_of_bends(chunks);
         }
         loop {
-            let Some((chunk, courses)) = chunks.get_with_courses(self.chunk) else { return self.rest(chunks) };
+            let Some((chunk, timed_plans)) = chunks.get_with_timed_plans(self.chunk) else { return self.rest(chunks) };
             let plan = self.plan.get_or_insert_with(|| {
                 self.compiled.clear();
-                // An axis that stands still is ahead of the others. It must not have courses computed that the others
+                // An axis that stands still is ahead of the others. It must not have timed plans computed that the others
                 // do not need yet.
                 let moves = match &chunk.plan {
                     Plan::Line(line) => line.steps[self.axis as usize] != 0,
                     Plan::Blend(blend) => blend.step_counts(self.axis as usize).0 != 0,
                 };
                 if moves {
-                    let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
-                    chunk.plan.begin_lane(self.axis as usize, course, &mut self.lane);
+                    let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
+                    chunk.plan.begin_compiler(self.axis as usize, timed_plan, &mut self.compiler);
                 }
-                PlanSteps::of(chunk, self.axis, moves.then_some(&self.lane))
+                PlanSteps::of(chunk, self.axis, moves.then_some(&self.compiler))
             });
             // As whole numbers: comparing floats is a call.
             if plan.until_steps.to_bits() != chunk.until_steps.to_bits() {
@@ -287,13 +287,13 @@ impl<'a> SegmentStream<'a> {
             let Some(bend) = bend else { return self.rest(chunks) };
             self.plan = None;
             if bend.step_counts().0 > 0 {
-                self.lane.begin_bend(&bend, self.ticks.hz);
-                self.plan = Some(PlanSteps::of_bend(&bend, &self.lane));
+                self.compiler.begin_bend(&bend, self.ticks.hz);
+                self.plan = Some(PlanSteps::of_bend(&bend, &self.compiler));
             }
         }
     }
 
-    /// What follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
+    /// The item that follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
     fn rest(&self, chunks: &Chunks) -> Next {
         let shaped = self.is_shaped().then(|| chunks.shaped(self.axis));
         if shaped.map_or_else(|| chunks.is_closed(), ShapedAxis::is_over) {
@@ -350,7 +350,7 @@ impl<'a> SegmentStream<'a> {
         Some(StreamItem::Steps { segment: queued.delayed(late_ticks), direction })
     }
 
-    /// Whether some of the plan under way is still to be compiled, and there is room for it.
+    /// True if some of the plan under way is still to be compiled, and there is room for it.
     fn can_compile(&self) -> bool {
         self.plan.as_ref().is_some_and(|plan| plan.compiled < plan.last) && !self.compiled.is_full()
     }
@@ -368,11 +368,11 @@ impl<'a> SegmentStream<'a> {
         let is_shaped = self.is_shaped();
         let plan = self.plan.as_mut()?;
         let segment = if is_shaped {
-            self.lane.next_of_bend()?
+            self.compiler.next_of_bend()?
         } else {
-            let (chunk, courses) = chunks.get_with_courses(self.chunk)?;
-            let course = courses.of(self.axis, self.chunk, chunk, self.ticks.hz);
-            self.lane.next(course)?
+            let (chunk, timed_plans) = chunks.get_with_timed_plans(self.chunk)?;
+            let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
+            self.compiler.next(timed_plan)?
         };
         plan.compiled += segment.steps();
         Some(segment)
@@ -380,21 +380,22 @@ impl<'a> SegmentStream<'a> {
 }
 
 impl PlanSteps {
-    /// `lane` is `None` if the axis has no steps in the plan.
-    fn of(chunk: &Chunk<AXES>, axis: Axis, lane: Option<&Lane>) -> Self {
+    /// `compiler` is `None` if the axis has no steps in the plan.
+    fn of(chunk: &Chunk<AXES>, axis: Axis, compiler: Option<&AxisCompiler>) -> Self {
         let (steps, until_steps) = match &chunk.plan {
             Plan::Line(line) => (line.steps[axis as usize], line.end_steps()),
             Plan::Blend(blend) => (blend.direction(axis as usize), blend.end_steps()),
         };
-        let [before, last] = lane.map_or([0; 2], |lane| [lane.steps_before(), lane.steps_before() + lane.steps()]);
-        let turns = lane.map_or(0, |lane| before + lane.turns_after());
+        let [before, last] =
+            compiler.map_or([0; 2], |compiler| [compiler.steps_before(), compiler.steps_before() + compiler.steps()]);
+        let turns = compiler.map_or(0, |compiler| before + compiler.turns_after());
         let direction = Direction::of(steps);
         Self { direction, turns, compiled: before, queued: before, last, until_steps, end: last }
     }
 
-    /// The steps of a bend, for which there is a lane.
-    fn of_bend(bend: &Bend, lane: &Lane) -> Self {
-        let (direction, turns, last) = (Direction::of(bend.direction()), lane.turns_after(), lane.steps());
+    /// The steps of a bend, for which there is an axis compiler.
+    fn of_bend(bend: &Bend, compiler: &AxisCompiler) -> Self {
+        let (direction, turns, last) = (Direction::of(bend.direction()), compiler.turns_after(), compiler.steps());
         Self { direction, turns, compiled: 0, queued: 0, last, until_steps: 0.0, end: last }
     }
 }

@@ -8,7 +8,7 @@ use core::task::{Context, Poll};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
-/// How the emergency stop is wired to ground, with a pull-up at the input. It is a property of the board's wiring, so no
+/// The wiring of the emergency stop to ground, with a pull-up at the input. It is a property of the board's wiring, so no
 /// configuration changes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Contact {
@@ -20,7 +20,7 @@ pub enum Contact {
 }
 
 impl Contact {
-    /// Whether the input is low while it is pressed.
+    /// True if the input is low while it is pressed.
     #[must_use]
     pub const fn pressed_is_low(self) -> bool {
         matches!(self, Self::NormallyOpen)
@@ -52,7 +52,7 @@ impl Switch {
         self.pressed.load(Ordering::Relaxed)
     }
 
-    /// Whether it is pressed, or may be: its first edge has come, and is not debounced yet.
+    /// True if it is pressed, or may be: its first edge has come, and is not debounced yet.
     pub fn may_be_pressed(&self) -> bool {
         self.is_pressed() || self.is_unsettled()
     }

@@ -1,15 +1,15 @@
-//! What the chain carries with each move, packed into a word.
+//! The data that the chain carries with each move, packed into a word.
 
 use crate::tool::power::{Level, Power};
 
-/// Which marks belong to a block: so many, from this place on.
+/// The marks that belong to a block: so many, from this place on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct MarksOf {
     pub first: u16,
     pub count: u8,
 }
 
-/// What the chain carries with each move: the program line that it comes from, its power, and the marks where lines
+/// The data that the chain carries with each move: the program line that it comes from, its power, and the marks where lines
 /// begin that are parts of the same move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tag {

@@ -3,7 +3,7 @@
 //! # Design
 //! What the outputs are to be is part of the machine's state, and changes in one critical section with it: an alarm and
 //! a reset switch all of them off. One task ([`run`]) sets the outputs to what the state says. A stop does not wait for
-//! that task. It engages the outputs' brake, in whatever context it comes from, and the task releases the brake when it
+//! that task. It engages the outputs' inhibit, in whatever context it comes from, and the task releases the inhibit when it
 //! has switched the outputs off itself.
 //!
 //! A spindle turns at one speed until another is asked for. A laser shines only in moves. As steps are queued for the
@@ -28,7 +28,7 @@ use self::spindle::ToolWanted;
 pub use self::spindle::{Outputs, Spindle, ToolConfig};
 use self::stroke::Stroke;
 use crate::machine::Machine;
-use crate::port::Brake;
+use crate::port::Inhibit;
 
 /// The outputs that are on or off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,9 +45,9 @@ pub struct Switches {
 
 /// The outputs of a tool.
 pub trait ToolPort {
-    /// The brake of all outputs. Engaged (`true`) it keeps them off, whatever is asked of them, until it is released.
+    /// The inhibit of all outputs. Engaged (`true`) it keeps them off, whatever is asked of them, until it is released.
     /// It may be called in any context, interrupts included.
-    fn brake(&self) -> Brake;
+    fn inhibit(&self) -> Inhibit;
 
     /// Switches outputs.
     fn switch(&mut self, switches: Switches);
@@ -55,7 +55,7 @@ pub trait ToolPort {
     /// Sets the frequency of the PWM output, Hz; its duty stays.
     fn set_frequency(&mut self, hz: u32);
 
-    /// How long before an instant the tool's task has to be woken, so that a duty changes at that instant: the time
+    /// The time before an instant at which the tool's task has to be woken, so that a duty changes at that instant: the time
     /// that the wake-up takes.
     fn lead(&self) -> Duration;
 
@@ -64,7 +64,7 @@ pub trait ToolPort {
     fn set_duty(&mut self, duty: u16, new_period: bool);
 }
 
-/// How often a level that changes linearly is set.
+/// The period at which a level that changes linearly is set.
 const UPDATE: Duration = Duration::from_micros(500);
 
 /// A stroke begins a PWM period of its own if it lasts at least this many periods. A shorter stroke would be brighter
@@ -76,9 +76,9 @@ const PERIODS_MIN: u32 = 2;
 /// goes wrong.
 ///
 /// # Cancellation
-/// Dropping it leaves the outputs as they are until a stop engages their brake; nothing moves.
+/// Dropping it leaves the outputs as they are until a stop engages their inhibit; nothing moves.
 pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
-    machine.fit_tool(port.brake());
+    machine.fit_tool(port.inhibit());
     let mut state = Driven::NEW;
     loop {
         let wanted = machine.tool_wanted();
@@ -100,16 +100,16 @@ pub async fn run(machine: &Machine, mut port: impl ToolPort) -> ! {
     }
 }
 
-/// What was set at the port last.
+/// The values that were set at the port last.
 struct Driven {
     switches: Switches,
     pwm_hz: u32,
     duty: u16,
-    /// How often the brake had been engaged.
+    /// The number of times that the inhibit had been engaged.
     stops: u32,
-    /// What was asked for.
+    /// The request.
     asked: Asked,
-    /// When the time for that ends. For a laser.
+    /// The instant at which the time for that ends. For a laser.
     lit_until: Instant,
     /// The stroke under way, or the next.
     stroke: Option<Stroke>,
@@ -180,7 +180,7 @@ impl Driven {
     }
 }
 
-/// What is asked for, the level that is made of it, and its duty.
+/// The request, the level that is made of it, and its duty.
 struct Prepared {
     asked: Asked,
     level: Level,

@@ -2,7 +2,7 @@
 
 mod common;
 
-use isostep_motion::{AXES, Alarm, Axis, Capabilities, Config, DriverTiming, Motor, Side, Squared, Unplannable};
+use isostep_motion::{AXES, Alarm, Axis, Capabilities, Config, DriverTiming, GangedMotor, Motor, Squared, Unplannable};
 use isostep_profile::SpeedLaw;
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
@@ -73,7 +73,7 @@ fn what_cannot_work_is_refused_with_its_value() {
 #[test]
 fn every_reason_says_something_of_its_own() {
     let axis = Axis::Y;
-    let motor = Motor { axis, side: Side::Second };
+    let motor = Motor { axis, ganged: GangedMotor::Second };
     let reasons = [
         Unplannable::NoSteps,
         Unplannable::Limits { axis },

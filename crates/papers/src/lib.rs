@@ -1,5 +1,5 @@
-//! The figures that the three papers print, compared with ours. Nothing else needs it: the verb `isostep papers` prints it and writes
-//! it down.
+//! The figures that the three papers print, compared with ours. Only the verb `isostep papers` needs them, which prints them and writes them
+//! to files.
 //!
 //! # Design
 //! ```text

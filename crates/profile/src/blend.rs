@@ -8,7 +8,7 @@
 
 use libm::floor;
 
-use crate::compile::{AxisBlend, Course, Lane};
+use crate::compile::{AxisBlend, AxisCompiler, TimedPlan};
 use crate::fixed::{is_negative, is_zero};
 use crate::ramp::constant_accel_time_s;
 use crate::shaper::{turn, turns};
@@ -25,21 +25,22 @@ use crate::sync::{Span, SyncMove, offset};
 pub struct Blend<const N: usize> {
     /// Steps of each axis in the whole move to which it leads, signed by direction.
     pub steps: [i32; N],
-    /// Where that move begins and ends beside whole steps.
+    /// The places where that move begins and ends beside whole steps.
     offsets: [[i8; N]; 2],
     begin_s: f64,
-    /// How long the approach lasts, and the corner itself; and the inverse of the latter.
+    /// The time that the approach lasts, and the corner itself; and the inverse of the latter.
     approach_s: f64,
     corner_s: f64,
     per_s: f64,
-    /// Where it ends on the block after the corner, steps of the longest axis of that block.
+    /// The place where it ends on the block after the corner, steps of the longest axis of that block.
     end_steps: f64,
     /// Speeds of each axis where it begins and ends, steps/s, signed by direction.
     speeds_steps_s: [[f64; 2]; N],
-    /// Where each axis is where the approach and the corner end, steps from the whole step next to the corner, signed by
-    /// direction.
+    /// The places where each axis is where the approach and the corner end, steps from the whole step next to the corner, signed
+    /// by direction.
     places_steps: [[f64; 2]; N],
-    /// How many steps each axis is from the corner where it begins, has approached, turns and ends, signed by direction.
+    /// The number of steps that each axis is from the corner where it begins, has approached, turns and ends, signed by
+    /// direction.
     counts: [[i32; 4]; N],
 }
 
@@ -49,15 +50,15 @@ pub(crate) struct Side<'a, const N: usize> {
     pub(crate) span: &'a Span<N>,
     /// The steps of each axis for a step of the longest one, signed by direction.
     pub(crate) shares: [f64; N],
-    /// How many steps of each axis are due on this block before the blend begins, or when it ends.
+    /// The number of steps of each axis that are due on this block before the blend begins, or when it ends.
     pub(crate) counts: [u32; N],
-    /// How far the corner is from where the blend begins or ends, approach apart, steps of the longest axis.
+    /// The distance of the corner from the place where the blend begins or ends, approach apart, steps of the longest axis.
     pub(crate) corner_steps: f64,
-    /// How fast the longest axis is there, steps/s.
+    /// The speed of the longest axis there, steps/s.
     pub(crate) speed_steps_s: f64,
 }
 
-/// When a blend begins, and how long its parts last, s.
+/// The instant at which a blend begins, and the times that its parts last, s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Times {
     pub(crate) begin_s: f64,
@@ -116,41 +117,41 @@ impl<const N: usize> Blend<N> {
         blend
     }
 
-    /// When it begins, s from the start of the run.
+    /// The instant at which it begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
         self.begin_s
     }
 
-    /// When it ends, s from the start of the run.
+    /// The instant at which it ends, s from the start of the run.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.corner_begins_s() + self.corner_s
     }
 
-    /// When its approach ends and its corner begins, s from the start of the run.
+    /// The instant at which its approach ends and its corner begins, s from the start of the run.
     #[must_use]
     pub fn corner_begins_s(&self) -> f64 {
         if is_zero(self.approach_s) { self.begin_s } else { self.begin_s + self.approach_s }
     }
 
-    /// Where an axis is, and how fast, where the corner begins.
+    /// The place and the speed of an axis where the corner begins.
     pub(crate) fn corner_begins(&self, axis: usize) -> (f64, f64) {
         (self.places_steps[axis][0], self.speeds_steps_s[axis][0])
     }
 
-    /// Whether it has an approach.
+    /// True if it has an approach.
     pub(crate) fn has_approach(&self) -> bool {
         !is_zero(self.approach_s)
     }
 
-    /// How long the corner lasts, without the approach, s.
+    /// The time that the corner lasts, without the approach, s.
     #[must_use]
     pub fn corner_s(&self) -> f64 {
         self.corner_s
     }
 
-    /// Where it ends on the block after the corner, steps of the longest axis from the beginning of that block.
+    /// The place where it ends on the block after the corner, steps of the longest axis from the beginning of that block.
     #[must_use]
     pub fn end_steps(&self) -> f64 {
         self.end_steps
@@ -165,7 +166,8 @@ impl<const N: usize> Blend<N> {
         SyncMove::passing(&span, self.end_steps, speed_steps_s, self.end_s())
     }
 
-    /// Where an axis is at `t_s` from the start of the run, steps from the whole step next to the corner, signed by direction.
+    /// The place where an axis is at `t_s` from the start of the run, steps from the whole step next to the corner, signed by
+    /// direction.
     #[must_use]
     pub fn place_at(&self, axis: usize, t_s: f64) -> f64 {
         let t_s = self.within(t_s);
@@ -174,7 +176,7 @@ impl<const N: usize> Blend<N> {
         self.places_steps[axis][0] + (from_steps_s + bent_steps_s) * t_s
     }
 
-    /// How fast an axis is at `t_s` from the start of the run, steps/s, signed by direction.
+    /// The speed of an axis at `t_s` from the start of the run, steps/s, signed by direction.
     #[must_use]
     pub fn speed_at(&self, axis: usize, t_s: f64) -> f64 {
         self.speeds_steps_s[axis][0] + self.accel_steps_s2(axis) * self.within(t_s).max(0.0)
@@ -192,7 +194,7 @@ impl<const N: usize> Blend<N> {
         (to_steps_s - from_steps_s) * self.per_s
     }
 
-    /// How many steps an axis makes, and how many of them before it turns; if it does not turn, that is all of them.
+    /// The number of steps that an axis makes, and how many of them before it turns; if it does not turn, that is all of them.
     #[must_use]
     pub fn step_counts(&self, axis: usize) -> (u32, u32) {
         let [begin, _, turn, end] = self.counts[axis];
@@ -200,7 +202,7 @@ impl<const N: usize> Blend<N> {
         (out + end.abs_diff(turn), out)
     }
 
-    /// How many steps an axis is from the corner where it begins and where it ends, signed by direction.
+    /// The number of steps that an axis is from the corner where it begins and where it ends, signed by direction.
     #[must_use]
     pub fn ends_steps(&self, axis: usize) -> [i32; 2] {
         let [begin, .., end] = self.counts[axis];
@@ -214,7 +216,7 @@ impl<const N: usize> Blend<N> {
         if turn == begin { (end - turn).signum() } else { (turn - begin).signum() }
     }
 
-    /// When an axis makes its `k`-th step, counted from 1, s from the start of the run, by the closed form.
+    /// The instant at which an axis makes its `k`-th step, counted from 1, s from the start of the run, by the closed form.
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let parts = self.axis(axis);
@@ -229,18 +231,19 @@ impl<const N: usize> Blend<N> {
         if k <= out { end_s - time_s(out - k + 0.5 + beyond) } else { begin_s + time_s(k - out - 0.5 - ahead) }
     }
 
-    /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
+    /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
         let begin_s = self.corner_begins_s();
-        course.set_clock([begin_s, begin_s + self.corner_s], tick_hz);
+        timed_plan.set_clock([begin_s, begin_s + self.corner_s], tick_hz);
     }
 
-    /// Makes `lane` the axis with index `axis`, on the course that [`lay`](Self::lay) has made from this blend.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
-        lane.begin_blend(&self.axis(axis), self.approached(axis), course);
+    /// Makes `compiler` compile the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks)
+    /// has made from this blend.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
+        compiler.begin_blend(&self.axis(axis), self.approached(axis), timed_plan);
     }
 
-    /// How far beyond its last step, in its direction, an axis is where the approach ends, steps.
+    /// The distance of an axis beyond its last step, in its direction, where the approach ends, steps.
     fn approached(&self, axis: usize) -> f64 {
         let [begin, approached, ..] = self.counts[axis];
         if approached == begin {

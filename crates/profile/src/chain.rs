@@ -28,7 +28,7 @@
 //! fast, the block does stop there, and the next block begins at its own start speed. Otherwise one more move could
 //! make a speed too fast that is already committed.
 //!
-//! The chain hands out [`Chunk`]s. Each is a stretch of a [`SyncMove`] on the run's clock, no longer than the caller
+//! The chain hands out [`Chunk`]s. Each is a part of a [`SyncMove`] on the run's clock, no longer than the caller
 //! asks for, because a chunk is committed: it will be made. A change (another block, a [`hold`](Chain::hold), other
 //! [overrides](Chain::override_speed)) takes effect after the last chunk. A plan is used for as long as it is right.
 //! When it is not, it is cut, and a replan of the same block follows it at the same speed. Steps keep their numbers in
@@ -41,6 +41,24 @@
 //! A trapezoid can be cut anywhere. A curved ramp that slows down is made to its end. A curved ramp that speeds up is
 //! left at once; the S-curve leaves it by the second half of a ramp of jerk alone, which brings the acceleration to
 //! zero.
+//!
+//! # An example
+//! At 50 mm/s² and 30 mm/s (its square is 900), with `$11=0.01`, four moves of 5 mm follow each other: A and B along X, C and D
+//! along Y. In each of them a squared speed changes by 2 a d = 500 at most.
+//!
+//! - **push.** A alone ends at rest. When B comes, a pass goes backwards from rest at the end: B may begin at 0 + 500. A pass
+//!   forwards finds that A can reach that. So the path goes from A to B at 500, 22.4 mm/s. The corner from B to C is a right
+//!   angle, which `$11` allows at a square of 1.7; so B brakes from 500 nearly all its length. Whatever comes after, A cannot
+//!   end faster than 500: that speed is final.
+//! - **advance** hands out a chunk of A, planned from rest to 500. Whatever comes meanwhile counts from its end on. If a later
+//!   move makes a plan too slow, the plan is kept up to the place where it begins to slow down, because until there it is as fast
+//!   as it can be. There it is cut.
+//! - **hold**, when 3 mm of A have been handed out: the square is 300 there, and over the 2 mm that are left it loses 200. So A
+//!   goes on by a plan that brakes, and ends at 100; B goes on braking and comes to rest after 1 mm. `start` begins there, on the
+//!   clock of another run.
+//! - **override_speed** to 50 % at the same place: feeds are 15 mm/s then (225), and the corners are computed again. A goes on by
+//!   a plan that brakes from 300 to 225, and then by one to its end. What is too fast for the room that is left in a block brakes
+//!   over more blocks than one.
 
 mod blend;
 mod block;
@@ -59,27 +77,27 @@ use self::corner::Direction;
 use self::plan::{Begun, UnderWay};
 use self::ring::Ring;
 use crate::blend::Blend;
-use crate::compile::{Course, Lane};
+use crate::compile::{AxisCompiler, TimedPlan};
 use crate::sync::{PlanError, SyncMove};
 
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
 pub const FEED_RATIO_MAX: f64 = 2.0;
 
-/// What a move asks for.
+/// The request of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request<const N: usize> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
-    /// How far beside these whole steps the place is that is meant, in [`OFFSET_PARTS`](crate::OFFSET_PARTS) of a step, less
+    /// The distance of the place that is meant from these whole steps, in [`OFFSET_PARTS`](crate::OFFSET_PARTS) of a step, less
     /// than half of one. If the move is one of those that blends follow, the path goes there.
     pub offsets: [i8; N],
     /// Speed along the path, mm/s, above 0; `None`, or an infinite speed, is as fast as the limits allow.
     pub feed_mm_s: Option<f64>,
-    /// Whether it ends at rest even if another move follows.
+    /// True if it ends at rest even if another move follows.
     pub stops: bool,
-    /// How far the path may leave the corner at which the move begins, mm. If it is above 0, a blend of this deviation at
-    /// most goes round the corner. If it is 0, or the law has curved ramps, the path goes to the corner exactly, where axes
-    /// change their speed at once.
+    /// The distance by which the path may leave the corner at which the move begins, mm. If it is above 0, a blend of this
+    /// deviation at most goes round the corner. If it is 0, or the law has curved ramps, the path goes to the corner exactly,
+    /// where axes change their speed at once.
     pub deviation_mm: f32,
     /// A value for the caller, which every chunk of the move returns. The chain does not use it.
     pub tag: u64,
@@ -93,14 +111,14 @@ impl<const N: usize> Request<N> {
     }
 }
 
-/// A stretch of a plan that the chain has handed out: it will be made next.
+/// A part of a plan that the chain has handed out: it will be made next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chunk<const N: usize> {
     /// The plan.
     pub plan: Plan<N>,
-    /// Where on the path the stretch ends, steps of the longest axis from the beginning of the move.
+    /// Where on the path the part ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
-    /// When the stretch ends, s from the start of the run.
+    /// The instant at which the part ends, s from the start of the run.
     pub until_s: f64,
     /// Path length of a step of the longest axis.
     pub mm_per_step: f64,
@@ -140,7 +158,7 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// When it begins, s from the start of the run.
+    /// The instant at which it begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
         match self {
@@ -149,7 +167,7 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// When it ends, s from the start of the run.
+    /// The instant at which it ends, s from the start of the run.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         match self {
@@ -158,32 +176,33 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// Makes `course` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
+    /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
         match self {
-            Self::Line(line) => line.lay(course, tick_hz),
-            Self::Blend(blend) => blend.lay(course, tick_hz),
+            Self::Line(line) => line.convert_to_ticks(timed_plan, tick_hz),
+            Self::Blend(blend) => blend.convert_to_ticks(timed_plan, tick_hz),
         }
     }
 
-    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this plan.
+    /// A compiler of the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
+    /// from this plan.
     #[must_use]
-    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
-        let mut lane = Lane::empty();
-        self.begin_lane(axis, course, &mut lane);
-        lane
+    pub fn compiler(&self, axis: usize, timed_plan: &TimedPlan) -> AxisCompiler {
+        let mut compiler = AxisCompiler::empty();
+        self.begin_compiler(axis, timed_plan, &mut compiler);
+        compiler
     }
 
-    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
+    /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
         match self {
-            Self::Line(line) => line.begin_lane(axis, course, lane),
-            Self::Blend(blend) => blend.begin_lane(axis, course, lane),
+            Self::Line(line) => line.begin_compiler(axis, timed_plan, compiler),
+            Self::Blend(blend) => blend.begin_compiler(axis, timed_plan, compiler),
         }
     }
 }
 
-/// How a chunk follows the one before.
+/// The way in which a chunk follows the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChunkKind {
     /// Another move begins, or a move goes on from rest after a hold.
@@ -203,23 +222,23 @@ pub struct Chain<const N: usize, const LEN: usize> {
     blocks: Ring<Block<N>, LEN>,
     /// The direction of the last block.
     last_direction: Direction<N>,
-    /// Where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
+    /// The place where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
     last_offsets: [i8; N],
-    /// How many blocks a pass has looked at. Those that came later have no entry speeds yet.
+    /// The number of blocks that a pass has looked at. Those that came later have no entry speeds yet.
     passed: usize,
-    /// How many blocks have final entry speeds, unless the first block's entry is changed.
+    /// The number of blocks that have final entry speeds, unless the first block's entry is changed.
     settled: usize,
     /// Up to where the first block is committed, steps of its longest axis.
     place_steps: f64,
-    /// When that place is reached, s from the start of the run.
+    /// The instant at which that place is reached, s from the start of the run.
     at_s: f64,
     /// The plan of the first block at that place. There is none where a block begins, and at rest.
     plan: UnderWay<N>,
     /// The blend into the first block, if that comes next.
     blend: Option<Blend<N>>,
-    /// How the first block has begun, if it was by a blend.
+    /// The beginning of the first block, if it was by a blend.
     begun: Option<Begun<N>>,
-    /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
+    /// True if a hold is in force: the chain brakes to rest, or rests until it is started.
     is_held: bool,
 }
 
@@ -235,7 +254,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.config = config;
     }
 
-    /// Whether a hold is in force: the chain brakes to rest, or rests until it is started.
+    /// True if a hold is in force: the chain brakes to rest, or rests until it is started.
     #[must_use]
     pub fn is_held(&self) -> bool {
         self.is_held
@@ -260,25 +279,25 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// How many moves are not committed to their end.
+    /// The number of moves that are not committed to their end.
     #[must_use]
     pub fn len(&self) -> usize {
         self.blocks.len()
     }
 
-    /// Whether no move is left.
+    /// True if no move is left.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether there is no room for another move.
+    /// True if there is no room for another move.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.blocks.is_full()
     }
 
-    /// Whether everything that is committed ends at rest.
+    /// True if everything that is committed ends at rest.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         !self.plan.is_made && self.blend.is_none() && self.blocks.get(0).is_none_or(|first| !first.flows)
@@ -418,18 +437,18 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.compute_entries();
     }
 
-    /// When what is committed ends, s from the start of the run.
+    /// The instant at which what is committed ends, s from the start of the run.
     #[must_use]
     pub fn at_s(&self) -> f64 {
         self.at_s
     }
 
-    /// Whether some of the first move is committed, or planned.
+    /// True if some of the first move is committed, or planned.
     fn has_begun(&self) -> bool {
         self.plan.is_made || self.place_steps > 0.0
     }
 
-    /// Commits what follows, and hands it out: a stretch of the first move that lasts `most_s` at most, or a whole blend.
+    /// Commits what follows, and hands it out: a part of the first move that lasts `most_s` at most, or a whole blend.
     /// `None` at rest: all moves are committed to their ends, or the chain is held.
     pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N>> {
         while !(self.is_empty() || self.is_held && self.is_at_rest()) {

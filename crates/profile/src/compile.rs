@@ -45,7 +45,6 @@
 //! only a few segments.
 
 mod axis_blend;
-mod course;
 mod cubic;
 mod curve;
 mod fit;
@@ -61,19 +60,19 @@ mod timed_plan;
 mod u96;
 
 pub(crate) use self::axis_blend::AxisBlend;
-pub use self::course::Course;
 use self::cubic::Cubic;
-use self::fixed_ramp::Knot;
+use self::fixed_ramp::Sample;
 use self::phase::Phase;
 use self::spans::Spans;
-use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStretch};
+pub use self::timed_plan::TimedPlan;
+use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStepRange};
 use self::u96::short_fixed;
 use crate::fixed::{is_negative, is_zero};
 use crate::profile::Profile;
 use crate::segment::Segment;
 use crate::shaper::Bend;
 
-/// How far a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
+/// The distance by which a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
 /// How far it may deviate instead, s, if that is more and the segment would otherwise last less than [`BRIEF_S`]: a
 /// fast axis leaves less time to compile.
@@ -87,7 +86,7 @@ pub const BRIEF_S: f64 = 1e-3;
 /// without bound over the displacement. A curved ramp keeps this distance from its slow end.
 pub(crate) const NEAREST_STEPS: f64 = 1e-6;
 
-/// How far any segment's quadratic may deviate from the closed form at `tick_hz` (ticks/s), ticks.
+/// The distance by which any segment's quadratic may deviate from the closed form at `tick_hz` (ticks/s), ticks.
 #[must_use]
 pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
     FIT_ERROR_MAX_TICKS.max(FIT_ERROR_MAX_S * f64::from(tick_hz))
@@ -96,14 +95,14 @@ pub fn fit_error_max_ticks(tick_hz: u32) -> f64 {
 /// A ramp that lasts no longer than this, s, is a rounding error and counts as none. No step lies on it.
 const NO_RAMP_S: f64 = 1e-12;
 
-/// Which steps of an axis a profile makes.
+/// The steps of an axis that a profile makes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stretch {
+pub(crate) struct StepRange {
     /// Steps of the longest axis for each of this one; at least 1.
     pub(crate) stride: f64,
-    /// How many steps of the whole move come before.
+    /// The number of steps of the whole move that come before.
     pub(crate) before: u32,
-    /// How many steps there are.
+    /// The number of steps.
     pub(crate) steps: u32,
     /// The first of them is due when the profile has gone 1/2 - `ahead` steps of the axis; 0 where a move begins.
     pub(crate) ahead: f64,
@@ -111,8 +110,8 @@ pub(crate) struct Stretch {
     pub(crate) beyond: f64,
 }
 
-impl Stretch {
-    /// How many steps come before the end of each phase.
+impl StepRange {
+    /// The number of steps that come before the end of each phase.
     pub(crate) fn phase_ends(&self, bounds: &PhaseBounds) -> [u32; 3] {
         let Self { stride, steps, ahead, .. } = *self;
         let steps_before = |bound: Bound| match bound {
@@ -128,17 +127,17 @@ impl Stretch {
         [accel_end, steps_before(bounds.cruise_end).max(accel_end), steps]
     }
 
-    /// Whether the axis makes as many steps as the longest one.
+    /// True if the axis makes as many steps as the longest one.
     pub(crate) fn is_longest(&self) -> bool {
         self.stride.to_bits() == 1_f64.to_bits()
     }
 
-    /// How far the profile is at the first step, steps of the longest axis; above 0.
+    /// The place of the profile at the first step, steps of the longest axis; above 0.
     pub(crate) fn begin_steps(&self) -> f64 {
         (0.5 - self.ahead).max(NEAREST_STEPS) * self.stride
     }
 
-    /// How far the profile goes on after the last step, steps of the longest axis; above 0.
+    /// The distance that the profile goes on after the last step, steps of the longest axis; above 0.
     pub(crate) fn end_steps(&self) -> f64 {
         (0.5 + self.beyond).max(NEAREST_STEPS) * self.stride
     }
@@ -149,7 +148,7 @@ fn nearest(steps: f64) -> u32 {
     if steps < 0.0 { 0 } else { (short_fixed(steps, 1).wrapping_add(1) >> 1) as u32 }
 }
 
-/// Where the acceleration and the cruise of a profile end.
+/// The places where the acceleration and the cruise of a profile end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhaseBounds {
     accel_end: Bound,
@@ -181,7 +180,7 @@ impl PhaseBounds {
     }
 }
 
-/// What an axis of a blend needs where its phases begin.
+/// The values of an axis of a blend where its phases begin.
 #[derive(Clone, Copy, Debug)]
 struct BlendPhases {
     ramp: ConstantAccelRamp,
@@ -193,23 +192,23 @@ struct BlendPhases {
     cubic: Option<Cubic>,
 }
 
-/// Compiles one axis of a [`Course`] into segments.
+/// Compiles one axis of a [`TimedPlan`] into segments.
 ///
 /// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the distance.
 #[derive(Clone, Debug)]
-pub struct Lane {
-    stretch: Stretch,
-    /// How many steps come before the end of each phase.
+pub struct AxisCompiler {
+    step_range: StepRange,
+    /// The number of steps that come before the end of each phase.
     ends: [u32; 3],
     /// Index of the phase of the next step.
     index: usize,
     phase: PhaseSteps,
     /// Steps already compiled.
     done: u32,
-    /// How many steps come before the first that the phase counts.
+    /// The number of steps that come before the first that the phase counts.
     base: u32,
     /// The next step, if it is known from the last segment.
-    next: Option<Knot>,
+    next: Option<Sample>,
     blend: Option<BlendPhases>,
 }
 
@@ -222,13 +221,13 @@ enum PhaseSteps {
     Curved(Spans),
 }
 
-impl Lane {
-    /// A lane without steps.
+impl AxisCompiler {
+    /// An axis compiler without steps.
     #[must_use]
     pub fn empty() -> Self {
-        let stretch = Stretch { stride: 1.0, before: 0, steps: 0, ahead: 0.0, beyond: 0.0 };
+        let step_range = StepRange { stride: 1.0, before: 0, steps: 0, ahead: 0.0, beyond: 0.0 };
         Self {
-            stretch,
+            step_range,
             ends: [0; 3],
             index: 0,
             phase: PhaseSteps::ConstantAccel(Phase::empty()),
@@ -239,15 +238,15 @@ impl Lane {
         }
     }
 
-    /// Begins another stretch. What belongs to a phase is left, because the first step sets it.
-    pub(crate) fn begin(&mut self, stretch: Stretch, course: &Course) {
-        self.ends = stretch.phase_ends(&course.plan.bounds);
-        (self.stretch, self.index, self.done, self.base, self.blend) = (stretch, 0, 0, 0, None);
+    /// Begins another step range. What belongs to a phase is left, because the first step sets it.
+    pub(crate) fn begin(&mut self, step_range: StepRange, timed_plan: &TimedPlan) {
+        self.ends = step_range.phase_ends(&timed_plan.bounds);
+        (self.step_range, self.index, self.done, self.base, self.blend) = (step_range, 0, 0, 0, None);
     }
 
     /// Begins an axis of a blend. `approached` is how far it is beyond its last step where the approach ends, steps.
-    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, course: &Course) {
-        self.begin_bent(axis, approached, course.plan.clock);
+    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, timed_plan: &TimedPlan) {
+        self.begin_bent(axis, approached, timed_plan.clock);
     }
 
     /// Begins a bend of shaped motion, in ticks of 1/`tick_hz` s; `tick_hz` is above 0. Its segments come from
@@ -289,7 +288,7 @@ impl Lane {
             tick_hz: clock.tick_hz,
             point: 0,
         };
-        self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond: 0.0 };
+        self.step_range = StepRange { stride: 1.0, before: 0, steps, ahead, beyond: 0.0 };
         (self.ends, self.index, self.done, self.base) = ([0, 0, steps], 0, 0, 0);
         let ramp = ConstantAccelRamp::NONE;
         self.blend = Some(BlendPhases { ramp, clock, approach: None, is_turned: false, cubic: Some(cubic) });
@@ -298,7 +297,7 @@ impl Lane {
     fn begin_bent(&mut self, axis: &AxisBlend, approached: f64, mut clock: Clock) {
         let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, out, back, .. } = *axis;
         let (turn, steps) = (approach + out, approach + out + back);
-        self.stretch = Stretch { stride: 1.0, before: 0, steps, ahead, beyond };
+        self.step_range = StepRange { stride: 1.0, before: 0, steps, ahead, beyond };
         (self.ends, self.index, self.done, self.base) = ([approach, turn, steps], 0, 0, 0);
         let approach = (approach > 0).then(|| {
             let ticks_per_step = clock.tick_hz / axis.from_steps_s;
@@ -324,25 +323,25 @@ impl Lane {
     pub fn turns_after(&self) -> u32 {
         match self.blend {
             Some(BlendPhases { is_turned: true, .. }) if self.ends[1] > 0 => self.ends[1],
-            _ => self.stretch.steps,
+            _ => self.step_range.steps,
         }
     }
 
-    /// How many steps there are.
+    /// The number of steps.
     #[must_use]
     pub fn steps(&self) -> u32 {
-        self.stretch.steps
+        self.step_range.steps
     }
 
-    /// How many steps of the whole move come before.
+    /// The number of steps of the whole move that come before.
     #[must_use]
     pub fn steps_before(&self) -> u32 {
-        self.stretch.before
+        self.step_range.before
     }
 
-    /// The next segment; `None` after the last. `course` must be the one that this lane belongs to.
-    pub fn next(&mut self, course: &mut Course) -> Option<Segment> {
-        self.next_on(Some(course))
+    /// The next segment; `None` after the last. `timed_plan` must be the one that it has begun with.
+    pub fn next(&mut self, timed_plan: &mut TimedPlan) -> Option<Segment> {
+        self.next_on(Some(timed_plan))
     }
 
     /// The next segment of a bend; `None` after the last.
@@ -350,8 +349,8 @@ impl Lane {
         self.next_on(None)
     }
 
-    /// Only a line needs a course.
-    fn next_on(&mut self, mut course: Option<&mut Course>) -> Option<Segment> {
+    /// Only a line needs a timed plan.
+    fn next_on(&mut self, mut timed_plan: Option<&mut TimedPlan>) -> Option<Segment> {
         if self.done == self.ends[2] {
             return None;
         }
@@ -360,8 +359,8 @@ impl Lane {
                 self.index += 1;
             }
             self.next = None;
-            match course.as_deref_mut() {
-                Some(course) if self.blend.is_none() => self.begin_phase(course),
+            match timed_plan.as_deref_mut() {
+                Some(timed_plan) if self.blend.is_none() => self.begin_phase(timed_plan),
                 _ => self.begin_blend_phase(),
             }
         }
@@ -371,7 +370,7 @@ impl Lane {
                 self.next = next;
                 segment
             }
-            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.stretch, course?),
+            PhaseSteps::Curved(spans) => spans.segment(self.done, &self.step_range, timed_plan?),
         };
         self.done += segment.steps();
         Some(segment)
@@ -380,7 +379,7 @@ impl Lane {
     fn begin_blend_phase(&mut self) {
         let end = self.ends[self.index] - self.done;
         let Some(BlendPhases { ramp, clock, approach, cubic, .. }) = &self.blend else { return };
-        let timed = TimedStretch { clock, stretch: &self.stretch };
+        let timed = TimedStepRange { clock, step_range: &self.step_range };
         self.base = self.done;
         let phase = self.phase.constant_accel();
         if let Some(cubic) = cubic {
@@ -393,14 +392,14 @@ impl Lane {
         }
     }
 
-    fn begin_phase(&mut self, course: &mut Course) {
+    fn begin_phase(&mut self, timed_plan: &mut TimedPlan) {
         let end = self.ends[self.index];
-        let timed = TimedStretch { clock: &course.plan.clock, stretch: &self.stretch };
-        match (self.index, &course.plan.accel, &course.plan.decel) {
+        let timed = TimedStepRange { clock: &timed_plan.clock, step_range: &self.step_range };
+        match (self.index, &timed_plan.accel, &timed_plan.decel) {
             (0, Some(ramp), _) => self.phase.constant_accel().accelerate(ramp, timed, end),
-            (1, ..) => self.phase.constant_accel().cruise(&course.plan, &self.stretch, end),
+            (1, ..) => self.phase.constant_accel().cruise(timed_plan, &self.step_range, end),
             (2, _, Some(ramp)) => self.phase.constant_accel().decelerate(ramp, timed, end),
-            (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(course, index != 0, (self.done, end))),
+            (index, ..) => self.phase = PhaseSteps::Curved(Spans::new(timed_plan, index != 0, (self.done, end))),
         }
     }
 }
@@ -418,16 +417,16 @@ impl PhaseSteps {
     }
 }
 
-/// The segments of one axis of a plan, one per call of `next`. It has a [`Lane`] and a [`Course`] of its own.
+/// The segments of one axis of a plan, one per call of `next`. It has an [`AxisCompiler`] and a [`TimedPlan`] of its own.
 #[derive(Clone, Debug)]
 pub struct Segments {
-    course: Course,
-    lane: Lane,
+    timed_plan: TimedPlan,
+    compiler: AxisCompiler,
 }
 
 impl Segments {
-    pub(crate) fn new(course: Course, lane: Lane) -> Self {
-        Self { course, lane }
+    pub(crate) fn new(timed_plan: TimedPlan, compiler: AxisCompiler) -> Self {
+        Self { timed_plan, compiler }
     }
 }
 
@@ -435,6 +434,6 @@ impl Iterator for Segments {
     type Item = Segment;
 
     fn next(&mut self) -> Option<Segment> {
-        self.lane.next(&mut self.course)
+        self.compiler.next(&mut self.timed_plan)
     }
 }

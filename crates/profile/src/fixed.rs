@@ -3,13 +3,13 @@
 /// The value 1 in units of 2^-64.
 pub(crate) const TWO_TO_64: f64 = 18_446_744_073_709_551_616.0;
 
-/// Whether a float is 0. This is shorter than the call that compares two floats.
+/// True if a float is 0. This is shorter than the call that compares two floats.
 #[inline(always)]
 pub(crate) fn is_zero(x: f64) -> bool {
     x.to_bits() << 1 == 0
 }
 
-/// Whether a float has the sign of negative numbers.
+/// True if a float has the sign of negative numbers.
 #[inline(always)]
 pub(crate) fn is_negative(x: f64) -> bool {
     (x.to_bits() as i64) < 0

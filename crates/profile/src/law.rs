@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// How a move's duration is split into its three intervals.
+/// The way in which a move's duration is split into its three intervals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum IntervalLaw {
@@ -24,7 +24,7 @@ impl IntervalLaw {
     ];
 }
 
-/// How speed changes on a ramp. The first three are laws over time, the others over displacement.
+/// The law by which speed changes on a ramp. The first three are laws over time, the others over displacement.
 ///
 /// A decelerating ramp is an accelerating ramp seen backwards in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl SpeedLaw {
         }
     }
 
-    /// Whether speed is a function of the displacement. Such a ramp never leaves standstill: it needs a start speed.
+    /// True if speed is a function of the displacement. Such a ramp never leaves standstill: it needs a start speed.
     #[must_use]
     pub const fn is_over_displacement(self) -> bool {
         !matches!(self, Self::Trapezoid | Self::SCurve | Self::Sine)

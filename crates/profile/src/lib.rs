@@ -10,8 +10,8 @@
 //! 3. [`SyncMove`]: the limits of several axes are scaled onto the longest axis; each axis keeps its signed step count.
 //!    A [`chain`] plans moves that follow each other without a stop; its plans are `SyncMove`s, too.
 //! 4. [`shaper`]: an axis as a weighted sum of its motion at several instants, if it has a shaper.
-//! 5. [`Segments`]: an axis's step instants as short [`Segment`]s, which are replayed by additions alone. [`Course`]
-//!    and [`Lane`] do the same for several axes, and compute only once what the axes have in common.
+//! 5. [`Segments`]: an axis's step instants as short [`Segment`]s, which are replayed by additions alone. [`TimedPlan`]
+//!    and [`AxisCompiler`] do the same for several axes, and compute only once what the axes have in common.
 //!
 //! This crate knows no clock, no pin and no executor. It allocates nothing and cannot await. Distances are in steps,
 //! times in seconds, speeds in steps/s, accelerations in steps/s². Only segments are in ticks, at a rate that the
@@ -55,7 +55,9 @@ mod square_root;
 mod sync;
 
 pub use blend::Blend;
-pub use compile::{BRIEF_S, Course, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Lane, Segments, fit_error_max_ticks};
+pub use compile::{
+    AxisCompiler, BRIEF_S, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Segments, TimedPlan, fit_error_max_ticks,
+};
 pub use law::{IntervalLaw, SpeedLaw};
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};

@@ -31,7 +31,7 @@ pub struct Limits {
 pub enum LimitError {
     /// The top speed is outside its range, steps/s.
     TopSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The slowest that works.
         min: f64,
@@ -40,28 +40,28 @@ pub enum LimitError {
     },
     /// The start speed is negative or above the top speed, steps/s.
     StartSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The top speed.
         max: f64,
     },
     /// The acceleration is zero, negative or too large, steps/s².
     Accel {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The largest that works.
         max: f64,
     },
     /// The deceleration is zero, negative or too large, steps/s².
     Decel {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The largest that works.
         max: f64,
     },
     /// The jerk is zero or negative, steps/s³.
     Jerk {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
     },
 }
@@ -113,7 +113,7 @@ impl Limits {
         }
     }
 
-    /// Whether no limit is lower than that of `other`.
+    /// True if no limit is lower than that of `other`.
     #[must_use]
     pub(crate) fn is_looser(&self, other: &Self) -> bool {
         self.tighter(other) == *other

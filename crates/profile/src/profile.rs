@@ -23,19 +23,19 @@ pub enum ProfileError {
     Limits(LimitError),
     /// The distance is not a positive number, steps.
     Distance {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
     },
     /// The entry speed is negative, above the top speed, or too high to brake from over the distance, steps/s.
     EntrySpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The highest that works.
         max: f64,
     },
     /// The exit speed is negative, above the top speed, or too high to reach over the distance, steps/s.
     ExitSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The highest that works.
         max: f64,
@@ -44,14 +44,14 @@ pub enum ProfileError {
     Standstill {
         /// The law.
         law: SpeedLaw,
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The slowest that works.
         min: f64,
     },
     /// The move would last longer than [`DURATION_MAX_S`], s.
     TooLong {
-        /// How long it would last.
+        /// The time that it would last.
         asked: f64,
         /// The longest that works.
         max: f64,
@@ -83,9 +83,9 @@ pub struct Profile {
     pub(crate) accel: Ramp,
     /// The decelerating ramp, seen backwards in time from the exit.
     pub(crate) decel: Ramp,
-    /// Where the acceleration ends.
+    /// The place where the acceleration ends.
     pub(crate) accel_end_steps: f64,
-    /// Where the deceleration begins.
+    /// The place where the deceleration begins.
     pub(crate) cruise_end_steps: f64,
 }
 
@@ -101,7 +101,7 @@ impl Profile {
         cruise_end_steps: 0.0,
     };
 
-    /// Whether the acceleration changes within a ramp.
+    /// True if the acceleration changes within a ramp.
     pub(crate) fn is_curved(&self) -> bool {
         self.accel.constant_accel_steps_s2().is_none() || self.decel.constant_accel_steps_s2().is_none()
     }
@@ -220,13 +220,13 @@ impl Profile {
         sum(sum(self.accel.duration_s(), self.cruise_s), self.decel.duration_s())
     }
 
-    /// Where the acceleration ends, steps.
+    /// The place where the acceleration ends, steps.
     #[must_use]
     pub fn accel_end_steps(&self) -> f64 {
         self.accel_end_steps
     }
 
-    /// Where the cruise ends, steps.
+    /// The place where the cruise ends, steps.
     #[must_use]
     pub fn cruise_end_steps(&self) -> f64 {
         self.cruise_end_steps
@@ -242,7 +242,8 @@ impl Profile {
         StepCounts { accel, cruise: cruise_end - accel, decel: nearest(self.distance_steps) - cruise_end }
     }
 
-    /// When the displacement is `steps` (clamped to the move), s. The inverse of [`position_at`](Self::position_at).
+    /// The instant at which the displacement is `steps` (clamped to the move), s. The inverse of
+    /// [`position_at`](Self::position_at).
     #[must_use]
     pub fn time_at(&self, steps: f64) -> f64 {
         if steps <= self.accel_end_steps {

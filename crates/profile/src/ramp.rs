@@ -24,7 +24,7 @@ pub(crate) struct Ramp {
     duration_s: f64,
 }
 
-/// How the speed of a ramp rises.
+/// The way in which the speed of a ramp rises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     ConstantAccel {
@@ -35,7 +35,7 @@ enum Shape {
     OverDisplacement(OverDisplacement, Built),
 }
 
-/// What only a ramp over displacement has. Without these laws it has no value, so there is no such ramp, and the
+/// The values that only a ramp over displacement has. Without these laws it has no value, so there is no such ramp, and the
 /// compiler leaves out all code for it.
 #[cfg(feature = "paper-laws")]
 type Built = ();
@@ -44,7 +44,7 @@ const BUILT: Built = ();
 #[cfg(not(feature = "paper-laws"))]
 type Built = core::convert::Infallible;
 
-/// Where an axis is at an instant of a ramp, and how it moves.
+/// The place of an axis at an instant of a ramp, and its motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State {
     pub(crate) t_s: f64,
@@ -287,7 +287,7 @@ impl Ramp {
         }
     }
 
-    /// How far its slow end is from where it would stand still at its acceleration, steps; 0 for a curved ramp.
+    /// The distance of its slow end from the place where it would stand still at its acceleration, steps; 0 for a curved ramp.
     pub(crate) fn lead_steps(&self) -> f64 {
         match self.shape {
             Shape::ConstantAccel { accel_steps_s2 } if accel_steps_s2 > 0.0 => {
@@ -297,7 +297,7 @@ impl Ramp {
         }
     }
 
-    /// When it is at `steps`, s.
+    /// The instant at which it is at `steps`, s.
     pub(crate) fn time_at(&self, steps: f64) -> f64 {
         match self.shape {
             Shape::ConstantAccel { accel_steps_s2 } => {

@@ -28,20 +28,20 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// How many steps it holds; at least 1.
+    /// The number of steps that it holds; at least 1.
     #[must_use]
     pub fn steps(&self) -> u32 {
         self.steps
     }
 
-    /// When its first step is due, ticks from the start of the move, rounded to the nearest.
+    /// The instant at which its first step is due, ticks from the start of the move, rounded to the nearest.
     #[must_use]
     pub fn first_ticks(&self) -> u64 {
         self.first_ticks
     }
 
-    /// When its last step is due, ticks from the start of the move, rounded to the nearest. It is computed as a closed
-    /// sum, without a loop.
+    /// The instant at which its last step is due, ticks from the start of the move, rounded to the nearest. It is computed as a
+    /// closed sum, without a loop.
     #[must_use]
     pub fn last_ticks(&self) -> u64 {
         self.first_ticks + (self.sum(self.steps - 1) >> 32)

@@ -29,7 +29,7 @@ pub use self::shaped::Shaped;
 /// The most impulses that a shaper has.
 const IMPULSES_MAX: usize = 3;
 
-/// What is left of an undamped vibration at the shaper's own frequency by [`ShaperKind::Ei`], as a fraction of the unshaped one;
+/// The rest of an undamped vibration at the shaper's own frequency by [`ShaperKind::Ei`], as a fraction of the unshaped one;
 /// with damping it is less.
 pub const EI_TOLERANCE: f64 = 0.05;
 
@@ -81,12 +81,12 @@ pub const DAMPING_RATIO: RangeInclusive<f64> = 0.0..=0.5;
 pub enum ShaperError {
     /// Its frequency is outside [`NATURAL_HZ`].
     Frequency {
-        /// What was asked, Hz.
+        /// The frequency that was asked for, Hz.
         asked_hz: f64,
     },
     /// Its damping ratio is outside [`DAMPING_RATIO`].
     Damping {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
     },
 }
@@ -196,7 +196,7 @@ impl Impulses {
         self.iter().map(|(weight, delay_s)| weight * delay_s).sum()
     }
 
-    /// How much longer the shaped motion takes: the last delay, s.
+    /// The time by which the shaped motion takes longer: the last delay, s.
     #[must_use]
     pub fn last_s(&self) -> f64 {
         self.delays_s[self.count - 1]

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::compile::{Course, Lane, NEAREST_STEPS, PhaseBounds, Segments, Stretch};
+use crate::compile::{AxisCompiler, NEAREST_STEPS, PhaseBounds, Segments, StepRange, TimedPlan};
 use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
@@ -24,15 +24,15 @@ pub struct SyncMove<const N: usize> {
     pub profile: Profile,
     /// Steps of each axis in the whole move, signed by direction.
     pub steps: [i32; N],
-    /// Where the whole move begins and ends beside the whole steps.
+    /// The places where the whole move begins and ends beside the whole steps.
     pub(crate) offsets: [[i8; N]; 2],
     /// The length of the whole move, steps of the longest axis.
     pub(crate) way_steps: f64,
-    /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
+    /// The place where this plan begins, steps of the longest axis from the beginning of the whole move.
     pub(crate) from_steps: f64,
-    /// Where the profile begins, in the same steps. That may be before the plan begins.
+    /// The place where the profile begins, in the same steps. That may be before the plan begins.
     pub(crate) origin_steps: f64,
-    /// When the profile begins, s from the start of the run.
+    /// The instant at which the profile begins, s from the start of the run.
     pub(crate) origin_s: f64,
 }
 
@@ -45,12 +45,12 @@ pub enum PlanError {
     Limits {
         /// Index of the axis.
         axis: usize,
-        /// What is wrong with them.
+        /// The fault in them.
         error: LimitError,
     },
     /// The requested speed along the path is too slow or not a number, steps/s of the longest axis.
     PathSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The slowest that works.
         min: f64,
@@ -117,17 +117,17 @@ impl<const N: usize> SyncMove<N> {
         }
     }
 
-    /// When the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed form. `k`
-    /// counts from 1 to the axis's steps; in a replan it is one of [`step_numbers`](Self::step_numbers).
+    /// The instant at which the `k`-th step of the axis with index `axis` is due, s from the start of the run, by the closed
+    /// form. `k` counts from 1 to the axis's steps; in a replan it is one of [`step_numbers`](Self::step_numbers).
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
-        let stretch = self.stretch(axis, self.is_whole());
-        let steps = (f64::from(k) - 0.5 - self.span().begin_of(axis)) * stretch.stride - self.origin_steps;
+        let step_range = self.step_range(axis, self.is_whole());
+        let steps = (f64::from(k) - 0.5 - self.span().begin_of(axis)) * step_range.stride - self.origin_steps;
         let Profile { accel, decel, .. } = &self.profile;
-        let nearest = |ramp: &Ramp| (NEAREST_STEPS * stretch.stride - ramp.lead_steps()).max(0.0);
+        let nearest = |ramp: &Ramp| (NEAREST_STEPS * step_range.stride - ramp.lead_steps()).max(0.0);
         // How many steps of this plan come before step `k`.
         let before = k.saturating_sub(self.step_numbers(axis).start);
-        let steps = match stretch.phase_ends(&PhaseBounds::of(&self.profile)) {
+        let steps = match step_range.phase_ends(&PhaseBounds::of(&self.profile)) {
             [accel_end, ..] if before < accel_end => steps.max(nearest(accel)),
             [_, cruise_end, _] if before >= cruise_end => steps.min(self.profile.distance_steps() - nearest(decel)),
             _ => steps,
@@ -139,37 +139,38 @@ impl<const N: usize> SyncMove<N> {
     /// the float operations are done in this call. A few follow with each phase, and with each span of a curved ramp.
     #[must_use]
     pub fn segments(&self, axis: usize, tick_hz: u32) -> Segments {
-        let mut course = Course::empty();
-        self.lay(&mut course, tick_hz);
-        let lane = self.lane(axis, &course);
-        Segments::new(course, lane)
+        let mut timed_plan = TimedPlan::empty();
+        self.convert_to_ticks(&mut timed_plan, tick_hz);
+        let compiler = self.compiler(axis, &timed_plan);
+        Segments::new(timed_plan, compiler)
     }
 
-    /// Makes `course` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
+    /// Makes `timed_plan` hold what the axes of this move have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
     /// Compiling all axes from it is less work than compiling each by its [`segments`](Self::segments).
-    pub fn lay(&self, course: &mut Course, tick_hz: u32) {
-        course.set(&self.profile, self.is_whole(), self.origin_s, tick_hz);
-        if course.is_curved() {
-            let is_whole = course.is_whole();
+    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
+        timed_plan.set(&self.profile, self.is_whole(), self.origin_s, tick_hz);
+        if timed_plan.is_curved() {
+            let is_whole = timed_plan.is_whole;
             let moving = (0..N).filter(|axis| self.steps[*axis] != 0);
-            course.set_reach(moving.map(|axis| self.stretch(axis, is_whole)));
+            timed_plan.set_reach(moving.map(|axis| self.step_range(axis, is_whole)));
         }
     }
 
-    /// The axis with index `axis`, on the course that [`lay`](Self::lay) has made from this move.
+    /// A compiler of the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
+    /// from this move.
     #[must_use]
-    pub fn lane(&self, axis: usize, course: &Course) -> Lane {
-        let mut lane = Lane::empty();
-        self.begin_lane(axis, course, &mut lane);
-        lane
+    pub fn compiler(&self, axis: usize, timed_plan: &TimedPlan) -> AxisCompiler {
+        let mut compiler = AxisCompiler::empty();
+        self.begin_compiler(axis, timed_plan, &mut compiler);
+        compiler
     }
 
-    /// As [`lane`](Self::lane), but makes it of a lane that is no longer needed: a lane is large, and this copies less.
-    pub fn begin_lane(&self, axis: usize, course: &Course, lane: &mut Lane) {
-        lane.begin(self.stretch(axis, course.is_whole()), course);
+    /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
+    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
+        compiler.begin(self.step_range(axis, timed_plan.is_whole), timed_plan);
     }
 
-    fn stretch(&self, axis: usize, is_whole: bool) -> Stretch {
+    fn step_range(&self, axis: usize, is_whole: bool) -> StepRange {
         let (span, total) = (self.span(), self.steps[axis].unsigned_abs());
         let (way, own) = (self.way_steps, span.len(axis).abs());
         // An axis without steps may have any stride.
@@ -177,16 +178,16 @@ impl<const N: usize> SyncMove<N> {
         let stride = if is_alike { 1.0 } else { way / own };
         let (begins, ends) = (span.begin_of(axis), span.end_of(axis));
         if is_whole {
-            return Stretch { stride, before: 0, steps: total, ahead: begins, beyond: ends };
+            return StepRange { stride, before: 0, steps: total, ahead: begins, beyond: ends };
         }
         let numbers = self.step_numbers(axis);
         let (before, end) = (numbers.start - 1, numbers.end - 1);
         let ahead = self.origin_steps / stride + begins - f64::from(before);
         let beyond = (self.end_steps() - way) / stride + ends + f64::from(total - end);
-        Stretch { stride, before, steps: end - before, ahead, beyond }
+        StepRange { stride, before, steps: end - before, ahead, beyond }
     }
 
-    /// Whether the profile is that of the whole move, not of a replan.
+    /// True if the profile is that of the whole move, not of a replan.
     fn is_whole(&self) -> bool {
         is_zero(self.origin_steps) && is_zero(self.from_steps) && self.profile.distance_steps() == self.distance_steps()
     }
@@ -198,20 +199,21 @@ impl<const N: usize> SyncMove<N> {
         self.steps_before(axis, self.from_steps) + 1..self.steps_before(axis, self.end_steps()) + 1
     }
 
-    /// How many steps of the axis with index `axis` are due before the longest axis is at `place_steps` of the whole
+    /// The number of steps of the axis with index `axis` that are due before the longest axis is at `place_steps` of the whole
     /// move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
         self.span().steps_before(axis, place_steps, self.way_steps)
     }
 
-    /// Where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
+    /// The place where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
     #[must_use]
     pub fn place_at(&self, t_s: f64) -> f64 {
         self.origin_steps + self.profile.position_at(t_s - self.origin_s)
     }
 
-    /// When the longest axis is at `place_steps` from the beginning of the whole move, s from the start of the run.
+    /// The instant at which the longest axis is at `place_steps` from the beginning of the whole move, s from the start of the
+    /// run.
     #[must_use]
     pub fn time_at(&self, place_steps: f64) -> f64 {
         self.origin_s + self.profile.time_at(place_steps - self.origin_steps)
@@ -229,25 +231,25 @@ impl<const N: usize> SyncMove<N> {
         (speed_steps_s, accel_steps_s2)
     }
 
-    /// When this plan begins, s from the start of the run.
+    /// The instant at which this plan begins, s from the start of the run.
     #[must_use]
     pub fn begin_s(&self) -> f64 {
         self.time_at(self.from_steps)
     }
 
-    /// When the profile ends, s from the start of the run.
+    /// The instant at which the profile ends, s from the start of the run.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.origin_s + self.profile.duration_s()
     }
 
-    /// Where this plan begins, steps of the longest axis from the beginning of the whole move.
+    /// The place where this plan begins, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn begin_steps(&self) -> f64 {
         self.from_steps
     }
 
-    /// Where this plan ends, steps of the longest axis from the beginning of the whole move.
+    /// The place where this plan ends, steps of the longest axis from the beginning of the whole move.
     #[must_use]
     pub fn end_steps(&self) -> f64 {
         sum(self.origin_steps, self.profile.distance_steps())
@@ -259,16 +261,16 @@ impl<const N: usize> SyncMove<N> {
         self.way_steps
     }
 
-    /// Where an axis is when the longest one is at `place_steps`, steps from the whole step next to where the move begins,
-    /// signed by direction.
+    /// The place where an axis is when the longest one is at `place_steps`, steps from the whole step next to where the move
+    /// begins, signed by direction.
     #[must_use]
     pub fn axis_place(&self, axis: usize, place_steps: f64) -> f64 {
         let span = self.span();
         offset(span.offsets[0][axis]) + span.len(axis) * (place_steps / self.way_steps)
     }
 
-    /// How far an axis goes in the whole move, steps, signed by direction. That is its steps, unless the move begins or ends
-    /// beside a whole one.
+    /// The distance that an axis goes in the whole move, steps, signed by direction. That is its steps, unless the move begins
+    /// or ends beside a whole one.
     #[must_use]
     pub fn axis_steps(&self, axis: usize) -> f64 {
         self.span().len(axis)
@@ -279,7 +281,7 @@ impl<const N: usize> SyncMove<N> {
     }
 }
 
-/// How many parts of a step offsets are given in.
+/// The number of parts of a step in which offsets are given.
 pub const OFFSET_PARTS: i32 = 128;
 
 /// An offset in steps.
@@ -294,7 +296,7 @@ fn of_parts(parts: i32) -> f64 {
     if parts == 0 { 0.0 } else { f64::from_bits(bits - (u64::from(OFFSET_PARTS.ilog2()) << 52)) }
 }
 
-/// What a move goes through: whole steps, and where it begins and ends beside them, in parts of a step.
+/// The path of a move: whole steps, and where it begins and ends beside them, in parts of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<const N: usize> {
     /// Signed by direction.
@@ -305,7 +307,7 @@ pub(crate) struct Span<const N: usize> {
 impl<const N: usize> Span<N> {
     pub(crate) const NONE: Self = Self { steps: [0; N], offsets: [[0; N]; 2] };
 
-    /// How far an axis goes, steps, signed by direction.
+    /// The distance that an axis goes, steps, signed by direction.
     pub(crate) fn len(&self, axis: usize) -> f64 {
         let [steps, begin, end] = [self.steps[axis], self.offsets[0][axis].into(), self.offsets[1][axis].into()];
         if begin == end {
@@ -317,12 +319,12 @@ impl<const N: usize> Span<N> {
         }
     }
 
-    /// How far each axis goes, steps, signed by direction.
+    /// The distance that each axis goes, steps, signed by direction.
     pub(crate) fn lens(&self) -> [f64; N] {
         core::array::from_fn(|axis| self.len(axis))
     }
 
-    /// How far the axis goes that goes farthest, steps.
+    /// The distance of the axis that goes farthest, steps.
     pub(crate) fn longest(&self) -> f64 {
         if self.offsets == [[0; N]; 2] {
             return f64::from(longest(&self.steps));
@@ -331,12 +333,12 @@ impl<const N: usize> Span<N> {
         lens[longest_of(&lens)].abs()
     }
 
-    /// How far an axis begins beyond a whole step, in its direction, steps.
+    /// The distance beyond a whole step at which an axis begins, in its direction, steps.
     pub(crate) fn begin_of(&self, axis: usize) -> f64 {
         self.along(axis, 0)
     }
 
-    /// How far an axis ends beyond a whole step, in its direction, steps.
+    /// The distance beyond a whole step at which an axis ends, in its direction, steps.
     pub(crate) fn end_of(&self, axis: usize) -> f64 {
         self.along(axis, 1)
     }
@@ -349,7 +351,7 @@ impl<const N: usize> Span<N> {
         }
     }
 
-    /// How many steps of an axis are due before the longest axis is at `place_steps` of the `way`.
+    /// The number of steps of an axis that are due before the longest axis is at `place_steps` of the `way`.
     pub(crate) fn steps_before(&self, axis: usize, place_steps: f64, way: f64) -> u32 {
         if self.steps[axis] == 0 { 0 } else { self.steps_by(axis, place_steps, way, || share(self.len(axis), way)) }
     }

@@ -1,7 +1,7 @@
 //! Bends whose acceleration changes, as a box makes them: every edge is at its instant, within the bound that all segments have.
 
 use isostep_profile::shaper::{Bend, Leg};
-use isostep_profile::{Lane, fit_error_max_ticks};
+use isostep_profile::{AxisCompiler, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
@@ -72,11 +72,11 @@ fn starts() -> impl Strategy<Value = Start> {
 
 fn assert_at_their_instants(start: &Start) -> TestCaseResult {
     let Some(bend) = start.bend() else { return Ok(()) };
-    let mut lane = Lane::empty();
-    lane.begin_bend(&bend, TICK_HZ);
+    let mut compiler = AxisCompiler::empty();
+    compiler.begin_bend(&bend, TICK_HZ);
     let bound_s = (fit_error_max_ticks(TICK_HZ) + 0.5 + ROUNDING_TICKS) / f64::from(TICK_HZ);
     let mut count = 0;
-    while let Some(segment) = lane.next_of_bend() {
+    while let Some(segment) = compiler.next_of_bend() {
         for tick in segment.ticks() {
             let (t_s, edge) = (tick as f64 / f64::from(TICK_HZ), f64::from(count) + 0.5);
             let around = [t_s - bound_s, t_s + bound_s].map(|t_s| start.place_steps(t_s) - edge);

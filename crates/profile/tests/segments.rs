@@ -2,7 +2,7 @@
 //! Every run tries the same moves; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test segments` tries others.
 
 use isostep_profile::{
-    BRIEF_S, Course, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove,
+    BRIEF_S, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove, TimedPlan,
     fit_error_max_ticks,
 };
 use isostep_trials::cases;
@@ -165,25 +165,25 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(100, 500), failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Axes that share a course have the same segments as each has alone, whichever axis is ahead, and by however much.
+    /// Axes that share a timed plan have the same segments as each has alone, whichever axis is ahead, and by however much.
     #[test]
-    fn a_course_has_the_same_segments_for_every_axis(
+    fn a_timed_plan_has_the_same_segments_for_every_axis(
         limits in limits((1e2, 2e6), (1e2, 1e8)), steps in prop::array::uniform3(-3_000..3_000i32), law in law(),
         speed_law in speed_law(), turns in prop::collection::vec((0..3_usize, 1..40_usize), 1..50), tick_hz in
         prop::sample::select(&RATES_HZ[..]),
     ) {
         prop_assume!(steps != [0; 3]);
         let plan = SyncMove::plan(steps, &[moving(speed_law, limits); 3], law, speed_law, None).unwrap();
-        // What the course held before must make no difference.
-        let mut course = Course::empty();
-        fastest([900, 1, -7], limits_of(1e4, 1e6)).lay(&mut course, tick_hz);
-        plan.lay(&mut course, tick_hz);
-        let mut lanes = [0, 1, 2].map(|axis| plan.lane(axis, &course));
+        // What the timed plan held before must make no difference.
+        let mut timed_plan = TimedPlan::empty();
+        fastest([900, 1, -7], limits_of(1e4, 1e6)).convert_to_ticks(&mut timed_plan, tick_hz);
+        plan.convert_to_ticks(&mut timed_plan, tick_hz);
+        let mut compilers = [0, 1, 2].map(|axis| plan.compiler(axis, &timed_plan));
         let mut shared = [const { Vec::new() }; 3];
-        // In each turn one of the lanes goes on a little. In the end all of them go on to their ends.
+        // In each turn one of the axis compilers goes on a little. In the end all of them go on to their ends.
         for (axis, count) in turns.into_iter().chain([0, 1, 2].map(|axis| (axis, usize::MAX))) {
-            let lane = &mut lanes[axis];
-            shared[axis].extend(std::iter::from_fn(|| lane.next(&mut course)).take(count));
+            let compiler = &mut compilers[axis];
+            shared[axis].extend(std::iter::from_fn(|| compiler.next(&mut timed_plan)).take(count));
         }
         for (axis, shared) in shared.into_iter().enumerate() {
             prop_assert_eq!(shared, plan.segments(axis, tick_hz).collect::<Vec<_>>(), "axis {}", axis);

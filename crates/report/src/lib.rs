@@ -1,4 +1,4 @@
-//! What a simulated run was, in figures and pictures; and what a program would do, without a machine.
+//! Figures and pictures of a simulated run, and what a program would do, told without a machine.
 //!
 //! The machine and its checks are in [`isostep_sim`]. Nothing here changes a run.
 //!

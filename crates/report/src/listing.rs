@@ -58,7 +58,7 @@ const ELSEWHERE: &[(RangeInclusive<u16>, &str)] = &[
     (395..=398, "the look-ahead has 64 moves, and one spindle"),
 ];
 const AXIS_A: &str = "firmware with A has it, on four axes: --axes 4; there are no more";
-const DRIVERS: &str = "drivers that talk are those of an SKR Pico: docs/bring-up.md";
+const DRIVERS: &str = "UART drivers are those of an SKR Pico: docs/bring-up.md";
 const NETWORK: &str = "there is no network, and no bus to a spindle";
 const NOTHING: &str = "nothing here depends on it";
 
@@ -259,7 +259,7 @@ fn meaning(number: u16, value: f32, is_hal: bool) -> Option<(Option<f32>, String
         6 => as_flag("bit 1 is no tool setter here"),
         10 if mask > 3 => Some((
             Some((mask & 3) as f32),
-            "machine position (1) and buffers (2) are a choice, and all other fields are always told".to_owned(),
+            "machine position (1) and buffers (2) are a choice, and all other fields are always reported".to_owned(),
         )),
         11 => Some((None, "it holds with G61; else corners are blends, by $904 and G64 P".to_owned())),
         21 => any("bit 1 asks for nothing here: a switch that is pressed keeps no axis from leaving it"),

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leaves_the_travel_is_told_with_what_would_help() {
+    fn what_leaves_the_travel_is_reported_with_what_would_help() {
         assert_eq!(
             left("G0 X5\nG0 X-40 (there)\n"),
             "line 2 `G0 X-40`: X goes to -40.000 mm, 5.001 mm beyond the travel, which ends at -34.999: it fits with --start 41,40,15"

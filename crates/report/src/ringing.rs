@@ -5,7 +5,7 @@
 //! the load swings on its own, in closed form. So there is no time step, and the only error is rounding. The load has
 //! one mode, and does not pull at the motor: the edges and the rest of the world are the same with it and without.
 //!
-//! # What is told
+//! # What is reported
 //! The *deviation* is how far the load is from where its axis is. At an edge the axis is in the middle of its step, as
 //! in the closed form of a move; between two edges it is where the last one has put it, so a deviation is good to half
 //! a step. [`figures`] tells, for each axis with a load:
@@ -15,7 +15,7 @@
 //!   jump of the speed of any axis;
 //! - *anywhere*: the largest deviation there is.
 //!
-//! Homing drives the load too, but is not told. While an axis accelerates by a, its load lags by a/ω², and after each
+//! Homing drives the load too, but is not reported. While an axis accelerates by a, its load lags by a/ω², and after each
 //! change of a it swings about that place: so a deviation is not 0 where nothing rings.
 
 mod swing;

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_where_nothing_is_shaped() {
+    fn nothing_is_reported_where_nothing_is_shaped() {
         assert_eq!(figures(0, "G1 X10 F6000\n"), None);
     }
 

@@ -25,11 +25,11 @@ fn said(listing: &Listing) -> Vec<String> {
 }
 
 #[test]
-fn each_line_of_grbls_is_told() {
+fn each_line_of_grbls_is_reported() {
     let expected: &[&str] = &[
         "taken 31 as they are",
         "otherwise 3, which mean something else here",
-        "line 9 `$10=19`: taken as $10=3: machine position (1) and buffers (2) are a choice, and all other fields are always told",
+        "line 9 `$10=19`: taken as $10=3: machine position (1) and buffers (2) are a choice, and all other fields are always reported",
         "line 10 `$11=0.010`: it holds with G61; else corners are blends, by $904 and G64 P",
         "line 19 `$26=250`: a switch counts once it has been steady for so long; 5 is enough for most, and sooner",
         "unknown none",
@@ -43,14 +43,14 @@ fn each_line_of_grbls_is_told() {
 }
 
 #[test]
-fn each_line_of_grblhals_is_told() {
+fn each_line_of_grblhals_is_reported() {
     let expected: &[&str] = &[
         "taken 31 as they are",
         "otherwise 9, which mean something else here",
         "line 6 `$4=0`: taken as $4=1: grblHAL's 0 is an ENABLE that is active high",
         "line 7 `$5=15`: taken as $5=1: one setting is for all switches: wire all of them to open when they are pressed",
         "line 8 `$6=3`: taken as $6=1: bit 1 is no tool setter here",
-        "line 11 `$10=511`: taken as $10=3: machine position (1) and buffers (2) are a choice, and all other fields are always told",
+        "line 11 `$10=511`: taken as $10=3: machine position (1) and buffers (2) are a choice, and all other fields are always reported",
         "line 12 `$11=0.010`: it holds with G61; else corners are blends, by $904 and G64 P",
         "line 19 `$22=79`: taken as $22=1: bit 0 is homing; $HX homes one axis, and the machine is not locked until it is homed",
         "line 20 `$23=9`: taken as $23=1: there are no more axes than XYZ",
@@ -87,7 +87,7 @@ fn each_line_of_grblhals_is_told() {
 }
 
 #[test]
-fn what_others_have_is_told() {
+fn what_others_have_is_reported() {
     let has = |name: &str, words: &str| {
         let said = said(&listing(name));
         assert!(said.iter().any(|line| line == words), "{words} in {name}:\n{}", said.join("\n"));

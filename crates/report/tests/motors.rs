@@ -1,4 +1,4 @@
-//! Motors on machines that people have: what they do, they do here, and what they cannot do is told with its line and
+//! Motors on machines that people have: what they do, they do here, and what they cannot do is reported with its line and
 //! what to set.
 
 use embassy_time::Duration;
@@ -64,13 +64,13 @@ fn lost(program: &str, config: &Config) -> Vec<String> {
 
 /// Each true problem is found, with the line and what to set. With that set, nothing is lost.
 #[test]
-fn what_is_too_much_is_found_and_what_is_told_mends_it() {
+fn what_is_too_much_is_found_and_what_is_reported_mends_it() {
     let back = "G91 G0 X1\nX0.5\nG0 X200\n";
     let corner = "G91 G1 F9000\nX100\nY100\n";
     // Here the motor takes each corner by itself. It swings from one to the next.
     let zigzag = |x: f64, y: f64| format!("G91 G1 F12000\n{}", format!("X{x} Y{y}\nX{x} Y-{y}\n").repeat(100));
     let (fine, flat) = (zigzag(0.05, 0.05), zigzag(0.2, 0.02));
-    for (settings, program, line, told) in [
+    for (settings, program, line, reported) in [
         (axes(80.0, 9_000.0, 40_000.0), back, 1, "$120 to "),
         (axes(80.0, 9_000.0, 1_000.0) + "$920=40000\n", "G91 G0 X100\nX50\n", 2, "$920 to "),
         (axes(20.0, 18_000.0, 1_000.0) + "$910=15000\n", back, 1, "$910 to "),
@@ -81,7 +81,10 @@ fn what_is_too_much_is_found_and_what_is_told_mends_it() {
     ] {
         let found = lost(program, &machine(&settings));
         let first = found.first().unwrap_or_else(|| panic!("nothing is lost: {settings}{program}"));
-        assert!(first.contains(&format!(": line {line}, move ")) && first.contains(&format!("set {told}")), "{first}");
+        assert!(
+            first.contains(&format!(": line {line}, move ")) && first.contains(&format!("set {reported}")),
+            "{first}"
+        );
         // "set $110 to 2400 mm/min, and $120 to 1700 mm/s2 or less"
         let words: Vec<_> = first.split_once(": set ").unwrap().1.split([' ', ',']).collect();
         let set = words.windows(3).filter(|words| words[1] == "to").map(|words| {
@@ -94,10 +97,10 @@ fn what_is_too_much_is_found_and_what_is_told_mends_it() {
     }
 }
 
-/// Homing stops at once at the switch, and the motor slips when it comes back. With what is told it homes.
+/// Homing stops at once at the switch, and the motor slips when it comes back. With what is reported it homes.
 #[test]
-fn a_seek_that_stops_too_fast_is_told_with_the_speed_of_the_seek() {
-    for (steps_per_mm, seek_mm_min, told) in [
+fn a_seek_that_stops_too_fast_is_reported_with_the_speed_of_the_seek() {
+    for (steps_per_mm, seek_mm_min, reported) in [
         (
             400.0,
             3_000,
@@ -112,10 +115,10 @@ fn a_seek_that_stops_too_fast_is_told_with_the_speed_of_the_seek() {
         let settings = axes(steps_per_mm, f64::from(seek_mm_min), 3_000.0) + "$20=1\n$22=1\n$24=60\n";
         let with_seek = |mm_min: &str| Config { start_mm: [30.0; 3], ..machine(&format!("{settings}$25={mm_min}\n")) };
         let found = lost("$H\nG0 X5\n", &with_seek(&seek_mm_min.to_string()));
-        assert!(found.first().is_some_and(|first| first.ends_with(told)), "{told} in {found:?}");
-        let set = told.split_once("$25 to ").unwrap().1.split_once(' ').unwrap().0;
+        assert!(found.first().is_some_and(|first| first.ends_with(reported)), "{reported} in {found:?}");
+        let set = reported.split_once("$25 to ").unwrap().1.split_once(' ').unwrap().0;
         let outcome = run(b"$H\nG0 X5\n", &with_seek(set)).unwrap();
-        assert_eq!((broken("homed", &outcome), outcome.alarm_code), (vec![], None), "{told}");
+        assert_eq!((broken("homed", &outcome), outcome.alarm_code), (vec![], None), "{reported}");
     }
 }
 
@@ -134,8 +137,8 @@ fn an_abrupt_stop_overshoots_by_whole_periods_if_it_is_fast() {
         assert!(matches!(outcome.state, State::Alarm(_)), "{:?}", outcome.state);
         let drift_steps = outcome.drift_steps[0];
         assert_eq!((drift_steps > 0, drift_steps % 64), (is_lost, 0), "{drift_steps} at {mm_min} mm/min");
-        let told = Figures::new("test", &outcome).losses.iter().map(ToString::to_string).collect::<String>();
-        assert_eq!(told.contains("an abrupt stop loses nothing up to 93 mm/s"), is_lost, "{told}");
+        let reported = Figures::new("test", &outcome).losses.iter().map(ToString::to_string).collect::<String>();
+        assert_eq!(reported.contains("an abrupt stop loses nothing up to 93 mm/s"), is_lost, "{reported}");
     }
 }
 

@@ -106,11 +106,11 @@ fn the_closed_form_is_what_small_steps_integrate() {
 #[test]
 fn stops_and_corners_are_told_apart_with_their_lines() {
     let springs: Springs = "X:40:0.05,Y:40:0.05".parse().unwrap();
-    let told = |program: &str| {
+    let reported = |program: &str| {
         let outcome = run(program.as_bytes(), &Config { springs, ..machine(STEPS_PER_MM) }).unwrap();
         Figures::new("test", &outcome).ringing
     };
-    let [x, y] = &told("G61 G91 G1 F6000\nX10\nX20\nY30\n")[..] else { panic!("two springs") };
+    let [x, y] = &reported("G61 G91 G1 F6000\nX10\nX20\nY30\n")[..] else { panic!("two springs") };
     assert_eq!((x.axis.as_str(), y.axis.as_str()), ("X", "Y"));
     for one in [x, y] {
         let corner = one.after_corners.unwrap();
@@ -119,36 +119,36 @@ fn stops_and_corners_are_told_apart_with_their_lines() {
     }
     assert_eq!(y.after_stops.unwrap().line, Some(4));
     // Each move ends at rest.
-    let [x, y] = &told("G61.1 G91 G1 F6000\nX10\nX20\nY30\n")[..] else { panic!("two springs") };
+    let [x, y] = &reported("G61.1 G91 G1 F6000\nX10\nX20\nY30\n")[..] else { panic!("two springs") };
     assert_eq!((x.after_corners, y.after_corners), (None, None));
     assert!(x.after_stops.unwrap().mm > 0.01 && x.after_stops.unwrap().line < Some(4), "{x:?}");
     // A straight chain has no corner.
-    let [x, _] = &told("G61 G91 G1 F6000\nX10\nX20\n")[..] else { panic!("two springs") };
+    let [x, _] = &reported("G61 G91 G1 F6000\nX10\nX20\n")[..] else { panic!("two springs") };
     assert_eq!((x.after_corners, x.after_stops.unwrap().line), (None, Some(3)));
 }
 
 /// Homing strikes the switches at speed, but is none of the program's.
 #[test]
-fn homing_is_not_told() {
+fn homing_is_not_reported() {
     let springs: Springs = "X:8:0.05".parse().unwrap();
     let outcome = run(b"$H\nG4 P5\nG0 Y10\n", &Config { springs, ..Config::default() }).unwrap();
     let [x] = &Figures::new("test", &outcome).ringing[..] else { panic!("one spring") };
     assert!(x.after_stops.unwrap().mm < 1e-4 && x.anywhere_mm == 0.0, "{x:?}");
 }
 
-/// A load changes nothing that is told of the run, and two runs tell the same of it.
+/// A load changes nothing that is reported of the run, and two runs tell the same of it.
 #[test]
 fn a_spring_changes_no_edge_and_the_same_run_tells_the_same() {
     let program = b"G91 G1 F6000 X10 Y5\nX-4\n";
     let (rigid, sprung) = (machine(STEPS_PER_MM), "X:40:0.05,Y:35:0.05".parse().unwrap());
-    let told = |springs: Springs| {
+    let reported = |springs: Springs| {
         let outcome = run(program, &Config { springs, ..rigid.clone() }).unwrap();
         let figures = serde_json::to_value(Figures::new("test", &outcome)).unwrap();
         (outcome.edges, figures)
     };
-    let ((edges, mut figures), again) = (told(sprung), told(sprung));
+    let ((edges, mut figures), again) = (reported(sprung), reported(sprung));
     assert_eq!((&edges, &figures), (&again.0, &again.1));
-    let (rigid_edges, rigid_figures) = told(Springs::default());
+    let (rigid_edges, rigid_figures) = reported(Springs::default());
     let object = figures.as_object_mut().unwrap();
     assert_eq!(object.remove("ringing").unwrap().as_array().unwrap().len(), 2);
     object.insert("replay".to_owned(), rigid_figures["replay"].clone());

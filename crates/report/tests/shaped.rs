@@ -1,4 +1,4 @@
-//! Shaped runs keep their promises, and a fault in one is told.
+//! Shaped runs keep their promises, and a fault in one is reported.
 
 use embassy_time::Duration;
 use isostep_console::Settings;
@@ -140,7 +140,7 @@ fn remove(outcome: &mut Outcome, index: usize) {
 }
 
 #[test]
-fn an_edge_beside_its_instant_is_told() {
+fn an_edge_beside_its_instant_is_reported() {
     let off = |ns: i64| {
         broken_by(|outcome| {
             for index in [700, 701, 702, 703] {
@@ -149,47 +149,53 @@ fn an_edge_beside_its_instant_is_told() {
         })
     };
     for ns in [-24, 24] {
-        let told = off(ns);
-        assert!(told.len() == 1 && told[0].starts_with("every step at its instant: at most "), "{told:?}");
+        let reported = off(ns);
+        assert!(reported.len() == 1 && reported[0].starts_with("every step at its instant: at most "), "{reported:?}");
     }
 }
 
 #[test]
-fn a_missing_edge_is_told() {
+fn a_missing_edge_is_reported() {
     for index in [0, 700] {
-        let told = broken_by(|outcome| remove(outcome, index));
+        let reported = broken_by(|outcome| remove(outcome, index));
         assert!(
-            told.iter().any(|told| told.starts_with("step counts exact: 0 of 1 shaped runs; a step of ")),
-            "{told:?}"
+            reported.iter().any(|reported| reported.starts_with("step counts exact: 0 of 1 shaped runs; a step of ")),
+            "{reported:?}"
         );
     }
     // The last edge: nothing after it is late.
-    let told = broken_by(|outcome| remove(outcome, outcome.edges.len() - 1));
-    assert!(told[0].starts_with("step counts exact: 0 of 1 shaped runs; a step of "), "{told:?}");
+    let reported = broken_by(|outcome| remove(outcome, outcome.edges.len() - 1));
+    assert!(reported[0].starts_with("step counts exact: 0 of 1 shaped runs; a step of "), "{reported:?}");
 }
 
 /// An edge out and its edge back where an axis turns: the counts before and after, and all other instants, are right.
 #[test]
-fn a_turn_that_is_missing_is_told() {
-    let told = broken_by(|outcome| {
+fn a_turn_that_is_missing_is_reported() {
+    let reported = broken_by(|outcome| {
         let of_x: Vec<_> = (0..outcome.edges.len()).filter(|index| outcome.edges[*index].axis == 0).collect();
         let pair = of_x.windows(2).find(|pair| outcome.edges[pair[0]].direction != outcome.edges[pair[1]].direction);
         let [out, back] = [0, 1].map(|at| pair.unwrap()[at]);
         remove(outcome, back);
         remove(outcome, out);
     });
-    assert!(told.len() == 1 && told[0].starts_with("step counts exact: 0 of 1 shaped runs; a step of X"), "{told:?}");
+    assert!(
+        reported.len() == 1 && reported[0].starts_with("step counts exact: 0 of 1 shaped runs; a step of X"),
+        "{reported:?}"
+    );
 }
 
 #[test]
-fn a_last_count_that_is_one_off_is_told() {
-    let told = broken_by(|outcome| {
+fn a_last_count_that_is_one_off_is_reported() {
+    let reported = broken_by(|outcome| {
         let mut last = *outcome.edges.last().unwrap();
         last.t_ns += 100_000;
         outcome.edges.push(last);
         outcome.moves.last_mut().unwrap().edges.end += 1;
     });
-    assert!(told.iter().any(|told| told.starts_with("step counts exact: 0 of 1 shaped runs")), "{told:?}");
+    assert!(
+        reported.iter().any(|reported| reported.starts_with("step counts exact: 0 of 1 shaped runs")),
+        "{reported:?}"
+    );
 }
 
 /// A laser is late as the axes are: each level begins where its line does, and shines on the path alone.

@@ -55,7 +55,7 @@ pub fn main() {
     let world = Rc::new(RefCell::new(World::new(clock.clone(), &isostep_sim::Config::default())));
     let (pins, delay) = (Axis::ALL.map(|axis| AxisPins::new(&world, axis)), Delay::new(&clock));
     executor.spawn_at(Priority::P2, "steps", async move { bank.drive(pins, delay, WAKE_UP).await });
-    // A stop takes no time in the simulator. On a chip each of these calls `bank.brake` for its axis.
+    // A stop takes no time in the simulator. On a chip each of these calls `bank.inhibit` for its axis.
     for (axis, mut port) in Axis::ALL.into_iter().zip(bank.ports(DriverTiming::DRV8825, [|_engaged| {}; AXES])) {
         executor.spawn_at(Priority::P2, "axis", async move { axis::run(machine, axis, &mut port).await });
     }

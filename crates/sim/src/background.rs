@@ -1,4 +1,4 @@
-//! What runs for ever beside a task, and keeps no run from its end: it watches.
+//! A future that watches beside a task for ever. A run ends without waiting for it.
 
 use std::future::{Future, poll_fn};
 use std::pin::pin;

@@ -25,7 +25,7 @@ pub enum Board {
     /// A Raspberry Pi Pico with bare drivers.
     #[default]
     Pico,
-    /// A BIGTREETECH SKR Pico: four TMC2209 that talk, see [`drivers`](crate::drivers).
+    /// A BIGTREETECH SKR Pico: four TMC2209 on a UART, see [`drivers`](crate::drivers).
     SkrPico,
 }
 
@@ -44,8 +44,8 @@ impl Board {
         }
     }
 
-    /// The drivers that talk.
-    pub(crate) fn talking(self) -> Option<DriverHardware> {
+    /// The UART drivers.
+    pub(crate) fn uart_drivers(self) -> Option<DriverHardware> {
         (self == Self::SkrPico).then_some(DriverHardware { addresses: [0, 2, 1, 3], sense_milliohms: 110 })
     }
 }
@@ -119,12 +119,12 @@ impl Streaming {
     pub const GRBL: Self = Self::CharacterCounting { window_bytes: 128 };
 }
 
-/// The frame between the two sides of an axis with two motors.
+/// The frame between the two motors of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gantry {
-    /// How far the second side is ahead of the first while no motor holds the frame, mm away from the switches.
+    /// How far the second motor is ahead of the first while no motor holds the frame, mm away from the switches.
     pub skew_mm: f64,
-    /// How much farther from its switch the second side stands than the first when the frame is square, mm: what a
+    /// How much farther from its switch the second motor stands than the first when the frame is square, mm: what a
     /// user has to find out, and to set as the offset.
     pub square_mm: f64,
     /// From this skew on the frame binds, mm: no motor skews it any more.
@@ -161,19 +161,19 @@ pub struct Config {
     pub seed: u64,
     /// The motor of all axes.
     pub motor: MotorData,
-    /// How much the load of a motor that turns varies to either side, as a part of what would stall it. Drivers that talk
+    /// How much the load of a motor that turns varies to either side, as a part of what would stall it. UART drivers
     /// measure it; no step is lost by it.
     pub load_noise: f64,
     /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
     pub loads: [Option<Load>; AXES],
-    /// The loads on springs, whose ringing is told: see `ringing` of isostep-report. They change nothing else.
+    /// The loads on springs, whose ringing is reported: see `ringing` of isostep-report. They change nothing else.
     pub springs: Springs,
     /// The width of a laser's beam at half its maximum, mm: for the picture of what it engraved.
     pub beam_mm: f64,
     /// The board.
     pub board: Board,
     /// The board's jumpers: the limit input of these axes is wired to their driver's DIAG, which is high for a stall, and not
-    /// to their switch. Only where the drivers talk.
+    /// to their switch. Only where the drivers have a UART.
     pub diag: [bool; AXES],
     /// The port that makes the edges.
     pub port: Port,

@@ -32,7 +32,7 @@ pub enum Trouble {
     Probe,
     /// The motor of an axis makes no step.
     Stall(Motor),
-    /// Something is wrong with a driver that talks.
+    /// Something is wrong with a UART driver.
     Driver(Motor, DriverFault),
     /// Consoles and coordinator get no processor time.
     Starve,
@@ -55,7 +55,7 @@ pub struct Fault {
 /// A text that does not describe a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no fault: it is told as WHAT@SECONDS or WHAT@SECONDS+SECONDS, such as limit:X@1.5+0.2, where WHAT is one of {kinds}",
+    "`{0}` is no fault: it is given as WHAT@SECONDS or WHAT@SECONDS+SECONDS, such as limit:X@1.5+0.2, where WHAT is one of {kinds}",
     kinds = KINDS.join(", ")
 )]
 pub struct UnknownFault(String);
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faults_are_told_as_they_are_read() {
+    fn faults_are_reported_as_they_are_read() {
         let reported = [
             "e-stop@1",
             "broken:e-stop@1",

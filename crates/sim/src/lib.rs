@@ -16,7 +16,7 @@
 //! - [`world`] checks every edge as it happens: the timing of the [`driver`], the torque of the motor ([`drive`]), the
 //!   end stops.
 //! - [`drivers`] models TMC2209s, registers and all.
-//! - [`verify`] checks every move afterwards, against the closed form of its plan; of a shaped run the whole ([`places`]). [`measure`] finds the intervals of
+//! - [`verify`] checks every move afterwards, against the closed form of its plan, and a shaped run as a whole ([`places`]). [`measure`] finds the intervals of
 //!   each axis from its edges alone, and how close it came to its limits. [`corners`] computes how much its speed jumps
 //!   from move to move.
 //! - [`losses`] explains lost steps: the line, what the motor has, and what to set.

@@ -64,10 +64,10 @@ pub struct Outcome {
     /// Distance of each carriage from its position by the count of edges, steps.
     pub drift_steps: [i32; AXES],
     /// How far the field of each motor is beyond an end stop that blocks the carriage, steps: they are not lost yet. Only
-    /// where the drivers talk.
+    /// where the drivers have a UART.
     pub ahead_steps: [i32; AXES],
-    /// The side of a second motor.
-    pub second: Option<SecondSide>,
+    /// The second motor of an axis.
+    pub second: Option<SecondAtEnd>,
     /// The machine's final state.
     pub state: State,
     /// Its resolution at the end, steps/mm.
@@ -87,25 +87,25 @@ pub struct Outcome {
     pub motion_s: f64,
 }
 
-/// The side of a second motor at the end of a run.
+/// The second motor of an axis at the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct SecondSide {
+pub struct SecondAtEnd {
     /// The axis that has the motor.
     pub axis: Axis,
-    /// Distance of the side from its position by the count of edges, steps.
+    /// Distance of the ganged motor from its position by the count of edges, steps.
     pub drift_steps: i32,
-    /// How much farther from its switch it is than the first side, beyond what the offset says, steps.
+    /// How much farther from its switch it is than the first motor, beyond what the offset says, steps.
     pub off_square_steps: i32,
 }
 
-fn second_side(world: &World, config: &isostep_motion::Config) -> Option<SecondSide> {
+fn second_at_end(world: &World, config: &isostep_motion::Config) -> Option<SecondAtEnd> {
     let (axis, squared) = (world.second_axis()?, config.squared);
     let offset_mm =
         squared.filter(|squared| Some(squared.axis) == world.second_axis()).map(|squared| squared.offset_mm);
     let farther_steps = world.second_place_steps()? - world.places_steps()[axis as usize];
     let off_square_steps = farther_steps - offset_mm.map_or(farther_steps, |mm| config.steps(axis, mm));
-    Some(SecondSide { axis, drift_steps: world.second_drift_steps()?, off_square_steps })
+    Some(SecondAtEnd { axis, drift_steps: world.second_drift_steps()?, off_square_steps })
 }
 
 impl Outcome {
@@ -154,7 +154,7 @@ impl Outcome {
             places_steps: world.places_steps(),
             drift_steps: world.drift_steps(),
             ahead_steps: world.ahead_steps(),
-            second: second_side(world, &machine_config),
+            second: second_at_end(world, &machine_config),
             state: machine.state(),
             steps_per_mm: machine_config.steps_per_mm,
             travel_mm: machine_config.travel_mm,

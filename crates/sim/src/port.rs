@@ -12,8 +12,8 @@ use std::rc::Rc;
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::OutputPin;
 use isostep_motion::{
-    AXES, Axis, Brake, Capabilities, Direction, DriverTiming, Motor, MotorPins, Motors, PortFault, Run, Side, StepPort,
-    StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
+    AXES, Axis, Capabilities, Direction, DriverTiming, GangedMotor, Inhibit, Motor, MotorPins, Motors, PortFault, Run,
+    StepPort, StreamItem, TimerBank, TimerPort, Wiring, ticks_covering,
 };
 use isostep_profile::Segment;
 
@@ -48,10 +48,10 @@ impl AxisPort {
         let pins = Axis::ALL.map(|axis| AxisPins::new(world, axis));
         match config.port {
             Port::Pio => {
-                let gate = Gate::default();
+                let barrier = Barrier::default();
                 pins.map(|pins| {
                     let port = SimPort::new(pins, &clock, timing);
-                    Self::Pio(SimPort { only_time: config.only_time, gate: gate.clone(), ..port })
+                    Self::Pio(SimPort { only_time: config.only_time, barrier: barrier.clone(), ..port })
                 })
             }
             Port::Timer => {
@@ -62,7 +62,7 @@ impl AxisPort {
                     // Waking up takes no time here, so no edge needs to be made ahead of time.
                     bank.drive(pins, delay, Duration::MIN).await;
                 });
-                // A stop takes no time either: an axis's task runs at once, so no brake is needed.
+                // A stop takes no time either: an axis's task runs at once, so no inhibit is needed.
                 bank.ports(timing, [|_engaged| {}; AXES]).map(Self::Timer)
             }
         }
@@ -77,10 +77,10 @@ impl StepPort for AxisPort {
         }
     }
 
-    fn brake(&self) -> Brake {
+    fn inhibit(&self) -> Inhibit {
         match self {
-            Self::Pio(port) => port.brake(),
-            Self::Timer(port) => port.brake(),
+            Self::Pio(port) => port.inhibit(),
+            Self::Timer(port) => port.inhibit(),
         }
     }
 
@@ -117,7 +117,7 @@ impl AxisPins {
 
 impl MotorPins for AxisPins {
     fn begin(&mut self, motors: &Motors) {
-        self.moving = [Side::First, Side::Second].map(|side| motors.moves(side));
+        self.moving = [GangedMotor::First, GangedMotor::Second].map(|ganged| motors.moves(ganged));
         self.is_inverted = motors.is_second_inverted();
         self.set_dir(self.dirs_high[0]);
     }
@@ -148,14 +148,14 @@ pub struct SimPort {
     ready_ns: u64,
     /// Whether no edges are made: see [`Config::only_time`].
     only_time: bool,
-    gate: Gate,
+    barrier: Barrier,
 }
 
-/// The gate at which the axes of a run wait. It was opened at this instant, by the first of them that was let go.
+/// The start barrier at which the axes of a run wait. It was opened at this instant, by the first of them that was let go.
 #[derive(Clone, Default)]
-struct Gate(Rc<Cell<Option<Instant>>>);
+struct Barrier(Rc<Cell<Option<Instant>>>);
 
-impl Gate {
+impl Barrier {
     fn close(&self) {
         self.0.set(None);
     }
@@ -180,7 +180,7 @@ impl SimPort {
             capabilities,
             ready_ns: 0,
             only_time: false,
-            gate: Gate::default(),
+            barrier: Barrier::default(),
         }
     }
 
@@ -210,10 +210,10 @@ impl SimPort {
             self.face(*direction, run.motors.wiring);
         }
         self.clock.until(self.ready_ns).await;
-        self.gate.close();
-        run.start_line.armed().await;
-        let start = self.gate.open(&self.clock);
-        run.start_line.begun(start);
+        self.barrier.close();
+        run.start_barrier.armed().await;
+        let start = self.barrier.open(&self.clock);
+        run.start_barrier.begun(start);
         time::ns(start)
     }
 
@@ -232,14 +232,14 @@ impl SimPort {
     async fn pass(&mut self, until_ns: u64, segment: &Segment, direction: Direction, run: &Run<'_>) {
         self.clock.until(until_ns).await;
         self.ready_ns = until_ns + u64::from(self.capabilities.period_min_ticks(run.motors.wiring)) * NS_PER_TICK;
-        run.odometer.advance(direction.sign() * segment.steps() as i32);
+        run.step_counter.advance(direction.sign() * segment.steps() as i32);
     }
 
     async fn step_at(&mut self, at_ns: u64, direction: Direction, run: &Run<'_>) {
         self.clock.until(at_ns).await;
         self.ready_ns = at_ns + u64::from(self.capabilities.period_min_ticks(run.motors.wiring)) * NS_PER_TICK;
         self.pins.set_step(true);
-        run.odometer.count(direction);
+        run.step_counter.count(direction);
         // Nothing is awaited during the pulse, so no stop cuts it short.
         self.clock.spend(self.capabilities.pulse_ns(run.motors.wiring).into());
         self.pins.set_step(false);

@@ -19,7 +19,7 @@ pub enum Wire {
     Dir(Motor),
     /// ENABLE of all drivers: active low.
     Enable,
-    /// The limit switch of a motor's side: low while it is closed.
+    /// The limit switch of a motor: low while it is closed.
     Limit(Motor),
     /// The emergency stop: low while it is pressed.
     EmergencyStop,

@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motor_that_is_too_weak_is_told_with_the_numbers() {
+    fn a_motor_that_is_too_weak_is_reported_with_the_numbers() {
         let beyond = |settings| beyond_motors(&settings, &Config::default());
         assert_eq!(beyond(Settings::DEFAULT), [""; 0]);
         let words = "Y: 9000 mm/s2 ($121) up to 800 mm/s ($111) are above the 3471 mm/s2 that the motor has for that: lower \

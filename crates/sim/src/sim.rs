@@ -149,8 +149,8 @@ pub struct Came {
     pub at_ns: u64,
     /// The state of the machine then.
     pub state: State,
-    /// Whether an interrupt of a board would have braked for it, before anything was decided.
-    pub brakes: bool,
+    /// Whether an interrupt of a board would have inhibited for it, before anything was decided.
+    pub inhibits: bool,
 }
 
 /// The host's end of a console's link.
@@ -189,7 +189,7 @@ impl Sim {
             suffering::spawn(&mut executor, fault, config.seed, &world, hosts.clone());
         }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
-        let drivers = config.board.talking().map(|hardware| (hardware, DriverWire::new(&world, executor.clock())));
+        let drivers = config.board.uart_drivers().map(|hardware| (hardware, DriverWire::new(&world, executor.clock())));
         spawn_consoles(&mut executor, &machine, (store, drivers), &consoles, config.baud);
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
         if let Some(section_max_ns) = config.section_max_ns {
@@ -263,12 +263,12 @@ impl Sim {
         let (reported, machine, clock) = (came.clone(), self.machine.clone(), self.executor.clock().clone());
         let (world, pipe) = (self.world.clone(), self.consoles[0].to_controller.clone());
         self.executor.after_sections(sections, move || {
-            let brakes = match &stimulus {
+            let inhibits = match &stimulus {
                 Stimulus::EmergencyStop => machine.stops_at_emergency(),
                 Stimulus::Switch(axis, _) => machine.stops_at_limit(LimitInput::Of(*axis), true),
                 Stimulus::Bytes(bytes) => bytes.contains(&RESET) && machine.stops_at_reset(),
             };
-            reported.set(Some(Came { at_ns: clock.now_ns(), state: machine.state(), brakes }));
+            reported.set(Some(Came { at_ns: clock.now_ns(), state: machine.state(), inhibits }));
             match stimulus {
                 Stimulus::EmergencyStop => world.borrow_mut().set_hand_input(Wire::EmergencyStop, true),
                 Stimulus::Switch(axis, fault) => world.borrow_mut().set_switch(axis, fault),
@@ -327,17 +327,17 @@ impl Sim {
         self.executor.run_until(limit, || wanted(machine.state()))
     }
 
-    /// Sets or mends what is wrong with a driver that talks; of other boards nothing.
+    /// Sets or mends what is wrong with a UART driver; of other boards nothing.
     pub fn set_driver(&mut self, motor: impl Into<Motor>, fault: Option<DriverFault>) {
         self.world.borrow_mut().set_driver(motor.into(), fault);
     }
 
-    /// Whether a motor's driver has switched it off, or is switched off itself; never, if it does not talk.
+    /// Whether a motor's driver has switched it off, or is switched off itself; never, if it has no UART.
     pub(crate) fn is_driver_off(&self, motor: Motor) -> bool {
         self.world.borrow().is_driver_off(motor)
     }
 
-    /// How a driver that talks is set, in the order of the axes, then the fourth motor's; `None` on other boards.
+    /// How a UART driver is set, in the order of the axes, then the fourth motor's; `None` on other boards.
     pub fn driver_setup(&self, driver: usize) -> Option<DriverSetup> {
         self.world.borrow().drivers().map(|wire| wire.setup(driver))
     }
@@ -368,7 +368,7 @@ impl Sim {
         self.world.borrow().tool()
     }
 
-    /// Sets or clears a fault of the limit switch of an axis, or of a motor's side; stuck closed is the same as pressed.
+    /// Sets or clears a fault of the limit switch of an axis, or of a motor; stuck closed is the same as pressed.
     pub fn set_switch(&mut self, motor: impl Into<Motor>, fault: SwitchFault) {
         self.world.borrow_mut().set_switch(motor, fault);
     }
@@ -419,12 +419,12 @@ impl Sim {
         self.world.borrow().places_steps()
     }
 
-    /// The same of the second motor's side, if there is one.
+    /// The same of the second motor, if there is one.
     pub fn second_place_steps(&self) -> Option<i32> {
         self.world.borrow().second_place_steps()
     }
 
-    /// How far the second side is ahead of the first, mm away from their switches; 0 is square. `None` without a second
+    /// How far the second motor is ahead of the first, mm away from their switches; 0 is square. `None` without a second
     /// motor.
     pub fn skew_mm(&self) -> Option<f64> {
         self.world.borrow().skew_mm()

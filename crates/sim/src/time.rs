@@ -107,7 +107,7 @@ impl Clock {
         Entered(CURRENT.replace(Some(self.clone())))
     }
 
-    /// Calls `poll`, which polls something that runs in the background: what it waits for keeps no run from its end.
+    /// Calls `poll`, which polls a future in the background. A run ends although that future still waits for a time.
     pub(crate) fn in_background<R>(&self, poll: impl FnOnce() -> R) -> R {
         self.0.borrow_mut().in_background = true;
         let polled = poll();

@@ -4,20 +4,20 @@
 mod bouncing;
 mod diag;
 mod inputs;
-mod side;
-mod talking;
+mod motor_world;
+mod uart_drivers;
 
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::task::Waker;
 
-use isostep_motion::{AXES, Axis, Event, Machine, Motor as Moving, Side};
+use isostep_motion::{AXES, Axis, Event, GangedMotor, Machine, Motor as Moving};
 use oorandom::Rand32;
 
 pub use self::bouncing::bounce;
 use self::inputs::{EmergencyStop, INPUTS, Input};
-use self::side::SideWorld;
-use self::talking::Talking;
+use self::motor_world::MotorWorld;
+use self::uart_drivers::UartDrivers;
 use crate::config::{Config, Gantry};
 use crate::drive::{Load, MotorData};
 use crate::drivers::{self, DriverFault};
@@ -41,9 +41,9 @@ const SECOND: usize = AXES;
 pub struct World {
     clock: Clock,
     /// The first motors of the axes, then the second motor of one of them, if there is one.
-    sides: Vec<SideWorld>,
+    motors: Vec<MotorWorld>,
     gantry: Gantry,
-    /// Limit switches in the order of the sides, then the others in the order of [`inputs::index`].
+    /// Limit switches in the order of the motors, then the others in the order of [`inputs::index`].
     inputs: [Input; INPUTS],
     limits_high_at_start: [bool; AXES],
     stop: EmergencyStop,
@@ -64,7 +64,7 @@ pub struct World {
     wiring: Wiring,
     /// The machine whose configuration the mechanics follow.
     machine: Option<Rc<Machine>>,
-    talking: Option<Talking>,
+    uart_drivers: Option<UartDrivers>,
     motor: MotorData,
     loads: [Option<Load>; AXES],
     motion: Motion,
@@ -90,18 +90,18 @@ impl World {
         let machine_config = isostep_controller::config(&config.settings);
         let (mechanics, wiring) = (config.mechanics(&machine_config), Wiring::of(&machine_config));
         let motors = Axis::ALL.into_iter().map(Moving::first).chain(wiring.second.map(Moving::second));
-        let sides: Vec<_> = motors.map(|motor| SideWorld::new(motor, config, &mechanics, &wiring)).collect();
-        let talking = Talking::new(config);
+        let motors: Vec<_> = motors.map(|motor| MotorWorld::new(motor, config, &mechanics, &wiring)).collect();
+        let uart_drivers = UartDrivers::new(config);
         let mut inputs = inputs::all(wiring.second);
-        for (index, side) in sides.iter().enumerate() {
-            let diag = talking.as_ref().and_then(|talking| talking.diag(index));
-            inputs[index].high = diag.unwrap_or(side.switch.is_closed() == wiring.switches_open);
+        for (index, motor) in motors.iter().enumerate() {
+            let diag = uart_drivers.as_ref().and_then(|uart_drivers| uart_drivers.diag(index));
+            inputs[index].high = diag.unwrap_or(motor.switch.is_closed() == wiring.switches_open);
         }
         let random = Rand32::new(config.seed);
         let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
         let mut world = Self {
             clock,
-            sides,
+            motors,
             gantry: config.gantry,
             inputs,
             limits_high_at_start,
@@ -119,7 +119,7 @@ impl World {
             mechanics,
             wiring,
             machine: None,
-            talking,
+            uart_drivers,
             motor: config.motor,
             loads: config.loads,
             motion: Motion::default(),
@@ -145,18 +145,18 @@ impl World {
         let violations = &mut self.record.violations;
         match wire {
             Wire::Step(motor) => {
-                let Some(index) = side_index(&self.wiring, motor) else { return };
-                if self.sides[index].inputs.set_step(t_ns, high, violations) {
+                let Some(index) = motor_index(&self.wiring, motor) else { return };
+                if self.motors[index].inputs.set_step(t_ns, high, violations) {
                     self.step(t_ns, index);
                 }
             }
             Wire::Dir(motor) => {
-                let Some(index) = side_index(&self.wiring, motor) else { return };
-                self.sides[index].inputs.set_dir(t_ns, high, violations);
+                let Some(index) = motor_index(&self.wiring, motor) else { return };
+                self.motors[index].inputs.set_dir(t_ns, high, violations);
             }
             Wire::Enable => {
                 let is_on = high == self.wiring.enable_high;
-                self.sides.iter_mut().for_each(|side| side.inputs.set_enabled(t_ns, is_on, violations));
+                self.motors.iter_mut().for_each(|motor| motor.inputs.set_enabled(t_ns, is_on, violations));
                 if !is_on {
                     self.spring_back(t_ns);
                 }
@@ -236,79 +236,80 @@ impl World {
     fn refresh_probe(&mut self) {
         let touches = self.plate.is_some_and(|plate| {
             let index = plate.axis as usize;
-            plate.is_touched(self.sides[index].carriage.place_steps(), self.mechanics.steps_per_mm[index])
+            plate.is_touched(self.motors[index].carriage.place_steps(), self.mechanics.steps_per_mm[index])
         });
         self.set_hand_input(Wire::Probe, touches);
     }
 
-    /// Sets or clears a fault of the limit switch of a motor's side. A motor that is not there has none.
+    /// Sets or clears a fault of the limit switch of a motor. A motor that is not there has none.
     pub fn set_switch(&mut self, motor: impl Into<Moving>, fault: SwitchFault) {
-        if let Some(index) = side_index(&self.wiring, motor.into()) {
-            self.sides[index].switch.set_fault(fault);
+        if let Some(index) = motor_index(&self.wiring, motor.into()) {
+            self.motors[index].switch.set_fault(fault);
             self.refresh_limit(index);
         }
     }
 
     /// Blocks a motor, so that it makes no step, or releases it.
     pub(crate) fn set_stalled(&mut self, motor: Moving, is_stalled: bool) {
-        if let Some(index) = side_index(&self.wiring, motor) {
-            self.sides[index].is_stalled = is_stalled;
+        if let Some(index) = motor_index(&self.wiring, motor) {
+            self.motors[index].is_stalled = is_stalled;
         }
     }
 
-    /// Sets or mends what is wrong with a driver that talks. One that is off or has switched its motor off makes no step.
+    /// Sets or mends what is wrong with a UART driver. One that is off or has switched its motor off makes no step.
     pub fn set_driver(&mut self, motor: Moving, fault: Option<DriverFault>) {
-        if let (Some(index), Some(talking)) = (side_index(&self.wiring, motor), &mut self.talking) {
-            talking.set(index, fault);
+        if let (Some(index), Some(uart_drivers)) = (motor_index(&self.wiring, motor), &mut self.uart_drivers) {
+            uart_drivers.set(index, fault);
         }
         self.refresh_diags();
     }
 
-    /// Whether a motor's driver, if it talks, has switched it off, or is switched off itself.
+    /// Whether a motor's driver, if it has a UART, has switched it off, or is switched off itself.
     pub fn is_driver_off(&self, motor: Moving) -> bool {
-        let talking = side_index(&self.wiring, motor).zip(self.talking.as_ref());
-        talking.is_some_and(|(index, talking)| talking.is_off(index))
+        let uart_drivers = motor_index(&self.wiring, motor).zip(self.uart_drivers.as_ref());
+        uart_drivers.is_some_and(|(index, uart_drivers)| uart_drivers.is_off(index))
     }
 
-    /// What the board hears on the wire of its drivers when it sends this; nothing if they do not talk.
+    /// What the board hears on the wire of its drivers when it sends this; nothing if they have no UART.
     pub fn exchange_with_drivers(&mut self, sent: &[u8]) -> Vec<u8> {
         let now_ns = self.clock.now_ns();
-        let heard = self.talking.as_mut().map(|talking| talking.exchange(now_ns, sent)).unwrap_or_default();
+        let heard =
+            self.uart_drivers.as_mut().map(|uart_drivers| uart_drivers.exchange(now_ns, sent)).unwrap_or_default();
         self.refresh_diags();
         heard
     }
 
-    /// The drivers that talk, as they are set.
+    /// The UART drivers, as they are set.
     pub fn drivers(&self) -> Option<&drivers::Wire> {
-        self.talking.as_ref().map(Talking::wire)
+        self.uart_drivers.as_ref().map(UartDrivers::wire)
     }
 
-    /// How far the second side is ahead of the first, mm away from their switches, by how the frame is when square;
+    /// How far the second motor is ahead of the first, mm away from their switches, by how the frame is when square;
     /// `None` without a second motor.
     pub fn skew_mm(&self) -> Option<f64> {
-        let second = self.sides.get(SECOND)?;
-        let ahead_steps = second.carriage.place_steps() - self.sides[second.axis as usize].carriage.place_steps();
+        let second = self.motors.get(SECOND)?;
+        let ahead_steps = second.carriage.place_steps() - self.motors[second.axis as usize].carriage.place_steps();
         Some(f64::from(ahead_steps) / self.mechanics.steps_per_mm[second.axis as usize] - self.gantry.square_mm)
     }
 
     /// Without motors that hold it, the frame takes the shape that it has at rest.
     fn spring_back(&mut self, t_ns: u64) {
         if let Some(skew_mm) = self.skew_mm() {
-            let axis = self.sides[SECOND].axis;
+            let axis = self.motors[SECOND].axis;
             let steps = (self.gantry.skew_mm - skew_mm) * self.mechanics.steps_per_mm[axis as usize];
-            self.sides[SECOND].carriage.shift(steps.round() as i32);
+            self.motors[SECOND].carriage.shift(steps.round() as i32);
             self.carriage_moved(t_ns, SECOND);
         }
     }
 
-    /// Whether a step of a side would skew a frame further that is so skewed that it binds. Two sides that move together
+    /// Whether a step of a motor would skew a frame further that is so skewed that it binds. Two motors that move together
     /// do so one after the other, which is a step of skew.
     fn binds(&self, index: usize, direction: i32) -> bool {
-        let Some(skew_mm) = self.skew_mm().filter(|_| self.sides[index].axis == self.sides[SECOND].axis) else {
+        let Some(skew_mm) = self.skew_mm().filter(|_| self.motors[index].axis == self.motors[SECOND].axis) else {
             return false;
         };
-        let step_mm = 1.0 / self.mechanics.steps_per_mm[self.sides[index].axis as usize];
-        let ahead = f64::from(direction * self.sides[index].away) * if index == SECOND { 1.0 } else { -1.0 };
+        let step_mm = 1.0 / self.mechanics.steps_per_mm[self.motors[index].axis as usize];
+        let ahead = f64::from(direction * self.motors[index].away) * if index == SECOND { 1.0 } else { -1.0 };
         skew_mm * ahead > 0.0 && skew_mm.abs() >= self.gantry.binds_mm + step_mm
     }
 
@@ -320,9 +321,9 @@ impl World {
         match event {
             Event::Homed { axis } => {
                 self.counted_steps[axis as usize] = 0;
-                for side in self.sides.iter_mut().filter(|side| side.axis == axis) {
-                    side.counted_steps = 0;
-                    side.zero_steps = side.carriage.place_steps();
+                for motor in self.motors.iter_mut().filter(|motor| motor.axis == axis) {
+                    motor.counted_steps = 0;
+                    motor.zero_steps = motor.carriage.place_steps();
                 }
             }
             Event::Run { start, .. } => self.motion.begin(crate::time::ns(start)),
@@ -355,17 +356,17 @@ impl World {
 
     /// True position of each carriage, in steps from where its switch closes.
     pub fn places_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.sides[axis].carriage.place_steps())
+        std::array::from_fn(|axis| self.motors[axis].carriage.place_steps())
     }
 
-    /// The same of the second side, if there is one.
+    /// The same of the second motor, if there is one.
     pub fn second_place_steps(&self) -> Option<i32> {
-        self.sides.get(SECOND).map(|side| side.carriage.place_steps())
+        self.motors.get(SECOND).map(|motor| motor.carriage.place_steps())
     }
 
     /// Position of each carriage when its switch last closed, in steps from the switch's nominal position.
     pub(crate) fn closed_at_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.sides[axis].switch.closed_at_steps())
+        std::array::from_fn(|axis| self.motors[axis].switch.closed_at_steps())
     }
 
     /// The steps counted per axis, from power-up or since it was homed.
@@ -375,17 +376,17 @@ impl World {
 
     /// Distance of each carriage from its position by the count.
     pub fn drift_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.sides[axis].drift_steps())
+        std::array::from_fn(|axis| self.motors[axis].drift_steps())
     }
 
-    /// The same of the second side, if there is one.
+    /// The same of the second motor, if there is one.
     pub(crate) fn second_drift_steps(&self) -> Option<i32> {
-        self.sides.get(SECOND).map(SideWorld::drift_steps)
+        self.motors.get(SECOND).map(MotorWorld::drift_steps)
     }
 
     /// How far the field of each first motor is beyond an end stop that blocks the carriage.
     pub(crate) fn ahead_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.sides[axis].carriage.ahead_steps())
+        std::array::from_fn(|axis| self.motors[axis].carriage.ahead_steps())
     }
 
     /// The steps made per axis in both directions, since power-up.
@@ -420,7 +421,7 @@ impl World {
     }
 
     fn follow_rotors(&mut self, t_ns: u64) {
-        for index in 0..self.sides.len() {
+        for index in 0..self.motors.len() {
             self.follow_rotor(t_ns, index);
         }
         self.refit();
@@ -433,27 +434,27 @@ impl World {
         if mechanics == self.mechanics {
             return;
         }
-        for side in &mut self.sides {
-            let index = side.axis as usize;
+        for motor in &mut self.motors {
+            let index = motor.axis as usize;
             let scale = mechanics.steps_per_mm[index] / self.mechanics.steps_per_mm[index];
-            side.refit(scale, mechanics.drives[index], mechanics.end_stops_steps[index], mechanics.turn_steps[index]);
+            motor.refit(scale, mechanics.drives[index], mechanics.end_stops_steps[index], mechanics.turn_steps[index]);
         }
         self.mechanics = mechanics;
     }
 
     fn step(&mut self, t_ns: u64, index: usize) {
-        let axis = self.sides[index].axis as usize;
+        let axis = self.motors[index].axis as usize;
         let dir_high = if index == SECOND { self.wiring.second_dir_high } else { self.wiring.dir_high[axis] };
-        let direction = self.sides[index].inputs.direction() * dir_high;
+        let direction = self.motors[index].inputs.direction() * dir_high;
         self.follow_rotor(t_ns, index);
-        if self.sides[index].motor.has_paused(t_ns) {
+        if self.motors[index].motor.has_paused(t_ns) {
             self.refit();
         }
         self.count(t_ns, index, direction);
         let binds = self.binds(index, direction);
-        let is_off = self.talking.as_ref().is_some_and(|talking| talking.is_off(index));
-        let microsteps = self.talking.as_ref().map(|talking| talking.microsteps(index));
-        let this = &mut self.sides[index];
+        let is_off = self.uart_drivers.as_ref().is_some_and(|uart_drivers| uart_drivers.is_off(index));
+        let microsteps = self.uart_drivers.as_ref().map(|uart_drivers| uart_drivers.microsteps(index));
+        let this = &mut self.motors[index];
         let (from_steps, hindrance) = (this.carriage.place_steps(), this.hindrance(binds, is_off));
         let lost = this.turn(t_ns, direction, hindrance, microsteps);
         let has_moved = this.carriage.place_steps() != from_steps;
@@ -469,9 +470,9 @@ impl World {
 
     /// Counts a step of a motor. It is one of its axis, unless the first motor has made the same.
     fn count(&mut self, t_ns: u64, index: usize, direction: i32) {
-        let axis = self.sides[index].axis as usize;
-        let is_same = index == SECOND && self.sides[axis].stepped_ns == Some(t_ns);
-        let this = &mut self.sides[index];
+        let axis = self.motors[index].axis as usize;
+        let is_same = index == SECOND && self.motors[axis].stepped_ns == Some(t_ns);
+        let this = &mut self.motors[index];
         this.counted_steps += direction;
         this.stepped_ns = Some(t_ns);
         if is_same {
@@ -487,7 +488,7 @@ impl World {
 
     /// Follows the rotor of a motor up to now.
     fn follow_rotor(&mut self, t_ns: u64, index: usize) {
-        let this = &mut self.sides[index];
+        let this = &mut self.motors[index];
         let Some(Slip { t_ns: slipped_ns, steps, asked_steps_s, has_overshot }) = this.motor.advance(t_ns) else {
             return;
         };
@@ -505,8 +506,8 @@ impl World {
 
     /// Records lost steps. Consecutive ones of an axis become one entry.
     fn lose(&mut self, t_ns: u64, index: usize, cause: LossCause, steps: u32) {
-        let axis = self.sides[index].axis as usize;
-        let continues = std::mem::replace(&mut self.sides[index].losing, true);
+        let axis = self.motors[index].axis as usize;
+        let continues = std::mem::replace(&mut self.motors[index].losing, true);
         let last = self.record.losses.iter_mut().rfind(|loss| loss.axis == axis);
         match last {
             Some(loss) if continues && std::mem::discriminant(&loss.cause) == std::mem::discriminant(&cause) => {
@@ -517,7 +518,7 @@ impl World {
     }
 
     fn carriage_moved(&mut self, t_ns: u64, index: usize) {
-        let this = &mut self.sides[index];
+        let this = &mut self.motors[index];
         this.switch.follow(this.carriage.place_steps(), t_ns, &mut self.random);
         if this.switch.next_flip_ns().is_some() {
             self.bouncer.take().into_iter().for_each(Waker::wake);
@@ -530,8 +531,8 @@ impl World {
 
     /// A limit input shows its switch, or a driver's DIAG if that is wired to it.
     fn refresh_limit(&mut self, index: usize) {
-        let diag = self.talking.as_ref().and_then(|talking| talking.diag(index));
-        let is_closed = self.sides[index].switch.is_closed();
+        let diag = self.uart_drivers.as_ref().and_then(|uart_drivers| uart_drivers.diag(index));
+        let is_closed = self.motors[index].switch.is_closed();
         self.set_input(index, diag.unwrap_or(is_closed == self.wiring.switches_open));
     }
 
@@ -548,15 +549,15 @@ impl World {
     }
 
     fn next_flip_ns(&self) -> Option<u64> {
-        let flips_ns = self.sides.iter().filter_map(|side| side.switch.next_flip_ns());
+        let flips_ns = self.motors.iter().filter_map(|motor| motor.switch.next_flip_ns());
         flips_ns.chain(self.next_stall_end_ns()).min()
     }
 
     fn flip(&mut self) {
         let now_ns = self.clock.now_ns();
-        self.talking.iter_mut().for_each(|talking| talking.follow(now_ns));
-        for index in 0..self.sides.len() {
-            self.sides[index].switch.settle(now_ns);
+        self.uart_drivers.iter_mut().for_each(|uart_drivers| uart_drivers.follow(now_ns));
+        for index in 0..self.motors.len() {
+            self.motors[index].switch.settle(now_ns);
             self.refresh_limit(index);
         }
     }
@@ -575,9 +576,9 @@ impl Motion {
 }
 
 /// The index of a motor, if it is there.
-fn side_index(wiring: &Wiring, motor: Moving) -> Option<usize> {
-    match motor.side {
-        Side::First => Some(motor.axis as usize),
-        Side::Second => (wiring.second == Some(motor.axis)).then_some(SECOND),
+fn motor_index(wiring: &Wiring, motor: Moving) -> Option<usize> {
+    match motor.ganged {
+        GangedMotor::First => Some(motor.axis as usize),
+        GangedMotor::Second => (wiring.second == Some(motor.axis)).then_some(SECOND),
     }
 }

@@ -301,22 +301,22 @@ fn switch_off_and_on(wire: &mut Wire, driver: usize) {
 #[test]
 fn a_short_that_was_found_keeps_the_motor_off_until_toff_has_been_0() {
     let mut wire = wire();
-    let is_told = |wire: &mut Wire| {
-        let told = [get::<DRV_STATUS>(wire, 1).s2ga(), get::<GSTAT>(wire, 1).drv_err(), wire.diag(1)];
+    let is_reported = |wire: &mut Wire| {
+        let reported = [get::<DRV_STATUS>(wire, 1).s2ga(), get::<GSTAT>(wire, 1).drv_err(), wire.diag(1)];
         set(wire, 1, GSTAT::from(7));
-        told
+        reported
     };
     wire.fault(1, DriverFault::Shorted);
-    assert_eq!(is_told(&mut wire), [true; 3]);
+    assert_eq!(is_reported(&mut wire), [true; 3]);
     switch_off_and_on(&mut wire, 1);
-    assert_eq!(is_told(&mut wire), [true; 3], "it is still there");
+    assert_eq!(is_reported(&mut wire), [true; 3], "it is still there");
     wire.mend(1);
-    assert_eq!(is_told(&mut wire), [true; 3], "nobody has switched the driver off");
+    assert_eq!(is_reported(&mut wire), [true; 3], "nobody has switched the driver off");
     set(&mut wire, 1, CHOPCONF::from(0x1000_0055));
-    assert_eq!(is_told(&mut wire), [true; 3], "another TOFF is not off");
+    assert_eq!(is_reported(&mut wire), [true; 3], "another TOFF is not off");
     switch_off_and_on(&mut wire, 1);
-    assert_eq!(is_told(&mut wire), [false, true, false], "the flag of the error, until it is cleared");
-    assert_eq!(is_told(&mut wire), [false; 3]);
+    assert_eq!(is_reported(&mut wire), [false, true, false], "the flag of the error, until it is cleared");
+    assert_eq!(is_reported(&mut wire), [false; 3]);
 }
 
 #[test]

@@ -99,10 +99,10 @@ fn places(load_noise: f64) -> Vec<BTreeSet<i32>> {
     (0..MICROSTEPS).map(found).collect()
 }
 
-/// A stall is told where a full step ends: there the load is above the threshold from two thirds of a full step ahead on.
-/// Noise decides whether it is told there or a full step later, on machines whose full steps end that far ahead.
+/// A stall is reported where a full step ends: there the load is above the threshold from two thirds of a full step ahead on.
+/// Noise decides whether it is reported there or a full step later, on machines whose full steps end that far ahead.
 #[test]
-fn a_stall_is_told_at_the_same_place_or_where_noise_hides_it_a_full_step_later() {
+fn a_stall_is_reported_at_the_same_place_or_where_noise_hides_it_a_full_step_later() {
     // Of the reading alone, whose noise is a thirtieth of a full step, and of the load, from 0.52 to 0.76 of a full step.
     for (load_noise, scattering) in [(0.0, 0..=1), (0.2, 3..=4)] {
         let places = places(load_noise);

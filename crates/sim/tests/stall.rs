@@ -45,14 +45,14 @@ fn a_motor_that_turns_freely_is_not_stalled_unless_the_threshold_is_above_its_lo
 }
 
 #[test]
-fn a_stall_is_told_where_the_next_full_step_ends_and_until_one_ends_that_is_free() {
+fn a_stall_is_reported_where_the_next_full_step_ends_and_until_one_ends_that_is_free() {
     for begun in 0..MICROSTEPS {
         let mut wire = turning(THRESHOLD, FAST_TCOOLTHRS);
         wire.step(0, begun);
-        let told = stalls(&mut wire, FAST_STEPS_S, 1.0);
-        let first = told.iter().position(|stalls| *stalls).unwrap();
+        let reported = stalls(&mut wire, FAST_STEPS_S, 1.0);
+        let first = reported.iter().position(|stalls| *stalls).unwrap();
         assert_eq!(first as i32, MICROSTEPS - 1 - begun);
-        assert!(told[first..].iter().all(|stalls| *stalls));
+        assert!(reported[first..].iter().all(|stalls| *stalls));
         let freed = stalls(&mut wire, FAST_STEPS_S, 0.0).into_iter().take_while(|stalls| *stalls).count();
         assert_eq!(freed as i32, MICROSTEPS - 1 - begun);
     }
@@ -80,7 +80,7 @@ fn spread_cycle_and_a_tcoolthrs_of_0_tell_no_stall() {
 
 #[test]
 fn a_motor_that_comes_to_rest_is_stalled_no_more() {
-    for (speed_steps_s, tcoolthrs, is_told) in [
+    for (speed_steps_s, tcoolthrs, is_reported) in [
         (0.0, 0xF_FFFF, false),
         (FAST_STEPS_S / 2.0, FAST_TCOOLTHRS, true),
         (FAST_STEPS_S / 2.2, FAST_TCOOLTHRS, false),
@@ -89,8 +89,8 @@ fn a_motor_that_comes_to_rest_is_stalled_no_more() {
         let mut wire = turning(THRESHOLD, tcoolthrs);
         assert!(stalls(&mut wire, FAST_STEPS_S, 1.0).contains(&true));
         wire.set_load(0, speed_steps_s, 1.0);
-        assert_eq!(wire.diag(0), is_told, "{speed_steps_s} steps/s");
+        assert_eq!(wire.diag(0), is_reported, "{speed_steps_s} steps/s");
         wire.set_load(0, FAST_STEPS_S, 1.0);
-        assert_eq!(wire.diag(0), is_told, "no full step was made");
+        assert_eq!(wire.diag(0), is_reported, "no full step was made");
     }
 }

@@ -1,5 +1,5 @@
-//! The simulated machine for a page: it runs piece by piece of machine time, is checked on the way, and forgets what was
-//! taken, so that memory does not grow with the program.
+//! The simulated machine for a page: it runs in pieces of machine time and is checked on the way. What a page has taken is
+//! forgotten, so that memory does not grow with the program.
 //!
 //! ```text
 //!             program, settings                       bytes, contacts

@@ -6,8 +6,8 @@ use isostep_sim::verify::{Gathered, Verdict};
 use isostep_sim::{ConsoleError, Outcome};
 use serde::Serialize;
 
-/// Lines that are told one by one.
-const TOLD_MAX: usize = 1_000;
+/// Lines that are reported one by one.
+const REPORTED_MAX: usize = 1_000;
 
 #[derive(Serialize)]
 struct Summary<'a> {
@@ -62,10 +62,10 @@ pub(crate) fn of(gathered: &Gathered, end: &Outcome) -> String {
         cut_short: end.cut_short,
         alarm: end.alarm_code,
         verdicts: gathered.verdicts(end),
-        refusals: end.refusals.iter().take(TOLD_MAX).map(Refused::from).collect(),
+        refusals: end.refusals.iter().take(REPORTED_MAX).map(Refused::from).collect(),
         refusals_total: end.refusals.len(),
         pauses: &end.pauses,
-        messages: end.messages().take(TOLD_MAX).collect(),
+        messages: end.messages().take(REPORTED_MAX).collect(),
     };
     serde_json::to_string(&summary).expect("numbers and texts have a form in JSON")
 }

@@ -117,7 +117,7 @@ fn a_jerk_is_drawn_as_it_is() {
 }
 
 #[test]
-fn what_cannot_be_is_told_at_its_line() {
+fn what_cannot_be_is_reported_at_its_line() {
     let trouble = |program: &[u8], settings| Job::new(program, settings, Kept::Nothing).err().unwrap();
     let words = "line 2: '?' is a real-time command, obeyed the moment it arrives: take it out of the program";
     assert_eq!(trouble(b"G21\n?\n", ""), Trouble { line: Some(2), words: words.to_owned() });
@@ -130,7 +130,7 @@ fn what_cannot_be_is_told_at_its_line() {
 }
 
 #[test]
-fn lines_behind_a_sleep_are_told_of() {
+fn lines_behind_a_sleep_are_reported_of() {
     let mut job = Job::new(b"G0 X1\nG4 P0\n$SLP\nG0 X2\n", "", Kept::Nothing).unwrap();
     while !job.advance(job.now_us() + 1e6).unwrap() {}
     let trouble = job.end().err().unwrap();

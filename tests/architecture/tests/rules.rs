@@ -1,10 +1,12 @@
 //! What must never be, from the section of that name in ARCHITECTURE.md, as far as the sources show it. A rule that is
-//! broken is told with file, line, rule and why.
+//! broken is reported with file, line, rule and why.
 //!
 //! `cargo test -p isostep-architecture` compiles nothing else.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use isostep_architecture::{dependencies, files, read, root};
 
 /// A rule of the house.
 struct Rule {
@@ -21,20 +23,12 @@ impl Rule {
     /// # Panics
     /// When the rule is broken anywhere.
     fn holds(&self, broken: &Broken) {
-        let told = broken.iter().map(|(file, line, text)| {
+        let reported = broken.iter().map(|(file, line, text)| {
             let file = file.strip_prefix(root()).unwrap_or(file).display();
             format!("{file}:{line}: {}\n    {}\n    why: {}\n", text.trim(), self.says, self.why)
         });
-        assert!(broken.is_empty(), "\n{}", told.collect::<String>());
+        assert!(broken.is_empty(), "\n{}", reported.collect::<String>());
     }
-}
-
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-}
-
-fn read(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 fn crate_file(package: &str, file: &str) -> PathBuf {
@@ -43,11 +37,8 @@ fn crate_file(package: &str, file: &str) -> PathBuf {
 
 /// The Rust files of a folder.
 fn sources(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries
-        .flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] })
-        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
-        .collect()
+    let rust = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "rs");
+    files(folder).into_iter().filter(rust).collect()
 }
 
 /// The lines of the sources of these crates for which `is_wrong` holds.
@@ -60,23 +51,6 @@ fn numbered(file: &Path, is_wrong: &impl Fn(&str) -> bool) -> Broken {
     let text = read(file);
     let lines = text.lines().enumerate().filter(|(_, line)| is_wrong(line));
     lines.map(|(index, line)| (file.to_owned(), index + 1, line.to_owned())).collect()
-}
-
-/// What a manifest names below a heading that ends so, without dev-dependencies.
-fn dependencies(manifest: &Path) -> Vec<(usize, String)> {
-    let mut heading = String::new();
-    let mut found = Vec::new();
-    for (index, line) in read(manifest).lines().enumerate() {
-        if line.starts_with('[') {
-            heading = line.trim_matches(['[', ']']).to_owned();
-        } else if heading == "dependencies" || heading.ends_with(".dependencies") {
-            let name = line.split(['=', '.', ' ']).next().unwrap_or_default();
-            if !name.is_empty() && !name.starts_with('#') {
-                found.push((index + 1, name.to_owned()));
-            }
-        }
-    }
-    found
 }
 
 #[test]
@@ -249,7 +223,7 @@ fn a_twin_is_found_and_unit_tests_are_not() {
 
 #[test]
 #[should_panic(expected = "/lib.rs:7: let x = alloc();\n    nothing allocates\n    why: memory")]
-fn a_broken_rule_is_told_with_its_place_and_why() {
+fn a_broken_rule_is_reported_with_its_place_and_why() {
     let rule = Rule { says: "nothing allocates", why: "memory" };
     rule.holds(&vec![(crate_file("motion", "src/lib.rs"), 7, "  let x = alloc();".to_owned())]);
 }

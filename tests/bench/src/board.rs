@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_message_is_told_too() {
+    fn the_last_message_is_reported_too() {
         let transcript = "    0.000001 < [MSG:first]\n    0.100000 < [MSG:a step of X was too late]\n    0.2 < ok\n";
         assert_eq!(last_message(transcript), " (a step of X was too late)");
         assert_eq!(last_message("    0.2 < ok"), "");

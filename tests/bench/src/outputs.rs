@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_longest_of_each_cause_is_told() {
+    fn the_longest_of_each_cause_is_reported() {
         let stop = |input: &str, outputs_off_ns| ToolStop { input: input.to_owned(), outputs_off_ns };
         let of = |stops| off(&ToolFigures { stops }, 3).map(|off| off.words());
         let words = of(vec![stop("ESTOP", Some(3_240.0)), stop("ESTOP", Some(1_000.0)), stop("RESET", Some(900.0))]);

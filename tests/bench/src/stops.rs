@@ -33,9 +33,9 @@ pub enum Input {
     /// X's limit switch.
     LimitSwitch,
     /// That of the first of Y's two motors.
-    FirstSide,
+    FirstMotor,
     /// That of the second.
-    SecondSide,
+    SecondMotor,
     /// The emergency stop.
     EmergencyStop,
     /// The byte 0x18 from the console, while the machine brakes because of a first one.
@@ -73,7 +73,7 @@ pub struct Latency {
 
 impl Input {
     const ALL: [Self; 3] = [Self::LimitSwitch, Self::EmergencyStop, Self::SecondReset];
-    const WITH_SECOND: [Self; 4] = [Self::FirstSide, Self::SecondSide, Self::EmergencyStop, Self::SecondReset];
+    const WITH_SECOND: [Self; 4] = [Self::FirstMotor, Self::SecondMotor, Self::EmergencyStop, Self::SecondReset];
 
     /// The inputs that are measured on a machine with or without a second motor.
     pub fn of(has_second: bool) -> &'static [Self] {
@@ -83,8 +83,8 @@ impl Input {
     pub fn name(self) -> &'static str {
         match self {
             Self::LimitSwitch => "limit switch",
-            Self::FirstSide => "limit switch of Y's first side",
-            Self::SecondSide => "limit switch of its second side",
+            Self::FirstMotor => "limit switch of Y's first motor",
+            Self::SecondMotor => "limit switch of its second motor",
             Self::EmergencyStop => "emergency stop",
             Self::SecondReset => "second reset byte",
             Self::DryPort => "a step port that runs dry",
@@ -96,8 +96,8 @@ impl Input {
     fn commands(self) -> &'static [&'static str] {
         match self {
             Self::LimitSwitch => &["switch X stuck-closed", "expect ALARM:1", "switch X normal"],
-            Self::FirstSide => &["switch Y stuck-closed", "expect ALARM:1", "switch Y normal"],
-            Self::SecondSide => &["switch 2 stuck-closed", "expect ALARM:1", "switch 2 normal"],
+            Self::FirstMotor => &["switch Y stuck-closed", "expect ALARM:1", "switch Y normal"],
+            Self::SecondMotor => &["switch 2 stuck-closed", "expect ALARM:1", "switch 2 normal"],
             Self::EmergencyStop => &["estop pressed", "expect ALARM:10", "estop released"],
             Self::SecondReset => &["bytes 18", "wait-ms 5", "bytes 18", "expect Grbl"],
             // The executor of the axes gets no time for a while, or that of the task that makes the steps.
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_step_is_told_with_the_latency() {
+    fn a_lost_step_is_reported_with_the_latency() {
         let latency = Latency { stops: 2, max_us: 3.0, mean_us: 2.0, position_error_steps: Some([0, 1, 0]) };
         assert_eq!(latency.words(), "max 3.00 us, mean 2.00 us of 2 stops, POSITION WRONG by [0, 1, 0] steps");
     }

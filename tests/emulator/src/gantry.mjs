@@ -57,7 +57,7 @@ export class Gantry {
     this.axes = AXES.slice(0, options.axes ?? AXES_USUAL);
     this.axes.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
     this.second = options.second ? this.#secondMotor(options, random) : null;
-    this.drivers = this.board.tmcWire === null ? null : this.#talkingDrivers(options);
+    this.drivers = this.board.tmcWire === null ? null : this.#uartDrivers(options);
     this.probe = new Probe(clock, this.carriages, (high) => this.#drive(this.board.contacts.probe, high));
     this.probe.setPlate(options.probePlate ?? null);
     this.jumpers = (options.jumpers ?? []).map((pads) => new Jumper(pads, (jumper) => this.#jumped(jumper)));
@@ -72,7 +72,7 @@ export class Gantry {
     this.directions[axis] = -1;
   }
 
-  #talkingDrivers({ seed, driverStates = [] }) {
+  #uartDrivers({ seed, driverStates = [] }) {
     for (const axis of this.diag) this.levels.set(this.board.axes[axis].limit, false);
     return new Drivers(this.clock, this.board, { seed, states: driverStates, onDiag: (axis, high) => this.#onDiag(axis, high) });
   }

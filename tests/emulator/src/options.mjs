@@ -31,13 +31,13 @@ The machine
   --driver NAME        ${Object.keys(DRIVERS).join(' or ')}: whose least times every edge is held to (default: the board's)
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --axes N             3 or 4, as the firmware was built (default 3)
-  --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first side, such as Y,1.5
+  --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first motor, such as Y,1.5
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis, and as 2 for the second motor
   --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
   --enable wired|open  whether ENABLE is connected to the drivers (default wired); where it is not, they are always on, as beside a
                        proving image, which keeps it off
   --driver-state X=STATE
-                       of a driver that talks (skr-pico) at power-up: ${DRIVER_STATES.join(', ')};
+                       of a UART driver (skr-pico) at power-up: ${DRIVER_STATES.join(', ')};
                        may be given for each axis, and as 2 for the second motor
   --diag X,Y,Z         jumpers from these drivers' DIAG to the axes' limit inputs, to which their switches are not wired then
   --hard-ends MM       an end so far beyond its switch blocks every carriage: its steps are lost there (default: nothing does)
@@ -217,11 +217,11 @@ function switchOption(text) {
   return [choice('--switch axis', [...AXES, SECOND], axis), choice('--switch mode', SWITCH_MODES, mode)];
 }
 
-/** What is set about drivers that talk, which not every board has. */
+/** What is set about UART drivers, which not every board has. */
 function driverOptions({ board, 'driver-state': states, diag }) {
   const wire = BOARDS[board]?.tmcWire;
   const [given] = [...(diag === undefined ? [] : ['--diag']), ...(states.length === 0 ? [] : ['--driver-state'])];
-  if (given !== undefined && !wire) throw new Error(`${given}: the drivers of a ${board} do not talk: use --board skr-pico`);
+  if (given !== undefined && !wire) throw new Error(`${given}: the drivers of a ${board} have no UART: use --board skr-pico`);
   return {
     diag: diag === undefined ? [] : diag.split(',').map((axis) => choice('--diag', wire.diag, axis)),
     driverStates: states.map(driverStateOption),

@@ -9,7 +9,8 @@ export const STEPS_PER_MM = 50;
 /**
  * Whose drivers it has, or is taken to have. For each axis its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
  * the outputs to the tool, and contacts to ground: the tool's probe, and the buttons for feed hold and cycle start.
- * Last the wire to drivers that talk, if it has any: its pads, the drivers' addresses, and the axes whose limit input a jumper connects with DIAG.
+ * Last the wire to UART drivers, if it has any: its pads, the drivers' addresses, and the axes whose limit input a jumper
+ * connects with DIAG.
  */
 export const BOARDS = {
   pico: {

@@ -141,8 +141,8 @@ function urgentLine(name, code, data) {
   return `${name}   ${code.count} instructions from flash${pc === undefined ? '' : ` (most at ${pc})`}, ${data.count} reads of it`;
 }
 
-function stopLine({ input, t_ns: toldNanos, latency_ns: latencyNanos, edges_after: edges }) {
-  return `Stop         ${input} at ${(toldNanos / 1e9).toFixed(6)} s: ${edges} more steps, the last ${(latencyNanos / 1000).toFixed(2)} us later`;
+function stopLine({ input, t_ns: reportedNanos, latency_ns: latencyNanos, edges_after: edges }) {
+  return `Stop         ${input} at ${(reportedNanos / 1e9).toFixed(6)} s: ${edges} more steps, the last ${(latencyNanos / 1000).toFixed(2)} us later`;
 }
 
 function slowestStopLine(stops) {
@@ -159,9 +159,9 @@ function toolLines({ changes, on_s: on, on_at_standstill_s: still, stops }) {
   ];
 }
 
-function toolStopLine({ input, t_ns: toldNanos, outputs_off_ns: offNanos }) {
+function toolStopLine({ input, t_ns: reportedNanos, outputs_off_ns: offNanos }) {
   const off = offNanos === null ? 'not off until the end' : `off ${(offNanos / 1000).toFixed(2)} us later`;
-  return `             ${input} at ${(toldNanos / 1e9).toFixed(6)} s: ${off}`;
+  return `             ${input} at ${(reportedNanos / 1e9).toFixed(6)} s: ${off}`;
 }
 
 function axisLine([axis, { edges, place_mm: place, position_steps: position, highest_rate_steps_per_s: rate }]) {

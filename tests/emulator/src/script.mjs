@@ -212,7 +212,7 @@ export class ScriptRun {
 
   driverOf(motor) {
     const { drivers } = this.board.gantry;
-    if (drivers === null) throw new Error('the drivers of this board do not talk: --board skr-pico has some that do');
+    if (drivers === null) throw new Error('the drivers of this board have no UART: --board skr-pico has some that do');
     return drivers.of(motor);
   }
 
@@ -220,10 +220,10 @@ export class ScriptRun {
     return this.board.gantry.second ?? noSecond();
   }
 
-  /** The second side stands as many steps farther from its switch than the first, or one more or less. */
+  /** The second motor stands as many steps farther from its switch than the first, or one more or less. */
   checkSquare(steps) {
     const { fartherSteps } = this.second;
-    if (Math.abs(fartherSteps - steps) > 1) throw new Error(`the second side stands ${fartherSteps} steps farther`);
+    if (Math.abs(fartherSteps - steps) > 1) throw new Error(`the second motor stands ${fartherSteps} steps farther`);
   }
 
   /** Since count-together both motors have made the same steps, on the same cycles. */

@@ -10,7 +10,7 @@ const HIGH = 1;
 export class SecondMotor {
   /**
    * @param {import('./gantry.mjs').Gantry} gantry
-   * @param {{axis: string, skewMm: number}} options the axis, and how much farther from its switch than the first side it stands
+   * @param {{axis: string, skewMm: number}} options the axis, and how much farther from its switch than the first motor it stands
    */
   constructor(gantry, { axis, skewMm }, startMm, limitSwitch) {
     Object.assign(this, { gantry, axis, limitSwitch });
@@ -34,7 +34,7 @@ export class SecondMotor {
     chip.gpio[dir].addListener((state, before) => this.#onDirPin(state === HIGH, before === HIGH));
   }
 
-  /** How many steps farther from its switch it stands than the axis's first side does from its own. */
+  /** How many steps farther from its switch it stands than the axis's first motor does from its own. */
   get fartherSteps() {
     return Math.round((this.carriage.placeMm - this.gantry.carriages[this.axis].placeMm) * STEPS_PER_MM);
   }

@@ -31,7 +31,7 @@ export class UartCable {
   }
 
   setLineCoding() {
-    throw new Error('the rate of a UART is not told on its wires: use --console usb');
+    throw new Error('the rate of a UART is not reported on its wires: use --console usb');
   }
 
   setReading() {

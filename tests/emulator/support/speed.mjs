@@ -2,7 +2,7 @@ import { run } from '../src/core.mjs';
 import { Gantry } from '../src/gantry.mjs';
 import { CONDITION, FROM, jmp, mov, push, set, TO } from './pio-assembly.mjs';
 import { DMA, PIO0, PIO1, PioBench, RAM, REG } from './pio-bench.mjs';
-import { axes, openGate, OVERHEAD_CYCLES } from './step-program.mjs';
+import { axes, openBarrier, OVERHEAD_CYCLES } from './step-program.mjs';
 
 /**
  * Measures the speed of the emulator with a core that never sleeps: alone, with three axes at 1,000,000 steps/s whose
@@ -71,7 +71,7 @@ function measure(count, pollers) {
   for (let axis = 0; axis < count; axis++) feed(bench, axis);
   poll(bench, pollers);
   bench.run(1000);
-  openGate(bench);
+  openBarrier(bench);
   bench.bus.ram16.set(LOOP, (LOOP_ADDRESS - RAM) / 2);
   Object.assign(bench.core.registers, { 0: RAM + 0x100, 13: RAM + 0x4000, 15: LOOP_ADDRESS });
   const before = process.cpuUsage().user;

@@ -3,7 +3,7 @@ import { REG, SM } from './pio-bench.mjs';
 
 const HIGH = 16;
 const START_FLAG = 6;
-export const BRAKE_FLAG = 7;
+export const INHIBIT_FLAG = 7;
 /** The addresses at which a machine stays after it has run dry before its end, and at its end. */
 export const [STARVED_AT, HALTED_AT] = [11, 13];
 /** What STATUS compares the level of the RX FIFO with: the end is announced, or not. */
@@ -23,7 +23,7 @@ export const STEP_PROGRAM = [
   jmp(CONDITION.xZero, 14),
   mov(TO.x, FROM.status),
   jmp(CONDITION.xZero, 12),
-  irqSet(BRAKE_FLAG),
+  irqSet(INHIBIT_FLAG),
   irqSet(REL),
   jmp(CONDITION.always, STARVED_AT),
   irqSet(REL),
@@ -35,7 +35,7 @@ export const STEP_PROGRAM = [
   shiftOut(TO.pins, 1),
   shiftOut(TO.x, 30),
   jmp(CONDITION.xCounts, 20),
-  waitIrq(0, BRAKE_FLAG),
+  waitIrq(0, INHIBIT_FLAG),
   jmp(CONDITION.yCounts, 23, HIGH),
   mov(TO.x, FROM.isr, 0, HIGH),
   jmp(CONDITION.xCounts, 24, HIGH),
@@ -51,7 +51,7 @@ const FJOIN_TX = 0x40000000;
 const STEP_PINS = [2, 4, 6];
 
 /**
- * Makes the first `count` machines axes with this pulse length, behind the closed start gate. @returns their edges, if
+ * Makes the first `count` machines axes with this pulse length, behind the closed start barrier. @returns their edges, if
  * noted
  */
 export function axes(bench, count, pulseCycles, { noted = true } = {}) {
@@ -78,6 +78,6 @@ export function announceEnd(bench, index) {
 
 export const rises = (edges) => edges.filter(([, level]) => level === 1).map(([cycle]) => cycle);
 
-export function openGate(bench) {
+export function openBarrier(bench) {
   bench.write(REG.irq, 1 << START_FLAG);
 }

@@ -59,7 +59,7 @@ test('a sleeping core costs no time, and the clock stays exact', () => {
   assert.ok(board.clock.awakeCycles < 100);
 });
 
-test('a bad address is a hard fault, told with its instruction', () => {
+test('a bad address is a hard fault, reported with its instruction', () => {
   const board = new Board(firmware([0x2003, 0x6800]), OPTIONS);
   board.run(1000);
   assert.equal(board.faults[0].pc, '0x10000202');
@@ -111,7 +111,7 @@ test('a script waits for an output of the tool, and counts on from its change', 
   assert.throws(() => never.run(), /no output mist on within 0.001 s/);
 });
 
-test('a sleeping core is woken by PIO on the cycle of its flag, and the edges between are told with theirs', () => {
+test('a sleeping core is woken by PIO on the cycle of its flag, and the edges between are reported with theirs', () => {
   const board = new Board(
     firmware([
       0x4808, // ldr r0, =NVIC_ISER

@@ -39,7 +39,7 @@ test('contacts are closed by hand, and a plate is put in the way of an axis', ()
   assert.throws(() => option('W,1,below'), /choose X or Y or Z/);
 });
 
-test('a driver is brought into a state by a script, if the board has drivers that talk', () => {
+test('a driver is brought into a state by a script, if the board has UART drivers', () => {
   const [{ argument, word }] = parseScript('driver 2 overheated');
   assert.deepEqual([word, argument], ['driver', ['2', 'overheated']]);
   assert.throws(() => parseScript('driver X cold'), /cold is none of on, off, late/);
@@ -49,7 +49,7 @@ test('a driver is brought into a state by a script, if the board has drivers tha
   const run = (gantry) => COMMANDS[word].run(new ScriptRun({ board: { gantry } }, [], {}), argument);
   run({ drivers });
   assert.deepEqual(states, [['2', 'overheated']]);
-  assert.throws(() => run({ drivers: null }), /do not talk: --board skr-pico has some that do/);
+  assert.throws(() => run({ drivers: null }), /have no UART: --board skr-pico has some that do/);
 });
 
 test('a wrong script line says which, what and how', () => {

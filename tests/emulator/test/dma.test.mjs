@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { run } from '../src/core.mjs';
 import { DMA, PIO0, PioBench, RAM, REG } from '../support/pio-bench.mjs';
-import { axes, BRAKE_FLAG, openGate, OVERHEAD_CYCLES, rises } from '../support/step-program.mjs';
+import { axes, INHIBIT_FLAG, openBarrier, OVERHEAD_CYCLES, rises } from '../support/step-program.mjs';
 
 const CHANNEL = 0x40;
 const CH = { read: 0x00, write: 0x04, count: 0x08, trigger: 0x0c, al1Ctrl: 0x10, al3ReadTrigger: 0x3c };
@@ -89,7 +89,7 @@ test('three axes at 1,000,000 steps/s by two channels each, without a gap', () =
   for (const axis of [0, 1, 2]) pingPong(bench, axis);
   bench.run(100);
   assert.equal(bench.read(REG.flevel), 0x080808);
-  openGate(bench);
+  openBarrier(bench);
   bench.run(125 * 1000);
   for (const each of edges.map(rises)) {
     assert.ok(each.length >= 999);
@@ -103,12 +103,12 @@ test('a chain that is cut on the fly ends with its buffer', () => {
   const [edges] = axes(bench, 1, PULSE);
   pingPong(bench, 0);
   bench.run(100);
-  openGate(bench);
+  openBarrier(bench);
   bench.run(125 * 20);
   bench.writeAt(DMA + CH.al1Ctrl, control({ chainTo: 0, request: 0, ring: 8 }));
   bench.run(125 * 200);
   assert.equal(rises(edges).length, WORDS);
-  assert.equal(bench.read(REG.irq), 1 | (1 << BRAKE_FLAG));
+  assert.equal(bench.read(REG.irq), 1 | (1 << INHIBIT_FLAG));
 });
 
 /**

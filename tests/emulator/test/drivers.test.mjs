@@ -65,8 +65,8 @@ test('jumpers, ends and the drivers’ states are options, of a board that talks
   const { diag, hardEndsMm, driverStates } = options('--board', 'skr-pico', '--diag', 'X,Z', '--hard-ends', '0.5', '--driver-state', 'X=late');
   assert.deepEqual([diag, hardEndsMm, driverStates], [['X', 'Z'], 0.5, [['X', 'late']]]);
   assert.deepEqual([options().diag, options().hardEndsMm, options().driverStates], [[], null, []]);
-  assert.throws(() => options('--diag', 'X'), /--diag: the drivers of a pico do not talk: use --board skr-pico/);
-  assert.throws(() => options('--driver-state', 'X=off'), /--driver-state: the drivers of a pico do not talk/);
+  assert.throws(() => options('--diag', 'X'), /--diag: the drivers of a pico have no UART: use --board skr-pico/);
+  assert.throws(() => options('--driver-state', 'X=off'), /--driver-state: the drivers of a pico have no UART/);
   assert.throws(() => options('--board', 'skr-pico', '--diag', 'A'), /--diag A: choose X or Y or Z/);
   assert.throws(() => options('--board', 'skr-pico', '--driver-state', 'X=cold'), /--driver-state cold: choose on or off or late/);
   assert.throws(() => options('--hard-ends=-1'), /--hard-ends -1: give a number from 0 to 1000/);

@@ -138,7 +138,7 @@ function stepping(stops, clock, cycle, interval, count) {
   }
 }
 
-test('a stop is told with the last step before rest', () => {
+test('a stop is reported with the last step before rest', () => {
   const clock = new MachineClock();
   const stops = new Stops(clock, new OffTimes(clock));
   stops.note('ESTOP');

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { CONDITION, FROM, irqSet, irqWait, jmp, mov, OPERATION, pull, push, REL, set, shiftIn, shiftOut, TO, waitGpio, waitIrq } from '../support/pio-assembly.mjs';
 import { PIO1, PioBench, REG, SM } from '../support/pio-bench.mjs';
-import { announceEnd, axes, BRAKE_FLAG, DIR_HIGH, HALTED_AT, openGate, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
+import { announceEnd, axes, INHIBIT_FLAG, DIR_HIGH, HALTED_AT, openBarrier, OVERHEAD_CYCLES, REST, rises, STARVED_AT, TURN_CYCLES } from '../support/step-program.mjs';
 
 /** A side-set of one pin, without a delay. */
 const SIDE_HIGH = 16;
@@ -276,16 +276,16 @@ test('set, clear and toggle aliases work on CTRL', () => {
   assert.equal(bench.read(REG.ctrl), 2);
 });
 
-test('a gate of flag 6 starts three axes on one cycle', () => {
+test('a start barrier of flag 6 starts three axes on one cycle', () => {
   const bench = new PioBench();
   const edges = axes(bench, 3, 10);
   for (const index of [0, 1, 2]) bench.write(REG.txf + 4 * index, 40);
   bench.runTo(500);
   assert.deepEqual(edges, [[], [], []]);
-  openGate(bench);
+  openBarrier(bench);
   bench.runTo(700);
   const [x, y, z] = edges.map(rises);
-  // The gate is seen on 501. Then come six instructions with 41 rounds of the wait, and the edge.
+  // The start barrier is seen on 501. Then come six instructions with 41 rounds of the wait, and the edge.
   assert.deepEqual(x, [501 + 6 + 41 + 1]);
   assert.deepEqual([y, z], [x, x]);
   assert.deepEqual(edges[0][1], [x[0] + 1 + 1 + 11 + 1, 0]);
@@ -296,7 +296,7 @@ test('steps follow each other by their words, and a rest is only time', () => {
   const [edges] = axes(bench, 1, 10);
   for (const word of [0, 89, REST + 50, 0]) bench.write(REG.txf, word);
   bench.runTo(500);
-  openGate(bench);
+  openBarrier(bench);
   bench.runTo(1000);
   const [first, second, third] = rises(edges);
   assert.equal(second - first, OVERHEAD_CYCLES + 10 + 89);
@@ -309,19 +309,19 @@ test('DIR changes with the word of a step, and a rest leaves it', () => {
   const [edges] = axes(bench, 1, 10);
   const turns = bench.watch(3);
   for (const word of [DIR_HIGH + 5, DIR_HIGH + 5, REST + 50, 5]) bench.write(REG.txf, word);
-  openGate(bench);
+  openBarrier(bench);
   bench.run(500);
   const falls = edges.filter(([, level]) => level === 0).map(([cycle]) => cycle);
   const [first] = rises(edges);
-  // Before the wait of six rounds, the look at the brake, and the edge.
+  // Before the wait of six rounds, the look at the inhibit, and the edge.
   assert.deepEqual(turns, [[first - 1 - 1 - 6 - 1, 1], [falls[1] + 8 + 51 + TURN_CYCLES, 0]]);
 });
 
-test('a brake of flag 7 stops the edges at once, leaves pulses whole, and Y has counted them', () => {
+test('an inhibit of flag 7 stops the edges at once, leaves pulses whole, and Y has counted them', () => {
   const bench = new PioBench();
   const [edges] = axes(bench, 1, 30);
   for (let step = 0; step < 8; step++) bench.write(REG.txf, 80);
-  openGate(bench);
+  openBarrier(bench);
   const start = bench.core.cycles;
   const period = OVERHEAD_CYCLES + 30 + 80;
   // In the middle of the third pulse.
@@ -336,15 +336,15 @@ test('a brake of flag 7 stops the edges at once, leaves pulses whole, and Y has 
   assert.equal(0xffffffff - bench.read(REG.rxf), 3);
 });
 
-test('a machine that runs dry before its end says so by its flag, halts, and brakes the others', () => {
+test('a machine that runs dry before its end says so by its flag, halts, and inhibits the others', () => {
   const bench = new PioBench();
   const [first, second] = axes(bench, 2, 10);
   for (const word of [20, 20]) bench.write(REG.txf, word);
   for (const word of [20, 40, 40]) bench.write(REG.txf + 4, word);
-  openGate(bench);
+  openBarrier(bench);
   bench.run(400);
   assert.deepEqual([rises(first).length, rises(second).length], [2, 2]);
-  assert.equal(bench.read(REG.irq), 1 | (1 << BRAKE_FLAG));
+  assert.equal(bench.read(REG.irq), 1 | (1 << INHIBIT_FLAG));
   assert.equal(bench.read(bench.sm(0, SM.addr)), STARVED_AT);
 });
 
@@ -354,7 +354,7 @@ test('a machine that runs dry at its end says so by its flag, and halts', () => 
   const [edges] = axes(bench, 1, 10);
   for (const word of [20, 20]) bench.write(REG.txf, word);
   announceEnd(bench, 0);
-  openGate(bench);
+  openBarrier(bench);
   bench.run(40);
   assert.equal(bench.pending(7), false);
   bench.run(60);

@@ -74,7 +74,7 @@ test('a plate above touches at its place and above', () => {
   assert.equal(rig.open, false);
 });
 
-test('a contact is told with all the steps of its cycle', () => {
+test('a contact is reported with all the steps of its cycle', () => {
   const rig = new Rig(new ProbePlate('X', 34.98, 'below'));
   rig.step(1000, 'X', 'Z');
   rig.step(2000, 'Z');

@@ -104,7 +104,7 @@ test('homing zeroes the axes it names, on its ok only', () => {
   assert.deepEqual(homed(() => 'error:5'), []);
 });
 
-test('what goes wrong is told with the line', () => {
+test('what goes wrong is reported with the line', () => {
   const refused = stream('G0\nG99\n', (line) => (line === 'G99' ? 'error:20' : 'ok'));
   refused.run.run();
   assert.equal(refused.run.verdict(), '1 of 2 lines were refused');

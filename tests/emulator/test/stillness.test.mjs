@@ -9,7 +9,7 @@ function gantry() {
   return { stepWatchers, step, tool: { values: { pwm: 0, flood: 0 } } };
 }
 
-test('a step by the instant is in time, the first behind it is told', () => {
+test('a step by the instant is in time, the first behind it is reported', () => {
   const rig = gantry();
   const stillness = new Stillness(rig);
   rig.step(50);
@@ -32,7 +32,7 @@ test('once it has ended steps may come again, and it cannot end twice', () => {
   assert.match(stillness.end(), /stop-within first/);
 });
 
-test('an output that is on at the end is told', () => {
+test('an output that is on at the end is reported', () => {
   const rig = gantry();
   const stillness = new Stillness(rig);
   stillness.from(1000);

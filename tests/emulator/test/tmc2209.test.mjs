@@ -181,7 +181,7 @@ test('a short is kept until the driver is switched off by ENN or TOFF', () => {
   assert.deepEqual([flags(), diag], [4, [true, false, true]]);
 });
 
-test('an open motor cable drives nothing, and is told', () => {
+test('an open motor cable drives nothing, and is reported', () => {
   const { it, step, flags } = driver();
   it.set('open');
   assert.deepEqual([flags(), step(1, 1000), it.diag], [0xc0, false, false]);

@@ -34,7 +34,7 @@ test('a pad that the chip does not drive is off', () => {
   assert.deepEqual(changes, []);
 });
 
-test('outputs are followed at their pads, and their changes told with their cycles', () => {
+test('outputs are followed at their pads, and their changes reported with their cycles', () => {
   const { bench, changes, outputs } = tool();
   bench.control(ENABLE, FUNCTION.sio);
   bench.control(MIST, FUNCTION.sio);
@@ -61,7 +61,7 @@ test('the duty is that in force: from the wrap on', () => {
   assert.deepEqual(changes, [[1000, 'pwm', 0.333], [1501, 'pwm', 0]]);
 });
 
-test('a duty is told to a millionth', () => {
+test('a duty is reported to a millionth', () => {
   const { bench, outputs } = tool();
   bench.start({ cc: 1, top: 65534 });
   assert.equal(String(outputs.values.pwm), '0.000015');
@@ -117,7 +117,7 @@ test('the time with the power on is counted, and that of it without a step for 5
   assert.deepEqual(onTime.summary(4.01 * second), { on_s: 2.01, on_at_standstill_s: 2 });
 });
 
-test('a stop is told with the time until all outputs were off, and with that until one was on again', () => {
+test('a stop is reported with the time until all outputs were off, and with that until one was on again', () => {
   const clock = { cycles: 0 };
   const offTimes = new OffTimes(clock);
   const stops = new ToolStops(clock, offTimes);

@@ -29,7 +29,7 @@ const OUT_SHIFTS_LEFT: u32 = 1 << 18;
 const STATUS_OF_RX: u32 = 1 << 4;
 const FIFO_IS_ALL_TX: u32 = 1 << 30;
 
-/// By this cycle every machine waits at the gate and its FIFO is full.
+/// By this cycle every machine waits at the start barrier and its FIFO is full.
 pub const OPENS_AT: u64 = 100;
 /// How long the experiment goes on after the last halt, so that surplus edges are seen.
 const AFTER_CYCLES: u64 = 4_000;
@@ -126,7 +126,7 @@ impl Experiment {
         let program = program::steps();
         let load = |(address, &word): (u32, &u16)| (address, u32::from(word));
         let mut setup: Vec<_> = (INSTR_MEM..).step_by(4).zip(&program.code).map(load).collect();
-        setup.push((IRQ_FORCE, program::GATE.into()));
+        setup.push((IRQ_FORCE, program::BARRIER.into()));
         let pins: Vec<_> = (0..axes.len() as u8).map(|machine| 2 + 2 * machine).collect();
         for (machine, (axis, &pin)) in (0..).zip(axes.iter().zip(&pins)) {
             setup.extend(configured(machine, pin));
@@ -137,7 +137,7 @@ impl Experiment {
         let announced = (0..).zip(axes).filter_map(|(machine, axis)| {
             Some((axis.end_known_at?, of(machine, EXECCTRL), exec_ctrl(program::status_n(true))))
         });
-        let mut writes: Vec<_> = announced.chain([(OPENS_AT, IRQ, program::GATE.into())]).collect();
+        let mut writes: Vec<_> = announced.chain([(OPENS_AT, IRQ, program::BARRIER.into())]).collect();
         writes.sort_unstable();
         let finish = (0..axes.len() as u32).flat_map(counted);
         Self {
@@ -151,10 +151,10 @@ impl Experiment {
         }
     }
 
-    /// Engages the brake on the first of these cycles, and releases it at their end.
-    pub fn brake(&mut self, cycles: &Range<u64>) {
-        self.writes.push((cycles.start, IRQ_FORCE, program::BRAKE.into()));
-        self.writes.push((cycles.end, IRQ, program::BRAKE.into()));
+    /// Engages the inhibit on the first of these cycles, and releases it at their end.
+    pub fn inhibit(&mut self, cycles: &Range<u64>) {
+        self.writes.push((cycles.start, IRQ_FORCE, program::INHIBIT.into()));
+        self.writes.push((cycles.end, IRQ, program::INHIBIT.into()));
     }
 
     /// Writes one more word, which may be late.

@@ -1,4 +1,4 @@
-//! The guard's program: every change of its inputs is told, in order, and within a bounded number of cycles.
+//! The guard's program: every change of its inputs is reported, in order, and within a bounded number of cycles.
 
 #[path = "../../../boards/rp2040-gantry/src/guard/program.rs"]
 mod program;
@@ -23,7 +23,7 @@ const SIO_OE: u32 = 0xD000_0020;
 /// OUT shifts right, IN left. The RX FIFO has all eight places.
 const SHIFTS: u32 = 1 << 31 | 1 << 19;
 /// The first look is on cycle 1, and this many cycles later the levels are in the FIFO.
-const TOLD_AFTER_LOOK_CYCLES: u64 = 3;
+const REPORTED_AFTER_LOOK_CYCLES: u64 = 3;
 const ROUND_CYCLES: u64 = 4;
 /// From one look at the pins to the next, after a change.
 const ROUND_MAX_CYCLES: u32 = 5;
@@ -52,22 +52,22 @@ fn experiment(levels: &[(u64, u32)], takes_from: u64, cycles: u64) -> Experiment
 }
 
 /// The levels that the machine tells, with the cycle, when nobody lets it wait.
-fn told(levels: &[(u64, u32)], cycles: u64) -> Vec<(u64, u32)> {
-    let (mut look, mut known, mut told) = (1, None, Vec::new());
+fn reported(levels: &[(u64, u32)], cycles: u64) -> Vec<(u64, u32)> {
+    let (mut look, mut known, mut reported) = (1, None, Vec::new());
     let mut ahead = levels.iter().peekable();
     let mut now = 0;
-    while look + TOLD_AFTER_LOOK_CYCLES <= cycles {
+    while look + REPORTED_AFTER_LOOK_CYCLES <= cycles {
         while let Some(&(_, levels)) = ahead.next_if(|change| change.0 + SYNC_CYCLES <= look) {
             now = levels;
         }
         if known.replace(now) == Some(now) {
             look += ROUND_CYCLES;
         } else {
-            told.push((look + TOLD_AFTER_LOOK_CYCLES, now));
+            reported.push((look + REPORTED_AFTER_LOOK_CYCLES, now));
             look += u64::from(ROUND_MAX_CYCLES);
         }
     }
-    told
+    reported
 }
 
 /// Random changes of one input or several, none of which is shorter than the guard promises to see.
@@ -87,26 +87,26 @@ fn random_levels() -> Vec<(u64, u32)> {
         .collect()
 }
 
-fn every_change_is_told(emulator: Emulator) {
+fn every_change_is_reported(emulator: Emulator) {
     let levels = random_levels();
     let cycles = levels.last().unwrap().0 + 100;
     let seen = emulator.run(&[&experiment(&levels, 0, cycles)]).remove(0).remove(0).taken;
     assert_eq!(seen[0].1, 0, "the levels at the start");
     assert_eq!(seen.len(), 1 + CHANGES);
-    for (&(told_at, told), &(cycle, levels)) in seen[1..].iter().zip(&levels) {
-        let after = told_at - cycle;
-        assert!(told == levels && (5..=9).contains(&after), "{levels:b} of {cycle}: {told:b} after {after}");
+    for (&(reported_at, reported), &(cycle, levels)) in seen[1..].iter().zip(&levels) {
+        let after = reported_at - cycle;
+        assert!(reported == levels && (5..=9).contains(&after), "{levels:b} of {cycle}: {reported:b} after {after}");
     }
-    assert_eq!(seen, self::told(&levels, cycles));
+    assert_eq!(seen, self::reported(&levels, cycles));
 }
 
 /// While nobody takes what the machine tells it waits, and then goes on from there.
 fn a_full_fifo_keeps_what_it_holds(emulator: Emulator) {
     let levels: Vec<_> = (0..30).map(|change| (100 + 20 * change, change as u32 + 1)).collect();
     let seen = emulator.run(&[&experiment(&levels, 1_000, 1_200)]).remove(0).remove(0).taken;
-    let told: Vec<_> = seen.iter().map(|&(_, levels)| levels).collect();
+    let reported: Vec<_> = seen.iter().map(|&(_, levels)| levels).collect();
     // Eight in the FIFO, the first of which are the levels at the start, the one that waited for room, and the last.
-    assert_eq!(told, [0, 1, 2, 3, 4, 5, 6, 7, 8, 30]);
+    assert_eq!(reported, [0, 1, 2, 3, 4, 5, 6, 7, 8, 30]);
 }
 
 /// Elsewhere its jumps lead to the same instructions, and all else is as it was.
@@ -126,8 +126,8 @@ macro_rules! on {
     ($emulator:expr $(, #[$ignored:meta])?) => {
         #[test]
         $(#[$ignored])?
-        fn every_change_of_an_input_is_told_in_9_cycles() {
-            every_change_is_told($emulator);
+        fn every_change_of_an_input_is_reported_in_9_cycles() {
+            every_change_is_reported($emulator);
         }
 
         #[test]

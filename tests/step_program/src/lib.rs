@@ -1,6 +1,6 @@
-//! The firmware's programs for PIO are tested on two independent emulators: those of PIO1 in `guard` and `dead_man`, and
+//! The firmware's programs for PIO are tested on two independent emulators: those of PIO1 in `guard` and `output_watchdog`, and
 //! the step program here, word by word. Every edge of STEP and DIR, in both directions, every halt and every count must
-//! be where the firmware's own arithmetic says, to the cycle. Both emulators count from the write that opens the gate,
+//! be where the firmware's own arithmetic says, to the cycle. Both emulators count from the write that opens the start barrier,
 //! and agree on every cycle without an offset.
 //!
 //! `cargo test -p isostep-step-program` uses the published emulator. The project's own needs Node's packages, so
@@ -10,10 +10,10 @@
 
 #![cfg(test)]
 
-mod dead_man;
 mod emulator;
 mod experiment;
 mod guard;
+mod output_watchdog;
 #[path = "../../../boards/rp2040-gantry/src/pio_port/program.rs"]
 mod program;
 mod stampers;
@@ -29,8 +29,8 @@ use self::emulator::Emulator;
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
 use self::program::{AXES_MAX, STARVED_AT, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
-/// Cycles from the write that opens the gate to time zero of a run, at which a first step of 0 cycles would rise.
-const ZERO_AFTER_GATE_CYCLES: u64 = 9;
+/// Cycles from the write that opens the start barrier to time zero of a run, at which a first step of 0 cycles would rise.
+const ZERO_AFTER_BARRIER_CYCLES: u64 = 9;
 /// How many cycles before time zero the first word is fetched.
 const FETCH_BEFORE_ZERO_CYCLES: u64 = 7;
 /// The shortest time for which STEP is low.
@@ -47,18 +47,18 @@ const EDGE_AFTER_RELEASE_CYCLES: u64 = 2;
 /// Cycles from the fetch of a word to the flag of a machine that finds none, at the end and otherwise.
 const END_AFTER_FETCH_CYCLES: u64 = 7;
 const STARVED_AFTER_FETCH_CYCLES: u64 = 8;
-/// Cycles from that fetch to the look at STATUS, which must have been written before, and to the flag of the brake.
+/// Cycles from that fetch to the look at STATUS, which must have been written before, and to the flag of the inhibit.
 const STATUS_AFTER_FETCH_CYCLES: u64 = 5;
-const BRAKE_AFTER_FETCH_CYCLES: u64 = 7;
-/// The brake is not released.
+const INHIBIT_AFTER_FETCH_CYCLES: u64 = 7;
+/// The inhibit is not released.
 const FOR_EVER: u64 = u64::MAX;
 /// Clock of the chip.
 const TICK_HZ: u32 = 125_000_000;
 
 /// The edges, halt and count that follow from the words of an axis.
-fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
+fn predicted(axis: &Axis, inhibit: &Range<u64>) -> Seen {
     let pulse = u64::from(axis.words.pulse_cycles());
-    let mut at = OPENS_AT + ZERO_AFTER_GATE_CYCLES;
+    let mut at = OPENS_AT + ZERO_AFTER_BARRIER_CYCLES;
     let mut fetch = at - FETCH_BEFORE_ZERO_CYCLES;
     let mut seen = Seen::default();
     for wait in &axis.waits {
@@ -70,12 +70,12 @@ fn predicted(axis: &Axis, brake: &Range<u64>) -> Seen {
         if high != seen.turns.last().is_some_and(|turn| turn.1) {
             seen.turns.push((fetch + u64::from(TURN_CYCLES), high));
         }
-        // The program tests the brake one cycle before the edge. The brake takes effect one cycle after it was set.
-        if brake.start < at - 1 && at - 1 <= brake.end {
-            if brake.end == FOR_EVER {
+        // The program tests the inhibit one cycle before the edge. The inhibit takes effect one cycle after it was set.
+        if inhibit.start < at - 1 && at - 1 <= inhibit.end {
+            if inhibit.end == FOR_EVER {
                 return Seen { count: seen.rises.len() as u32, ..seen };
             }
-            at = brake.end + EDGE_AFTER_RELEASE_CYCLES;
+            at = inhibit.end + EDGE_AFTER_RELEASE_CYCLES;
         }
         fetch = at + pulse;
         seen.rises.push(at);
@@ -99,16 +99,16 @@ impl Case {
         Self::of(name, axes, &(0..0))
     }
 
-    /// The brake is set by hand, and released.
-    fn braked(name: String, axes: &[Axis], brake: &Range<u64>) -> Self {
-        let mut case = Self::of(name, axes, brake);
-        case.experiment.brake(brake);
+    /// The inhibit is set by hand, and released.
+    fn inhibited(name: String, axes: &[Axis], inhibit: &Range<u64>) -> Self {
+        let mut case = Self::of(name, axes, inhibit);
+        case.experiment.inhibit(inhibit);
         case
     }
 
-    /// The brake is on during these cycles, whatever sets it.
-    fn of(name: String, axes: &[Axis], brake: &Range<u64>) -> Self {
-        let wanted: Vec<_> = axes.iter().map(|axis| predicted(axis, brake)).collect();
+    /// The inhibit is on during these cycles, whatever sets it.
+    fn of(name: String, axes: &[Axis], inhibit: &Range<u64>) -> Self {
+        let wanted: Vec<_> = axes.iter().map(|axis| predicted(axis, inhibit)).collect();
         let until = wanted.iter().filter_map(|seen| seen.halt).max().unwrap();
         Self { name, experiment: Experiment::new(axes, until), wanted }
     }
@@ -193,26 +193,26 @@ fn random_words() -> Vec<Case> {
 }
 
 /// All axes start together, however full their FIFOs are and whatever follows.
-fn one_gate() -> Vec<Case> {
+fn one_barrier() -> Vec<Case> {
     let words = Words::with_pulse(250);
     let axes = [(20, 300), (0, 300), (3, 700), (20, 300)]
         .map(|(more, cycles)| Axis::new(words, steps(&[&[40], &vec![cycles; more][..]].concat())));
     assert_eq!(axes.len(), AXES_MAX);
-    let case = Case::new("the gate".to_owned(), &axes);
+    let case = Case::new("the start barrier".to_owned(), &axes);
     assert!(case.wanted.iter().all(|seen| seen.rises[0] == case.wanted[0].rises[0]));
     vec![case]
 }
 
-/// The brake is set on every cycle around a step, and released. Pulses must stay whole, and no edge may rise while the
-/// brake is on. DIR may already have changed for a step that does not rise.
-fn brakes() -> Vec<Case> {
+/// The inhibit is set on every cycle around a step, and released. Pulses must stay whole, and no edge may rise while the
+/// inhibit is on. DIR may already have changed for a step that does not rise.
+fn inhibits() -> Vec<Case> {
     let axes = [4, 30].map(|pulse| {
         let waits = [true, false, false, true, false, true].map(|high| step(high, 60)).to_vec();
         Axis::new(Words::with_pulse(pulse), waits)
     });
     let second = predicted(&axes[0], &(0..0)).rises[1];
-    let brakes = (second - 3..second + 35).flat_map(|from| [1, 2, 500].map(|cycles| from..from + cycles));
-    brakes.map(|brake| Case::braked(format!("brake on cycles {brake:?}"), &axes, &brake)).collect()
+    let inhibits = (second - 3..second + 35).flat_map(|from| [1, 2, 500].map(|cycles| from..from + cycles));
+    inhibits.map(|inhibit| Case::inhibited(format!("inhibit on cycles {inhibit:?}"), &axes, &inhibit)).collect()
 }
 
 /// The FIFO is empty before the first step, after a step, and after a rest. The state machine must halt and leave DIR
@@ -229,7 +229,7 @@ fn empty_fifos() -> Vec<Case> {
 }
 
 /// An axis starves: its FIFO is empty and its end was not announced, or one cycle too late. No other axis makes another
-/// step, whatever it is about to do, and none is braked by an end that was announced in time.
+/// step, whatever it is about to do, and none is inhibited by an end that was announced in time.
 fn starved() -> Vec<Case> {
     let words = Words::with_pulse(13);
     let fetch = predicted(&Axis::new(words, steps(&[50, 60, 70])), &(0..0)).falls[2];
@@ -238,10 +238,10 @@ fn starved() -> Vec<Case> {
         let short = Axis { end_known_at, ..Axis::new(words, steps(&[50, 60, 70])) };
         let long = Axis::new(words, [vec![Wait::High(40)], vec![step(false, others); 200]].concat());
         let is_end = end_known_at.is_some_and(|known| known < status);
-        let brake = if is_end { 0..0 } else { fetch + BRAKE_AFTER_FETCH_CYCLES..FOR_EVER };
+        let inhibit = if is_end { 0..0 } else { fetch + INHIBIT_AFTER_FETCH_CYCLES..FOR_EVER };
         let name =
             format!("the end is announced on cycle {end_known_at:?} of {status}, the others step every {others}");
-        Case::of(name, &[short, long.clone(), long], &brake)
+        Case::of(name, &[short, long.clone(), long], &inhibit)
     };
     let known = (status - 3..status + 3).map(|known| case(Some(known), 31));
     known.chain((30..70).map(|others| case(None, others))).collect()
@@ -286,14 +286,14 @@ macro_rules! on {
 
         #[test]
         $(#[$ignored])?
-        fn the_gate_opens_all_machines_on_one_cycle() {
-            check($emulator, &one_gate());
+        fn the_barrier_opens_all_machines_on_one_cycle() {
+            check($emulator, &one_barrier());
         }
 
         #[test]
         $(#[$ignored])?
-        fn the_brake_keeps_edges_from_rising() {
-            check($emulator, &brakes());
+        fn the_inhibit_keeps_edges_from_rising() {
+            check($emulator, &inhibits());
         }
 
         #[test]
@@ -304,7 +304,7 @@ macro_rules! on {
 
         #[test]
         $(#[$ignored])?
-        fn a_machine_that_starves_brakes_the_others() {
+        fn a_machine_that_starves_inhibits_the_others() {
             check($emulator, &starved());
         }
 
@@ -332,10 +332,10 @@ mod own {
 #[test]
 fn a_machine_that_starves_stays_where_the_firmware_looks() {
     let raise = |index, index_mode| InstructionOperands::IRQ { clear: false, wait: false, index, index_mode }.encode();
-    let (brake, own) = (raise(7, IrqIndexMode::DIRECT), raise(0, IrqIndexMode::REL));
+    let (inhibit, own) = (raise(7, IrqIndexMode::DIRECT), raise(0, IrqIndexMode::REL));
     let stay = InstructionOperands::JMP { condition: JmpCondition::Always, address: STARVED_AT }.encode();
     let address = usize::from(STARVED_AT);
-    assert_eq!(program::steps().code[address - 2..=address], [brake, own, stay]);
+    assert_eq!(program::steps().code[address - 2..=address], [inhibit, own, stay]);
 }
 
 /// These waits are too long to be emulated. Their words must still encode whether it is a step or a rest, and DIR.

@@ -35,7 +35,7 @@ fn moves(count: usize) -> String {
 }
 
 /// Where nothing goes on without a real-time byte, it is heard behind any number of lines. The lines for which there is
-/// no room are told one by one, and no line behind them is carried out before a reset.
+/// no room are reported one by one, and no line behind them is carried out before a reset.
 #[test]
 fn real_time_bytes_are_heard_however_many_lines_wait() {
     for baud in LINKS {
@@ -108,7 +108,7 @@ fn no_line_is_cut_where_a_reset_comes_while_bytes_wait_for_room() {
     }
 }
 
-/// A UART would lose bytes itself, in the middle of lines and in silence: lines are lost whole, told, and a hold is heard.
+/// A UART would lose bytes itself, in the middle of lines and in silence: lines are lost whole, reported, and a hold is heard.
 #[test]
 fn without_flow_control_a_hold_is_heard_in_motion_too() {
     let mut sim = two_consoles(LINKS[1]);

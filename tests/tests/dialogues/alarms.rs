@@ -191,7 +191,7 @@ fn alarm_15_skewed() {
     let mut sim = powered_up(&config);
     sim.set_switch(Motor::second(Axis::Y), SwitchFault::StuckOpen);
     let heard = say(&mut sim, "$HY");
-    let reason = "Y2 did not reach its switch within $349 of the other side: \
+    let reason = "Y2 did not reach its switch within $349 of the other motor: \
                   free what is jammed, check motor and switch, square it by hand, then $H]";
     alarmed(&mut sim, &heard, 15, reason);
     unlock(&mut sim, false);
@@ -228,7 +228,7 @@ fn alarm_21_unplannable() {
 
 /// The line that clears the alarm is already waiting when the alarm is raised.
 #[test]
-fn an_alarm_is_told_before_it_is_left() {
+fn an_alarm_is_reported_before_it_is_left() {
     for (leaves, words) in [("$X", "[MSG:Caution: Unlocked]"), ("$H", "ok")] {
         let mut sim = homed();
         let heard = say(&mut sim, &format!("G0 X-1\n{leaves}\nG0 X1"));

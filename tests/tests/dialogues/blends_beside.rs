@@ -1,5 +1,5 @@
 //! What blends leave as it is, to the edge: homing, probes, single moves, moves from rest to rest, jogs; and what follows
-//! the path round them: the modes, the speed that is told, the laser.
+//! the path round them: the modes, the speed that is reported, the laser.
 
 use embassy_time::Duration;
 use isostep_motion::{AXES, Axis, State};
@@ -180,31 +180,34 @@ const BRIEF: &str = "G1 F1200 X10\nY10\nX3 Y4\nX20 Y6\nG2 X26 I3\n";
 
 /// `FS:` is the true speed along the path in blends, too.
 #[test]
-fn the_speed_that_is_told_in_a_blend_is_the_true_one() {
-    let told = [CORNERS, ROUND, BRIEF].map(told_truly);
-    let (in_blends, slow) = told.iter().fold((0, 0), |sum, told| (sum.0 + told.0, sum.1 + told.1));
+fn the_speed_that_is_reported_in_a_blend_is_the_true_one() {
+    let reported = [CORNERS, ROUND, BRIEF].map(reported_truly);
+    let (in_blends, slow) = reported.iter().fold((0, 0), |sum, reported| (sum.0 + reported.0, sum.1 + reported.1));
     assert!(in_blends > 60 && slow > 3, "{in_blends} in blends, {slow} of them slow");
 }
 
 /// Asks for the speed all over a path. Returns how often it was in a blend, and how often of these it was slow.
-fn told_truly(path: &str) -> (usize, usize) {
+fn reported_truly(path: &str) -> (usize, usize) {
     let mut sim = powered_up(&Config::default());
     sim.send(format!("G64 P1\n{path}").as_bytes());
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for _ in 0..1_200 {
         sim.run_for(Duration::from_micros(5_300)).unwrap();
         let asked_ns = sim.now_ns();
         let speed = field(&mut sim, "FS");
         if sim.machine().state() == State::Run {
-            told.push((asked_ns, speed.split(',').next().unwrap().parse::<f64>().unwrap() / 60.0));
+            reported.push((asked_ns, speed.split(',').next().unwrap().parse::<f64>().unwrap() / 60.0));
         }
     }
     let outcome = sim.outcome();
     let (mut in_blends, mut slow) = (0, 0);
-    for (t_ns, told_mm_s) in told {
+    for (t_ns, reported_mm_s) in reported {
         let Some((mm_s, in_blend)) = speed_mm_s(&outcome, t_ns) else { continue };
-        // It is told within the millisecond after, rounded to 1 mm/min, and a chunk is known up to 15 ms late.
-        assert!((told_mm_s - mm_s).abs() < 0.016 * 50.0 * 2.0_f64.sqrt() + 0.02, "{told_mm_s} mm/s told for {mm_s}");
+        // It is reported within the millisecond after, rounded to 1 mm/min, and a chunk is known up to 15 ms late.
+        assert!(
+            (reported_mm_s - mm_s).abs() < 0.016 * 50.0 * 2.0_f64.sqrt() + 0.02,
+            "{reported_mm_s} mm/s reported for {mm_s}"
+        );
         in_blends += usize::from(in_blend);
         slow += usize::from(in_blend && mm_s < 5.0);
     }

@@ -147,8 +147,8 @@ fn command_boot_makes_way_for_new_firmware() {
     assert!(two.boots.get());
     assert_eq!(two.send(1, b"$X\nG21\n$110=1\n"), [heard(&[]), heard(&["ok", "error:8", "error:8"])]);
     // A reset does not cancel it.
-    let told = heard(&[WELCOME, ELSEWHERE]);
-    assert_eq!(two.send(0, b"\x18$X\nG21\n"), [heard(&[WELCOME, "ok", "error:8"]), told]);
+    let reported = heard(&[WELCOME, ELSEWHERE]);
+    assert_eq!(two.send(0, b"\x18$X\nG21\n"), [heard(&[WELCOME, "ok", "error:8"]), reported]);
 }
 
 /// Counts the pages that it is asked for.

@@ -1,4 +1,4 @@
-//! Drivers that talk: how they are set, what M122 says, and what a machine does whose drivers fail.
+//! UART drivers: how they are set, what M122 says, and what a machine does whose drivers fail.
 
 use embassy_time::Duration;
 use isostep_motion::{Alarm, Axis, Motor, State};
@@ -146,17 +146,17 @@ fn m122_tells_how_each_driver_is() {
 }
 
 #[test]
-fn a_board_whose_drivers_do_not_talk_has_none_of_this() {
+fn a_board_without_uart_drivers_has_none_of_this() {
     let mut sim = powered_up(&Config::default());
     let listed = say(&mut sim, "$$");
     assert!(!listed.iter().any(|line| line.starts_with("$140=") || line.starts_with("$980=")), "{listed:?}");
-    let words = "[MSG:$150 is about drivers that talk, which this board does not have: set them by their jumpers]";
+    let words = "[MSG:$150 is about UART drivers, which this board does not have: set them by their jumpers]";
     assert_eq!(say(&mut sim, "$150=32"), [words, "error:3"]);
     assert_eq!(say(&mut sim, "M122"), ["[MSG:M122: unknown here: remove it]", "error:20"]);
 }
 
-/// What a driver's fault is told as, if it stops the machine.
-fn told(fault: DriverFault) -> Option<&'static str> {
+/// What a driver's fault is reported as, if it stops the machine.
+fn reported(fault: DriverFault) -> Option<&'static str> {
     match fault {
         DriverFault::Off | DriverFault::Late => Some("does not answer"),
         DriverFault::Overheated => Some("was too hot, its motor was off"),
@@ -165,11 +165,11 @@ fn told(fault: DriverFault) -> Option<&'static str> {
     }
 }
 
-/// Each fault of each driver, at rest and in a move, at different times of a round: told within a round, on the axis that it
+/// Each fault of each driver, at rest and in a move, at different times of a round: reported within a round, on the axis that it
 /// is of.
 #[test]
-fn each_fault_of_each_driver_is_told() {
-    let stopping = DriverFault::ALL.into_iter().filter_map(|fault| Some((fault, told(fault)?)));
+fn each_fault_of_each_driver_is_reported() {
+    let stopping = DriverFault::ALL.into_iter().filter_map(|fault| Some((fault, reported(fault)?)));
     let motors = Axis::ALL.map(Motor::first).into_iter().chain([Motor::second(Axis::Y)]);
     let mut tried = 0;
     for (fault, words) in stopping {
@@ -228,7 +228,7 @@ fn an_unlocked_machine_is_locked_again_until_the_driver_is_mended() {
 
 /// A driver whose supply fails for an instant has forgotten all: also where no round saw it silent.
 #[test]
-fn a_driver_that_lost_its_supply_for_an_instant_is_told_and_set_again() {
+fn a_driver_that_lost_its_supply_for_an_instant_is_reported_and_set_again() {
     let mut sim = powered_up(&skr_pico());
     sim.run_for(Duration::from_millis(250)).unwrap();
     sim.set_driver(Axis::X, Some(DriverFault::Off));
@@ -282,9 +282,9 @@ fn a_reply_that_is_late_now_and_then_is_asked_for_again() {
     assert_eq!(state(&mut sim), "Idle");
 }
 
-/// An open coil is told of a motor that turns, and stops nothing.
+/// An open coil is reported of a motor that turns, and stops nothing.
 #[test]
-fn an_open_coil_is_told_while_the_motor_turns() {
+fn an_open_coil_is_reported_while_the_motor_turns() {
     let mut sim = powered_up(&skr_pico());
     sim.set_driver(Axis::Z, Some(DriverFault::OpenCoil));
     sim.run_for(Duration::from_secs(2)).unwrap();
@@ -326,10 +326,10 @@ fn blink(sim: &mut Sim, motor: impl Into<Motor>, fault: DriverFault) {
     sim.set_driver(motor, None);
 }
 
-/// A driver's failure is told whenever it comes in the exchange that sets it anew, also where the settings have been read back
-/// already. Afterwards the driver is as the settings say.
+/// A driver's failure is reported whenever it comes in the exchange that sets it anew, also where the settings have been read
+/// back already. Afterwards the driver is as the settings say.
 #[test]
-fn a_failure_while_the_settings_change_is_told() {
+fn a_failure_while_the_settings_change_is_reported() {
     for fault in KEPT {
         for wait_us in (0..60_000).step_by(stride(500)) {
             let mut sim = powered_up(&skr_pico());
@@ -343,10 +343,10 @@ fn a_failure_while_the_settings_change_is_told() {
     }
 }
 
-/// A fault that comes and goes is told each time, also when it comes again as soon as the machine is unlocked. (The motor of a
-/// driver that has found a short is off until then; what else would switch it off meanwhile, nobody can tell.)
+/// A fault that comes and goes is reported each time, also when it comes again as soon as the machine is unlocked. (The motor of
+/// a driver that has found a short is off until then; what else would switch it off meanwhile, nobody can tell.)
 #[test]
-fn a_fault_that_comes_again_is_told_again() {
+fn a_fault_that_comes_again_is_reported_again() {
     let pairs = KEPT.into_iter().flat_map(|first| KEPT.map(|second| (first, second)));
     for (first, second) in pairs.filter(|pair| pair.0 != DriverFault::Shorted || pair.1 == DriverFault::Off) {
         for wait_ms in [0, 20, 60, 110, 250, 500] {
@@ -369,7 +369,7 @@ fn a_fault_that_comes_again_is_told_again() {
 /// The machine is unlocked while the motor is still off. Whether it was off once or twice since then, nobody can tell. (A short
 /// is kept by the driver until the motor is switched off after `$X`, so it is once.)
 #[test]
-fn a_fault_that_lasts_until_the_machine_is_unlocked_is_told_again() {
+fn a_fault_that_lasts_until_the_machine_is_unlocked_is_reported_again() {
     for fault in [DriverFault::Off, DriverFault::Overheated] {
         let mut sim = powered_up(&skr_pico());
         sim.set_driver(Axis::X, Some(fault));
@@ -384,9 +384,9 @@ fn a_fault_that_lasts_until_the_machine_is_unlocked_is_told_again() {
     }
 }
 
-/// A driver that warns now and then is told each time, and stops nothing.
+/// A driver that warns now and then is reported each time, and stops nothing.
 #[test]
-fn a_driver_that_is_hot_again_is_told_again() {
+fn a_driver_that_is_hot_again_is_reported_again() {
     let mut sim = powered_up(&skr_pico());
     for _ in 0..3 {
         sim.set_driver(Axis::Z, Some(DriverFault::Hot));
@@ -400,7 +400,7 @@ fn a_driver_that_is_hot_again_is_told_again() {
 /// A coil has to seem open in five rounds in a row. A round in which it does not, and a driver that is left out for a while, begin
 /// the count anew.
 #[test]
-fn a_coil_that_seems_open_now_and_then_is_not_told() {
+fn a_coil_that_seems_open_now_and_then_is_not_reported() {
     let open = |sim: &mut Sim, millis: u64| {
         sim.set_driver(Axis::Z, Some(DriverFault::OpenCoil));
         sim.run_for(Duration::from_millis(millis)).unwrap();

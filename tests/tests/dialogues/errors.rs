@@ -99,9 +99,9 @@ fn error_9_locked() {
 fn error_10_soft_limits_need_homing() {
     let mut sim = powered_up(&Config::default());
     assert_eq!(say(&mut sim, "$22=0"), ["ok"]);
-    let told = "[MSG:$20=1 needs a machine that homes: set $22=1 or $20=0; until then nothing moves]";
-    assert_eq!(say(&mut sim, "$20=1"), [told, "ok"]);
-    assert_eq!(say(&mut sim, "$X"), [told, "error:10"]);
+    let reported = "[MSG:$20=1 needs a machine that homes: set $22=1 or $20=0; until then nothing moves]";
+    assert_eq!(say(&mut sim, "$20=1"), [reported, "ok"]);
+    assert_eq!(say(&mut sim, "$X"), [reported, "error:10"]);
     assert_eq!(say(&mut sim, "$22=1\n$X"), ["ok", "ok"]);
 }
 
@@ -160,10 +160,10 @@ fn expressions_are_named_with_any_error() {
     for (line, word, code) in
         [("#1=5", "#1", 1), ("G1 X#1 F100", "X#1", 2), ("G0 X[1+2]", "X[1+2]", 2), ("G1*71", "*71", 1)]
     {
-        let told = format!(
+        let reported = format!(
             "[MSG:{word}: no variables, expressions, checksums here: let the post-processor write plain numbers]"
         );
-        assert_eq!(say(&mut sim, line), [told, format!("error:{code}")], "{line}");
+        assert_eq!(say(&mut sim, line), [reported, format!("error:{code}")], "{line}");
     }
 }
 
@@ -265,11 +265,11 @@ fn error_33_invalid_target() {
     );
 }
 
-/// Both distances from the centre are told, in mm, whatever the units and the plane.
+/// Both distances from the centre are reported, in mm, whatever the units and the plane.
 #[test]
 fn error_33_names_both_radii() {
     let mut sim = homed();
-    let told_of = |start: &str, target: &str| {
+    let reported_of = |start: &str, target: &str| {
         format!(
             "[MSG:the start is {start} mm from the arc's centre, the target {target} mm: correct the target or I, J, K]"
         )
@@ -279,22 +279,22 @@ fn error_33_names_both_radii() {
         ("G91 G18 G3 X3 Z4 I-10 F100", "10.000", "13.601"),
         ("G20 G2 X1 I0.4 F10", "10.160", "15.240"),
     ] {
-        assert_eq!(say(&mut sim, line), [told_of(start, target).as_str(), "error:33"], "{line}");
+        assert_eq!(say(&mut sim, line), [reported_of(start, target).as_str(), "error:33"], "{line}");
     }
     assert_eq!(say(&mut sim, "G2 X9000 R-9000 F100"), ["error:33"], "not for want of a centre");
     assert_eq!(say(&mut sim, "G21 G90 G17 G0 X10 Y0 F100"), ["ok"]);
-    let told = "[MSG:the start is 0.000 mm from the arc's centre, the target 14.142 mm: it fits if I, J, K are absolute \
+    let reported = "[MSG:the start is 0.000 mm from the arc's centre, the target 14.142 mm: it fits if I, J, K are absolute \
                 (G90.1): have them written from the start (G91.1)]";
-    assert_eq!(say(&mut sim, "G3 X0 Y10 I0 J0"), [told, "error:33"]);
-    assert_eq!(say(&mut sim, "G3 X0 Y10 I0 J0.1"), [told_of("0.100", "14.072").as_str(), "error:33"]);
+    assert_eq!(say(&mut sim, "G3 X0 Y10 I0 J0"), [reported, "error:33"]);
+    assert_eq!(say(&mut sim, "G3 X0 Y10 I0 J0.1"), [reported_of("0.100", "14.072").as_str(), "error:33"]);
 }
 
 #[test]
 fn error_34_radius_too_small() {
     refused_and_unchanged(&["G2 X10 F600 R4.99", "G3 X10 R0", "G18 G2 X-10 R-4.9"], 34);
-    let told =
+    let reported =
         "[MSG:the target is 10.000 mm from the start, more than twice R 4.990 mm: correct it, or make R 5.000 mm]";
-    assert_eq!(say(&mut homed(), "G2 X10 F600 R4.99"), [told, "error:34"]);
+    assert_eq!(say(&mut homed(), "G2 X10 F600 R4.99"), [reported, "error:34"]);
 }
 
 #[test]

@@ -92,12 +92,12 @@ impl fmt::Debug for Heard {
 
 #[test]
 #[should_panic(expected = "`$X\\n` was answered with [], where line 0 was expected")]
-fn a_missing_line_is_told_with_what_was_sent() {
+fn a_missing_line_is_reported_with_what_was_sent() {
     let _ = &Heard::new(b"$X\n", Vec::new())[0];
 }
 
 #[test]
 #[should_panic(expected = "`$X` was answered with [\"ok\"], where `[MSG:` was expected")]
-fn a_line_that_did_not_come_is_told_with_those_that_did() {
+fn a_line_that_did_not_come_is_reported_with_those_that_did() {
     Heard::new(b"$X", vec!["ok".to_owned()]).expect("[MSG:");
 }

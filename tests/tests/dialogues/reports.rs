@@ -264,7 +264,7 @@ fn as_many_motions_are_taken_as_there_is_room_for() {
             if held {
                 begin(&mut sim, "!", Duration::from_millis(100));
             }
-            let told: usize = field(&mut sim, "Bf").split(',').next().unwrap().parse().unwrap();
+            let reported: usize = field(&mut sim, "Bf").split(',').next().unwrap().parse().unwrap();
             let mut taken = 0;
             while taken < 200 {
                 let motion = to(3_000 + 10 * taken as i32);
@@ -274,8 +274,11 @@ fn as_many_motions_are_taken_as_there_is_room_for() {
                 taken += 1;
                 sim.run_for(Duration::from_millis(2)).unwrap();
             }
-            // While the first move goes on, one more may be taken than was told.
-            assert!((told..=told + 1).contains(&taken), "{taken} taken, {told} told, behind `{begun}`, held: {held}");
+            // While the first move goes on, one more may be taken than was reported.
+            assert!(
+                (reported..=reported + 1).contains(&taken),
+                "{taken} taken, {reported} reported, behind `{begun}`, held: {held}"
+            );
         }
     }
 }

@@ -178,15 +178,15 @@ fn a_listing_with_other_microsteps_comes_back() {
     assert_eq!(listed, saved);
 }
 
-/// It is told at once, before every motion and after every welcome, also of the next power-up; and setting it right is all
+/// It is reported at once, before every motion and after every welcome, also of the next power-up; and setting it right is all
 /// that it takes.
 #[test]
 fn nothing_moves_while_settings_do_not_work_together() {
     let flash = Flash::blank();
     let mut sim = Sim::with_flash(&Config::default(), flash.clone());
     assert_eq!(say(&mut sim, "$H\nM3 S500\nM8\n$N0=G91").last_line(), "ok");
-    let told = "[MSG:$31=2000 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30; until then nothing moves]";
-    assert_eq!(say(&mut sim, "$31=2000"), [told, "ok"]);
+    let reported = "[MSG:$31=2000 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30; until then nothing moves]";
+    assert_eq!(say(&mut sim, "$31=2000"), [reported, "ok"]);
     assert_eq!(sim.tool(), [0; 5]);
     let refused = |sim: &mut Sim| {
         assert_eq!(state(sim), "Alarm");
@@ -201,21 +201,21 @@ fn nothing_moves_while_settings_do_not_work_together() {
             ("$HX", "error:2"),
             ("$X", "error:2"),
         ] {
-            assert_eq!(say(sim, line), [told, error], "{line}");
+            assert_eq!(say(sim, line), [reported, error], "{line}");
         }
-        assert_eq!(say(sim, "$33=4000"), [told, "ok"], "others may be set");
+        assert_eq!(say(sim, "$33=4000"), [reported, "ok"], "others may be set");
         assert_eq!(say(sim, "\n%"), ["ok", "ok"]);
         assert_eq!(sim.tool(), [0; 5]);
     };
     refused(&mut sim);
     sim.send(b"\x18");
     sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", told]);
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", reported]);
     refused(&mut sim);
     let steps = sim.counted_steps();
     let mut next = Sim::with_flash(&Config::default(), flash);
     next.run_until_idle().unwrap();
-    assert_eq!(next.replies(), ["Grbl 1.1h ['$' for help]", told]);
+    assert_eq!(next.replies(), ["Grbl 1.1h ['$' for help]", reported]);
     refused(&mut next);
     assert_eq!((sim.counted_steps(), next.counted_steps()), (steps, [0; AXES]));
     for sim in [&mut sim, &mut next] {

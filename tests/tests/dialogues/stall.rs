@@ -56,7 +56,7 @@ fn an_axis_homes_by_a_stall() {
     let words = |axis: &str| format!("[MSG:{axis} has stalled twice, 0 steps apart]");
     assert_eq!(heard, [words("X"), words("Y"), words("Z"), "ok".into()]);
     for axis in 0..3 {
-        // The field was ahead of the rotor when the driver told, and comes back by as much.
+        // The field was ahead of the rotor when the driver reported, and comes back by as much.
         assert!((-2 * MICROSTEPS..=0).contains(&off_steps(&sim, axis)), "{axis}: {}", off_steps(&sim, axis));
     }
     assert_eq!(sim.machine().homed(), [true; 3]);
@@ -71,8 +71,8 @@ fn an_axis_homes_by_a_stall() {
 }
 
 #[test]
-fn homing_by_stall_is_refused_where_no_stall_could_be_told() {
-    let told = |change: Change| {
+fn homing_by_stall_is_refused_where_no_stall_could_be_detected() {
+    let reported = |change: Change| {
         let mut config = config();
         change(&mut config);
         let mut sim = powered_up(&config);
@@ -85,48 +85,48 @@ fn homing_by_stall_is_refused_where_no_stall_could_be_told() {
     let cases: [(Change, &str); 10] = [
         (
             |config| config.settings.trinamic_mask = 0b110,
-            "X cannot be told: $338 leaves its driver out. Take it in, or out of $339]",
+            "X cannot be detected: $338 leaves its driver out. Take it in, or out of $339]",
         ),
         (
             |config| config.settings.second_motor_axis = 2,
-            "Y cannot be told: only X, Y and Z with one motor each have a driver whose DIAG can be wired. Take it out of $339]",
+            "Y cannot be detected: only X, Y and Z with one motor each have a driver whose DIAG can be wired. Take it out of $339]",
         ),
         (
             |config| config.settings.stealth_mm_min[2] = 2_200.0,
-            "Z cannot be told: it seeks by SpreadCycle, $982=2200. Set $982=2250, or more]",
+            "Z cannot be detected: it seeks by SpreadCycle, $982=2200. Set $982=2250, or more]",
         ),
         (
             |config| config.settings.homing_seek_mm_min = 900.0,
-            "X cannot be told: it seeks at 900 mm/min, which is too slow. Set $25=1280, or more, and $110]",
+            "X cannot be detected: it seeks at 900 mm/min, which is too slow. Set $25=1280, or more, and $110]",
         ),
         (
             |config| config.settings.max_rate_mm_min[1] = 900.0,
-            "Y cannot be told: it seeks at 900 mm/min, which is too slow. Set $25=1280, or more, and $111]",
+            "Y cannot be detected: it seeks at 900 mm/min, which is too slow. Set $25=1280, or more, and $111]",
         ),
         (
             |config| (config.settings.accel_mm_s2[2], config.settings.travel_mm[2]) = (50.0, 20.0),
-            "Z cannot be told: its run-up is 20 mm long, its travel 20. Raise $122, or lower $25]",
+            "Z cannot be detected: its run-up is 20 mm long, its travel 20. Raise $122, or lower $25]",
         ),
         (
             |config| config.settings.homing_pull_off_mm = 0.6,
-            "X cannot be told: it pulls off by less than two full steps, $27=0.600. Set $27=0.640, or more]",
+            "X cannot be detected: it pulls off by less than two full steps, $27=0.600. Set $27=0.640, or more]",
         ),
         (
             |config| config.settings.stall_threshold[1] = 0,
-            "Y cannot be told: $201=0. With Y in the middle of its travel send $STALL=Y]",
+            "Y cannot be detected: $201=0. With Y in the middle of its travel send $STALL=Y]",
         ),
         (
             |config| config.diag[0] = false,
-            "X cannot be told: its limit input is high while the motor stands. Set the jumper from its driver's DIAG, unplug the \
+            "X cannot be detected: its limit input is high while the motor stands. Set the jumper from its driver's DIAG, unplug the \
              switch]",
         ),
         (
             |config| (config.diag[0], config.settings.stall_threshold[1]) = (false, 0),
-            "Y cannot be told: $201=0. With Y in the middle of its travel send $STALL=Y]",
+            "Y cannot be detected: $201=0. With Y in the middle of its travel send $STALL=Y]",
         ),
     ];
     for (change, words) in cases {
-        assert_eq!(told(change), words);
+        assert_eq!(reported(change), words);
     }
     // What the message says is enough.
     let mut sim =
@@ -152,7 +152,8 @@ fn a_run_up_is_to_the_speed_that_an_axis_may_have() {
     assert_eq!(places_steps[1] - places_steps[0], 50 * (9 + 2), "the run-up and the pull-off");
 }
 
-/// The field is two full steps ahead at most when a stall is told. Pulled off by so much, it is where the motor is, wherever it began.
+/// The field is two full steps ahead at most when a stall is reported. Pulled off by so much, it is where the motor is, wherever
+/// it began.
 #[test]
 fn an_axis_that_has_homed_by_a_stall_is_where_it_says() {
     for phase in 0..4 * MICROSTEPS {
@@ -214,7 +215,7 @@ fn a_threshold_is_proposed() {
 fn a_threshold_is_not_proposed_where_none_can_be() {
     let mut spread =
         powered_up(&Config { settings: Settings { stealth_mm_min: [0.0; 3], ..config().settings }, ..config() });
-    let words = "[MSG:a stall of X cannot be told: it seeks by SpreadCycle, $980=0. Set $980=2250, or more]";
+    let words = "[MSG:a stall of X cannot be detected: it seeks by SpreadCycle, $980=0. Set $980=2250, or more]";
     assert_eq!(say(&mut spread, "$STALL=X"), [words, "error:20"]);
     // So much varies what it turns against that it seems stalled now and then.
     let mut noisy = powered_up(&Config { load_noise: 0.7, ..config() });
@@ -296,11 +297,15 @@ fn a_stall_in_a_move_is_an_alarm_if_asked_for() {
             let later = sim.replies();
             let all: Vec<_> = heard.iter().chain(&later).cloned().collect();
             let is_there = |words: &str| all.iter().any(|line| line.starts_with(words));
-            let is_told = is_there("ALARM:17") && is_there("[MSG:X driver has told a stall of its motor: free it");
-            assert!(is_told, "{time}: {all:?}");
+            let is_reported =
+                is_there("ALARM:17") && is_there("[MSG:X driver has reported a stall of its motor: free it");
+            assert!(is_reported, "{time}: {all:?}");
             assert_eq!(sim.machine().state(), State::Alarm(Alarm::DriverFailed { motor: Motor::first(Axis::X) }));
             let report = say(&mut sim, "M122");
-            assert!(report[0].starts_with("[MSG:X driver: has told a stall of its motor, 16 microsteps"), "{report:?}");
+            assert!(
+                report[0].starts_with("[MSG:X driver: has reported a stall of its motor, 16 microsteps"),
+                "{report:?}"
+            );
             assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
             assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
             assert!(say(&mut sim, "M122")[0].starts_with("[MSG:X driver: well"), "{time}");
@@ -344,9 +349,9 @@ fn a_reset_ends_the_look_for_stalls() {
     }
 }
 
-/// Each stall is told as what it is, not the first alone.
+/// Each stall is reported as what it is, not the first alone.
 #[test]
-fn a_motor_that_stalls_again_is_told_again() {
+fn a_motor_that_stalls_again_is_reported_again() {
     let mut config = config();
     config.settings.stall_alarm_mask = 1;
     let mut sim = powered_up(&config);
@@ -356,7 +361,7 @@ fn a_motor_that_stalls_again_is_told_again() {
         sim.send(b"G1 X-100 F1800\n");
         sim.run_for(Duration::from_secs(5)).unwrap();
         let heard = sim.replies();
-        let words = "[MSG:X driver has told a stall of its motor: free it";
+        let words = "[MSG:X driver has reported a stall of its motor: free it";
         assert_eq!(heard.iter().filter(|line| line.starts_with(words)).count(), 1, "{heard:?}");
         assert_eq!(say(&mut sim, "$X").last().unwrap(), "ok");
         assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
@@ -366,7 +371,7 @@ fn a_motor_that_stalls_again_is_told_again() {
 /// The emergency stop is pressed in the same instant, and another console has asked for homing already, which leaves that alarm
 /// while the motor is off: so the machine is locked again.
 #[test]
-fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_told() {
+fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_reported() {
     let mut sim = powered_up(&Config { second_console: true, ..config() });
     sim.send(b"$H\n");
     sim.run_for(ROUND).unwrap();
@@ -380,9 +385,9 @@ fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_told() {
     sim.set_driver(Axis::Y, None);
     sim.run_until_idle().unwrap();
     let heard = sim.replies();
-    let is_told = |words: &str| heard.iter().any(|line| line.starts_with(words));
-    assert!(is_told("ALARM:10") && is_told("[MSG:Y driver was too hot, its motor was off"), "{heard:?}");
-    assert!(is_told("ALARM:17"), "{heard:?}");
+    let is_reported = |words: &str| heard.iter().any(|line| line.starts_with(words));
+    assert!(is_reported("ALARM:10") && is_reported("[MSG:Y driver was too hot, its motor was off"), "{heard:?}");
+    assert!(is_reported("ALARM:17"), "{heard:?}");
     assert_eq!(sim.machine().homed(), [false; 3], "{heard:?}");
     assert_eq!(say(&mut sim, "$HZ").last().unwrap(), "ok");
     assert_eq!(sim.machine().homed(), [false, false, true]);

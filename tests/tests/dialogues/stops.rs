@@ -115,7 +115,7 @@ fn an_emergency_stop_while_a_run_waits_for_the_one_before_lets_it_not_begin() {
 }
 
 #[test]
-fn the_speed_told_in_an_alarm_is_none() {
+fn the_speed_reported_in_an_alarm_is_none() {
     for stop in ["switch", "emergency stop", "resets"] {
         let mut sim = homed();
         begin(&mut sim, "G1 X100 F1200", Duration::from_secs(1));
@@ -209,7 +209,7 @@ fn a_reset_byte_that_was_heard_and_never_read_makes_the_next_no_second_one() {
     sim.machine().reset_heard();
     sim.send(b"\x18");
     sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "it brakes, and no alarm is told");
+    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "it brakes, and no alarm is reported");
     assert_eq!(sim.machine().state(), State::Idle);
     assert_eq!(sim.machine().homed(), [true; AXES]);
 }

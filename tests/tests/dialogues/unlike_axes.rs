@@ -55,10 +55,10 @@ fn each_bit_of_the_masks_of_drivers_is_its_axis() {
         let mut sim = Sim::new(&config);
         sim.run_for(Duration::from_millis(300)).unwrap();
         sim.replies();
-        let told = say(&mut sim, "M122");
+        let reported = say(&mut sim, "M122");
         for axis in Axis::ALL {
-            let is_told = told.iter().any(|line| line.starts_with(&format!("[MSG:{axis} driver: well")));
-            assert_eq!(is_told, has(mask, axis), "$338={mask}: {axis}: {told:?}");
+            let is_reported = reported.iter().any(|line| line.starts_with(&format!("[MSG:{axis} driver: well")));
+            assert_eq!(is_reported, has(mask, axis), "$338={mask}: {axis}: {reported:?}");
         }
     }
     for (homing, alarm) in MASKS.flat_map(|homing| MASKS.map(move |alarm| (homing, alarm))) {

@@ -48,7 +48,7 @@ fn m6_says_which_tool_to_put_in_and_waits() {
     assert_eq!(sim.replies(), ["ok"]);
     assert_eq!(state(&mut sim), "Run", "the moves before it end first");
     sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["[MSG:M6: put in tool 3, then resume with ~]"], "it is told while it waits");
+    assert_eq!(sim.replies(), ["[MSG:M6: put in tool 3, then resume with ~]"], "it is reported while it waits");
     assert_eq!(status(&mut sim), "<Hold:0|MPos:10.000,0.000,0.000", "its own move is behind it");
     sim.send(b"~");
     sim.run_until_idle().unwrap();

@@ -1,17 +1,17 @@
-//! Drivers that talk: the emulated SKR Pico has four.
+//! UART drivers: the emulated SKR Pico has four.
 
-use isostep_tests::emulated::{Board, TalkingDriver};
+use isostep_tests::emulated::{Board, UartDriver};
 
 /// What the firmware sets a driver to.
-fn as_set(microsteps: u64) -> TalkingDriver {
+fn as_set(microsteps: u64) -> UartDriver {
     // 26 of 32 parts of 979 mA are 795, and 13 are half of that.
-    TalkingDriver { microsteps, currents: [25, 12], chopper: "SpreadCycle".into(), datagrams: [0, 0, 0] }
+    UartDriver { microsteps, currents: [25, 12], chopper: "SpreadCycle".into(), datagrams: [0, 0, 0] }
 }
 
-fn found(run: &isostep_tests::emulated::Run, axis: char) -> Option<TalkingDriver> {
+fn found(run: &isostep_tests::emulated::Run, axis: char) -> Option<UartDriver> {
     let driver = run.driver(axis)?;
     assert_eq!(driver.datagrams[2], 0, "datagrams that a driver refused");
-    Some(TalkingDriver { datagrams: [0, 0, 0], ..driver })
+    Some(UartDriver { datagrams: [0, 0, 0], ..driver })
 }
 
 #[test]
@@ -23,8 +23,8 @@ fn drivers_are_set_before_the_welcome() {
         assert_eq!(found(&run, axis), Some(as_set(16)), "{axis}");
     }
     // No axis has a second motor: nobody talks to its driver.
-    let untold = TalkingDriver { currents: [31, 16], chopper: "StealthChop".into(), ..as_set(16) };
-    assert_eq!(run.driver('A'), Some(untold));
+    let not_set = UartDriver { currents: [31, 16], chopper: "StealthChop".into(), ..as_set(16) };
+    assert_eq!(run.driver('A'), Some(not_set));
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn a_setting_that_is_changed_back_is_in_the_driver() {
         ([changed, back].concat(), as_set(16)),
         (
             [changed, back, changed].concat(),
-            TalkingDriver { currents: [20, 9], chopper: "StealthChop".into(), ..as_set(8) },
+            UartDriver { currents: [20, 9], chopper: "StealthChop".into(), ..as_set(8) },
         ),
     ] {
         let run = Board::of_skr_pico("drivers-back").script(&format!("expect Grbl\n{}", set(&lines)));

@@ -31,7 +31,7 @@ const MAY_WAIT: [&str; 61] = [
     "isostep_motion7machine6status",
     "isostep_motion7machine7Machine7emptied",
     "isostep_motion6config6Config12travel_steps",
-    "isostep_motion5aside4poll",
+    "isostep_motion9cold_path4poll",
     "isostep_motion6homing",
     "isostep_motion3run7streams",
     "isostep_motion7shaping48_$LT$impl$u20$isostep_motion..config..Config$GT$7shaping",
@@ -51,7 +51,7 @@ const MAY_WAIT: [&str; 61] = [
     "isostep_profile4ramp10mean_speed",
     "isostep_profile4ramp4trig",
     "isostep_profile7compile5cubic",
-    "isostep_profile7compile4Lane11begin_cubic",
+    "isostep_profile7compile12AxisCompiler11begin_cubic",
     "12change_accel",
     "isostep_profile7compile5phase5Phase7shorten",
     "isostep_profile6shaper4bend3Sum10at_by_jerk",
@@ -62,7 +62,7 @@ const MAY_WAIT: [&str; 61] = [
     "libm4math3exp",
     "libm4math5log1p",
     "rp2040_gantry5start",
-    "rp2040_gantry5aside4poll",
+    "rp2040_gantry9cold_path4poll",
     "rp2040_gantry5touch",
     "embassy_usb7builder",
     "embassy_usb10descriptor",
@@ -163,7 +163,7 @@ fn what_the_linker_script_names_exists() {
     // Patterns with a class of characters are of many modules.
     let patterns: Vec<_> = words.filter_map(names_of).filter(|word| !word.contains('[')).collect();
     assert!(patterns.len() > 10, "{patterns:?}");
-    // A Pico's drivers do not talk.
+    // A Pico's drivers have no UART.
     let is_here = |pattern: &&str| is_skr_pico() || !pattern.contains("tmc2209");
     for pattern in patterns.into_iter().filter(is_here) {
         assert!(names.iter().any(|name| fits(pattern, name)), "memory.x: nothing has a name that fits `{pattern}`");

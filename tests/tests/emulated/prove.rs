@@ -62,9 +62,9 @@ struct Run {
     edges: [Vec<u64>; 3],
 }
 
-/// The proving image pulls the pad as it hears of the stop. After that an edge rises only until the brake is on, and the axes
+/// The proving image pulls the pad as it hears of the stop. After that an edge rises only until the inhibit is on, and the axes
 /// have one every 4 us. So there may be none, and the time from the pad to the last edge has no least value but 0.
-const BRAKED_US: f64 = 1.5;
+const INHIBITED_US: f64 = 1.5;
 
 impl Run {
     fn value(&self, key: &str) -> f64 {
@@ -77,7 +77,7 @@ impl Run {
         let own_us = self.own_latencies_us(falls);
         assert!(own_us.len() >= effort().stops as usize, "{own_us:?}");
         let longest_us = own_us.iter().copied().fold(0.0, f64::max);
-        assert!(longest_us <= BRAKED_US, "{key}: {own_us:?}");
+        assert!(longest_us <= INHIBITED_US, "{key}: {own_us:?}");
         // Each of two stamps may be a unit of 16 ns late, and stands for its middle.
         assert!((self.value(key) - longest_us).abs() <= 0.024, "{key}: {} of {own_us:?}", self.value(key));
     }

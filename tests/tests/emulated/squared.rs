@@ -36,7 +36,7 @@ fn a_squared_axis_is_homed_apart_and_steps_on_the_same_cycles() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn the_limit_of_either_side_stops_the_board_at_once() {
+fn the_limit_of_either_motor_stops_the_board_at_once() {
     for (port, within_us) in [(Port::Pio, 1.5), (Port::Timer, 10.0)] {
         for (switch, name) in [("Y", "Y"), ("2", "Y2")] {
             let script = format!(
@@ -54,7 +54,7 @@ fn the_limit_of_either_side_stops_the_board_at_once() {
 /// As fast as the drivers go: 240,000 steps/s of every motor, at which a step rises every 4 us.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn the_limit_of_either_side_stops_a_fast_move_within_1_5_us() {
+fn the_limit_of_either_motor_stops_a_fast_move_within_1_5_us() {
     let mut script = "send $0=0\nexpect ok\n".to_owned();
     for axis in 0..3 {
         let settings = [(110, 288_000), (120, 100_000)];
@@ -79,7 +79,7 @@ fn the_limit_of_either_side_stops_a_fast_move_within_1_5_us() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn a_side_without_its_switch_is_an_alarm_that_names_it() {
+fn a_motor_without_its_switch_is_an_alarm_that_names_it() {
     for port in Port::ALL {
         for (switch, name, skewed_steps) in [("Y", "Y", 75), ("2", "Y2", -75)] {
             let script = format!(
@@ -116,11 +116,11 @@ fn motors_that_count_differently_are_an_alarm() {
     carry_out(Port::Pio, "squared-miscount", 0.0, &script);
 }
 
-/// The guard brakes for a press before anything is decided, but not while a gantry is squared. The switches of the axis are
-/// pressed before a side can have met its own; after that a press would have its level debounced anew.
+/// The guard inhibits for a press before anything is decided, but not while a gantry is squared. The switches of the axis are
+/// pressed before a ganged motor can have met its own; after that a press would have its level debounced anew.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn presses_while_a_gantry_is_squared_are_no_brake() {
+fn presses_while_a_gantry_is_squared_inhibit_nothing() {
     let press = |switch: &str, us: u32| {
         format!("wait-us {us}\nswitch {switch} stuck-closed\nwait-us 0.1\nswitch {switch} normal\n")
     };

@@ -20,7 +20,7 @@ fn place_mm(run: &Run, axis: &str) -> f64 {
 fn a_threshold_is_measured_and_three_axes_home_by_it() {
     // The emulated SG_RESULT of a free motor is 180 to 220, and that of a blocked one 4 at most.
     let script = format!(
-        "{SETTINGS}send $HX\nexpect [MSG:a stall of X cannot be told: $200=0\nexpect error:20\n\
+        "{SETTINGS}send $HX\nexpect [MSG:a stall of X cannot be detected: $200=0\nexpect error:20\n\
          send $STALL=X\nexpect [MSG:X turns freely at SG_RESULT 180 to 220\nexpect ok\n{THRESHOLDS}\
          send $H\nexpect [MSG:X has stalled twice\nexpect [MSG:Y has stalled twice\nexpect [MSG:Z has stalled twice\nexpect ok\n\
          send ?\nexpect <Idle|MPos:0.000,0.000,0.000\n"
@@ -41,7 +41,7 @@ fn a_threshold_is_measured_and_three_axes_home_by_it() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn without_a_jumper_nothing_moves() {
     let script = format!(
-        "{SETTINGS}{THRESHOLDS}send $HX\nexpect [MSG:a stall of X cannot be told: its limit input is high\nexpect error:20\n"
+        "{SETTINGS}{THRESHOLDS}send $HX\nexpect [MSG:a stall of X cannot be detected: its limit input is high\nexpect error:20\n"
     );
     let run = Board::of_skr_pico("stall-unwired").script(&script);
     assert!(run.ok, "{}", run.printed);
@@ -50,7 +50,7 @@ fn without_a_jumper_nothing_moves() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn a_stall_that_is_never_told_is_alarm_9() {
+fn a_stall_that_is_never_reported_is_alarm_9() {
     // There is no end.
     let script = format!("{SETTINGS}{THRESHOLDS}send $130=30\nexpect ok\nsend $HX\nexpect ALARM:9\nexpect error:9\n");
     let run = Board::of_skr_pico("stall-endless").with(&["--diag", "X,Y,Z"]).script(&script);
@@ -73,7 +73,7 @@ fn a_threshold_that_is_too_high_is_noticed() {
 fn a_stall_in_a_move_is_an_alarm_if_that_is_asked_for() {
     let script = format!(
         "{SETTINGS}{THRESHOLDS}send $20=0\nexpect ok\nsend $909=1\nexpect ok\nsend $J=G91 X-60 F1800\nexpect ok\n\
-         expect ALARM:17\nexpect [MSG:X driver has told a stall of its motor\nsend $X\nexpect [MSG:Caution: Unlocked\nwait-ms 300\n\
+         expect ALARM:17\nexpect [MSG:X driver has reported a stall of its motor\nsend $X\nexpect [MSG:Caution: Unlocked\nwait-ms 300\n\
          send $HX\nexpect [MSG:X has stalled twice\nexpect ok\n"
     );
     let run = Board::of_skr_pico("stall-alarm").with(&WIRED).script(&script);

@@ -212,7 +212,7 @@ fn every_stop_puts_the_tool_off_at_once() {
     let run = Board::new("tool-stops").with(&["--start", "150,40,15"]).script(&stops(count, 7));
     assert!(run.ok, "{}", run.printed);
     let stops = run.figures["tool"]["stops"].as_array().unwrap();
-    // The guard puts the brake on before it takes a lock. USB waits for the task that prepares a level.
+    // The guard puts the inhibit on before it takes a lock. USB waits for the task that prepares a level.
     let most_us = [("X_LIMIT", 3.0), ("ESTOP", 3.0), ("RESET", 20.0), ("CRASH", 20.0)];
     let of = |input: &str| stops.iter().filter(|stop| stop["input"] == *input).collect::<Vec<_>>();
     assert!(most_us.iter().map(|(input, _)| of(input).len()).sum::<usize>() >= count, "{stops:?}");

@@ -24,7 +24,7 @@ export class Homed {
   }
 
   /** A message was printed. One says which axes a setting has taken the zero of. */
-  told(message: string): void {
+  reported(message: string): void {
     const lost = /^\[MSG:what the position of((?: [A-Z])+) means has changed/.exec(message)?.[1] ?? "";
     for (const axis of lost.trim().split(" ")) this.axes.delete(axis);
   }

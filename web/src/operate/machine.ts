@@ -211,7 +211,7 @@ export class Machine {
   private hear(line: string): void {
     const report = status(line, this.report);
     if (report) return this.show(report);
-    this.homed.told(line);
+    this.homed.reported(line);
     if (line === "ok" || line.startsWith("error:")) return this.flight.answer(line);
     if (line.startsWith("Grbl ")) {
       clearTimeout(this.greeting);

@@ -11,16 +11,16 @@ pub trait Changes {
     fn take(&mut self) -> u32;
 }
 
-/// The inputs that have changed, and the levels that came with the change, if there is one. `told` holds the levels
-/// that were told last, and only the handler changes it. One change is taken at a time: the interrupt comes again for
+/// The inputs that have changed, and the levels that came with the change, if there is one. `reported` holds the levels
+/// that were reported last, and only the handler changes it. One change is taken at a time: the interrupt comes again for
 /// the next, after others of its priority.
 #[inline(always)]
-pub fn take(changes: &mut impl Changes, told: &AtomicU32) -> Option<(u32, u32)> {
+pub fn take(changes: &mut impl Changes, reported: &AtomicU32) -> Option<(u32, u32)> {
     if !changes.are_there() {
         return None;
     }
     let levels = changes.take();
-    let changed = levels ^ told.load(Ordering::Relaxed);
-    told.store(levels, Ordering::Relaxed);
+    let changed = levels ^ reported.load(Ordering::Relaxed);
+    reported.store(levels, Ordering::Relaxed);
     Some((changed, levels))
 }

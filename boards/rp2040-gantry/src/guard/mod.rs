@@ -4,7 +4,7 @@
 //! Through the HAL's GPIO interrupt, an executor and a task, an edge takes 9 us to stop the steps, and longer while the
 //! core is busy. So state machines of PIO1 watch all inputs (`program`). At every change they raise an interrupt that
 //! has the highest priority. The handler asks whether the change stops the machine, which takes no lock, and if so it
-//! brakes the axes and the tool. Then it reports the change to the machine, which stops it and decides on the alarm. Only a
+//! inhibits the axes and the tool. Then it reports the change to the machine, which stops it and decides on the alarm. Only a
 //! critical section delays it (`stops_at_limit` in isostep-motion says why no lock is needed). The tasks that watch the same inputs do the rest: debouncing, and what takes time.
 //!
 //! A press counts however short it is: the handler is told the levels that came with each change, not those that there
@@ -34,7 +34,7 @@ use crate::{priority, tool};
 const PINS: [usize; if cfg!(feature = "prove") { 4 } else { 5 }] =
     pins::ascending([pins::LIMITS[0], pins::LIMITS[1], pins::LIMITS[2], pins::EMERGENCY_STOP, pins::LIMITS[3]]);
 const GROUPS: [Group; pins::count_groups(&PINS)] = pins::groups(&PINS);
-/// One for each group. The dead man's switch has the second.
+/// One for each group. The output watchdog has the second.
 const STATE_MACHINES: [usize; 3] = [0, 2, 3];
 /// The instructions of a state machine's program.
 const INSTRUCTIONS: u8 = 6;
@@ -68,7 +68,7 @@ static WATCHERS: [Watcher; GROUPS.len()] = {
 /// Set once, and read without a lock.
 static GUARDED: OnceLock<&Machine> = OnceLock::new();
 
-/// Where the level of an input is told.
+/// Where the level of an input is reported.
 #[derive(Clone, Copy)]
 struct Place {
     group: usize,
@@ -89,7 +89,7 @@ impl Place {
 struct Watcher {
     state_machine: usize,
     /// The levels that were reported last; at first those at rest.
-    told: AtomicU32,
+    reported: AtomicU32,
 }
 
 /// Guards `machine` from now on.
@@ -110,10 +110,10 @@ pub fn reset_heard() {
         let stops = machine.stops_at_reset();
         cortex_m::interrupt::free(|_| {
             if stops {
-                port::brake_all();
+                port::inhibit_all();
             }
             // The first one switches the tool off, too.
-            tool::brake(true);
+            tool::inhibit(true);
         });
         machine.reset_heard();
     }
@@ -127,7 +127,7 @@ impl Watcher {
             Contact::NormallyClosed if EMERGENCY_STOP.group == index => open & !(1 << EMERGENCY_STOP.bit),
             _ => open,
         };
-        Self { state_machine: STATE_MACHINES[index], told: AtomicU32::new(at_rest) }
+        Self { state_machine: STATE_MACHINES[index], reported: AtomicU32::new(at_rest) }
     }
 
     /// `index` is that of its group.
@@ -157,7 +157,7 @@ impl Watcher {
     /// The inputs that have changed, and the levels that came with the change.
     #[inline(always)]
     fn take(&self) -> Option<(u32, u32)> {
-        edges::take(&mut Seen(self.state_machine), &self.told)
+        edges::take(&mut Seen(self.state_machine), &self.reported)
     }
 }
 
@@ -207,8 +207,8 @@ fn tell<const GROUP: usize>(machine: &Machine) {
         stops |= is_heeded(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
     }
     if stops {
-        port::brake_all();
-        tool::brake(true);
+        port::inhibit_all();
+        tool::inhibit(true);
     }
     if has_changed(EMERGENCY_STOP) {
         machine.emergency_stop_edge(is_low(EMERGENCY_STOP));

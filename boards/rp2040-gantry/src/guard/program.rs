@@ -3,8 +3,8 @@
 //! # Design
 //! It reads all pins at once and compares their levels with those that it read last, in X. When they differ it puts the
 //! new levels into its RX FIFO, and the FIFO requests the interrupt for as long as it is not empty. So no change is
-//! lost between the machine and the handler, and each is told with the levels that came with it. If the FIFO is full the
-//! machine waits; when there is room it goes on from the levels that it has told last.
+//! lost between the machine and the handler, and each is reported with the levels that came with it. If the FIFO is full the
+//! machine waits; when there is room it goes on from the levels that it has reported last.
 //!
 //! It reads the pins every 4 cycles, and 5 after a change. So it may miss a pulse shorter than that: 40 ns.
 //!

@@ -70,7 +70,7 @@ pub struct SwitchPins {
     /// X, Y, Z, and the fourth motor's.
     pub limits: [Input<'static>; 4],
     pub emergency_stop: Input<'static>,
-    /// The PIO block that watches all of them. The dead man's switch has another of its state machines.
+    /// The PIO block that watches all of them. The output watchdog has another of its state machines.
     pub pio: Peri<'static, PIO1>,
 }
 
@@ -98,7 +98,7 @@ pub struct UartPins {
     pub rx: Peri<'static, PIN_1>,
 }
 
-/// The wire of drivers that talk.
+/// The wire of UART drivers.
 #[cfg(feature = "skr-pico")]
 pub struct DriverWirePins {
     pub uart: Peri<'static, UART1>,
@@ -131,8 +131,8 @@ pub struct Board {
     pub usb: Peri<'static, USB>,
     pub uart: UartPins,
     pub watchdog: Peri<'static, WATCHDOG>,
-    /// The DMA channels of the dead man's switch.
-    pub dead_man: CutOffChannels,
+    /// The DMA channels of the output watchdog.
+    pub output_watchdog: CutOffChannels,
     pub flash: Peri<'static, FLASH>,
 }
 

@@ -86,7 +86,7 @@ macro_rules! board {
                     usb: p.USB,
                     uart: super::UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
                     watchdog: p.WATCHDOG,
-                    dead_man: ($(p.$channel,)+),
+                    output_watchdog: ($(p.$channel,)+),
                     flash: p.FLASH,
                 }
             }

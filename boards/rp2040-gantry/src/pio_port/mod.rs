@@ -3,31 +3,31 @@
 //! # Design
 //! The processor only adds: it turns segments into waits, one block ahead. `stream` passes the blocks to DMA without a
 //! gap, and `program` turns them into edges, exact to the clock cycle. A state machine is armed when its first words
-//! are in its FIFO. All axes of a run wait at one gate in this state, and begin on the cycle on which it opens.
+//! are in its FIFO. All axes of a run wait at one start barrier in this state, and begin on the cycle on which it opens.
 //!
 //! # Deadline
 //! A block must be written before the previous one has been sent: 384 us at 1,000,000 steps/s. If it is late, the state
-//! machine runs out of words, sets the brake for all axes and halts by itself before its next edge. That is a fault
+//! machine runs out of words, sets the inhibit for all axes and halts by itself before its next edge. That is a fault
 //! ([`PortFault::Underrun`]), never a stretched interval. The last item of a run has the same deadline: it announces the
 //! end, after which an empty FIFO is none too early.
 //!
 //! # Where the steps are
-//! The state machine counts every edge as it makes it. While it runs, this count cannot be read. The odometer is then
+//! The state machine counts every edge as it makes it. While it runs, this count cannot be read. The step counter is then
 //! derived from what DMA has sent and the FIFO still holds. It lags by one step at most and is updated at least every
 //! [`REPORT_EVERY`]. Once the machine has stopped, the count is read and is exact. The count does not include the
 //! direction of the edges. The direction is in the words, and `tally` keeps it for those on their way.
 //!
 //! # Two motors
 //! The second motor of an axis has a state machine of its own, which runs the same program on its own pins and gets the
-//! same words. Both begin on the cycle on which the gate opens, so their edges stay on the same cycles, and a brake
+//! same words. Both begin on the cycle on which the start barrier opens, so their edges stay on the same cycles, and an inhibit
 //! stops both between the same two edges. Both count. If the counts differ it is a fault: never a gantry that is out of
-//! square without a word. A side that is held has its STEP forced low at the pad (`pads`).
+//! square without a word. A ganged motor that is held has its STEP forced low at the pad (`pads`).
 //!
 //! # Set-up times
 //! DIR changes with a step's word, after the last pulse, so the rest of the interval is its set-up time. Before the
-//! first step of a run there is a lead of the same length, from the opening of the gate to the start of the run.
+//! first step of a run there is a lead of the same length, from the opening of the start barrier to the start of the run.
 
-mod gate;
+mod barrier;
 mod interrupts;
 mod pads;
 mod program;
@@ -45,7 +45,7 @@ use embassy_rp::peripherals::PIO0;
 use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
-    AXES, Brake, Capabilities, Direction, DriverTiming, Motors, Odometer, PortFault, Run, StartLine, StepPort,
+    AXES, Capabilities, Direction, DriverTiming, Inhibit, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort,
     StreamItem, StreamQueue, ticks_covering,
 };
 use isostep_profile::Segment;
@@ -59,7 +59,7 @@ use crate::priority;
 
 pub use PioPort as Port;
 
-pub use self::gate::brake_all;
+pub use self::barrier::inhibit_all;
 
 /// The state machines count cycles of the system clock.
 const TICK_HZ: u32 = 125_000_000;
@@ -69,7 +69,7 @@ const MARGIN_TICKS: u32 = 4;
 /// A block is handed over when it is full or holds this much motion. With less, there would be too little time for the
 /// next.
 const BLOCK_SPAN_TICKS: u32 = TICK_HZ / 500;
-/// The odometer is never older than this.
+/// The step counter is never older than this.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Where intervals are shorter than this, all words on their way are sent within `REPORT_EVERY`. Then the end of each
 /// block is often enough to report. The factor 2 is there because only the mean interval of a segment is checked.
@@ -147,18 +147,18 @@ impl StepPort for PioPort {
         self.capabilities
     }
 
-    fn brake(&self) -> Brake {
-        gate::brake
+    fn inhibit(&self) -> Inhibit {
+        barrier::inhibit
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         {
-            let mut active = ActiveRun::new(self, run.motors, run.start_line, run.odometer);
+            let mut active = ActiveRun::new(self, run.motors, run.start_barrier, run.step_counter);
             let emitted = active.emit(run.segments).await;
             if emitted.is_err() {
-                // The other axes do not wait until this one has counted. A state machine that runs dry has set the brake
+                // The other axes do not wait until this one has counted. A state machine that runs dry has set the inhibit
                 // itself.
-                gate::brake(true);
+                barrier::inhibit(true);
                 return emitted;
             }
             // Wait until the state machine has halted, by itself or because of a fault.
@@ -205,27 +205,32 @@ impl PioPort {
 struct ActiveRun<'a> {
     port: &'a mut PioPort,
     direction_inverted: bool,
-    start_line: &'a StartLine,
-    odometer: &'a Odometer,
+    start_barrier: &'a StartBarrier,
+    step_counter: &'a StepCounter,
     words: Words,
     period_min_ticks: u32,
-    /// From the opening of the gate to the start of the run: the set-up time of DIR.
+    /// From the opening of the start barrier to the start of the run: the set-up time of DIR.
     lead: Duration,
     has_started: bool,
     /// How many of the last words are steps of consecutive segments whose mean interval is below [`QUICK_TICKS`]; and
-    /// whether that holds for all words on their way. Then blocks end so often that the odometer needs no timer.
+    /// whether that holds for all words on their way. Then blocks end so often that the step counter needs no timer.
     quick_words: u32,
     is_quick: bool,
-    /// Instant of the last written step or rest, modulo 2^64. At first, that of the opening of the gate.
+    /// Instant of the last written step or rest, modulo 2^64. At first, that of the opening of the start barrier.
     last_ticks: u64,
-    /// Edges that the odometer has counted, and the position in steps that they lead to.
+    /// Edges that the step counter has counted, and the position in steps that they lead to.
     reported: u32,
     reported_steps: i32,
 }
 
 impl<'a> ActiveRun<'a> {
-    /// Arms the state machine, which then waits at the gate.
-    fn new(port: &'a mut PioPort, motors: Motors, start_line: &'a StartLine, odometer: &'a Odometer) -> Self {
+    /// Arms the state machine, which then waits at the start barrier.
+    fn new(
+        port: &'a mut PioPort,
+        motors: Motors,
+        start_barrier: &'a StartBarrier,
+        step_counter: &'a StepCounter,
+    ) -> Self {
         let capabilities = port.capabilities;
         let words = Words::with_pulse(ticks_covering(capabilities.pulse_ns(motors.wiring), TICK_HZ));
         let lead = Duration::from_micros(capabilities.timing.setup_ns.div_ceil(1_000).into());
@@ -237,7 +242,7 @@ impl<'a> ActiveRun<'a> {
             interrupts::double(port.axis);
         }
         pads::set(port.axis, &motors);
-        gate::close_gate();
+        barrier::close_barrier();
         for machine in port.machines() {
             machine.load(words.pulse_loops());
             interrupts::expect_halt(machine.index());
@@ -246,8 +251,8 @@ impl<'a> ActiveRun<'a> {
         Self {
             port,
             direction_inverted: motors.wiring.direction_inverted,
-            start_line,
-            odometer,
+            start_barrier,
+            step_counter,
             words,
             period_min_ticks: capabilities.period_min_ticks(motors.wiring),
             lead,
@@ -300,13 +305,13 @@ impl<'a> ActiveRun<'a> {
     }
 
     /// Waits with the other axes until the run is started; returns at once if it has been. The first words are with DMA
-    /// by then. The first axis that continues opens the gate for all.
+    /// by then. The first axis that continues opens the start barrier for all.
     async fn start(&mut self) {
         if self.has_started {
             return;
         }
-        self.start_line.armed().await;
-        self.start_line.begun(gate::open_gate() + self.lead);
+        self.start_barrier.armed().await;
+        self.start_barrier.begun(barrier::open_barrier() + self.lead);
         self.has_started = true;
     }
 
@@ -437,7 +442,7 @@ impl<'a> ActiveRun<'a> {
         }
     }
 
-    /// Reports to the odometer the edges that must have risen: all words sent, except those in the FIFO and the one in
+    /// Reports to the step counter the edges that must have risen: all words sent, except those in the FIFO and the one in
     /// the state machine.
     fn report(&mut self) {
         let sent = self.port.stream.sent_words();
@@ -449,7 +454,7 @@ impl<'a> ActiveRun<'a> {
         // The registers are not read at the same instant, so the count may seem to decrease.
         if risen.wrapping_sub(self.reported) as i32 > 0 {
             let steps = self.port.tally.steps_after(risen);
-            self.odometer.advance(steps.wrapping_sub(self.reported_steps));
+            self.step_counter.advance(steps.wrapping_sub(self.reported_steps));
             (self.reported, self.reported_steps) = (risen, steps);
         }
     }

@@ -6,10 +6,10 @@
 //! exact wherever the machine is stopped. Y counts down from -1 and wraps around. Three things can keep the machine
 //! from the next edge:
 //!
-//! - **the gate**, before the first word: it is opened once for all axes, which therefore start on the same cycle;
-//! - **the brake**, before every edge: it is set by whatever stops the machine; pulses keep their full length;
+//! - **the start barrier**, before the first word: it is opened once for all axes, which therefore start on the same cycle;
+//! - **the inhibit**, before every edge: it is set by whatever stops the machine; pulses keep their full length;
 //! - **an empty FIFO**: the machine raises a flag and halts; it never stretches an interval. A run also ends like this.
-//!   If the end was not announced, it is a fault, and the machine sets the brake itself: no other axis makes another
+//!   If the end was not announced, it is a fault, and the machine sets the inhibit itself: no other axis makes another
 //!   step. Whether it was announced, the program asks as MOV's STATUS.
 //!
 //! DIR changes a fixed number of cycles after the fall of STEP ([`TURN_CYCLES`]), and the rest of the interval is its
@@ -19,7 +19,7 @@
 //! halt on, so the check for an empty FIFO costs only the cycle that sets X. Emulators differ in what a loop leaves in
 //! X, so the program sets it explicitly.
 //!
-//! Gate and brake are flags of the PIO block, which all its state machines see.
+//! Start barrier and inhibit are flags of the PIO block, which all its state machines see.
 //!
 //! Nothing here accesses the chip: the tests run this file's program and words on emulators.
 
@@ -28,9 +28,9 @@ use pio::{InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSo
 /// How many axes one PIO block can drive: it has four state machines.
 pub const AXES_MAX: usize = 4;
 
-/// Flag of the gate. The flags below 4 belong to the state machines; each raises its own when it halts.
-pub const GATE: u8 = 1 << 6;
-pub const BRAKE: u8 = 1 << 7;
+/// Flag of the start barrier. The flags below 4 belong to the state machines; each raises its own when it halts.
+pub const BARRIER: u8 = 1 << 6;
+pub const INHIBIT: u8 = 1 << 7;
 
 /// Set in a word that only waits, clear in one that ends with a step.
 const REST: u32 = 1 << 31;
@@ -64,7 +64,7 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         ".origin 0",
         ".side_set 1",
         "    mov x, !null        side 0",
-        "    wait 0 irq 6        side 0", // the gate
+        "    wait 0 irq 6        side 0", // the start barrier
         ".wrap_target",
         "fetch:",
         "    pull noblock        side 0", // X, all ones, if the FIFO is empty
@@ -74,7 +74,7 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         "    jmp !x rest         side 0",
         "    mov x, status       side 0", // 0 if the end was announced
         "    jmp !x end          side 0",
-        "    irq nowait 7        side 0", // the brake
+        "    irq nowait 7        side 0", // the inhibit
         "    irq nowait 0 rel    side 0",
         "starved:",
         "    jmp starved         side 0",
@@ -93,7 +93,7 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         "    out x, 30           side 0",
         "dwell:",
         "    jmp x-- dwell       side 0",
-        "    wait 0 irq 7        side 0", // the brake
+        "    wait 0 irq 7        side 0", // the inhibit
         "    jmp y-- risen       side 1", // the edge, and its count
         "risen:",
         "    mov x, isr          side 1",
@@ -158,7 +158,7 @@ impl Words {
         cycles.wrapping_add(self.bias(high))
     }
 
-    /// The word of the first step of a run. It comes `cycles` after the opening of the gate, plus a few cycles that are
+    /// The word of the first step of a run. It comes `cycles` after the opening of the start barrier, plus a few cycles that are
     /// the same for every axis. DIR changes before those `cycles`, which are its set-up time.
     pub fn first_step(self, cycles: u32, high: bool) -> u32 {
         dir(high) | cycles

@@ -54,7 +54,7 @@ impl StateMachine {
         PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !bits));
     }
 
-    /// From now on an empty FIFO is the end of the run. Before, it is a fault, at which the machine sets the brake.
+    /// From now on an empty FIFO is the end of the run. Before, it is a fault, at which the machine sets the inhibit.
     pub fn announce_end(&self) {
         self.know_end(true);
     }

@@ -2,7 +2,7 @@
 
 use embassy_time::Instant;
 use isostep_motion::{
-    AXES, Axis, ConfigError, Motor, Motors, Odometer, SecondMotor, Side, StepPort, StreamItem, Wiring,
+    AXES, Axis, ConfigError, GangedMotor, Motor, Motors, SecondMotor, StepCounter, StepPort, StreamItem, Wiring,
 };
 use isostep_profile::{ACCEL_MAX_STEPS_S2, Limits};
 use isostep_sim::world::Wire;
@@ -17,11 +17,11 @@ pub fn every_step_leaves_at_its_instant_there_and_back(ports: impl Ports) {
         let moves = [(1, 500), (101, -501), (201, 1), (211, -1), (221, 2)];
         let moves = moves.map(|(at_ms, steps)| (Instant::from_millis(at_ms), Plan::new(steps)));
         let world = rig.run(|mut port, _| async move {
-            let odometer = Odometer::new();
+            let step_counter = StepCounter::new();
             for (start, plan) in moves {
-                carry_out(&mut port, plan, (start, Wiring::default()), &odometer).await.unwrap();
+                carry_out(&mut port, plan, (start, Wiring::default()), &step_counter).await.unwrap();
             }
-            assert_eq!(odometer.position_steps(), 1);
+            assert_eq!(step_counter.position_steps(), 1);
         });
         rig.assert_plans(&edges(&world), &moves);
     }
@@ -31,30 +31,31 @@ pub fn every_step_leaves_at_its_instant_there_and_back(ports: impl Ports) {
 pub fn directions_can_be_inverted(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let world = rig.run(|mut port, _| async move {
-            let odometer = Odometer::new();
+            let step_counter = StepCounter::new();
             let wiring = Wiring { direction_inverted: true, ..Wiring::default() };
-            carry_out(&mut port, Plan::new(5), (Instant::from_millis(1), wiring), &odometer).await.unwrap();
-            assert_eq!(odometer.position_steps(), 5);
+            carry_out(&mut port, Plan::new(5), (Instant::from_millis(1), wiring), &step_counter).await.unwrap();
+            assert_eq!(step_counter.position_steps(), 5);
         });
         assert_eq!(world.borrow().counted_steps()[0], -5, "{rig}");
     }
 }
 
 /// Three runs: of both motors, of the second alone, of the first alone, back. The count is that of the axis's steps.
-pub fn a_side_that_is_held_makes_no_step_and_the_other_makes_all(ports: impl Ports) {
+pub fn a_motor_that_is_held_makes_no_step_and_the_other_makes_all(ports: impl Ports) {
     if !ports.take_second_motors() {
         return;
     }
     for (rig, direction_inverted) in Rig::all(ports).flat_map(|rig| [(rig, false), (rig, true)]) {
-        let runs = [(1, 40, None), (51, 30, Some(Side::First)), (101, -20, Some(Side::Second)), (151, 10, None)];
+        let runs =
+            [(1, 40, None), (51, 30, Some(GangedMotor::First)), (101, -20, Some(GangedMotor::Second)), (151, 10, None)];
         let world = rig.run(|mut port, _| async move {
-            let odometer = Odometer::new();
+            let step_counter = StepCounter::new();
             for (at_ms, steps, held) in runs {
                 let motors = Motors { second: Some(SecondMotor { direction_inverted, held }), ..WIRED };
                 let items = Plan::new(steps).items(port.capabilities().tick_hz).chain([StreamItem::End]).collect();
-                carry_out_run(&mut port, items, (Instant::from_millis(at_ms), motors), &odometer).await.unwrap();
+                carry_out_run(&mut port, items, (Instant::from_millis(at_ms), motors), &step_counter).await.unwrap();
             }
-            assert_eq!(odometer.position_steps(), 60);
+            assert_eq!(step_counter.position_steps(), 60);
         });
         let plans = runs.map(|(at_ms, steps, _)| (Instant::from_millis(at_ms), Plan::new(steps)));
         if !direction_inverted {
@@ -76,7 +77,7 @@ pub fn pulses_are_as_wide_as_the_driver_or_the_wiring_asks(ports: impl Ports) {
             let wiring = Wiring { pulse_ns: asked_ns, ..Wiring::default() };
             let world = rig.run(|mut port, _| async move {
                 let start = Instant::from_millis(1);
-                carry_out(&mut port, Plan::new(3), (start, wiring), &Odometer::new()).await.unwrap();
+                carry_out(&mut port, Plan::new(3), (start, wiring), &StepCounter::new()).await.unwrap();
             });
             let world = world.borrow();
             let step = world.record().waves.iter().filter(|wave| wave.wire == Wire::Step(Axis::X.into()));
@@ -106,7 +107,7 @@ pub fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused(ports:
         let carried_out = moves.clone();
         let world = rig.run(|mut port, _| async move {
             for (start, plan) in carried_out {
-                carry_out(&mut port, plan, (start, Wiring::default()), &Odometer::new()).await.unwrap();
+                carry_out(&mut port, plan, (start, Wiring::default()), &StepCounter::new()).await.unwrap();
             }
         });
         rig.assert_plans(&edges(&world), &moves);
@@ -131,7 +132,7 @@ pub fn steps_may_be_an_hour_apart(ports: impl Ports) {
         let moves = [(Instant::from_millis(1), Plan::beside(10_800, 3, limits))];
         let world = rig.run(|mut port, _| async move {
             let [(start, plan)] = moves;
-            carry_out(&mut port, plan, (start, Wiring::default()), &Odometer::new()).await.unwrap();
+            carry_out(&mut port, plan, (start, Wiring::default()), &StepCounter::new()).await.unwrap();
         });
         rig.assert_plans(&edges(&world), &moves);
     }

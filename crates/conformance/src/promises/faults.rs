@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
-use isostep_motion::{Odometer, PortFault, Run, StartLine, StepPort, StreamQueue, Wiring};
+use isostep_motion::{PortFault, Run, StartBarrier, StepCounter, StepPort, StreamQueue, Wiring};
 use isostep_sim::time;
 
 use crate::plan::{Chain, Plan, steps_of};
@@ -21,21 +21,21 @@ pub fn running_dry_is_a_fault_and_nothing_rises_after_it(ports: impl Ports) {
         let noticed = Rc::new(Cell::new(0));
         let noting = noticed.clone();
         let world = rig.run(|mut port, _| async move {
-            let (queue, start_line, odometer) = (StreamQueue::new(), StartLine::new(), Odometer::new());
+            let (queue, start_barrier, step_counter) = (StreamQueue::new(), StartBarrier::new(), StepCounter::new());
             let mut items = plan.items(port.capabilities().tick_hz);
             let fed: i32 = items.by_ref().take(3).inspect(|item| queue.try_send(*item).unwrap()).map(steps_of).sum();
             let item = async {
-                let_go(&start_line, start).await;
+                let_go(&start_barrier, start).await;
                 Timer::after_secs(1).await;
                 for item in items {
                     queue.send(item).await;
                 }
                 pending::<Infallible>().await
             };
-            let run = Run::new(WIRED, &start_line, &queue, &odometer);
+            let run = Run::new(WIRED, &start_barrier, &queue, &step_counter);
             let Either::First(result) = select(port.run(run), item).await;
             assert!(matches!(result, Err(PortFault::Underrun | PortFault::Late { .. })), "{rig}: {result:?}");
-            assert_eq!(odometer.position_steps(), fed, "{rig}");
+            assert_eq!(step_counter.position_steps(), fed, "{rig}");
             noting.set(time::ns(Instant::now()));
         });
         let edges = edges(&world);
@@ -51,12 +51,12 @@ pub fn steps_that_are_too_close_for_the_pulses_end_in_a_fault_not_in_a_cut_pulse
         let count = Rc::new(RefCell::new(0));
         let counted = count.clone();
         let world = rig.run(|mut port, _| async move {
-            let odometer = Odometer::new();
+            let step_counter = StepCounter::new();
             // At 20,000 steps/s steps are 50 us apart.
             let wiring = Wiring { pulse_ns: 60_000, ..Wiring::default() };
-            let result = carry_out(&mut port, Plan::new(2_000), (Instant::from_millis(1), wiring), &odometer).await;
+            let result = carry_out(&mut port, Plan::new(2_000), (Instant::from_millis(1), wiring), &step_counter).await;
             assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
-            counted.replace(odometer.position_steps());
+            counted.replace(step_counter.position_steps());
         });
         let count = count.take();
         assert!(count > 0, "{rig}: the slow steps are made");
@@ -74,10 +74,10 @@ pub fn steps_to_and_fro_that_are_too_close_are_refused(ports: impl Ports) {
         let counted = Rc::new(RefCell::new(0));
         let reported = counted.clone();
         let world = rig.run(|mut port, _| async move {
-            let odometer = Odometer::new();
-            let result = carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await;
+            let step_counter = StepCounter::new();
+            let result = carry_out_all(&mut port, items, (start, Wiring::default()), &step_counter).await;
             assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
-            reported.replace(odometer.position_steps());
+            reported.replace(step_counter.position_steps());
         });
         assert_eq!(world.borrow().counted_steps()[0], counted.take(), "{rig}");
     }

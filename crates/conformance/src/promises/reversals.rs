@@ -1,7 +1,7 @@
 //! Reversals: moves there and back in one run.
 
 use embassy_time::Instant;
-use isostep_motion::{Odometer, Wiring};
+use isostep_motion::{StepCounter, Wiring};
 use oorandom::Rand32;
 
 use crate::plan::{Chain, SEED};
@@ -15,9 +15,9 @@ pub fn moves_there_and_back_in_one_run_are_exact(ports: impl Ports) {
             let chain = Chain::random(&mut random, &rig.capabilities(), steps);
             let (start, items, net) = (Instant::from_millis(1), chain.items(), chain.steps());
             let world = rig.run(|mut port, _| async move {
-                let odometer = Odometer::new();
-                carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await.unwrap();
-                assert_eq!(odometer.position_steps(), net, "{rig}, SEED={SEED}");
+                let step_counter = StepCounter::new();
+                carry_out_all(&mut port, items, (start, Wiring::default()), &step_counter).await.unwrap();
+                assert_eq!(step_counter.position_steps(), net, "{rig}, SEED={SEED}");
             });
             rig.assert_edges(&edges(&world), chain.instants_ns(start));
         }
@@ -33,9 +33,9 @@ pub fn steps_to_and_fro_may_be_as_close_as_others(ports: impl Ports) {
             let chain = Chain::to_and_fro(capabilities.tick_hz, 1_001, capabilities.period_min_ticks(wiring));
             let (start, items) = (Instant::from_millis(1), chain.items());
             let world = rig.run(|mut port, _| async move {
-                let odometer = Odometer::new();
-                carry_out_all(&mut port, items, (start, wiring), &odometer).await.unwrap();
-                assert_eq!(odometer.position_steps(), 1, "{rig}");
+                let step_counter = StepCounter::new();
+                carry_out_all(&mut port, items, (start, wiring), &step_counter).await.unwrap();
+                assert_eq!(step_counter.position_steps(), 1, "{rig}");
             });
             rig.assert_edges(&edges(&world), chain.instants_ns(start));
         }

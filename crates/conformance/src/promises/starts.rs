@@ -7,20 +7,20 @@ use std::rc::Rc;
 use embassy_futures::join::join;
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant, Timer};
-use isostep_motion::{AXES, Odometer, Run, StartLine, StepPort, StreamItem, StreamQueue, Wiring};
+use isostep_motion::{AXES, Run, StartBarrier, StepCounter, StepPort, StreamItem, StreamQueue, Wiring};
 use isostep_profile::Limits;
 
 use crate::plan::{LIMITS, Plan, delayed, steps_of};
 use crate::rig::{Ports, Rig, WIRED, carry_out, carry_out_all, edges, let_go};
 
 /// What an axis shares with the part of the coordinator.
-type Link = (StartLine, StreamQueue, Odometer);
+type Link = (StartBarrier, StreamQueue, StepCounter);
 
 /// The axes are let go at one instant, and their tasks go on one after the other, 40 us apart. Some have to set DIR.
 pub fn all_axes_start_at_one_instant(ports: impl Ports) {
     for rig in Rig::all(ports) {
         for steps in [3, -3] {
-            let links = Rc::new([const { (StartLine::new(), StreamQueue::new(), Odometer::new()) }; AXES]);
+            let links = Rc::new([const { (StartBarrier::new(), StreamQueue::new(), StepCounter::new()) }; AXES]);
             let world = rig.run_tasks(|ports, _| {
                 let mut tasks: Vec<Pin<Box<dyn Future<Output = ()>>>> = Vec::new();
                 for (axis, port) in ports.into_iter().enumerate() {
@@ -42,11 +42,11 @@ pub fn all_axes_start_at_one_instant(ports: impl Ports) {
 
 /// Makes the steps of one axis.
 async fn make(mut port: impl StepPort, plan: Plan, axis: usize, links: Rc<[Link; AXES]>) {
-    let (start_line, segments, odometer) = &links[axis];
+    let (start_barrier, segments, step_counter) = &links[axis];
     for item in plan.items(port.capabilities().tick_hz).chain([StreamItem::End]) {
         segments.send(item).await;
     }
-    assert_eq!(port.run(Run::new(WIRED, start_line, segments, odometer)).await, Ok(()));
+    assert_eq!(port.run(Run::new(WIRED, start_barrier, segments, step_counter)).await, Ok(()));
 }
 
 /// Lets all axes go, as soon as all are armed.
@@ -76,14 +76,14 @@ pub fn a_port_starts_when_it_can_keep_its_first_step(ports: impl Ports) {
         let reported = begun.clone();
         let world = rig.run(|mut port, _| async move {
             for plan in plans {
-                let (queue, start_line) = (StreamQueue::new(), StartLine::new());
+                let (queue, start_barrier) = (StreamQueue::new(), StartBarrier::new());
                 for item in plan.items(port.capabilities().tick_hz).chain([StreamItem::End]) {
                     queue.try_send(item).unwrap();
                 }
-                let odometer = Odometer::new();
-                let run = Run::new(WIRED, &start_line, &queue, &odometer);
-                let (result, at) = join(port.run(run), let_go(&start_line, Instant::MIN)).await;
-                assert_eq!((result, odometer.position_steps()), (Ok(()), plan.steps()), "{rig}");
+                let step_counter = StepCounter::new();
+                let run = Run::new(WIRED, &start_barrier, &queue, &step_counter);
+                let (result, at) = join(port.run(run), let_go(&start_barrier, Instant::MIN)).await;
+                assert_eq!((result, step_counter.position_steps()), (Ok(()), plan.steps()), "{rig}");
                 reported.borrow_mut().push((at - ports.lead(), plan));
             }
         });
@@ -96,24 +96,24 @@ pub fn an_armed_port_makes_no_step_before_it_is_let_go(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let start = Instant::from_secs(3_600);
         let world = rig.run(|mut port, _| async move {
-            carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &Odometer::new()).await.unwrap();
+            carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &StepCounter::new()).await.unwrap();
         });
         rig.assert_plans(&edges(&world), &[(start, Plan::new(500))]);
     }
 }
 
-/// The run is dropped at the start line, before the instant at which it would have been let go.
+/// The run is dropped at the start barrier, before the instant at which it would have been let go.
 pub fn a_run_dropped_before_its_start_makes_no_step(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let world = rig.run(|mut port, _| async move {
-            let odometer = Odometer::new();
+            let step_counter = StepCounter::new();
             let late = (Instant::from_secs(1), Wiring::default());
-            select(carry_out(&mut port, Plan::new(3), late, &odometer), Timer::after_millis(5)).await;
+            select(carry_out(&mut port, Plan::new(3), late, &step_counter), Timer::after_millis(5)).await;
             Timer::after_secs(2).await;
-            assert_eq!(odometer.position_steps(), 0, "{rig}");
+            assert_eq!(step_counter.position_steps(), 0, "{rig}");
             let again = (Instant::from_secs(3), Wiring::default());
-            carry_out(&mut port, Plan::new(2), again, &odometer).await.unwrap();
-            assert_eq!(odometer.position_steps(), 2, "{rig}");
+            carry_out(&mut port, Plan::new(2), again, &step_counter).await.unwrap();
+            assert_eq!(step_counter.position_steps(), 2, "{rig}");
         });
         rig.assert_plans(&edges(&world), &[(Instant::from_secs(3), Plan::new(2))]);
     }
@@ -132,15 +132,15 @@ pub fn an_axis_may_rest_throughout_its_run(ports: impl Ports) {
         for items in [vec![], rests(1).collect(), rests(1_000).collect(), late.clone(), vec![]] {
             let makes = items.iter().copied().map(steps_of).sum::<i32>();
             let world = rig.run(|mut port, _| async move {
-                let odometer = Odometer::new();
+                let step_counter = StepCounter::new();
                 let items = items.into_iter().chain([StreamItem::End]).collect();
-                carry_out_all(&mut port, items, (start, Wiring::default()), &odometer).await.unwrap();
+                carry_out_all(&mut port, items, (start, Wiring::default()), &step_counter).await.unwrap();
                 assert!(Instant::now() >= start, "{rig}: it ended before it began");
-                assert_eq!(odometer.position_steps(), makes, "{rig}");
+                assert_eq!(step_counter.position_steps(), makes, "{rig}");
                 // A second run reverses the direction.
                 let at = (Instant::now() + Duration::from_millis(1), Wiring::default());
-                carry_out(&mut port, Plan::new(2), at, &odometer).await.unwrap();
-                assert_eq!(odometer.position_steps(), makes + 2, "{rig}");
+                carry_out(&mut port, Plan::new(2), at, &step_counter).await.unwrap();
+                assert_eq!(step_counter.position_steps(), makes + 2, "{rig}");
             });
             assert_eq!(world.borrow().counted_steps()[0], makes + 2, "{rig}");
         }

@@ -7,7 +7,7 @@ use crate::AXES;
 const NEGLIGIBLE: f64 = 1e-18;
 /// If the radius changes by more than this fraction, the arc is so small that the last chord may absorb the change.
 const EVEN_CHANGE_MAX: f64 = 0.1;
-/// How many axes a plane has not.
+/// The number of axes that a plane has not.
 const OTHERS: usize = AXES - 2;
 
 /// Iterates over the end points of the chords. The last one is the target itself. See [`Arc::chords`].

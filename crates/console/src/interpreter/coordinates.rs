@@ -70,7 +70,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Where the zero of an axis would be if the work position were `pm`, with the tool length subtracted.
+    /// The place where the zero of an axis would be if the work position were `pm`, with the tool length subtracted.
     fn zero_pm(&self, axis: usize, pm: i64) -> i64 {
         self.position_pm[axis] - pm - if axis == Z { self.tool_length_pm } else { 0 }
     }

@@ -167,7 +167,7 @@ fn a_radius_may_be_as_wrong_as_a_centre() {
 
 /// As Mach writes it by default.
 #[test]
-fn a_centre_that_is_a_place_is_told() {
+fn a_centre_that_is_a_place_is_reported() {
     check(
         "F600\nG10 L2 P1 X100 Y-20\nG0 X10 Y0\nG3 X0 Y10 I0 J0\nG3 X0 Y10 I0.1 J0\nG3 X0 Y10 I0\nG91 G2 X-2 Y-2 I8 J0\nG90 G18 G2 X12 Z2 I12 K0",
         expect![[r#"
@@ -223,7 +223,7 @@ fn no_jog_is_an_arc() {
 }
 
 #[test]
-fn exact_stop_is_modal_and_told_while_it_is_on() {
+fn exact_stop_is_modal_and_reported_while_it_is_on() {
     check(
         "G61.1 G1 X1 F600\n$G\nG0 X2\nG2 X12 I5\nG91 G28 X1\nG90 G61 X5 I2.5\nG61 G61.1\nG61.5\nG61.1\nM30\n$G",
         expect![[r#"

@@ -1,4 +1,4 @@
-//! Settings of drivers that talk, and M122.
+//! Settings of UART drivers, and M122.
 
 use isostep_console::{Error, ReportedState, SETTING_TABLE, SettingError, Settings};
 
@@ -29,7 +29,7 @@ fn what_is_about_drivers_is_known_by_its_number() {
     let expected = [150, 151, 152, 140, 141, 142, 200, 201, 202, 210, 211, 212, 338, 339, 908, 909, 980, 981, 982];
     assert_eq!(rows.collect::<Vec<_>>(), expected);
     let refused = SettingError::NoTrinamic { number: 980 };
-    let words = "$980 is about drivers that talk, which this board does not have: set them by their jumpers";
+    let words = "$980 is about UART drivers, which this board does not have: set them by their jumpers";
     assert_eq!((refused.to_string().as_str(), refused.error()), (words, Error::UnknownStatement));
     for state in ReportedState::ALL {
         assert_eq!(Talk::new(state).bytes(b"m122\n"), "(drivers) ok", "{state}");

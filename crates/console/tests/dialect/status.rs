@@ -151,7 +151,7 @@ fn the_longest_report_is_as_long_as_promised() {
 }
 
 #[test]
-fn pins_are_told_in_grbls_order() {
+fn pins_are_reported_in_grbls_order() {
     let settings = Settings::DEFAULT;
     let rows = [
         (QUIET, "FS:0,0"),
@@ -177,7 +177,7 @@ fn pins_are_told_in_grbls_order() {
 }
 
 #[test]
-fn spindle_and_coolant_are_told_with_the_overrides_and_when_they_change() {
+fn spindle_and_coolant_are_reported_with_the_overrides_and_when_they_change() {
     let mut talk = Talk::new(ReportedState::Idle);
     let extras = |talk: &mut Talk, sent: &[u8]| {
         talk.bytes(sent);
@@ -223,7 +223,7 @@ fn states_print_as_grbl_prints_them() {
 }
 
 #[test]
-fn a_changed_offset_unit_or_override_is_told_at_once() {
+fn a_changed_offset_unit_or_override_is_reported_at_once() {
     let mut talk = Talk::new(ReportedState::Idle);
     let extras = |talk: &mut Talk, sent: &[u8]| {
         talk.bytes(sent);

@@ -18,7 +18,7 @@ fn commands_when_idle() {
         expect![[r#"
             $ -> [HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x] [MSG:$En and $An explain a refusal or an alarm by its number n, $BUZZ=X moves X to and fro, $BOOT makes way for new firmware] ok
             $G -> [GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] ok
-            $I -> [VER:1.1h.20190830:Isostep 0.1.0 (grbl dialect)] [OPT:VNMZHL,79,128] ok
+            $I -> [VER:1.1h.20190830:Isostep 0.2.0 (grbl dialect)] [OPT:VNMZHL,79,128] ok
             $100=60 -> ok
             $H -> (home) ok
             $HY -> (home 1) ok

@@ -76,7 +76,7 @@ impl Talk {
             return;
         }
         if !lines.message().is_empty() {
-            report::told(heard, lines.message()).unwrap();
+            report::program_message(heard, lines.message()).unwrap();
         }
         match lines.line() {
             Ok(line) => {

@@ -5,7 +5,7 @@ use expect_test::expect;
 use isostep_console::{Coolant, ReportedState};
 
 #[test]
-fn spindle_speed_and_coolant_are_told_when_they_change() {
+fn spindle_speed_and_coolant_are_reported_when_they_change() {
     check(
         "S500\nM3\nM3 S500\nM3 S600\nM4\nM5\nM5 S0\nM7\nM7\nM8\nM8\nM9\nM9\nM8 M3 S1 G4 P1 G0 X1\n$G\nM4 P1\nM3 M4\nM3.2\nS-1\nM7 M8\n$G\nM5 S9 X2",
         expect![[r#"

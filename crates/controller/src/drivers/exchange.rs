@@ -6,8 +6,8 @@ use tmc2209::{ReadRequest, ReadResponse, Reader, WriteRequest};
 
 use super::Wire;
 
-/// How often a datagram is tried, and the pause after which a driver has forgotten half of one: at 9,600 baud it forgets
-/// after 63 bit times.
+/// The number of times that a datagram is tried, and the pause after which a driver has forgotten half of one: at 9,600 baud it
+/// forgets after 63 bit times.
 const TRIES: usize = 3;
 const PAUSE_MS: u64 = 7;
 
@@ -21,7 +21,7 @@ const SPARE_BITS: u64 = 22;
 
 const HEARD: usize = ReadRequest::LEN_BYTES + ReadResponse::LEN_BYTES;
 
-/// How long a [`Wire`](super::Wire) of this baud rate waits for `bytes`: an echo, and a reply if it is longer.
+/// The time for which a [`Wire`](super::Wire) of this baud rate waits for `bytes`: an echo, and a reply if it is longer.
 pub fn exchange_time(bytes: usize, baud: u32) -> Duration {
     let bits = bytes as u64 * BYTE_BITS + SEND_DELAY_BITS + SPARE_BITS;
     Duration::from_micros((bits * 1_000_000).div_ceil(baud.into()))

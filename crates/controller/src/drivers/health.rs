@@ -1,10 +1,10 @@
-//! How a driver is, by what it reports, and what to do about it.
+//! The health of a driver, by its reports, and the remedy.
 
 use tmc2209::reg::DRV_STATUS;
 
 use super::exchange::Failure;
 
-/// How a driver is.
+/// The health of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
     /// It has not been asked yet.
@@ -55,7 +55,7 @@ impl Health {
         !matches!(self, Self::Unknown | Self::Well | Self::Hot | Self::OpenCoil | Self::Stalled)
     }
 
-    /// What it is, in a word or a few, and what to do.
+    /// Its words for a report, and the remedy.
     pub fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::Unknown => ("not asked yet", ""),
@@ -63,7 +63,7 @@ impl Health {
             Self::Hot => ("hot", "cool it, or lower its current ($140-$142)"),
             Self::OpenCoil => ("sees an open coil", "switch the supply off, check the motor's plug and cable"),
             Self::Stalled => (
-                "has told a stall of its motor",
+                "has reported a stall of its motor",
                 "free it, or lower $120-$122 or $200-$202; $909 says which axes are watched",
             ),
             Self::Silent => {
@@ -78,12 +78,12 @@ impl Health {
     }
 }
 
-/// Whether a driver keeps its motor off.
+/// True if a driver keeps its motor off.
 pub fn is_off(status: &DRV_STATUS) -> bool {
     is_shorted(status) || status.ot()
 }
 
-/// Whether it does so because of a short, which it keeps until it is switched off.
+/// True if it does so because of a short, which it keeps until it is switched off.
 pub fn is_shorted(status: &DRV_STATUS) -> bool {
     status.s2ga() || status.s2gb() || status.s2vsa() || status.s2vsb()
 }

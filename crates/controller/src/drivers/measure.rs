@@ -14,20 +14,20 @@ use super::{Drivers, Wire};
 use crate::controller::Controller;
 use crate::output::Message;
 
-/// How often the axis goes there and back.
+/// The number of times that the axis goes there and back.
 const RUNS: usize = 2;
-/// How long it goes at full speed each time, s.
+/// The time for which it goes at full speed each time, s.
 const CRUISE_S: f64 = 1.0;
 /// A reading counts from this part of the speed on.
 const STEADY: f32 = 0.95;
-/// How often the driver is asked before the others get their turn again.
+/// The number of times that the driver is asked before the others get their turn again.
 const READINGS: usize = 16;
 /// So many are needed.
 const LEAST_READINGS: u16 = 16;
 /// A motor of which SG_RESULT falls so low while it turns freely leaves no room for a threshold.
 const LEAST_FREE: u16 = 40;
 
-/// What SG_RESULT was, of a motor at steady speed.
+/// The values of SG_RESULT of a motor at steady speed.
 #[derive(Clone, Copy)]
 pub struct Readings {
     count: u16,
@@ -69,7 +69,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Moves `axis` to and fro at the speed of its seek, and proposes a threshold. It ends where it began.
     ///
     /// # Errors
-    /// [`Error::UnknownStatement`] without drivers that talk; [`Error::Unsupported`] if a stall could not be told, or the axis
+    /// [`Error::UnknownStatement`] without UART drivers; [`Error::Unsupported`] if a stall could not be detected, or the axis
     /// has no room, with a message in `text`; [`Error::Locked`] if it is stopped.
     ///
     /// # Cancellation
@@ -102,7 +102,7 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// How far the axis goes, away from its end, in steps, and how fast, mm/s.
+    /// The distance that the axis goes, away from its end, in steps, and its speed, mm/s.
     fn way(&self, axis: Axis) -> (i32, f64) {
         let config = self.machine.config();
         let feed_mm_s = self.with(|program| f64::from(seek_mm_min(&program.settings, axis as usize)) / 60.0);
@@ -120,7 +120,7 @@ impl<F: NorFlash> Controller<'_, F> {
         });
         let mut line = Line { wire, address: drivers.hardware.addresses[driver] };
         for _ in 0..READINGS {
-            // One that does not answer is told by the next round.
+            // One that does not answer is reported by the next round.
             if drivers.measured.get() == Some(driver)
                 && let Ok(Some(sg_result)) = line.reading(steady_clocks).await
             {
@@ -141,7 +141,7 @@ impl<W: Wire> Line<'_, W> {
     }
 }
 
-/// What is said of a motor that has turned freely.
+/// The report of a motor that has turned freely.
 struct Free {
     axis: Axis,
     readings: Readings,

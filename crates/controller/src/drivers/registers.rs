@@ -14,7 +14,7 @@ const LONGEST_CLOCKS: f32 = 1_048_575.0;
 /// From the last step to the current at standstill: this many of 2^18 clocks, 22 ms each, for each step down.
 const HOLD_DELAY: u8 = 8;
 
-/// What a driver is set to.
+/// The registers to which a driver is set.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Registers {
     pub gconf: u32,
@@ -92,7 +92,7 @@ fn ihold_irun(run: u8, hold_percent: u16) -> u32 {
 }
 
 /// The time between the finest steps at this speed, clocks: what a speed is to TPWMTHRS, from which on SpreadCycle chops, and
-/// TCOOLTHRS, from which on stalls are told. 0, which is never reached, at no speed.
+/// TCOOLTHRS, from which on stalls are reported. 0, which is never reached, at no speed.
 pub fn clocks(settings: &Settings, axis: usize, mm_min: f32) -> u32 {
     if mm_min == 0.0 {
         return 0;

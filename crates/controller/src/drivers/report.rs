@@ -1,4 +1,4 @@
-//! What consoles are told of drivers: M122, and news.
+//! The reports of drivers to consoles: M122, and news.
 
 use core::fmt;
 

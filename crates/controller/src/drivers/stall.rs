@@ -15,11 +15,11 @@ use crate::output::Message;
 const LEAST_FULL_STEPS_S: f32 = 50.0;
 /// A driver is told to look for stalls from this part of the seek's speed on: slower, a motor that speeds up seems stalled.
 pub const LOOKS_FROM: f32 = 0.75;
-/// How far the field of a motor that stalls is ahead of it at most, full steps.
+/// The greatest distance of the field ahead of a motor that stalls, full steps.
 const AHEAD_FULL_STEPS: f32 = 2.0;
 /// The first drivers, whose DIAG a board can lead to a limit input. The fourth's would be on the emergency stop's.
 const JUMPERS: usize = 3;
-/// How far StealthChop must reach beyond the seek: its end is not exact, and the driver's clock is not.
+/// The factor by which StealthChop must reach beyond the seek: its end is not exact, and the driver's clock is not.
 const STEALTH_SEEKS: f32 = 1.25;
 
 /// The drivers look for stalls of these axes' motors, until this is dropped.
@@ -44,7 +44,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Has the drivers of those of `axes` that home by stall look for one. `None` if there is no such axis.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if a stall could not be told, [`Error::Locked`] if a driver does not take it; `text` says why.
+    /// [`Error::Unsupported`] if a stall could not be detected, [`Error::Locked`] if a driver does not take it; `text` says why.
     ///
     /// # Cancellation
     /// The drivers no longer look. Nothing has moved.
@@ -108,12 +108,12 @@ fn axes_of(mask: u16) -> impl Iterator<Item = Axis> {
     Axis::ALL.into_iter().filter(move |&axis| mask & (1 << axis as u16) != 0)
 }
 
-/// How fast an axis seeks, mm/min: no faster than it may.
+/// The speed at which an axis seeks, mm/min: no faster than it may.
 pub fn seek_mm_min(settings: &Settings, axis: usize) -> f32 {
     settings.homing_seek_mm_min.min(settings.max_rate_mm_min[axis])
 }
 
-/// Why a stall of an axis could not be told. Displays as the text of a `[MSG:...]`.
+/// Why a stall of an axis could not be detected. Displays as the text of a `[MSG:...]`.
 pub struct Obstacle {
     axis: Axis,
     kind: Kind,
@@ -122,7 +122,7 @@ pub struct Obstacle {
 enum Kind {
     /// The driver is not set and watched.
     LeftOut,
-    /// Its driver's DIAG is not connected to the input of a limit switch, or one of two motors would have to be told.
+    /// Its driver's DIAG is not connected to the input of a limit switch, or one of two motors would have to be detected.
     Unwired,
     /// It chops by SpreadCycle at the speed of the seek.
     SpreadCycle { stealth_mm_min: f32, least_mm_min: f32 },
@@ -138,7 +138,7 @@ enum Kind {
     High,
 }
 
-/// What stands in the way of telling a stall, apart from the threshold.
+/// The obstacle to telling a stall, apart from the threshold.
 pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     let index = axis as usize;
     let seek_mm_min = seek_mm_min(settings, index);
@@ -165,7 +165,7 @@ pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     Some(Obstacle { axis, kind })
 }
 
-/// How far an axis backs off from its end, and comes again from, mm.
+/// The distance that an axis backs off from its end, and from which it comes again, mm.
 fn way_mm(settings: &Settings, axis: Axis) -> f64 {
     config(settings).run_up_mm(axis) + f64::from(settings.homing_pull_off_mm)
 }
@@ -177,7 +177,7 @@ impl fmt::Display for Obstacle {
         let whole = |value| Fixed { value, decimals: 0 };
         // Rounded up, so that the value in the message is itself accepted.
         let least = |mm_min: f32| mm_min as u32 + u32::from(mm_min % 1.0 > 0.0);
-        write!(f, "a stall of {axis} cannot be told: ")?;
+        write!(f, "a stall of {axis} cannot be detected: ")?;
         match *kind {
             Kind::LeftOut => f.write_str("$338 leaves its driver out. Take it in, or out of $339"),
             Kind::Unwired => f.write_str(

@@ -16,7 +16,7 @@ use crate::controller::Controller;
 
 /// The time between two rounds.
 const ROUND_MS: u64 = 100;
-/// Its settings are read back in one round of so many. What makes a driver forget them is told in every round.
+/// Its settings are read back in one round of so many. What makes a driver forget them is reported in every round.
 const CHECK_ROUNDS: u8 = 8;
 /// A coil that seems open so often in a row is: a motor that turns fast makes one seem so now and then.
 const OPEN_ROUNDS: u8 = 5;
@@ -34,7 +34,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// From then on asks the drivers ten times a second how they are, and sets them anew when settings have changed. One that
-    /// fails stops the machine; what else it reports is told to the consoles. Without it a changed setting is never
+    /// fails stops the machine; what else it reports is reported to the consoles. Without it a changed setting is never
     /// answered. Without drivers it only waits.
     ///
     /// # Cancellation
@@ -49,7 +49,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// Whether the drivers are being set to settings that have changed.
+    /// True if the drivers are being set to settings that have changed.
     pub fn sets_drivers(&self) -> bool {
         self.drivers.as_ref().is_some_and(|drivers| drivers.pending.get())
     }
@@ -167,8 +167,8 @@ impl<W: Wire> Line<'_, W> {
         let status: DRV_STATUS = self.read().await?;
         (known.status, known.sg_result) = (status.0, self.read::<SG_RESULT>().await?.0 as u16);
         // While an error lasts its flag cannot be cleared. If it ended after the machine was unlocked, the motor was off again.
-        let is_told = is_old || is_kept || is_locked && is_off(&before);
-        let has_failed = global.drv_err() && !is_told;
+        let is_reported = is_old || is_kept || is_locked && is_off(&before);
+        let has_failed = global.drv_err() && !is_reported;
         // A driver that has cooled has no other trace of it, and a short stays until the driver is switched off.
         let failed = has_failed.then_some(if is_shorted(&before) { Health::Shorted } else { Health::Overheated });
         let health = if restarted { Health::Restarted } else { Health::judge(failed, global.uv_cp(), &status) };
@@ -196,7 +196,7 @@ impl<W: Wire> Line<'_, W> {
 }
 
 impl Known {
-    /// Whether its settings are to be read back in this round.
+    /// True if its settings are to be read back in this round.
     fn is_due(&mut self) -> bool {
         self.rounds = (self.rounds + 1) % CHECK_ROUNDS;
         self.rounds == 0

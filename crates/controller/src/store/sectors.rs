@@ -31,7 +31,7 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 const MARK: Word = Word(*b"isostep2isostep2isostep2isostep2");
 const CONDEMNED: Word = Word([0; WORD_BYTES_MAX]);
 const ERASED: u8 = 0xFF;
-/// What the log's own marks consist of.
+/// The byte of which the log's own marks consist.
 const LOG_MARK: u8 = 0;
 const STAMP_WORDS: usize = 3;
 const HEADER_BYTES: usize = 8;
@@ -76,7 +76,7 @@ impl<F: NorFlash> Sectors<F> {
         Self { flash, range, live: 0 }
     }
 
-    /// How many bytes the log has.
+    /// The length of the log, bytes.
     pub fn bytes(&self) -> u32 {
         self.count() * Self::SIZE as u32
     }
@@ -141,7 +141,7 @@ impl<F: NorFlash> Sectors<F> {
         self.flash.write(address, &value.0[..Self::WORD_BYTES]).await
     }
 
-    /// Whether the word at an offset is the log's mark at the beginning or the end of a sector.
+    /// True if the word at an offset is the log's mark at the beginning or the end of a sector.
     fn is_mark(offset: u32, bytes: usize) -> bool {
         let place = offset as usize % Self::SIZE;
         bytes == Self::WORD_BYTES && (place == 0 || place == Self::SIZE - Self::WORD_BYTES)

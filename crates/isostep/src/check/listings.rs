@@ -19,7 +19,7 @@ pub fn run(files: &[PathBuf], out: Option<&PathBuf>) -> Result<()> {
     for path in files {
         let name = project::shown(path);
         let listing = Listing::read(&name, &sim::read_as_settings(path)?, &Config::default());
-        print!("{name}\n{}", print::told(&listing.rows()));
+        print!("{name}\n{}", print::listing(&listing.rows()));
         bad += usize::from(!listing.is_good());
         if let Some(out) = out.filter(|_| listing.settings.is_some()) {
             sim::write_file(out, |file| file.write_all(listing.text().as_bytes()))?;

@@ -22,9 +22,9 @@ Each program is read as the controller reads it, and then made in virtual time w
 written. Lines that would be refused are left out of extents and times; a program that waits for a person is resumed at once.
 
 Extents are of its moves, from where it begins, or from zero if it homes. It fits if there is a place to begin at from which it
-stays within the travel: the middle of the travel, or another that is told; with --start it must stay within it from there.
+stays within the travel: the middle of the travel, or another that is given; with --start it must stay within it from there.
 Times are from the start of the first move to the end of the last, with dwells and spin-ups before and behind, without homing.
-Planning takes no time here; where more moves come than the board plans in a second, that is told.
+Planning takes no time here; where more moves come than the board plans in a second, that is reported.
 
 The exit status is 0 if every line of every program is accepted, each fits, and none ends in an alarm, on every machine.
 

@@ -24,7 +24,7 @@ pub fn detail(checked: &Checked, all: bool) -> String {
 }
 
 /// What is said under each name.
-pub fn told(rows: &[Row]) -> String {
+pub fn listing(rows: &[Row]) -> String {
     rows.iter().map(lines).collect()
 }
 

@@ -37,7 +37,7 @@ fn detail(checked: &Checked) -> String {
 }
 
 #[test]
-fn a_good_program_is_told_in_full() {
+fn a_good_program_is_reported_in_full() {
     let program =
         "%\n(tools)\nG21 G90 G64 P0.05\nT2 M6\nM3 S900\nG1 X20 F600\nY10\nG2 X10 I-5\nM0\nG0 Z5\nM5\nM30\n%\n";
     let checked = check("good.nc", program, None);
@@ -61,7 +61,7 @@ fn a_good_program_is_told_in_full() {
 }
 
 #[test]
-fn every_refused_line_is_told_up_to_ten_then_counted_by_word() {
+fn every_refused_line_is_reported_up_to_ten_then_counted_by_word() {
     let program = format!("G42 D1 X5\nG0 X1 X2\n{}G0 X3\n", "M100\n".repeat(12));
     let checked = check("refused.nc", &program, None);
     let reported = detail(&checked);
@@ -102,7 +102,7 @@ fn a_program_that_homes_is_made_with_its_switches() {
 
 /// The second machine has homing switched off.
 #[test]
-fn what_one_machine_alone_refuses_is_told_of_it() {
+fn what_one_machine_alone_refuses_is_reported_of_it() {
     let mut two = machine();
     let mut settings = Settings::DEFAULT;
     (settings.homing, settings.soft_limits) = (false, false);
@@ -119,7 +119,7 @@ fn what_one_machine_alone_refuses_is_told_of_it() {
 }
 
 #[test]
-fn a_setting_that_is_refused_in_motion_is_told_with_what_helps() {
+fn a_setting_that_is_refused_in_motion_is_reported_with_what_helps() {
     let reported = detail(&check("motion.nc", "G0 X50\n$110=1000\nM2\n", None));
     assert!(
         reported.contains("time       line 2 `$110=1000` was refused: error:8 ")
@@ -202,7 +202,7 @@ fn dwells_before_the_first_move_and_after_the_last_count() {
 
 /// Machine C, and lines of 0.04 mm at 100 mm/s: 2,500 moves a second are asked for, and none lasts less than 0.5 ms.
 #[test]
-fn more_moves_than_the_board_carries_are_told() {
+fn more_moves_than_the_board_carries_are_reported() {
     let mut settings = Settings::DEFAULT;
     (settings.homing, settings.soft_limits) = (false, false);
     (settings.steps_per_mm, settings.max_rate_mm_min) = ([80.0; 3], [12_000.0; 3]);
@@ -219,7 +219,7 @@ fn more_moves_than_the_board_carries_are_told() {
 
 /// Two stops, each half a period of 40 Hz with a damping ratio of 0.05 longer.
 #[test]
-fn what_shapers_cost_is_told() {
+fn what_shapers_cost_is_reported() {
     let program = "G0 X5\nG4 P1\nG0 Y5\nM2\n";
     let [plain, shaped] = ["", "$950=1\n"].map(|set| check("stops.nc", &format!("{set}{program}"), None));
     let more_s = shaped.on[0].check.time_s.unwrap() - plain.on[0].check.time_s.unwrap();
@@ -230,7 +230,7 @@ fn what_shapers_cost_is_told() {
 }
 
 #[test]
-fn a_pierce_that_will_be_dark_is_told() {
+fn a_pierce_that_will_be_dark_is_reported() {
     let program = "$32=1\nM3 S800\nG4 P0.5\nG1 X5 F600\nM5\nG4 P0.5\nM2\n";
     let reported = detail(&check("pierce.nc", program, None));
     assert!(reported.contains("dark       the laser does not pierce at line 3: it is dark wherever"), "{reported}");
@@ -240,7 +240,7 @@ fn a_pierce_that_will_be_dark_is_told() {
 }
 
 #[test]
-fn a_plate_is_probed_and_its_place_is_told() {
+fn a_plate_is_probed_and_its_place_is_reported() {
     let program = "G21 G91\nG38.2 Z-10 F60\nG0 Z2\nM2\n";
     let stand = |plate| Stand { start_mm: Some([35.0, 40.0, 15.0]), plate };
     let plate = Some("Z,12.5,below".parse().unwrap());

@@ -132,9 +132,12 @@ mod tests {
     }
 
     #[test]
-    fn a_port_that_is_not_there_is_told_without_opening_it() {
-        let told = find("/dev/nope").unwrap_err().to_string();
-        assert!(told.starts_with("/dev/nope: there is no such port: `isostep console --list` shows them"), "{told}");
+    fn a_port_that_is_not_there_is_reported_without_opening_it() {
+        let reported = find("/dev/nope").unwrap_err().to_string();
+        assert!(
+            reported.starts_with("/dev/nope: there is no such port: `isostep console --list` shows them"),
+            "{reported}"
+        );
         if cfg!(unix) {
             find("/dev/null").unwrap();
         }

@@ -52,7 +52,7 @@ pub fn run(
 ) -> Result<()> {
     let mut waiting = VecDeque::new();
     let mut has_quit = false;
-    let mut is_hold_told = false;
+    let mut is_hold_reported = false;
     loop {
         send(session, typist, &mut waiting, &mut show)?;
         if has_quit && (typist == Typist::Person || waiting.is_empty() && session.is_answered()) {
@@ -69,10 +69,10 @@ pub fn run(
             Some(Event::Gone(_)) | None => {}
         }
         let waits = session.is_held() && !session.is_answered();
-        if waits && !is_hold_told {
+        if waits && !is_hold_reported {
             show(HELD)?;
         }
-        is_hold_told = waits;
+        is_hold_reported = waits;
         tick(session)?;
     }
 }

@@ -106,7 +106,7 @@ fn a_program_is_streamed_within_the_window_and_to_its_end() {
 const PLUNGE: &str = "M3 S900\nG0 X5\nQ9\nG4 P0.5\nG0 Z40\nX20\nX30 (there)\n";
 
 #[test]
-fn a_refused_line_stops_the_stream_and_what_is_behind_it_is_told() {
+fn a_refused_line_stops_the_stream_and_what_is_behind_it_is_reported() {
     let mut text = PLUNGE.to_owned();
     text += &"G0 X31\n".repeat(100);
     let (_, closing) = while_running(SPEED, |path| {

@@ -69,7 +69,7 @@ fn a_board_that_keeps_its_promises_is_proved() {
 /// From the first stop it is known where in a move the others come: each is in the middle of its window, so that half a window
 /// is left for one that comes sooner or later. The figure is the longest time of those that were seen.
 #[test]
-fn stops_are_in_the_middle_of_their_windows_and_the_longest_is_told() {
+fn stops_are_in_the_middle_of_their_windows_and_the_longest_is_reported() {
     for (wires, jumpers, key) in [(vec![9], &[Jumper::Limit][..], "stop.9"), (Vec::new(), &[], "stop.reset")] {
         let mut fake = Fake::new(Faults { wires, ..Faults::default() });
         let proof = prove(&mut fake, &How { only: vec![Part::Stops], ..how(jumpers) }).unwrap();
@@ -110,7 +110,7 @@ fn a_lost_edge_is_found_and_named() {
 }
 
 #[test]
-fn what_the_stampers_lose_is_told_and_no_fault_of_the_board() {
+fn what_the_stampers_lose_is_reported_and_no_fault_of_the_board() {
     let proof = proved(Faults { stampers_lose: true, ..Faults::default() }, &[], &[Part::Edges]);
     assert!(
         proof.remarks.iter().any(|remark| remark.contains("the stampers themselves lost stamps")),

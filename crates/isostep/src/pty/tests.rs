@@ -125,7 +125,7 @@ fn the_next_client_finds_the_machine_as_it_was_and_nothing_stale() {
 }
 
 #[test]
-fn what_the_machine_does_at_the_end_is_told_in_words() {
+fn what_the_machine_does_at_the_end_is_reported_in_words() {
     let (_, closing) = while_running(20.0, |path| {
         let mut client = Client::open(path);
         client.hear(WELCOME);

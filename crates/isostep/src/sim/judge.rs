@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn each_refused_line_has_its_own_remedy_and_what_was_sent_behind_it_is_told() {
+    fn each_refused_line_has_its_own_remedy_and_what_was_sent_behind_it_is_reported() {
         let outcome = outcome("$100=-5\nG0 X1 X2\n$132=20000\nG0 X2\nG0 X3\n");
         let reported = [
             "  line 1 `$100=-5`: error:4 $100=-5 is negative: give 0 or more\n",

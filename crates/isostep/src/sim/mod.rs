@@ -121,7 +121,7 @@ pub struct Args {
     /// 200 steps/mm, 10 kg on a screw from there on
     #[arg(long, value_name = "AXIS=MM,KG", value_parser = load)]
     load: Vec<(usize, Load)>,
-    /// Loads on springs, whose ringing is told: axis, natural frequency in Hz, damping ratio. They change no edge; see
+    /// Loads on springs, whose ringing is reported: axis, natural frequency in Hz, damping ratio. They change no edge; see
     /// docs/ringing.md
     #[arg(long, value_name = "AXIS:HZ:RATIO,...")]
     ringing: Option<Springs>,
@@ -137,7 +137,7 @@ pub struct Args {
     moves: bool,
     #[command(flatten)]
     laws: Laws,
-    /// The board: a Pico with bare drivers, or an SKR Pico, whose TMC2209 talk: M122, $140-$142, and more in docs/console.md
+    /// The board: a Pico with bare drivers, or an SKR Pico, with TMC2209 on a UART: M122, $140-$142, and more in docs/console.md
     #[arg(long, value_parser = ["pico", "skr-pico"], default_value = "pico")]
     board: String,
     /// Jumpers of an SKR Pico: the limit inputs of these axes are wired to their drivers' DIAG, high for a stall, and not to
@@ -318,7 +318,7 @@ fn config(args: &Args) -> Result<Config> {
     config.diag = args.diag.unwrap_or_default();
     ensure!(
         config.board == Board::SkrPico || args.diag.is_none(),
-        "--diag: the drivers of a {} do not talk: use --board skr-pico",
+        "--diag: the drivers of a {} have no UART: use --board skr-pico",
         config.board
     );
     config.port = if args.port == "timer" { Port::Timer } else { Port::Pio };

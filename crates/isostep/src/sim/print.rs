@@ -229,16 +229,16 @@ mod tests {
     }
 
     #[test]
-    fn ringing_is_told_for_axes_with_a_load_and_only_then() {
-        let told = |springs: &str| {
+    fn ringing_is_reported_for_axes_with_a_load_and_only_then() {
+        let reported = |springs: &str| {
             let springs = springs.parse().unwrap_or_default();
             let config = isostep_sim::Config { springs, ..isostep_sim::Config::default() };
             let outcome = isostep_sim::run(b"G91 G1 F1200 X5\nY5\n", &config).unwrap();
             let ringing = Figures::new("test", &outcome).ringing;
             [ringing_words(&ringing, &[]), ringing_words(&ringing, &ringing)]
         };
-        assert_eq!(told(""), ["", ""]);
-        let [words, beside] = told("X:8:0.05");
+        assert_eq!(reported(""), ["", ""]);
+        let [words, beside] = reported("X:8:0.05");
         assert_eq!(beside.matches("\n     unshaped ").count(), 1, "{beside}");
         assert!(!words.contains("unshaped"), "{words}");
         assert!(
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_tool_did_is_told_if_it_was_used() {
+    fn what_the_tool_did_is_reported_if_it_was_used() {
         assert_eq!(words("G0 X1\n"), "");
         assert_eq!(words("M8\nG4 P0.5\nM9\n"), "\ntool\n  coolant: flood for 0.500 s, mist for 0.000 s\n");
         let laser = words("$32=1\nG91 G1 F600 M3 S500\nX6\nG4 P0.1\nM5\n");

@@ -28,7 +28,7 @@ bytes that hold, reset and override at any instant and between any two critical 
 chatter, motors that stall, links that spoil lines, hosts that do not read, power cuts, a processor that is kept from its tasks.
 In all of them: drivers are never misled, counts are those of the edges, every edge of a move is where the closed form has it, paths are
 straight and axes equal, homed axes are where they say and within their travel, every line is answered once, every wait ends, outputs
-are off when they must be, a reset is told on every console and forgets all that was sent before it, and at last the machine moves where
+are off when they must be, a reset is reported on every console and forgets all that was sent before it, and at last the machine moves where
 it is sent. A failure is made small, and printed as the line that shows it again.
 
 Examples:
@@ -60,7 +60,7 @@ pub struct Args {
     /// One line of JSON in the end rather than words; it has each failure with what shows it again
     #[arg(long, conflicts_with = "seed")]
     json: bool,
-    /// One world alone, told act by act
+    /// One world alone, shown act by act
     #[arg(long, value_name = "SEED")]
     seed: Option<u64>,
     /// Of that world these acts alone, by number
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_world_is_told_act_by_act_under_its_numbers() {
+    fn a_world_is_reported_act_by_act_under_its_numbers() {
         let whole = Scenario::new(1);
         let text = story(&whole.keeping(&[0, 3]), &[0, 3]);
         let acts: Vec<_> = text.lines().rev().take(2).collect();

@@ -351,7 +351,7 @@ fn a_line_of_a_page_that_goes_at_once_is_held() {
 }
 
 #[test]
-fn a_board_that_is_unplugged_is_told_and_taken_again() {
+fn a_board_that_is_unplugged_is_reported_and_taken_again() {
     let folder = std::env::temp_dir().join(format!("isostep-unplugged-{}", std::process::id()));
     fs::create_dir_all(&folder).unwrap();
     let link = folder.join("port");
@@ -376,7 +376,7 @@ fn a_board_that_is_unplugged_is_told_and_taken_again() {
 }
 
 #[test]
-fn what_cannot_be_served_is_told_with_its_remedy() {
+fn what_cannot_be_served_is_reported_with_its_remedy() {
     let taken = std::net::TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     let refused = |at: SocketAddr| Server::bind(page("taken"), None, at).err().unwrap().to_string();
     let words = refused(taken.local_addr().unwrap());

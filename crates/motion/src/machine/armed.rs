@@ -1,10 +1,10 @@
-//! Which edges stop the machine at once, for an interrupt of the board that brakes before it takes a lock.
+//! The edges that stop the machine at once, for an interrupt of the board that inhibits before it takes a lock.
 //!
 //! # Design
 //! The life cycle decides on a stop in a critical section, which takes microseconds. So what it would decide is known before
 //! the edge comes: every critical section that changes what it depends on (the life, the configuration, the debounced level
 //! of a switch) stores the result in one word. An interrupt comes before such a section or after it, so the word it reads
-//! is what the life cycle decides right afterwards. It brakes by the word, and reports the edge, which decides on the alarm.
+//! is what the life cycle decides right afterwards. It inhibits by the word, and reports the edge, which decides on the alarm.
 
 use core::sync::atomic::Ordering;
 
@@ -26,24 +26,24 @@ const fn edge(input: LimitInput, is_low: bool) -> u32 {
 }
 
 /// For an interrupt of the board which no critical section and nothing of this crate interrupts. If the answer is yes, the
-/// report of the edge that follows stops the machine, so the board may brake the axes and the tool before it. Not even a
+/// report of the edge that follows stops the machine, so the board may inhibit the axes and the tool before it. Not even a
 /// lock is taken.
 impl Machine {
-    /// Whether [`limit_edge`](Self::limit_edge) would stop everything now.
+    /// True if [`limit_edge`](Self::limit_edge) would stop everything now.
     #[inline(always)]
     #[must_use]
     pub fn stops_at_limit(&self, input: LimitInput, is_low: bool) -> bool {
         self.armed.load(Ordering::Relaxed) & edge(input, is_low) != 0
     }
 
-    /// Whether a press that [`emergency_stop_edge`](Self::emergency_stop_edge) reports would lock the machine now.
+    /// True if a press that [`emergency_stop_edge`](Self::emergency_stop_edge) reports would lock the machine now.
     #[inline(always)]
     #[must_use]
     pub fn stops_at_emergency(&self) -> bool {
         self.armed.load(Ordering::Relaxed) & EMERGENCY_STOP != 0
     }
 
-    /// Whether [`reset_heard`](Self::reset_heard) would stop everything now.
+    /// True if [`reset_heard`](Self::reset_heard) would stop everything now.
     #[inline(always)]
     #[must_use]
     pub fn stops_at_reset(&self) -> bool {
@@ -82,7 +82,7 @@ impl Machine {
 }
 
 impl Inner {
-    /// What this edge of a limit input triggers, if it is a press.
+    /// The trigger of this edge of a limit input, if it is a press.
     pub(super) fn pressed(&self, input: LimitInput, is_low: bool) -> Option<Trigger> {
         let motor = match input {
             LimitInput::Of(axis) => Motor::first(axis),

@@ -2,7 +2,7 @@
 
 use super::{Machine, Trigger};
 
-/// What the safety door has done.
+/// The state of the safety door.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Door {
     /// It is open now.
@@ -36,7 +36,7 @@ impl Machine {
         self.tool.ask();
     }
 
-    /// What the safety door has done.
+    /// The state of the safety door.
     #[must_use]
     pub fn door(&self) -> Door {
         self.life().door

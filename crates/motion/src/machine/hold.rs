@@ -6,7 +6,7 @@ use embassy_time::{Instant, Timer};
 use super::life::Forget;
 use super::{Machine, Reaction, Trigger};
 
-/// How fast to move, in percent of what is asked for; never faster than the limits.
+/// The speed at which to move, in percent of what is asked for; never faster than the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overrides {
     /// Percentage of a feed, above 0.
@@ -50,7 +50,7 @@ impl Machine {
         self.on(Trigger::CancelJog);
     }
 
-    /// Whether cancelled jogs are being forgotten: the one under way still brakes, and no other is taken.
+    /// True if cancelled jogs are being forgotten: the one under way still brakes, and no other is taken.
     #[must_use]
     pub fn is_cancelling_jogs(&self) -> bool {
         self.life().forget == Forget::Jogs
@@ -77,7 +77,7 @@ impl Machine {
         self.asked.signal(());
     }
 
-    /// Whether the move under way is to brake.
+    /// True if the move under way is to brake.
     pub(crate) fn is_to_brake(&self) -> bool {
         self.with(|inner| inner.life.is_to_brake())
     }
@@ -124,7 +124,7 @@ impl Machine {
         }
     }
 
-    /// Whether the motion that is held or under way is to be forgotten.
+    /// True if the motion that is held or under way is to be forgotten.
     pub(crate) fn is_to_forget(&self) -> bool {
         self.life().is_to_forget()
     }

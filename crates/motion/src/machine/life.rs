@@ -1,7 +1,7 @@
 //! The life cycle of a machine: which state it is in, and what each trigger makes of it.
 //!
 //! All of it is one function, [`Life::on`]. It reads and changes nothing except the [`Life`], so it can be tried on
-//! every life that can be reached: see its tests. They also compare it with the table in `ARCHITECTURE.md`. The machine
+//! every life that can be reached: see its tests. They also compare it with the table in `docs/states.md`. The machine
 //! calls it in a critical section (`Machine::apply`), and afterwards does what the [`Reaction`] says.
 //!
 //! States and causes are matched, not compared: on a chip a constant to compare with would be read from slow memory.
@@ -17,7 +17,7 @@ use crate::motor::Motor;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Life {
     pub state: State,
-    /// How many motions have been asked for and are not finished.
+    /// The number of motions that have been asked for and are not finished.
     pub pending: usize,
     /// A run is under way: axes may move.
     pub moving: bool,
@@ -31,11 +31,11 @@ pub(super) struct Life {
     pub door: Door,
     /// A reset byte has been heard, and the console has not reported it yet.
     pub reset_heard: bool,
-    /// How many resets have had all motions forgotten.
+    /// The number of resets that have had all motions forgotten.
     pub resets: u32,
 }
 
-/// Which of the motions asked for are to be forgotten; the one under way brakes.
+/// The motions asked for that are to be forgotten; the one under way brakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Forget {
     Nothing,
@@ -86,7 +86,7 @@ pub(super) enum Kind {
     Homing,
 }
 
-/// What happens to a machine.
+/// An event of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Trigger {
     /// A motion is asked for.
@@ -134,7 +134,7 @@ pub(super) enum Trigger {
     Unlock,
 }
 
-/// What the machine has to do after a trigger.
+/// The action of the machine after a trigger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reaction {
     /// Nothing else.
@@ -186,12 +186,12 @@ impl Life {
         self.forget != Forget::Nothing || self.cause.is_some()
     }
 
-    /// Whether the first edge of a limit switch, or a stall that a driver tells, stops everything.
+    /// True if the first edge of a limit switch, or a stall that a driver tells, stops everything.
     pub fn heeds_limits(&self) -> bool {
         self.pending > 0 && !self.is_locked() && !matches!(self.state, State::Home)
     }
 
-    /// Whether a reset byte stops everything.
+    /// True if a reset byte stops everything.
     pub fn heeds_reset_byte(&self) -> bool {
         self.pending > 0 && !self.is_locked() && (self.reset_heard || self.forget == Forget::All)
     }

@@ -1,4 +1,4 @@
-//! What the tool's outputs are to be, and what switches them off.
+//! The outputs of the tool as they are to be, and what switches them off.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU16, Ordering};
@@ -10,17 +10,17 @@ use embassy_time::Instant;
 
 use super::{Busy, Inner, Machine, Reaction, Trigger};
 use crate::event::State;
-use crate::port::Brake;
+use crate::port::Inhibit;
 use crate::tool::power::Level;
 use crate::tool::spindle::{Outputs, Spindle, ToolWanted};
 use crate::tool::stroke::StrokeQueue;
 
-/// What the machine and its tool's task share.
+/// The state that the machine and its tool's task share.
 pub(super) struct ToolLink {
     strokes: StrokeQueue,
     asked: Signal<CriticalSectionRawMutex, ()>,
     level: AtomicU16,
-    brake: Mutex<CriticalSectionRawMutex, Cell<Brake>>,
+    inhibit: Mutex<CriticalSectionRawMutex, Cell<Inhibit>>,
 }
 
 impl ToolLink {
@@ -29,7 +29,7 @@ impl ToolLink {
             strokes: StrokeQueue::new(),
             asked: Signal::new(),
             level: AtomicU16::new(0),
-            brake: Mutex::new(Cell::new(|_engaged| {})),
+            inhibit: Mutex::new(Cell::new(|_engaged| {})),
         }
     }
 
@@ -44,8 +44,8 @@ impl ToolLink {
         Level::from_65535ths(self.level.load(Ordering::Relaxed))
     }
 
-    fn brake(&self, engaged: bool) {
-        self.brake.lock(Cell::get)(engaged);
+    fn inhibit(&self, engaged: bool) {
+        self.inhibit.lock(Cell::get)(engaged);
     }
 }
 
@@ -58,7 +58,7 @@ pub(super) enum SpindleStop {
     ToolChange,
 }
 
-/// What is asked of the outputs, and what keeps them off.
+/// The outputs that are asked for, and what keeps them off.
 #[derive(Clone, Copy)]
 pub(super) struct OutputsAsked {
     pub asked: Outputs,
@@ -66,11 +66,11 @@ pub(super) struct OutputsAsked {
     pub percent: u8,
     /// Why the spindle stands in a hold.
     pub stopped: Option<SpindleStop>,
-    /// When the spindle has its speed: nothing moves before.
+    /// The instant at which the spindle has its speed: nothing moves before.
     pub ready_at: Instant,
     /// The spindle, or the laser, is to be off once no motion is pending.
     pub stops_at_rest: bool,
-    /// How often all outputs have been switched off at once.
+    /// The number of times that all outputs have been switched off at once.
     pub stops: u32,
 }
 
@@ -133,7 +133,7 @@ impl Machine {
         self.tool.ask();
     }
 
-    /// What was asked of the outputs last, unless all have been switched off since.
+    /// The outputs that were asked for last, unless all have been switched off since.
     #[must_use]
     pub fn outputs(&self) -> Outputs {
         self.with(|inner| inner.outputs.asked)
@@ -175,7 +175,7 @@ impl Machine {
 }
 
 impl Inner {
-    /// What the outputs are now: what is asked of them, except for what a hold or the safety door keeps off. A spindle
+    /// The outputs as they are now: what is asked of them, except for what a hold or the safety door keeps off. A spindle
     /// whose speed is 0 stands.
     pub(super) fn effective(&self) -> Outputs {
         let (outputs, laser) = (self.outputs.asked, self.config.tool.laser);
@@ -212,7 +212,7 @@ impl Machine {
         let OutputsAsked { percent, stops, .. } = inner.outputs;
         inner.outputs = OutputsAsked { percent, stops: stops.wrapping_add(1), ..OutputsAsked::new() };
         inner.life.on(Trigger::OutputsCut);
-        self.tool.brake(true);
+        self.tool.inhibit(true);
         self.tool.ask();
     }
 
@@ -221,9 +221,9 @@ impl Machine {
         self.with(|inner| self.cut_outputs(inner));
     }
 
-    /// Takes over the brake of the tool's port, whose outputs are off.
-    pub(crate) fn fit_tool(&self, brake: Brake) {
-        self.tool.brake.lock(|fitted| fitted.set(brake));
+    /// Takes over the inhibit of the tool's port, whose outputs are off.
+    pub(crate) fn fit_tool(&self, inhibit: Inhibit) {
+        self.tool.inhibit.lock(|fitted| fitted.set(inhibit));
     }
 
     pub(crate) fn tool_wanted(&self) -> ToolWanted {
@@ -235,12 +235,12 @@ impl Machine {
         })
     }
 
-    /// Releases the brake of the outputs, which are now as they are to be. It does nothing if the brake has been
+    /// Releases the inhibit of the outputs, which are now as they are to be. It does nothing if the inhibit has been
     /// engaged again since then: more than `stops` times in all.
     pub(crate) fn release_tool(&self, stops: u32) {
         self.with(|inner| {
             if inner.outputs.stops == stops {
-                self.tool.brake(false);
+                self.tool.inhibit(false);
             }
         });
     }

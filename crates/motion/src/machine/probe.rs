@@ -11,18 +11,18 @@ use crate::axes::AXES;
 pub struct Probed {
     /// The contact changed during the motion.
     pub touched: bool,
-    /// Where it changed, or where the motion ended, steps.
+    /// The place where it changed, or where the motion ended, steps.
     pub position_steps: [i32; AXES],
 }
 
-/// What is known of the probe.
+/// The state of the probe, as far as it is known.
 #[derive(Clone, Copy)]
 pub(super) struct Probe {
     /// The input is low.
     is_low: bool,
-    /// What is looked for: contact (`true`) or its end (`false`).
+    /// The change that is looked for: contact (`true`) or its end (`false`).
     sought: Option<bool>,
-    /// When that was found.
+    /// The instant at which that was found.
     found: Option<Instant>,
     last: Probed,
 }
@@ -57,7 +57,7 @@ impl Machine {
         }
     }
 
-    /// Whether the probe touches now.
+    /// True if the probe touches now.
     #[must_use]
     pub fn probe_touches(&self) -> bool {
         self.with(|inner| inner.probe.touches(inner.config.probe_inverted))
@@ -82,7 +82,7 @@ impl Machine {
         })
     }
 
-    /// When what is looked for was found.
+    /// The instant at which what is looked for was found.
     pub(crate) fn contact_at(&self) -> Option<Instant> {
         self.with(|inner| inner.probe.found)
     }

@@ -10,9 +10,9 @@ use super::{Busy, CHAIN_MOVES, Machine};
 use crate::axes::AXES;
 use crate::tool::power::Power;
 
-/// How many motions wait in the queue before the chain takes them. Grbl's planner has as many blocks in all.
+/// The number of motions that wait in the queue before the chain takes them. Grbl's planner has as many blocks in all.
 pub(super) const QUEUE_MOVES: usize = 15;
-/// How many moves can be asked for at rest without waiting.
+/// The number of moves that can be asked for at rest without waiting.
 pub const MOVES_AHEAD: usize = CHAIN_MOVES + QUEUE_MOVES;
 
 /// A motion. Motions are carried out in the order in which they are asked for.
@@ -22,19 +22,19 @@ pub enum Motion {
     Move {
         /// The place, steps.
         target_steps: [i32; AXES],
-        /// How far beside it the place is that is meant: see
+        /// The distance of the place that is meant from it: see
         /// [`Request::offsets`](isostep_profile::chain::Request::offsets).
         offsets: [i8; AXES],
         /// Speed along the path, mm/s; `None` is as fast as the limits allow.
         feed_mm_s: Option<f64>,
         /// It ends at rest, instead of flowing into the next move.
         exact_stop: bool,
-        /// How far the path may leave the corner where the move begins, mm: see
+        /// The distance by which the path may leave the corner where the move begins, mm: see
         /// [`Request::deviation_mm`](isostep_profile::chain::Request::deviation_mm).
         deviation_mm: f32,
         /// The program line that it comes from, for [`Status::line`](super::Status::line); 0 for none.
         line: u32,
-        /// How strongly a laser shines meanwhile.
+        /// The power at which a laser shines meanwhile.
         power: Power,
     },
     /// Go to a place at a speed along the path, mm/s, by hand: it may be cancelled.
@@ -69,7 +69,7 @@ impl Motion {
 /// A straight move until the probe touches, or until it no longer touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeMove {
-    /// Where it ends if the probe finds nothing, steps.
+    /// The place where it ends if the probe finds nothing, steps.
     pub target_steps: [i32; AXES],
     /// Speed along the path, mm/s.
     pub feed_mm_s: f64,
@@ -157,7 +157,7 @@ impl Machine {
         self.queue.free_capacity()
     }
 
-    /// Whether no other motion can be asked for without waiting.
+    /// True if no other motion can be asked for without waiting.
     pub(crate) fn is_crowded(&self) -> bool {
         self.queue.is_full()
     }

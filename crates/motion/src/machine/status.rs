@@ -1,4 +1,4 @@
-//! What a machine tells of itself.
+//! The report of a machine on itself.
 
 use embassy_time::Instant;
 use isostep_profile::chain::{Chunk, Plan};
@@ -16,31 +16,31 @@ use crate::tool::spindle::Outputs;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Status {
-    /// What it is doing.
+    /// Its state.
     pub state: State,
-    /// Where each axis stands, steps: the exact count of emitted edges.
+    /// The places where each axis stands, steps: the exact count of emitted edges.
     pub position_steps: [i32; AXES],
-    /// Which switches are pressed, debounced: each axis's first.
+    /// The switches that are pressed, debounced: each axis's first.
     pub pressed: [bool; AXES],
     /// The second motor's switch is pressed, if there is a second motor: the axis that it moves.
     pub second_pressed: Option<Axis>,
-    /// Whether the emergency stop is pressed.
+    /// True if the emergency stop is pressed.
     pub emergency_stop: bool,
-    /// Which axes have been homed and not lost their position since.
+    /// The axes that have been homed and not lost their position since.
     pub homed: [bool; AXES],
-    /// How many moves, or jogs, can be asked for without waiting: [`MOVES_AHEAD`](super::MOVES_AHEAD) at most.
+    /// The number of moves, or jogs, that can be asked for without waiting: [`MOVES_AHEAD`](super::MOVES_AHEAD) at most.
     pub queue_free: usize,
     /// Speed along the path at this instant, mm/s.
     pub speed_mm_s: f64,
     /// The line of the move under way; 0 for none.
     pub line: u32,
-    /// What the outputs are; off where a hold or the safety door keeps them off.
+    /// The outputs as they are; off where a hold or the safety door keeps them off.
     pub outputs: Outputs,
     /// The level that the PWM output has now, with the override applied.
     pub level: Level,
     /// The probe touches.
     pub probe_touches: bool,
-    /// What the safety door has done.
+    /// The state of the safety door.
     pub door: Door,
     /// The button of the feed hold, and that of the cycle start, are pressed, in this order.
     pub buttons: [bool; 2],
@@ -81,7 +81,7 @@ impl CurrentChunk {
 }
 
 impl Machine {
-    /// What the machine is doing, where it is, and how fast it moves.
+    /// The state of the machine, its place and its speed.
     #[must_use]
     pub fn status(&self) -> Status {
         let (homed, current, room) = self.with(|inner| (inner.homed, inner.current, inner.room));

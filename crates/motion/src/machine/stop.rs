@@ -103,7 +103,7 @@ impl Machine {
         motors.find(|motor| hard_limits && self.switch_of(*motor).may_be_pressed() && is_towards(motor))
     }
 
-    /// The port of `axis` has faulted, and is not braked yet: everything stops at once, in the context of its task. In
+    /// The port of `axis` has faulted, and is not inhibited yet: everything stops at once, in the context of its task. In
     /// every fault a step could not be made at its instant in the middle of a move, so the position is not trusted.
     pub(crate) fn fail(&self, axis: Axis, fault: PortFault) {
         self.on(Trigger::Fault(match fault {
@@ -113,7 +113,7 @@ impl Machine {
         self.with(|inner| inner.faults[axis as usize] += 1);
     }
 
-    /// Another coordinator takes over, and what faulted under the one before it is no motion of its own.
+    /// Another coordinator takes over. A fault of the one before it, which has gone, ends no motion of the new one.
     pub(crate) fn take_over(&self) {
         self.change(Trigger::TakenOver);
         self.halt();
@@ -134,7 +134,7 @@ impl Machine {
     #[inline(never)]
     pub(crate) fn halt(&self) {
         for link in &self.links {
-            link.brake(true);
+            link.inhibit(true);
         }
         for link in &self.links {
             link.halt.signal(());

@@ -1,4 +1,4 @@
-//! What the ports share with the task that makes their edges.
+//! The state that the ports share with the task that makes their edges.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -11,29 +11,29 @@ use embassy_time::{Duration, Instant};
 
 use crate::port::{Motors, PortFault, StreamItem};
 
-/// What the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. It has to be a
-/// static of the board, so that the brakes can be plain functions.
+/// The state that the [`TimerPort`](super::TimerPort)s of `N` axes share with the task that makes their edges. It has to be a
+/// static of the board, so that the inhibits can be plain functions.
 pub struct TimerBank<const N: usize> {
     pub(super) mailboxes: [Mailbox; N],
     pub(super) wake: WakeSignal,
-    /// The gate at which the axes of a run wait for their start. It is opened once for all of them, and closes when the
+    /// The start barrier at which the axes of a run wait for their start. It is opened once for all of them, and closes when the
     /// driving task takes it.
-    pub(super) gate: Flag,
+    pub(super) barrier: Flag,
 }
 
 impl<const N: usize> TimerBank<N> {
     /// All axes at rest.
     #[must_use]
     pub const fn new() -> Self {
-        Self { mailboxes: [const { Mailbox::new() }; N], wake: WakeSignal::new(), gate: Flag::new() }
+        Self { mailboxes: [const { Mailbox::new() }; N], wake: WakeSignal::new(), barrier: Flag::new() }
     }
 
-    /// Engages or releases the brake of an axis, in any context. See [`Brake`](crate::Brake).
+    /// Engages or releases the inhibit of an axis, in any context. See [`Inhibit`](crate::Inhibit).
     ///
     /// # Panics
     /// When there is no such axis.
-    pub fn brake(&self, axis: usize, engaged: bool) {
-        self.mailboxes[axis].brake(engaged);
+    pub fn inhibit(&self, axis: usize, engaged: bool) {
+        self.mailboxes[axis].inhibit(engaged);
     }
 }
 
@@ -55,7 +55,7 @@ impl Flag {
         self.0.store(true, Ordering::Release);
     }
 
-    /// Whether it was set since the last call.
+    /// True if it was set since the last call.
     #[inline(always)]
     pub fn take(&self) -> bool {
         let is_set = self.0.load(Ordering::Acquire);
@@ -82,7 +82,7 @@ impl WakeSignal {
         self.wakes.signal(());
     }
 
-    /// Whether it was rung since the last call.
+    /// True if it was rung since the last call.
     #[inline(always)]
     pub fn take(&self) -> bool {
         self.rung.take()
@@ -109,7 +109,7 @@ pub(super) struct RunRequest {
     pub low_min: Duration,
 }
 
-/// What one port and the driving task share: here they leave things for each other.
+/// The state that one port and the driving task share: here they leave things for each other.
 pub(super) struct Mailbox {
     contents: Mutex<CriticalSectionRawMutex, Contents>,
     room: Signal<CriticalSectionRawMutex, ()>,
@@ -122,7 +122,7 @@ struct Contents {
     request: Cell<Option<RunRequest>>,
     /// A run is under way: its request was taken, and the run has neither ended nor been dropped.
     live: Cell<bool>,
-    braked: Cell<bool>,
+    inhibited: Cell<bool>,
     /// The stream items that follow what the driving task has, in order. Two: the last segment of a ramp may have one
     /// step, in whose time the axis task, of a lower priority, could not bring the one after it.
     next: [Cell<Option<StreamItem>>; 2],
@@ -137,7 +137,7 @@ impl Mailbox {
         let contents = Contents {
             request: Cell::new(None),
             live: Cell::new(false),
-            braked: Cell::new(false),
+            inhibited: Cell::new(false),
             next: [Cell::new(None), Cell::new(None)],
             wanted: Cell::new(false),
             travelled: Cell::new(0),
@@ -145,8 +145,8 @@ impl Mailbox {
         Self { contents: Mutex::new(contents), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
     }
 
-    fn brake(&self, engaged: bool) {
-        self.contents.lock(|contents| contents.braked.set(engaged));
+    fn inhibit(&self, engaged: bool) {
+        self.contents.lock(|contents| contents.inhibited.set(engaged));
     }
 }
 
@@ -179,7 +179,7 @@ impl Mailbox {
         self.room.wait().await;
     }
 
-    /// Whether the driving task has begun the run.
+    /// True if the driving task has begun the run.
     pub fn has_begun(&self) -> bool {
         self.begun.signaled()
     }
@@ -237,12 +237,12 @@ impl Mailbox {
         })
     }
 
-    /// Raises a step and counts it, by its `sign`, if the run has not ended and the brake is off. A brake ends the run,
+    /// Raises a step and counts it, by its `sign`, if the run has not ended and the inhibit is off. An inhibit ends the run,
     /// because its next steps would be late; the port has to be stopped, too.
     #[inline(always)]
     pub fn step(&self, section: CriticalSection<'_>, sign: i32, rise: impl FnOnce()) -> bool {
         let contents = self.contents.borrow(section);
-        let may = contents.live.get() && !contents.braked.get();
+        let may = contents.live.get() && !contents.inhibited.get();
         if may {
             rise();
             contents.travelled.set(contents.travelled.get().wrapping_add(sign));

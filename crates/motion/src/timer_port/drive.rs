@@ -16,9 +16,9 @@ const PULSE_SLICE_NS: u32 = 250;
 
 /// The next rise of an axis that has no step to make, ticks.
 const NEVER: u64 = u64::MAX;
-/// The start instant of a run for as long as it waits at the gate, ticks. It is so late that no instant of the run
+/// The start instant of a run for as long as it waits at the start barrier, ticks. It is so late that no instant of the run
 /// comes before the run has started.
-const AT_GATE: u64 = u64::MAX / 2;
+const AT_BARRIER: u64 = u64::MAX / 2;
 
 impl<const N: usize> TimerBank<N> {
     /// Makes the edges of all axes on their pins for ever. `delay` blocks for the width of a pulse.
@@ -38,14 +38,14 @@ impl<const N: usize> TimerBank<N> {
         let drives = pins.map(|pins| AxisDrive::new(&self.mailboxes[axes.next().unwrap_or_default()], pins));
         let wake_up_ticks = wake_up.as_ticks();
         let mut drive =
-            Drive { wake: &self.wake, gate: &self.gate, wake_up: wake_up_ticks, late_max: NEVER, drives, delay };
+            Drive { wake: &self.wake, barrier: &self.barrier, wake_up: wake_up_ticks, late_max: NEVER, drives, delay };
         loop {
             drive.look();
             let at = drive.next_rise();
             let wake_at = at.saturating_sub(wake_up.as_ticks());
             if wake_at <= Instant::now().as_ticks() {
                 drive.step(at);
-            } else if at >= AT_GATE {
+            } else if at >= AT_BARRIER {
                 self.wake.wait().await;
             } else {
                 select(Timer::at(Instant::from_ticks(wake_at)), self.wake.wait()).await;
@@ -56,7 +56,7 @@ impl<const N: usize> TimerBank<N> {
 
 struct Drive<'a, P, W, const N: usize> {
     wake: &'a WakeSignal,
-    gate: &'a Flag,
+    barrier: &'a Flag,
     /// Time that a wake-up takes, ticks.
     wake_up: u64,
     /// The least lateness that is a fault of some axis, ticks.
@@ -74,14 +74,14 @@ struct AxisDrive<'a, P> {
     ticks: Option<Ticks>,
     /// The direction of that segment: 1 or -1.
     sign: i32,
-    /// The instant from which segments count; [`AT_GATE`] until the run starts.
+    /// The instant from which segments count; [`AT_BARRIER`] until the run starts.
     start: u64,
-    /// When the next step is due; or, while the next item is not there yet, up to when it is known that none is.
+    /// The instant at which the next step is due; or, while the next item is not there yet, up to when it is known that none is.
     due: u64,
-    /// When the next step rises: when it is due, or as soon as the driver can take it. While the next item is not there:
-    /// when its first step would be too late.
+    /// The instant at which the next step rises: when it is due, or as soon as the driver can take it. While the next item is
+    /// not there: when its first step would be too late.
     at: u64,
-    /// When STEP may rise.
+    /// The instant at which STEP may rise.
     ready: u64,
     /// A step later than this is a fault, ticks.
     late_max: u64,
@@ -98,10 +98,10 @@ struct AxisDrive<'a, P> {
     level: Level,
 }
 
-/// How long STEP stays high.
+/// The time for which STEP stays high.
 #[derive(Clone, Copy)]
 struct Pulse {
-    /// What is left of it, ns.
+    /// The rest of it, ns.
     ns: u32,
     /// No more than so many ticks from its beginning to its end.
     ticks: u64,
@@ -130,25 +130,25 @@ where
     P: MotorPins,
     W: DelayNs,
 {
-    /// Takes new run requests, goes on with runs that had no segment, and starts the runs at the gate once it opens.
+    /// Takes new run requests, goes on with runs that had no segment, and starts the runs at the start barrier once it opens.
     #[inline(always)]
     fn look(&mut self) {
         if self.wake.take() {
             self.drives.iter_mut().for_each(AxisDrive::look);
             self.late_max = self.drives.iter().fold(NEVER, |least, drive| least.min(drive.late_max));
-            if self.gate.take() {
+            if self.barrier.take() {
                 self.start();
             }
         }
     }
 
-    /// Starts all runs that wait at the gate, at the first instant at which this task and all their drivers can make a
+    /// Starts all runs that wait at the start barrier, at the first instant at which this task and all their drivers can make a
     /// step.
     #[inline(never)]
     fn start(&mut self) {
         let soonest = Instant::now().as_ticks() + self.wake_up;
         let start =
-            self.drives.iter().filter(|drive| drive.is_at_gate()).fold(soonest, |at, drive| at.max(drive.ready));
+            self.drives.iter().filter(|drive| drive.is_at_barrier()).fold(soonest, |at, drive| at.max(drive.ready));
         self.drives.iter_mut().for_each(|drive| drive.start(start));
     }
 
@@ -179,7 +179,7 @@ where
         }
     }
 
-    /// Whether no step comes due before the end of a pulse that begins now. Then the clock is not looked at during the
+    /// True if no step comes due before the end of a pulse that begins now. Then the clock is not looked at during the
     /// pulse: that takes several times as long as a slice, and would make a pulse of 2 us one of 9 us.
     #[inline(always)]
     fn is_alone(&self, pulse: Pulse, now: u64) -> bool {
@@ -303,7 +303,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
         }
     }
 
-    /// Takes up a run, which then waits at the gate.
+    /// Takes up a run, which then waits at the start barrier.
     fn begin(&mut self, request: &RunRequest) {
         self.pulse = Pulse { ns: request.pulse_ns, ticks: request.pulse.as_ticks() };
         (self.late_max, self.low_min) = (request.late_max.as_ticks(), request.low_min.as_ticks());
@@ -312,7 +312,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
         if request.motors.second.is_some() {
             self.ready = self.ready.max(Instant::now().as_ticks() + self.setup);
         }
-        (self.start, self.due, self.at, self.has_run, self.waits) = (AT_GATE, AT_GATE, NEVER, true, true);
+        (self.start, self.due, self.at, self.has_run, self.waits) = (AT_BARRIER, AT_BARRIER, NEVER, true, true);
     }
 
     /// Sets DIR. If DIR changes, the next step waits for the set-up time.
@@ -327,17 +327,17 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
         }
     }
 
-    fn is_at_gate(&self) -> bool {
-        self.start == AT_GATE
+    fn is_at_barrier(&self) -> bool {
+        self.start == AT_BARRIER
     }
 
-    /// If the run waits at the gate, it starts: its segments count from `start`.
+    /// If the run waits at the start barrier, it starts: its segments count from `start`.
     fn start(&mut self, start: u64) {
-        if !self.is_at_gate() {
+        if !self.is_at_barrier() {
             return;
         }
         self.start = start;
-        self.due = self.due - AT_GATE + start;
+        self.due = self.due - AT_BARRIER + start;
         if self.waits {
             self.await_item();
         } else if self.at != NEVER {
@@ -365,7 +365,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
                 Some(StreamItem::Rest { until_ticks }) => self.due = self.start + until_ticks,
                 Some(StreamItem::End) => {
                     (self.has_run, self.at) = (false, NEVER);
-                    if !self.is_at_gate() {
+                    if !self.is_at_barrier() {
                         self.mailbox.conclude(Ok(()));
                     }
                     return;
@@ -378,7 +378,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
     /// The next item is not there. If it has not come when a first step of it would be too late, this is a fault.
     fn await_item(&mut self) {
         self.waits = self.has_run;
-        self.at = if self.is_at_gate() || !self.has_run { NEVER } else { self.due + self.late_max + 1 };
+        self.at = if self.is_at_barrier() || !self.has_run { NEVER } else { self.due + self.late_max + 1 };
     }
 
     /// Goes on to the next step of the segment; false if there is none.
@@ -390,7 +390,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
         true
     }
 
-    /// Whether its run ends because its step is too late, or because no item has come.
+    /// True if its run ends because its step is too late, or because no item has come.
     fn refuse_late(&mut self, now: u64) -> bool {
         let is_late = self.level == Level::Due && now - self.due > self.late_max;
         if is_late {

@@ -2,15 +2,15 @@
 //!
 //! # Design
 //! ```text
-//! axis task: TimerPort --request, segments, gate--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
+//! axis task: TimerPort --request, segments, barrier--> TimerBank --> TimerBank::drive: STEP and DIR of all axes
 //!                      <---start, count, end-----
 //! ```
 //! Waking a task costs far more than making a step. So the ports of a machine share a [`TimerBank`], and one task, at a
 //! higher priority than the axis tasks, makes the edges of all axes: steps due on the same tick rise together, for one
 //! wake-up.
 //!
-//! The axes of a run wait at the bank's gate, with their first steps loaded. When the driving task finds the gate open
-//! it chooses the start instant: the earliest at which it can make a step.
+//! The axes of a run wait at the bank's start barrier, with their first steps loaded. When the driving task finds the start
+//! barrier open it chooses the start instant: the earliest at which it can make a step.
 //!
 //! DIR changes when an axis goes on to a segment of the other direction. It changes after the pulse of the last step,
 //! which lasts at least as long as DIR has to be held. The next step then waits for the set-up time.
@@ -24,8 +24,8 @@
 //! that time. After a fault no axis of the bank makes another step.
 //!
 //! # Where the steps are
-//! In one critical section the driving task checks whether a step may rise, raises it and counts it. So a brake or a
-//! dropped run stops the edges at once, and the count is exact. During a run the odometer follows that count at least
+//! In one critical section the driving task checks whether a step may rise, raises it and counts it. So an inhibit or a
+//! dropped run stops the edges at once, and the count is exact. During a run the step counter follows that count at least
 //! every [`REPORT_EVERY`].
 
 mod bank;
@@ -45,10 +45,10 @@ use self::bank::{Flag, Mailbox, RunRequest, WakeSignal};
 pub use self::pins::MotorPins;
 use crate::clock::TICK_HZ;
 use crate::port::{
-    Brake, Capabilities, DriverTiming, Motors, Odometer, PortFault, Run, StepPort, StreamItem, StreamQueue,
+    Capabilities, DriverTiming, Inhibit, Motors, PortFault, Run, StepCounter, StepPort, StreamItem, StreamQueue,
     ticks_covering,
 };
-use crate::start_line::StartLine;
+use crate::start_barrier::StartBarrier;
 
 /// Processor time for a step beside its pulse, ns. An RP2040 of 125 MHz needs some 22,000 in long moves (one axis, pulses
 /// of 0.1, 2 and 5 us: 46,000, 41,000 and 36,000 steps/s). The rest is for the tasks that feed the port, which need
@@ -57,7 +57,7 @@ const CORE_NS: u32 = 26_000;
 /// As much more for each axis beyond three: the task that makes the steps looks at all of them. With four axes some
 /// 26,000 ns are needed.
 const CORE_NS_PER_AXIS: u32 = 5_000;
-/// The odometer is at most this much behind.
+/// The step counter is at most this much behind.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Each axis reports more often than the one before it, by this difference. Otherwise all of their timers would expire
 /// at once, again and again, and a step that is due just then would have to wait until all are woken.
@@ -76,25 +76,32 @@ const STAGGER: Duration = Duration::from_micros(300);
 pub struct TimerPort<'a> {
     mailbox: &'a Mailbox,
     wake: &'a WakeSignal,
-    gate: &'a Flag,
+    barrier: &'a Flag,
     capabilities: Capabilities,
-    brake: Brake,
+    inhibit: Inhibit,
     report_every: Duration,
 }
 
 impl<const N: usize> TimerBank<N> {
-    /// The ports, for drivers that need `timing`. Each brake has to call [`TimerBank::brake`] for its axis. It may do
+    /// The ports, for drivers that need `timing`. Each inhibit has to call [`TimerBank::inhibit`] for its axis. It may do
     /// nothing if no edge can be made between a stop and the axis task's answer to it.
-    pub fn ports(&self, timing: DriverTiming, brakes: [Brake; N]) -> [TimerPort<'_>; N] {
+    pub fn ports(&self, timing: DriverTiming, inhibits: [Inhibit; N]) -> [TimerPort<'_>; N] {
         // A reading of the clock may be almost a tick old, hence the margin of one tick. DIR changes when the pulse
         // ends.
         let core_ns = CORE_NS + CORE_NS_PER_AXIS * (N as u32).saturating_sub(3);
         let capabilities = Capabilities { margin_ticks: 1, core_ns, ..Capabilities::new(TICK_HZ, timing) };
-        let (wake, gate) = (&self.wake, &self.gate);
+        let (wake, barrier) = (&self.wake, &self.barrier);
         let mut report_every = REPORT_EVERY;
         array::from_fn(|axis| {
             report_every -= STAGGER;
-            TimerPort { mailbox: &self.mailboxes[axis], wake, gate, capabilities, brake: brakes[axis], report_every }
+            TimerPort {
+                mailbox: &self.mailboxes[axis],
+                wake,
+                barrier,
+                capabilities,
+                inhibit: inhibits[axis],
+                report_every,
+            }
         })
     }
 }
@@ -121,17 +128,19 @@ impl StepPort for TimerPort<'_> {
         self.capabilities
     }
 
-    fn brake(&self) -> Brake {
-        self.brake
+    fn inhibit(&self) -> Inhibit {
+        self.inhibit
     }
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
-        let Run { motors, start_line, segments, odometer } = run;
-        let active = ActiveRun::new(self, motors, odometer);
+        let Run { motors, start_barrier, segments, step_counter } = run;
+        let active = ActiveRun::new(self, motors, step_counter);
         let first = segments.receive().await;
         self.hand_over(first).await;
         // The start is polled first: a short run may have ended before that poll.
-        match select4(self.start(start_line), self.mailbox.end(), self.hand_over_all(segments), active.report()).await {
+        match select4(self.start(start_barrier), self.mailbox.end(), self.hand_over_all(segments), active.report())
+            .await
+        {
             Either4::Second(result) => result,
             Either4::First(never) | Either4::Third(never) | Either4::Fourth(never) => match never {},
         }
@@ -140,14 +149,14 @@ impl StepPort for TimerPort<'_> {
 
 impl TimerPort<'_> {
     /// Waits to start with the other axes, and reports the start instant.
-    async fn start(&self, start_line: &StartLine) -> Infallible {
-        start_line.armed().await;
-        // Another axis may have opened the gate for all.
+    async fn start(&self, start_barrier: &StartBarrier) -> Infallible {
+        start_barrier.armed().await;
+        // Another axis may have opened the start barrier for all.
         if !self.mailbox.has_begun() {
-            self.gate.set();
+            self.barrier.set();
             self.wake.ring();
         }
-        start_line.begun(self.mailbox.begun().await);
+        start_barrier.begun(self.mailbox.begun().await);
         pending().await
     }
 
@@ -176,17 +185,17 @@ impl TimerPort<'_> {
 /// are counted.
 struct ActiveRun<'a> {
     mailbox: &'a Mailbox,
-    odometer: &'a Odometer,
+    step_counter: &'a StepCounter,
     report_every: Duration,
-    /// Steps of the run that the odometer has counted, positive minus negative.
+    /// Steps of the run that the step counter has counted, positive minus negative.
     counted: Cell<i32>,
 }
 
 impl<'a> ActiveRun<'a> {
-    fn new(port: &TimerPort<'a>, motors: Motors, odometer: &'a Odometer) -> Self {
+    fn new(port: &TimerPort<'a>, motors: Motors, step_counter: &'a StepCounter) -> Self {
         port.mailbox.ask(port.request(motors));
         port.wake.ring();
-        Self { mailbox: port.mailbox, odometer, report_every: port.report_every, counted: Cell::new(0) }
+        Self { mailbox: port.mailbox, step_counter, report_every: port.report_every, counted: Cell::new(0) }
     }
 
     async fn report(&self) -> Infallible {
@@ -198,7 +207,7 @@ impl<'a> ActiveRun<'a> {
 
     fn count(&self) {
         let travelled = self.mailbox.travelled();
-        self.odometer.advance(travelled.wrapping_sub(self.counted.replace(travelled)));
+        self.step_counter.advance(travelled.wrapping_sub(self.counted.replace(travelled)));
     }
 }
 

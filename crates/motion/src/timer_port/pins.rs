@@ -8,7 +8,7 @@ use crate::port::Motors;
 
 /// STEP and DIR of the motors of one axis.
 pub trait MotorPins {
-    /// Gets ready for a run of `motors`: whether there is a second one, which way it turns, and which side is held. STEP
+    /// Gets ready for a run of `motors`: whether there is a second one, which way it turns, and which ganged motor is held. STEP
     /// is low, and stays so. DIR of the second motor may change.
     fn begin(&mut self, motors: &Motors);
 

@@ -1,4 +1,4 @@
-//! How strongly a laser shines along the chunks of a run.
+//! The power at which a laser shines along the chunks of a run.
 //!
 //! # Design
 //! A level belongs to a move: it begins with the move's plan, half a step before its first step. If a move is made for
@@ -45,24 +45,24 @@ pub(crate) struct BeamStream<'a> {
     queued: Instant,
     /// The speed there, as a multiple of the one that was asked for, once it has been computed by the chunk's plan.
     ratio: Option<f32>,
-    /// What shines there, once the stream has reached that chunk.
+    /// The line whose power shines there, once the stream has reached that chunk.
     line: Option<Line>,
-    /// What shone last, and the speed that was asked for there.
+    /// The power that shone last, and the speed that was asked for there.
     last: (Power, f64),
     steps_per_mm: [f64; AXES],
 }
 
-/// What one line of a program makes the laser do in a chunk.
+/// The part of the laser's work in a chunk that one line of a program asks for.
 #[derive(Clone, Copy)]
 struct Line {
     power: Power,
     /// The speed that is asked for, mm/s.
     asked_mm_s: f64,
-    /// When the next line begins by this plan, s from the start of the run; infinite if none does.
+    /// The instant at which the next line begins by this plan, s from the start of the run; infinite if none does.
     until_s: f64,
-    /// What shines from then on.
+    /// The power from then on.
     next: Power,
-    /// When the plan begins to cruise, and to slow down, s from the start of the run.
+    /// The instants at which the plan begins to cruise, and to slow down, s from the start of the run.
     cruises_s: f64,
     slows_s: f64,
     /// The speed of the cruise, as a multiple of the one that was asked for.

@@ -2,7 +2,7 @@
 
 use super::power::Level;
 
-/// Which duty makes which level. Level zero has duty zero. From the least level to the full one the duty rises
+/// The duty that makes each level. Level zero has duty zero. From the least level to the full one the duty rises
 /// linearly, from the least duty to the full one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Duties {

@@ -1,4 +1,4 @@
-//! How strongly a tool works.
+//! The power at which a tool works.
 
 use embassy_time::Duration;
 
@@ -39,7 +39,7 @@ impl Level {
     }
 }
 
-/// What is asked for over some time: a level that changes linearly from one to another. It may be above the full one,
+/// The request over some time: a level that changes linearly from one to another. It may be above the full one,
 /// because a feed override makes the speed higher than the programmed one. Only what is made of it is limited, after the
 /// override of the level and at every instant; otherwise what is below the full level would be too dim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,7 @@ impl Asked {
         Self { from: times(from), to: times(to) }
     }
 
-    /// Whether it does not change.
+    /// True if it does not change.
     pub fn is_even(self) -> bool {
         self.from == self.to
     }
@@ -104,7 +104,7 @@ impl Asked {
     }
 }
 
-/// How strongly a laser shines in a move.
+/// The power at which a laser shines in a move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Power {

@@ -5,16 +5,16 @@ use embassy_time::Duration;
 use super::duty::Duties;
 use super::power::{Asked, Level};
 
-/// What a machine's tool is.
+/// The tool of a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolConfig {
     /// A laser: dark at rest and in rapid moves.
     pub laser: bool,
-    /// Which duty makes which level.
+    /// The duty that makes each level.
     pub duties: Duties,
     /// PWM frequency, Hz; above 0.
     pub pwm_hz: u32,
-    /// How long a spindle takes to reach its speed. Nothing moves during that time.
+    /// The time that a spindle takes to reach its speed. Nothing moves during that time.
     pub spin_up: Duration,
 }
 
@@ -30,7 +30,7 @@ impl Default for ToolConfig {
     }
 }
 
-/// Whether a spindle turns, and in which direction.
+/// The state of a spindle: whether it turns, and in which direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spindle {
     /// It stands still.
@@ -42,7 +42,7 @@ pub enum Spindle {
     CounterClockwise,
 }
 
-/// What the outputs are to be.
+/// The outputs as they are to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
     /// Enable and direction.
@@ -65,14 +65,14 @@ impl Outputs {
     }
 }
 
-/// What the machine's state asks of the outputs.
+/// The outputs that the machine's state asks for.
 #[derive(Clone, Copy)]
 pub(crate) struct ToolWanted {
     pub config: ToolConfig,
     pub outputs: Outputs,
     /// The override of a level, percent.
     pub percent: u8,
-    /// How often the brake was engaged.
+    /// The number of times that the inhibit was engaged.
     pub stops: u32,
 }
 

@@ -6,7 +6,7 @@ use embassy_time::Instant;
 
 use super::power::Asked;
 
-/// How strongly a laser is to shine for some time.
+/// The power of a laser for some time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stroke {
     pub begin: Instant,
@@ -21,14 +21,14 @@ const QUEUE_STROKES: usize = 64;
 pub(crate) type StrokeQueue = Channel<CriticalSectionRawMutex, Stroke, QUEUE_STROKES>;
 
 impl Stroke {
-    /// Whether what it asks for lasts until then, by what is queued behind it. A chunk may end soon after a line has
+    /// True if what it asks for lasts until then, by what is queued behind it. A chunk may end soon after a line has
     /// begun; then the next stroke goes on with the same.
     pub fn lasts_until(&self, least: Instant, queue: &StrokeQueue) -> bool {
         let goes_on = |next: Self| next.begin == self.end && next.asked == self.asked && next.end >= least;
         self.end >= least || self.asked.is_even() && queue.try_peek().is_ok_and(goes_on)
     }
 
-    /// What is asked for from one instant to another.
+    /// The request from one instant to another.
     pub fn asked_in(&self, between: [Instant; 2]) -> Asked {
         let passed_us = |at: Instant| (at - self.begin).as_micros() as u32;
         self.asked.part(between.map(passed_us), passed_us(self.end))

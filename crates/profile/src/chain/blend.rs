@@ -1,4 +1,4 @@
-//! How fast a corner may be taken by a blend.
+//! The speed at which a corner may be taken by a blend.
 //!
 //! The path leaves the line at most `reach` before the corner and is on the next line at most as far after it. It enters
 //! at the speed p, leaves at q and takes 2 reach/max(p, q); each axis has one acceleration for that time. With the
@@ -7,6 +7,16 @@
 //! With P = p² and Q = q², an axis that slows down (P > Q) bounds P - α √(P Q) by c, where α = u'/u and c = 2 reach a/u.
 //! An axis that speeds up bounds Q in the same way (`bound`). At P = Q all axes together allow a highest square, the cap,
 //! above which neither may be.
+//!
+//! So such a corner has two squares instead of one, and P is at most a rising concave function of Q, and Q of P. A pass goes
+//! backwards from Q to P at each corner, and forwards from P to Q. Both may be lower together, so one pass each way is still
+//! enough. A slower end of a blend begins nearer to its corner, so what is left of a block for its line depends on the speeds; the
+//! passes count with the shortest line.
+//!
+//! The plan of a block's line ends where the blend begins, and promises P, Q and that place. From where the longest blend would
+//! begin, it is kept to its end. A block that has room for its stop only, because the next one came late or bends too sharply,
+//! ends at rest in the corner. A hold brakes on lines, and passes a blend at the lowest speeds that it can have. A blend is handed
+//! out whole.
 
 use super::bound::{Axis, Bound};
 use super::config::{ChainConfig, ONE, SQUARE_MAX, Square, is_as_low};
@@ -17,24 +27,25 @@ use crate::fixed::product;
 const BRIEF_S: f32 = 0.5e-3;
 /// The shortest time at the highest speed, s, for which a blend leaves a line between it and another of its length.
 const LITTLE_S: f32 = 2e-3;
-/// How much higher than the highest speed's square a blend bounds it, so that rounding does not make a corner slower.
+/// The factor by which a blend bounds a square higher than that of the highest speed, so that rounding does not make a corner
+/// slower.
 const SPARE: f32 = 1.000_02;
 
-/// How far a blend reaches, and the bounds of its speeds.
+/// The reach of a blend, and the bounds of its speeds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BlendBounds {
-    /// How far it reaches at most to either side of the corner, mm; 0 if there is no blend.
+    /// The distance that it reaches at most to either side of the corner, mm; 0 if there is no blend.
     pub(super) reach_mm: f64,
     /// The entry by the exit, and the exit by the entry.
     entry: Bound,
     exit: Bound,
 }
 
-/// What a blend may do at a corner.
+/// The room of a blend at a corner.
 pub(super) struct Room {
-    /// How far the path may leave the corner, mm.
+    /// The distance by which the path may leave the corner, mm.
     pub(super) deviation_mm: f32,
-    /// How far a blend may reach on the shorter of both blocks, mm.
+    /// The distance that a blend may reach on the shorter of both blocks, mm.
     pub(super) reach_mm: f64,
     /// The highest square that overrides can make of either block's.
     pub(super) fastest: Square,
@@ -134,7 +145,7 @@ fn sizes(one: i64, other: i64) -> ([u32; 2], u32) {
     (sizes.map(|size| (size << zeros >> 33) as u32), 28 + zeros)
 }
 
-/// Whether a number of 0 or more is less than another: as bits, because comparing floats is a call.
+/// True if a number of 0 or more is less than another: as bits, because comparing floats is a call.
 fn is_less(one: f32, other: f32) -> bool {
     (one.to_bits() as i32) < other.to_bits() as i32
 }

@@ -30,15 +30,15 @@ pub(super) struct Block<const N: usize> {
     pub(super) span: Span<N>,
     /// Its length, steps of the longest axis.
     way_steps: f64,
-    /// Whether it ends at rest even if another move follows.
+    /// True if it ends at rest even if another move follows.
     pub(super) stops: bool,
-    /// Whether it is several moves.
+    /// True if it is several moves.
     pub(super) is_joined: bool,
-    /// Whether a blend may lead to it.
+    /// True if a blend may lead to it.
     may_bend: bool,
-    /// Whether it came when the machine was on its way to rest at the end of the block before it.
+    /// True if it came when the machine was on its way to rest at the end of the block before it.
     pub(super) is_late: bool,
-    /// Whether it begins at the speed at which the block before ends. Otherwise it begins from rest.
+    /// True if it begins at the speed at which the block before ends. Otherwise it begins from rest.
     pub(super) flows: bool,
     pub(super) tag: u64,
     /// The requested speed along the path, mm/s; infinite if it is to be as fast as the limits allow.
@@ -213,7 +213,7 @@ impl<const N: usize> Block<N> {
         self.nominal_steps_s > before_steps_s
     }
 
-    /// Whether these steps have exactly its direction.
+    /// True if these steps have exactly its direction.
     fn goes_on(&self, steps: &[i32; N]) -> bool {
         let longest = (0..N).max_by_key(|&axis| self.span.steps[axis].unsigned_abs()).unwrap_or(0);
         let [own, other] = [self.span.steps[longest], steps[longest]].map(i64::from);
@@ -427,7 +427,7 @@ impl<const N: usize> Block<N> {
         (self.at_other_end(self.entry, self.accel_delta_v2), lowest)
     }
 
-    /// Whether its delta v² has so many units that their rounding does not matter.
+    /// True if its delta v² has so many units that their rounding does not matter.
     pub(super) fn has_fine_delta_v2(&self) -> bool {
         self.accel_delta_v2.min(self.decel_delta_v2) >= FINE
     }
@@ -495,7 +495,7 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// Whether all its steps are due before the longest axis is at `place_steps`.
+    /// True if all its steps are due before the longest axis is at `place_steps`.
     pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
         (0..N).all(|axis| {
             self.span.steps_before(axis, place_steps, self.way_steps) >= self.span.steps[axis].unsigned_abs()

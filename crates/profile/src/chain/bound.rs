@@ -11,7 +11,7 @@
 use super::config::{SQUARE_MAX, Square};
 use crate::fixed::product;
 
-/// How many lines bound a square.
+/// The number of lines that bound a square.
 const LINES: usize = TIMES.len() + 1;
 /// The levels at which they meet: so many times that at rest, if that is low.
 const TIMES: [u32; 2] = [3, 20];
@@ -29,7 +29,7 @@ const FINE: Square = 1 << 24;
 /// The lowest of a few lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
-    /// Where the lines begin, at rest.
+    /// The beginnings of the lines, at rest.
     at_rest: [Square; LINES],
     /// In units of 2^-24; 0 for a line that bounds nothing.
     slopes: [u32; LINES],
@@ -45,7 +45,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Whether it allows less than the highest square from rest. If it does, it does not turn.
+    /// True if it allows less than the highest square from rest. If it does, it does not turn.
     fn is_bound(&self) -> bool {
         self.room < self.own
     }

@@ -1,4 +1,4 @@
-//! How the moves of a chain are planned, and what is the same for all of them.
+//! The configuration of a chain: how its moves are planned, and what is the same for all of them.
 
 use core::cell::Cell;
 
@@ -18,7 +18,7 @@ pub(super) const SQUARE_MAX: f64 = 4.611_686_018_427_388e18;
 /// The unit is chosen so that the square of the fastest speed along a path has this many units.
 const SQUARE_OF_FASTEST: f64 = 1.152_921_504_606_847e18;
 
-/// Whether a square is no higher than another, apart from rounding.
+/// True if a square is no higher than another, apart from rounding.
 pub(super) fn is_as_low(square: Square, than: Square) -> bool {
     square <= than + (than >> 24)
 }
@@ -55,7 +55,7 @@ impl Effort {
     pub const NONE: Self =
         Self { step_s: 0.0, move_s: 0.0, straight_s: 0.0, blend_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
 
-    /// Whether a move needs time even at constant speed.
+    /// True if a move needs time even at constant speed.
     pub(super) fn needs_time(&self) -> bool {
         self.move_s > 0.0 || self.step_s > 0.0
     }
@@ -79,7 +79,7 @@ impl Effort {
     }
 }
 
-/// How the moves of a chain are planned.
+/// The configuration of a chain: how its moves are planned.
 #[derive(Clone, Debug)]
 pub struct ChainConfig<const N: usize> {
     limits: [Limits; N],
@@ -204,14 +204,14 @@ impl<const N: usize> ChainConfig<N> {
         self.limits[axis].top_speed_steps_s
     }
 
-    /// Whether an axis may end beside a whole step. Not if it is at its top speed after some steps: there it might stand
+    /// True if an axis may end beside a whole step. Not if it is at its top speed after some steps: there it might stand
     /// still for less than a period after one that it makes just before it turns.
     pub(super) fn may_end_beside(&self, axis: usize) -> bool {
         let Limits { top_speed_steps_s, accel_steps_s2, decel_steps_s2, .. } = self.limits[axis];
         self.works[axis] && 8.0 * accel_steps_s2.max(decel_steps_s2) <= top_speed_steps_s * top_speed_steps_s
     }
 
-    /// Whether corners may be blends: not where every move stops, nor between curved ramps, which end at an acceleration
+    /// True if corners may be blends: not where every move stops, nor between curved ramps, which end at an acceleration
     /// of 0.
     pub(super) fn can_blend(&self) -> bool {
         self.interval_law == IntervalLaw::Fastest && self.speed_law == SpeedLaw::Trapezoid

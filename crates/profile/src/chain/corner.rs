@@ -1,4 +1,4 @@
-//! How fast a corner may be taken.
+//! The speed at which a corner may be taken.
 
 use core::array::from_fn;
 
@@ -36,7 +36,7 @@ fn in_units(component: f64) -> i64 {
     if component < 0.0 { -size } else { size }
 }
 
-/// Whether both directions count as the same.
+/// True if both directions count as the same.
 pub(super) fn is_straight<const N: usize>([before, after]: [&Direction<N>; 2]) -> bool {
     (0..N).all(|axis| after[axis].abs_diff(before[axis]) < SAME)
 }
@@ -74,7 +74,7 @@ fn sine<const N: usize>([before, after]: [&Direction<N>; 2]) -> f32 {
     sum.map_or(0.0, |sum| sum.half_length())
 }
 
-/// Whether the path goes straight back, where half the length of the directions' difference is `half_length`.
+/// True if the path goes straight back, where half the length of the directions' difference is `half_length`.
 pub(super) fn is_reversal<const N: usize>(directions: [&Direction<N>; 2], half_length: f32) -> bool {
     half_length > NEARLY_OPPOSITE && sine(directions) < OPPOSITE
 }

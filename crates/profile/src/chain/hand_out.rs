@@ -32,7 +32,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         Some(chunk)
     }
 
-    /// Whether the first block may stop from this speed.
+    /// True if the first block may stop from this speed.
     fn is_slow(&self, speed_steps_s: f64) -> bool {
         self.blocks.get(0).is_some_and(|first| {
             let limits = first.limits_now(&self.config.shared_limits(&first.span));
@@ -78,7 +78,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// How many steps of each axis of the first block are due before the current place.
+    /// The number of steps of each axis of the first block that are due before the current place.
     pub(super) fn counts(&self, first: &Block<N>) -> [u32; N] {
         match self.begun {
             Some(begun) if begun.place_steps == self.place_steps => begun.counts,

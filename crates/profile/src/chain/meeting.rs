@@ -1,4 +1,4 @@
-//! How a block meets the one before it: how fast, by a corner or by a blend, or from rest.
+//! The meeting of a block with the one before it: how fast, by a corner or by a blend, or from rest.
 
 use core::num::NonZero;
 
@@ -61,7 +61,7 @@ impl<const N: usize> Block<N> {
         self.set_cap(before.pace);
     }
 
-    /// Whether the corner before it may be a blend: not where a block can jump from rest, as it does not begin slowly there.
+    /// True if the corner before it may be a blend: not where a block can jump from rest, as it does not begin slowly there.
     fn bends_after(&self, before: &End, config: &ChainConfig<N>) -> bool {
         self.deviation_mm > 0.0 && config.can_blend() && (self.start, before.pace.start) == (0, 0)
     }
@@ -103,7 +103,7 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// Whether its entry speed is as high as it can ever be.
+    /// True if its entry speed is as high as it can ever be.
     pub(super) fn has_final_entry(&self) -> bool {
         if self.flows { self.entry == self.cap } else { self.corner.is_none() && self.entry == self.start }
     }
@@ -119,7 +119,7 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// What the next block has to know of it, if it has begun up to `place_steps`.
+    /// The facts of it that the next block needs, if it has begun up to `place_steps`.
     pub(super) fn end(&self, place_steps: f64) -> End {
         let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
         End { stops: self.stops, left_mm, pace: self.pace(), fastest: self.fastest() }

@@ -67,7 +67,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.forward(self.settled.saturating_sub(1));
     }
 
-    /// How many entries can be no others, whatever comes.
+    /// The number of entries that can be no others, whatever comes.
     pub(super) fn bound_entries(&self) -> usize {
         if self.is_at_rest() { 0 } else { 1 + usize::from(self.is_bound_to_bend()) }
     }

@@ -12,22 +12,22 @@ use crate::sync::{Span, SyncMove};
 /// A plan under way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnderWay<const N: usize> {
-    /// Whether there is a plan.
+    /// True if there is a plan.
     pub(super) is_made: bool,
     pub(super) sync_move: SyncMove<N>,
-    /// When it ends, s from the start of the run.
+    /// The instant at which it ends, s from the start of the run.
     pub(super) end_s: f64,
-    /// When it begins to slow down, s from the start of the run.
+    /// The instant at which it begins to slow down, s from the start of the run.
     pub(super) slows_s: f64,
     /// The squared speed at which the block ends by this plan, or can end after it.
     pub(super) exit: Square,
     /// The squared speed at which the next block begins then.
     pub(super) onward: Square,
-    /// Whether it ends where the block ends, or where the blend begins that follows.
+    /// True if it ends where the block ends, or where the blend begins that follows.
     pub(super) ends_block: bool,
-    /// Whether a blend follows, at once or at the end of the block.
+    /// True if a blend follows, at once or at the end of the block.
     pub(super) is_bent: bool,
-    /// Whether the conditions it was made for have changed.
+    /// True if the conditions it was made for have changed.
     pub(super) is_stale: bool,
     /// The kind of the next chunk of this plan.
     pub(super) kind: ChunkKind,
@@ -49,14 +49,14 @@ impl<const N: usize> UnderWay<N> {
     };
 }
 
-/// How a block has begun after a blend.
+/// The beginning of a block after a blend.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Begun<const N: usize> {
     /// The steps of each axis for a step of the longest one, signed by direction.
     pub(super) shares: [f64; N],
-    /// Where the blend ended, steps of the longest axis.
+    /// The place where the blend ended, steps of the longest axis.
     pub(super) place_steps: f64,
-    /// How many steps of each axis were due before.
+    /// The number of steps of each axis that were due before.
     pub(super) counts: [u32; N],
 }
 
@@ -72,12 +72,12 @@ const NO_APPROACH_RATIO: f64 = 1e-13;
 /// The longest approach to a blend, s. It is committed as a whole, so a hold has to wait for it.
 const APPROACH_MAX_S: f64 = 2e-3;
 
-/// Whether so few steps are none, at that distance.
+/// True if so few steps are none, at that distance.
 fn is_nothing(steps: f64, distance_steps: f64) -> bool {
     steps <= NOTHING_STEPS || steps <= NOTHING_RATIO * distance_steps
 }
 
-/// Where and how a block ends.
+/// The end of a block: its place and its speed.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Goal {
     /// The squared speed at which it ends, and that at which the next block begins.
@@ -86,13 +86,13 @@ pub(super) struct Goal {
     /// The same speeds, steps/s of each block's longest axis, and mm/s; only if a blend follows.
     pub(super) speeds_steps_s: [f64; 2],
     pub(super) speeds_mm_s: [f64; 2],
-    /// Where its line ends, steps of its longest axis.
+    /// The place where its line ends, steps of its longest axis.
     pub(super) end_steps: f64,
-    /// Whether a blend follows.
+    /// True if a blend follows.
     pub(super) is_bent: bool,
 }
 
-/// Whether a speed is no higher than another, apart from rounding.
+/// True if a speed is no higher than another, apart from rounding.
 // Not inlined, or the compiler computes it ahead, and it is seldom needed.
 #[inline(never)]
 pub(super) fn is_no_faster(speed_steps_s: f64, than_steps_s: f64) -> bool {
@@ -133,20 +133,20 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         (!plan.is_stale && self.at_s < until_s).then_some(until_s)
     }
 
-    /// Whether the plan ends as the passes want it.
+    /// True if the plan ends as the passes want it.
     fn is_as_wanted(&self) -> bool {
         let (plan, exit) = (&self.plan, self.exit());
         plan.exit == exit && plan.onward == self.onward(exit) && plan.is_bent == self.bent().is_some()
     }
 
-    /// Where the longest blend at the end of the first block begins, steps; if there is none, where the block ends.
+    /// The place where the longest blend at the end of the first block begins, steps; if there is none, where the block ends.
     fn line_end_steps(&self) -> f64 {
         let Some(first) = self.blocks.get(0) else { return 0.0 };
         let reach_steps = self.bent().map(|next| next.blend.reach_mm * first.steps_per_mm());
         reach_steps.map_or(first.distance_steps(), |reach_steps| first.distance_steps() - reach_steps)
     }
 
-    /// Whether the blend that follows the plan can be no other any more: the plan has come to where the longest begins, or
+    /// True if the blend that follows the plan can be no other any more: the plan has come to where the longest begins, or
     /// slows down to a shorter one.
     pub(super) fn is_bound_to_bend(&self) -> bool {
         let plan = &self.plan;
@@ -157,7 +157,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.place_steps > beyond || self.at_s > plan.slows_s && plan.sync_move.end_steps() > beyond
     }
 
-    /// Plans what is left of the first block, or a first stretch of it. If nothing is left, it ends the block instead;
+    /// Plans what is left of the first block, or a first part of it. If nothing is left, it ends the block instead;
     /// if a hold has come to rest, it stays at rest.
     pub(super) fn replan(&mut self) {
         if self.blocks.len() == 1
@@ -202,7 +202,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    /// Whether a blend has come too late for this goal: it should have begun, or could only be left faster than the
+    /// True if a blend has come too late for this goal: it should have begun, or could only be left faster than the
     /// next block is to be.
     fn is_too_late(&self, goal: &Goal) -> bool {
         self.bent().is_some_and(|next| {
@@ -213,7 +213,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         })
     }
 
-    /// Whether so few steps are none on the way to this goal.
+    /// True if so few steps are none on the way to this goal.
     fn is_no_approach(&self, left_steps: f64, goal: &Goal) -> bool {
         left_steps <= NO_APPROACH_STEPS + NO_APPROACH_RATIO * goal.end_steps
     }
@@ -238,7 +238,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         (left_steps < APPROACH_MAX_S * speed_steps_s).then_some((goal, approach_steps))
     }
 
-    /// Where and how the first block ends if it ends at this squared speed.
+    /// The end of the first block if it ends at this squared speed.
     fn goal(&self, exit: Square) -> Goal {
         self.goal_onward(exit, self.onward(exit))
     }
@@ -297,7 +297,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         self.set_line(0);
     }
 
-    /// Whether too little of the first block is left to be planned.
+    /// True if too little of the first block is left to be planned.
     fn has_nothing_left(&self) -> bool {
         // All of a block that has not begun is left.
         self.place_steps > 0.0

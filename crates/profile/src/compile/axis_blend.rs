@@ -11,17 +11,17 @@ pub(crate) struct AxisBlend {
     pub(crate) slow_steps_s: f64,
     /// The size of its acceleration.
     pub(crate) accel_steps_s2: f64,
-    /// When it begins to speed up, and when it has slowed down, s from the start of the run. If it does not turn, these
+    /// The instants at which it begins to speed up, and has slowed down, s from the start of the run. If it does not turn, these
     /// are the ends of the corner.
     pub(crate) begin_s: f64,
     pub(crate) end_s: f64,
     pub(crate) is_turned: bool,
-    /// As in a [`Stretch`](super::Stretch).
+    /// As in a [`StepRange`](super::StepRange).
     pub(crate) ahead: f64,
     pub(crate) beyond: f64,
     /// The size of its speed in the approach.
     pub(crate) from_steps_s: f64,
-    /// How many steps it makes in the approach, while slowing down, and while speeding up.
+    /// The number of steps that it makes in the approach, while slowing down, and while speeding up.
     pub(crate) approach: u32,
     pub(crate) out: u32,
     pub(crate) back: u32,

@@ -15,12 +15,12 @@ const EXACT_S: f64 = 1e-11;
 /// An axis that moves from the slow or the fast end of a bend in one direction, and does not turn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cubic {
-    /// Where it begins, all along its direction: speed, acceleration and jerk.
+    /// Its beginning, all along its direction: speed, acceleration and jerk.
     pub(super) speed_steps_s: f64,
     pub(super) accel_steps_s2: f64,
     pub(super) jerk_steps_s3: f64,
     pub(super) lasts_s: f64,
-    /// How far it begins beyond a whole step, in its direction.
+    /// The distance beyond a whole step at which it begins, in its direction.
     pub(super) ahead: f64,
     /// Ticks per second.
     pub(super) tick_hz: f64,
@@ -29,7 +29,7 @@ pub(super) struct Cubic {
 }
 
 impl Cubic {
-    /// How far it has gone `t_s` after its beginning, steps, and how fast it is then.
+    /// The distance that it has gone `t_s` after its beginning, steps, and its speed then.
     fn at(&self, t_s: f64) -> (f64, f64) {
         let Self { speed_steps_s, accel_steps_s2, jerk_steps_s3, .. } = *self;
         let gained = (accel_steps_s2 + 0.5 * jerk_steps_s3 * t_s) * t_s;
@@ -37,18 +37,18 @@ impl Cubic {
         (steps, speed_steps_s + gained)
     }
 
-    /// How far it goes to the edge that comes after so many half steps, steps.
+    /// The distance that it goes to the edge that comes after so many half steps, steps.
     fn steps_to(&self, half_steps: u32) -> f64 {
         0.5 * f64::from(half_steps) - self.ahead
     }
 
-    /// When it makes that edge, units of 2^-`point` tick after its beginning.
+    /// The instant of that edge, units of 2^-`point` tick after its beginning.
     #[inline(never)]
     pub(super) fn time(&self, half_steps: u32) -> u64 {
         fixed(self.time_s(self.steps_to(half_steps)) * self.tick_hz, self.point.into()) as u64
     }
 
-    /// When it has gone so far, s after its beginning.
+    /// The instant at which it has gone so far, s after its beginning.
     fn time_s(&self, steps: f64) -> f64 {
         let (mut from_s, mut to_s) = (0.0, self.lasts_s);
         let mut t_s = 0.5 * to_s;
@@ -71,7 +71,7 @@ impl Cubic {
         t_s
     }
 
-    /// Whether an instant, in units of 2^-`point` tick after the beginning, is near enough to that of the edge after so many half
+    /// True if an instant, in units of 2^-`point` tick after the beginning, is near enough to that of the edge after so many half
     /// steps, in a segment that lasts `rise` of these units.
     #[inline(never)]
     pub(super) fn is_near(&self, half_steps: u32, instant: u64, rise: u64) -> bool {

@@ -3,7 +3,7 @@
 use super::fit::Quadratic;
 use super::fixed_ramp::LENGTH_MAX;
 use super::hermite::{ERROR_MAX_TICKS, Hermite, TERMS};
-use super::timed_plan::TimedStretch;
+use super::timed_plan::TimedStepRange;
 use super::u96::exponent;
 use super::{BRIEF_S, FIT_ERROR_MAX_TICKS, fit_error_max_ticks};
 use crate::fixed::{TWO_TO_64, polynomial};
@@ -19,12 +19,12 @@ const SEGMENTS_MIN: u32 = 4;
 const ERROR_DIVISOR: f64 = 124.707_658_144_959_16;
 
 /// The steps of a span.
-pub(super) struct StepRange {
+pub(super) struct SpanSteps {
     /// The first step.
     pub(super) step: u32,
-    /// How many steps after the beginning of the span the first step is.
+    /// The number of steps from the beginning of the span to the first step.
     pub(super) steps_after_begin: f64,
-    /// How many steps there are.
+    /// The number of steps.
     pub(super) count: u32,
 }
 
@@ -50,10 +50,10 @@ impl Curve {
     }
 
     /// The instants of the steps of `range`. If `is_backwards`, times are counted back from the end of the move.
-    pub(super) fn new(hermite: &Hermite, timed: TimedStretch, is_backwards: bool, range: StepRange) -> Self {
+    pub(super) fn new(hermite: &Hermite, timed: TimedStepRange, is_backwards: bool, range: SpanSteps) -> Self {
         let point = timed.point().min(POINT_MAX);
         let unit_hz = f64::from(1u32 << point);
-        let TimedStretch { clock, stretch } = timed;
+        let TimedStepRange { clock, step_range } = timed;
         let mut factor = if is_backwards { -clock.tick_hz * unit_hz } else { clock.tick_hz * unit_hz };
         let mut coefficients = hermite.coefficients.map(|coefficient| {
             // The direction of rounding does not matter, because a unit is far less than the deviation of a polynomial.
@@ -63,7 +63,7 @@ impl Curve {
         });
         let origin_ticks = if is_backwards { clock.end_ticks } else { clock.begin_ticks };
         coefficients[0] = coefficients[0].wrapping_add((origin_ticks * unit_hz) as i64);
-        let per_step = stretch.stride / (hermite.steps.abs() * UNIT_RATIO);
+        let per_step = step_range.stride / (hermite.steps.abs() * UNIT_RATIO);
         Self {
             coefficients,
             point,
@@ -99,9 +99,9 @@ impl Curve {
 }
 
 /// log2 of the steps that a quadratic may hold anywhere on the span.
-fn length(hermite: &Hermite, timed: TimedStretch, count: u32) -> u8 {
+fn length(hermite: &Hermite, timed: TimedStepRange, count: u32) -> u8 {
     let tick_hz = timed.clock.tick_hz;
-    let steps = hermite.steps.abs() / timed.stretch.stride;
+    let steps = hermite.steps.abs() / timed.step_range.stride;
     let per_step = tick_hz / steps;
     let bend = hermite.third_derivative_max() * per_step / (steps * steps * ERROR_DIVISOR);
     // log2 n for the largest n, a power of two, with n³ bend <= E.

@@ -18,7 +18,7 @@ pub(super) struct Quadratic {
 }
 
 impl Quadratic {
-    /// Whether it lasts longer than a segment may, to a precision of 2^32 units.
+    /// True if it lasts longer than a segment may, to a precision of 2^32 units.
     pub(super) fn is_too_long(&self) -> bool {
         (self.rise >> 32) as u32 >= SPAN_MAX_TICKS.wrapping_shr(32 - self.point)
     }

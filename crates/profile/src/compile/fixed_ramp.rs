@@ -27,8 +27,8 @@ pub(super) fn log2_of(x: f64) -> i32 {
 
 /// A step: its instant, and how fast the axis is there.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Knot {
-    /// When it is due, units of 2^-point tick from the start of the move.
+pub(super) struct Sample {
+    /// The instant at which it is due, units of 2^-point tick from the start of the move.
     pub(super) instant: u64,
     /// log2 Q, which rises with the axis's speed there: see [`FixedRamp`].
     pub(super) level: i32,
@@ -46,9 +46,9 @@ pub(super) struct FixedRamp {
     radicand: Line,
     /// log2 of the slope, never too small.
     slope: i32,
-    /// What has to be added to 5 log2 Q to get 6 log2 n, for E = 1/8.
+    /// The number to be added to 5 log2 Q to get 6 log2 n, for E = 1/8.
     strict: i32,
-    /// What has to be added for the larger E of brief segments.
+    /// The number to be added for the larger E of brief segments.
     loose: i32,
     /// A segment of n steps is brief if log2 n - 1/2 log2 Q is below this.
     brief: i32,
@@ -71,9 +71,9 @@ impl FixedRamp {
 
     /// The step `half_steps` from the slow end; its instant is the time from standstill.
     #[inline(always)]
-    pub(super) fn knot(&self, half_steps: u32) -> Knot {
+    pub(super) fn sample(&self, half_steps: u32) -> Sample {
         let Root { root, log2 } = Root::of(self.radicand.at(half_steps));
-        Knot { instant: root, level: log2 }
+        Sample { instant: root, level: log2 }
     }
 
     /// log2 of the steps that a quadratic holds from a step of level `level` on, `most` at most. `length` is that of the
@@ -98,7 +98,7 @@ impl FixedRamp {
         length
     }
 
-    /// Whether a quadratic holds 2^`length` steps from a step of level `level` on. `slow` is the level of the slow end.
+    /// True if a quadratic holds 2^`length` steps from a step of level `level` on. `slow` is the level of the slow end.
     #[inline(always)]
     fn fits(&self, length: i32, level: i32, slow: i32) -> bool {
         // There is always a quadratic through three steps.

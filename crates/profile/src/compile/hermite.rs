@@ -4,7 +4,7 @@ use libm::fabs;
 
 use crate::ramp::State;
 
-/// How far a polynomial may deviate from the law, ticks: a quarter of what a segment may.
+/// The distance by which a polynomial may deviate from the law, ticks: a quarter of what a segment may.
 pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
 
 /// t = Σ c_i z^i, with z from 0 at one state to 1 at the other.
@@ -12,7 +12,7 @@ pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
 pub(super) struct Hermite {
     /// In s.
     pub(super) coefficients: [f64; TERMS],
-    /// Where z is 0, steps.
+    /// The place where z is 0, steps.
     pub(super) begin_steps: f64,
     /// The displacement from z = 0 to z = 1, steps; negative if it goes backwards.
     pub(super) steps: f64,
@@ -54,7 +54,7 @@ impl Hermite {
         Self { coefficients, begin_steps: begin.0.steps, steps }
     }
 
-    /// How far it deviates from a ramp at most, s. `middle` is the ramp's state about midway.
+    /// The greatest deviation from a ramp, s. `middle` is the ramp's state about midway.
     ///
     /// It deviates by (z - z²)⁴ d⁸t/dz⁸/8!. If the eighth derivative is an even function about the middle, the
     /// deviation is largest there. If it is an odd function, the deviation is zero there, but its slope shows how large

@@ -2,7 +2,7 @@
 
 use super::cubic::Cubic;
 use super::fit::Quadratic;
-use super::fixed_ramp::{FixedRamp, Knot};
+use super::fixed_ramp::{FixedRamp, Sample};
 use super::small_accel::SmallAccel;
 use super::u96::Line;
 use crate::segment::Segment;
@@ -17,7 +17,7 @@ pub(super) struct Phase {
     pub(super) end: u32,
     /// The law goes on smoothly to this step, which may be beyond the phase.
     pub(super) reach: u32,
-    /// Whether it decelerates: then the law's times count back from the end of the move, and its steps from `reach`.
+    /// True if it decelerates: then the law's times count back from the end of the move, and its steps from `reach`.
     pub(super) backwards: bool,
     /// Instants are in units of 2^-`point` tick. It is 32, or less if the move is too long for that.
     pub(super) point: u8,
@@ -25,7 +25,7 @@ pub(super) struct Phase {
     pub(super) length: u8,
 }
 
-/// How long an odd number of half steps takes.
+/// The time that an odd number of half steps takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Law {
     /// At constant speed.
@@ -40,31 +40,31 @@ pub(super) enum Law {
 
 impl Phase {
     /// The step with the number `step`, up to `reach`.
-    pub(super) fn knot(&self, step: u32) -> Knot {
+    pub(super) fn sample(&self, step: u32) -> Sample {
         let from_origin = if self.backwards { self.reach.wrapping_sub(step) } else { step };
         let half_steps = from_origin.wrapping_mul(2) | 1;
-        let Knot { instant, level } = match &self.law {
-            Law::ConstantSpeed(line) => Knot { instant: line.at(half_steps).upper(), level: 0 },
-            Law::Ramp(ramp) => ramp.knot(half_steps),
-            Law::SmallAccel(small_accel) => Knot { instant: small_accel.time(half_steps), level: 0 },
-            Law::Cubic(cubic) => Knot { instant: cubic.time(half_steps), level: 0 },
+        let Sample { instant, level } = match &self.law {
+            Law::ConstantSpeed(line) => Sample { instant: line.at(half_steps).upper(), level: 0 },
+            Law::Ramp(ramp) => ramp.sample(half_steps),
+            Law::SmallAccel(small_accel) => Sample { instant: small_accel.time(half_steps), level: 0 },
+            Law::Cubic(cubic) => Sample { instant: cubic.time(half_steps), level: 0 },
         };
         let instant =
             if self.backwards { self.origin.wrapping_sub(instant) } else { self.origin.wrapping_add(instant) };
-        Knot { instant, level }
+        Sample { instant, level }
     }
 
     /// The segment that begins at the step with the number `step`, and the step after that segment, if it is known.
     /// `first` is the step itself, if known.
-    pub(super) fn segment(&mut self, step: u32, first: Option<Knot>) -> (Segment, Option<Knot>) {
-        let first = first.unwrap_or_else(|| self.knot(step));
+    pub(super) fn segment(&mut self, step: u32, first: Option<Sample>) -> (Segment, Option<Sample>) {
+        let first = first.unwrap_or_else(|| self.sample(step));
         let left = self.end.wrapping_sub(step);
         let mut fit = Quadratic { point: self.point.into(), length: 0, first: first.instant, rise: 0, bend: 0 };
         if left == 1 {
             return (fit.segment(1), None);
         }
         fit.length = self.length(step, first.level, left);
-        let mut far = self.knot_after(step, fit.length);
+        let mut far = self.sample_after(step, fit.length);
         fit.rise = far.instant.wrapping_sub(first.instant);
         while fit.is_too_long() {
             if fit.length == 0 {
@@ -72,13 +72,13 @@ impl Phase {
                 return (fit.segment(1), Some(far));
             }
             fit.length -= 1;
-            far = self.knot_after(step, fit.length);
+            far = self.sample_after(step, fit.length);
             fit.rise = far.instant.wrapping_sub(first.instant);
         }
         if let Law::Cubic(cubic) = &self.law {
             far = self.shorten(step, cubic, &mut fit, far);
         } else if fit.length > 0 && !matches!(self.law, Law::ConstantSpeed(_)) {
-            let middle = self.knot_after(step, fit.length - 1);
+            let middle = self.sample_after(step, fit.length - 1);
             let half_rise = middle.instant.wrapping_sub(first.instant);
             fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
         }
@@ -90,9 +90,9 @@ impl Phase {
     /// Shortens a segment of a cubic until its quadratic is as near as it has to be, and bends it. `far` is the step at its end;
     /// returns that of the shorter one.
     #[inline(never)]
-    fn shorten(&self, step: u32, cubic: &Cubic, fit: &mut Quadratic, mut far: Knot) -> Knot {
+    fn shorten(&self, step: u32, cubic: &Cubic, fit: &mut Quadratic, mut far: Sample) -> Sample {
         while fit.length > 0 {
-            let middle = self.knot_after(step, fit.length - 1);
+            let middle = self.sample_after(step, fit.length - 1);
             let half_rise = middle.instant.wrapping_sub(fit.first);
             fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
             // A quadratic through three steps is exact there. In between it is farthest from a cubic at 0.21 and 0.79 of the way,
@@ -114,8 +114,8 @@ impl Phase {
         far
     }
 
-    fn knot_after(&self, step: u32, length: u32) -> Knot {
-        self.knot(step.wrapping_add(1u32.wrapping_shl(length)))
+    fn sample_after(&self, step: u32, length: u32) -> Sample {
+        self.sample(step.wrapping_add(1u32.wrapping_shl(length)))
     }
 
     /// log2 of the steps that a segment from `step` on holds, if `left` steps are left, 2 or more. It is no more than

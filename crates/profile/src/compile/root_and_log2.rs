@@ -12,7 +12,7 @@ pub(super) struct Root {
     pub(super) log2: i32,
 }
 
-/// How far a logarithm may fall short, in its units: 0.087.
+/// The distance by which a logarithm may fall short, in its units: 0.087.
 pub(super) const LOG2_SHORT_MAX: i32 = 5_702;
 
 impl Root {

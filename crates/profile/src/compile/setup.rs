@@ -4,9 +4,9 @@ use super::cubic::Cubic;
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
 use super::phase::{Law, Phase};
 use super::small_accel::SmallAccel;
-use super::timed_plan::{ConstantAccelRamp, Cruise, TimedPlan, TimedStretch, point_for};
+use super::timed_plan::{ConstantAccelRamp, Cruise, TimedPlan, TimedStepRange, point_for};
 use super::u96::{Line, U96, exponent, fixed, short_fixed};
-use super::{NEAREST_STEPS, Stretch};
+use super::{NEAREST_STEPS, StepRange};
 use crate::fixed::{is_zero, product};
 
 /// Steps have numbers below this.
@@ -35,8 +35,8 @@ impl Phase {
     }
 
     /// Makes it accelerate from the first step to the one before `end`.
-    pub(super) fn accelerate(&mut self, ramp: &ConstantAccelRamp, timed: TimedStretch, end: u32) {
-        let (clock, more) = (timed.clock, doubled(-timed.stretch.ahead));
+    pub(super) fn accelerate(&mut self, ramp: &ConstantAccelRamp, timed: TimedStepRange, end: u32) {
+        let (clock, more) = (timed.clock, doubled(-timed.step_range.ahead));
         let axis_ramp = timed.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
             let (law, point, length) = small_accel(ramp, timed, more);
@@ -61,16 +61,16 @@ impl Phase {
     }
 
     /// Makes it keep its speed up to the step before `end`.
-    pub(super) fn cruise(&mut self, plan: &TimedPlan, stretch: &Stretch, end: u32) {
-        let timed = TimedStretch { clock: &plan.clock, stretch };
+    pub(super) fn cruise(&mut self, plan: &TimedPlan, step_range: &StepRange, end: u32) {
+        let timed = TimedStepRange { clock: &plan.clock, step_range };
         let cruise = plan.cruise.unwrap_or_else(|| Cruise::of(&plan.profile, &plan.clock));
-        let period_ticks = cruise.ticks_per_step * stretch.stride;
-        let start_ticks = cruise.start_ticks - period_ticks * stretch.ahead;
+        let period_ticks = cruise.ticks_per_step * step_range.stride;
+        let start_ticks = cruise.start_ticks - period_ticks * step_range.ahead;
         self.cruise_on(start_ticks, period_ticks, timed, end);
     }
 
     /// The same for steps of this period, if the axis had begun at that instant half a step before its first one.
-    pub(super) fn cruise_on(&mut self, start_ticks: f64, period_ticks: f64, timed: TimedStretch, end: u32) {
+    pub(super) fn cruise_on(&mut self, start_ticks: f64, period_ticks: f64, timed: TimedStepRange, end: u32) {
         let point = timed.point();
         // The first 64 of the 96 bits are the instant; a half step takes half a period. If the profile begins less than
         // half a step before the first step, the line may begin a little before the run. That is negative, and taken
@@ -85,7 +85,7 @@ impl Phase {
 
     /// Makes it follow a cubic up to the step before `end`.
     #[inline(never)]
-    pub(super) fn change_accel(&mut self, cubic: &Cubic, timed: TimedStretch, end: u32) {
+    pub(super) fn change_accel(&mut self, cubic: &Cubic, timed: TimedStepRange, end: u32) {
         let point = timed.point();
         let origin = fixed(timed.clock.begin_ticks, point.into()) as u64;
         let law = Law::Cubic(Cubic { point, ..*cubic });
@@ -93,8 +93,8 @@ impl Phase {
     }
 
     /// Makes it decelerate to the last of the axis's steps, the one before `end`.
-    pub(super) fn decelerate(&mut self, ramp: &ConstantAccelRamp, timed: TimedStretch, end: u32) {
-        let (clock, more) = (timed.clock, doubled(timed.stretch.beyond));
+    pub(super) fn decelerate(&mut self, ramp: &ConstantAccelRamp, timed: TimedStepRange, end: u32) {
+        let (clock, more) = (timed.clock, doubled(timed.step_range.beyond));
         let axis_ramp = timed.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
             let (law, point, length) = small_accel(ramp, timed, more);
@@ -119,11 +119,11 @@ impl Phase {
     }
 }
 
-impl TimedStretch<'_> {
+impl TimedStepRange<'_> {
     fn axis_ramp(&self, ramp: &ConstantAccelRamp) -> AxisRamp {
-        let Stretch { stride, .. } = *self.stretch;
+        let StepRange { stride, .. } = *self.step_range;
         let slope_ticks2 =
-            if self.stretch.is_longest() { ramp.slope_ticks2 } else { multiplied(ramp.slope_ticks2, stride) };
+            if self.step_range.is_longest() { ramp.slope_ticks2 } else { multiplied(ramp.slope_ticks2, stride) };
         AxisRamp { lead_ticks: ramp.lead_ticks, slope_ticks2 }
     }
 }
@@ -198,9 +198,9 @@ impl AxisRamp {
 
 /// The law of a ramp that hardly accelerates, its point, and log2 of the steps of its segments, over which a quadratic
 /// deviates by 2^-6 tick at most. Its first half step is `more` half steps longer.
-fn small_accel(ramp: &ConstantAccelRamp, timed: TimedStretch, more: f64) -> (Law, u8, u32) {
+fn small_accel(ramp: &ConstantAccelRamp, timed: TimedStepRange, more: f64) -> (Law, u8, u32) {
     let point = timed.point();
-    let (tick_hz, stride) = (timed.clock.tick_hz, timed.stretch.stride);
+    let (tick_hz, stride) = (timed.clock.tick_hz, timed.step_range.stride);
     let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
     let slowest_ticks = tick_hz / slow_steps_s * stride;
     let law = SmallAccel { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point };

@@ -24,7 +24,7 @@ const RATIO_MIN: f64 = 0.1;
 const RATIO_MAX: f64 = 4.0;
 /// Longest span, ticks: half of what a segment may last.
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
-/// What rounding may change in a time that a law computes in floats, as a fraction of it: 2^-48.
+/// The change that rounding may make in a time that a law computes in floats, as a fraction of it: 2^-48.
 const ROUNDING: f64 = 3.552_713_678_800_501e-15;
 /// The fraction of the ramp that the first span tries at most.
 const FIRST_RATIO: f64 = 1.0 / 16.0;
@@ -38,14 +38,14 @@ const BEFORE_STEP: f64 = 0.98;
 /// rounding.
 const REACH_RATIO_MIN: f64 = 1e-12;
 
-/// How many spans are kept for other axes. Near standstill a slow axis has no step over several spans.
+/// The number of spans that are kept for other axes. Near standstill a slow axis has no step over several spans.
 const SHARED: usize = 8;
 
 /// The spans of a plan that were computed last.
 #[derive(Clone, Debug)]
 pub(super) struct SharedSpans {
     spans: [Span; SHARED],
-    /// How many have been computed.
+    /// The number of those that have been computed.
     count: usize,
 }
 
@@ -59,13 +59,13 @@ pub(super) struct Span {
     pub(super) is_backwards: bool,
 }
 
-/// How far the spans have come on a ramp.
+/// The place up to which the spans have come on a ramp.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reached {
     /// The parameter of the path and the state of the ramp at that place.
     pub(super) parameter: f64,
     pub(super) state: State,
-    /// How far the next span tries to reach, in units of the parameter.
+    /// The place that the next span tries to reach, in units of the parameter.
     reach: f64,
     /// The parameter where the last span of the ramp ends.
     pub(super) last: f64,
@@ -128,7 +128,7 @@ impl TimedPlan {
 }
 
 impl Path<'_> {
-    /// Where the first span begins.
+    /// The place where the first span begins.
     pub(super) fn begin(&self, plan: &TimedPlan) -> Reached {
         let end = self.ramp.parameter_end();
         let (first, last) = if self.is_backwards {
@@ -166,7 +166,7 @@ impl Path<'_> {
         }
     }
 
-    /// How far the polynomial deviates, as a fraction of what is allowed; infinite if the span lasts too long.
+    /// The deviation of the polynomial, as a fraction of what is allowed; infinite if the span lasts too long.
     fn error_ratio(&self, hermite: &Hermite, [begin, middle, end]: [&State; 3]) -> f64 {
         let error_ticks = hermite.error_s(middle) * self.tick_hz;
         // In a very long move, 64-bit floats cannot resolve smaller deviations.

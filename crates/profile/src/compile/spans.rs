@@ -2,21 +2,20 @@
 //!
 //! Segments are computed from the polynomial in fixed point ([`Curve`]). Each axis has its own curve.
 
-use super::course::Course;
-use super::curve::{Curve, StepRange};
+use super::curve::{Curve, SpanSteps};
 use super::hermite::Hermite;
 use super::shared_spans::{Reached, Span};
-use super::timed_plan::TimedStretch;
-use super::{NEAREST_STEPS, Stretch};
+use super::timed_plan::{TimedPlan, TimedStepRange};
+use super::{NEAREST_STEPS, StepRange};
 use crate::segment::Segment;
 
 /// One axis on the spans of a ramp.
 #[derive(Clone, Debug)]
 pub(super) struct Spans {
     is_backwards: bool,
-    /// How many spans it has come to.
+    /// The number of spans that it has come to.
     count: u32,
-    /// Where the last of them ends. Before the first one, it is where that begins.
+    /// The end of the last of them. Before the first one, it is where that begins.
     reached: Reached,
     curve: Curve,
     /// The step after the span's last.
@@ -28,13 +27,13 @@ pub(super) struct Spans {
 impl Spans {
     /// The spans over the steps from `begin` to the one before `end`: those of the accelerating ramp, or, if
     /// `is_backwards`, of the decelerating one.
-    pub(super) fn new(course: &mut Course, is_backwards: bool, (begin, end): (u32, u32)) -> Self {
+    pub(super) fn new(timed_plan: &mut TimedPlan, is_backwards: bool, (begin, end): (u32, u32)) -> Self {
         // Span 0 has no polynomial. It is kept so that other axes find where the first span begins.
-        let reached = match course.spans.find(is_backwards, 0) {
+        let reached = match timed_plan.spans.find(is_backwards, 0) {
             Some(none) => none.end,
             None => {
-                let end = course.plan.path(is_backwards).begin(&course.plan);
-                course.spans.keep(Span { end, is_backwards, ..Span::NONE });
+                let end = timed_plan.path(is_backwards).begin(timed_plan);
+                timed_plan.spans.keep(Span { end, is_backwards, ..Span::NONE });
                 end
             }
         };
@@ -42,58 +41,58 @@ impl Spans {
     }
 
     /// The segment that begins at the step with the number `step`.
-    pub(super) fn segment(&mut self, step: u32, stretch: &Stretch, course: &mut Course) -> Segment {
+    pub(super) fn segment(&mut self, step: u32, step_range: &StepRange, timed_plan: &mut TimedPlan) -> Segment {
         while self.curve_end <= step {
-            self.next_span(step, stretch, course);
+            self.next_span(step, step_range, timed_plan);
         }
         self.curve.segment(step, self.curve_end.wrapping_sub(step))
     }
 
     /// Goes on to the next span. Its first step, if it has any, is `step`.
     #[inline(never)]
-    fn next_span(&mut self, step: u32, stretch: &Stretch, course: &mut Course) {
+    fn next_span(&mut self, step: u32, step_range: &StepRange, timed_plan: &mut TimedPlan) {
         self.count += 1;
-        let hermite = match course.spans.find(self.is_backwards, self.count) {
+        let hermite = match timed_plan.spans.find(self.is_backwards, self.count) {
             Some(span) => {
                 self.reached = span.end;
                 span.hermite
             }
             None => {
-                let hermite = course.plan.path(self.is_backwards).next(&mut self.reached);
+                let hermite = timed_plan.path(self.is_backwards).next(&mut self.reached);
                 let (end, number, is_backwards) = (self.reached, self.count, self.is_backwards);
-                course.spans.keep(Span { hermite, end, number, is_backwards });
+                timed_plan.spans.keep(Span { hermite, end, number, is_backwards });
                 hermite
             }
         };
         let is_last = self.reached.parameter >= self.reached.last;
-        self.curve_end = if is_last { self.end } else { self.steps_before(self.reached.state.steps, stretch) };
+        self.curve_end = if is_last { self.end } else { self.steps_before(self.reached.state.steps, step_range) };
         self.curve_end = self.curve_end.clamp(step, self.end);
         if self.curve_end == step {
             return;
         }
-        let steps_after_begin = self.steps_after(&hermite, step, stretch);
-        let range = StepRange { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
+        let steps_after_begin = self.steps_after(&hermite, step, step_range);
+        let range = SpanSteps { step, count: self.curve_end.wrapping_sub(step), steps_after_begin };
         self.curve =
-            Curve::new(&hermite, TimedStretch { clock: &course.plan.clock, stretch }, self.is_backwards, range);
+            Curve::new(&hermite, TimedStepRange { clock: &timed_plan.clock, step_range }, self.is_backwards, range);
     }
 
-    /// How many steps are due before the ramp is at `ramp_steps`.
-    fn steps_before(&self, ramp_steps: f64, stretch: &Stretch) -> u32 {
-        let axis_steps = ramp_steps / stretch.stride + 0.5;
+    /// The number of steps that are due before the ramp is at `ramp_steps`.
+    fn steps_before(&self, ramp_steps: f64, step_range: &StepRange) -> u32 {
+        let axis_steps = ramp_steps / step_range.stride + 0.5;
         if self.is_backwards {
-            self.end - ((axis_steps - stretch.beyond) as u32).min(self.end)
+            self.end - ((axis_steps - step_range.beyond) as u32).min(self.end)
         } else {
-            (axis_steps + stretch.ahead) as u32
+            (axis_steps + step_range.ahead) as u32
         }
     }
 
-    /// How many steps after the span's beginning `step` is due. If rounding puts it a little before, that is 0.
-    fn steps_after(&self, hermite: &Hermite, step: u32, stretch: &Stretch) -> f64 {
-        let begin = hermite.begin_steps / stretch.stride;
+    /// The number of steps after the span's beginning at which `step` is due. If rounding puts it a little before, that is 0.
+    fn steps_after(&self, hermite: &Hermite, step: u32, step_range: &StepRange) -> f64 {
+        let begin = hermite.begin_steps / step_range.stride;
         let after = if self.is_backwards {
-            begin - (f64::from(self.end - step) - 0.5 + stretch.beyond).max(NEAREST_STEPS)
+            begin - (f64::from(self.end - step) - 0.5 + step_range.beyond).max(NEAREST_STEPS)
         } else {
-            (f64::from(step) + 0.5 - stretch.ahead).max(NEAREST_STEPS) - begin
+            (f64::from(step) + 0.5 - step_range.ahead).max(NEAREST_STEPS) - begin
         };
         after.max(0.0)
     }

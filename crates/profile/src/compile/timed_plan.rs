@@ -1,17 +1,19 @@
 //! A plan in ticks, and the steps of an axis in it.
 
 use super::fixed_ramp::log2_of;
+use super::shared_spans::SharedSpans;
 use super::u96::exponent;
-use super::{NO_RAMP_S, PhaseBounds, Stretch};
+use super::{NO_RAMP_S, PhaseBounds, StepRange};
 use crate::profile::Profile;
 use crate::ramp::Ramp;
 
-/// A plan in ticks from the start of the run.
+/// A plan in ticks from the start of the run: what its axes have in common when they are compiled, computed once. The axis that
+/// needs a span of a curved ramp first computes it and leaves it here for the others.
 #[derive(Clone, Debug)]
-pub(super) struct TimedPlan {
+pub struct TimedPlan {
     pub(super) profile: Profile,
-    /// Whether it is the plan of a whole move.
-    pub(super) is_whole: bool,
+    /// True if it is the plan of a whole move.
+    pub(crate) is_whole: bool,
     pub(super) bounds: PhaseBounds,
     pub(super) clock: Clock,
     /// Its ramps, if they are at constant acceleration.
@@ -23,6 +25,7 @@ pub(super) struct TimedPlan {
     /// step of any axis.
     pub(super) begin_steps: f64,
     pub(super) end_steps: f64,
+    pub(super) spans: SharedSpans,
 }
 
 /// The ticks of a plan, or of a part of it.
@@ -31,16 +34,16 @@ pub(super) struct Clock {
     pub(super) tick_hz: f64,
     /// log2 of `tick_hz`, in units of 2^-16.
     pub(super) hz_log2: i32,
-    /// When it begins and ends.
+    /// The instants at which it begins and ends.
     pub(super) begin_ticks: f64,
     pub(super) end_ticks: f64,
 }
 
 /// The steps of an axis, and when the plan makes them. They count from 0, their instants from the start of the run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TimedStretch<'a> {
+pub(super) struct TimedStepRange<'a> {
     pub(super) clock: &'a Clock,
-    pub(super) stretch: &'a Stretch,
+    pub(super) step_range: &'a StepRange,
 }
 
 /// A ramp at constant acceleration, in ticks and steps of the longest axis.
@@ -52,7 +55,7 @@ pub(super) struct ConstantAccelRamp {
     ticks_per_speed: f64,
     /// The time from standstill to the ramp's slow end at the ramp's acceleration: C = f v/a.
     pub(super) lead_ticks: f64,
-    /// What half a step adds to the square of the time from standstill: B/2 = f²/a.
+    /// The amount that half a step adds to the square of the time from standstill: B/2 = f²/a.
     pub(super) slope_ticks2: f64,
 }
 
@@ -60,31 +63,57 @@ pub(super) struct ConstantAccelRamp {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cruise {
     pub(super) ticks_per_step: f64,
-    /// When the profile would have begun if all of it were at that speed.
+    /// The instant at which the profile would have begun if all of it were at that speed.
     pub(super) start_ticks: f64,
 }
 
 impl TimedPlan {
-    pub(super) const EMPTY: Self = Self {
-        profile: Profile::NONE,
-        is_whole: false,
-        bounds: PhaseBounds::NONE,
-        clock: Clock { tick_hz: 0.0, hz_log2: 0, begin_ticks: 0.0, end_ticks: 0.0 },
-        accel: None,
-        decel: None,
-        cruise: None,
-        begin_steps: 0.0,
-        end_steps: 0.0,
-    };
+    /// An empty timed plan.
+    #[must_use]
+    pub const fn empty() -> Self {
+        Self {
+            profile: Profile::NONE,
+            is_whole: false,
+            bounds: PhaseBounds::NONE,
+            clock: Clock { tick_hz: 0.0, hz_log2: 0, begin_ticks: 0.0, end_ticks: 0.0 },
+            accel: None,
+            decel: None,
+            cruise: None,
+            begin_steps: 0.0,
+            end_steps: 0.0,
+            spans: SharedSpans::NONE,
+        }
+    }
 
-    /// Makes it a profile that begins at `begin_s`, in its place: it is large.
-    pub(super) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
+    /// Changes in its place, because it is large, to a profile that begins at `begin_s` from the start of the run, in ticks of
+    /// 1/`tick_hz` s.
+    pub(crate) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
         (self.profile, self.is_whole, self.bounds) = (*plan, is_whole, PhaseBounds::of(plan));
         self.clock = Clock::new([begin_s, begin_s + plan.duration_s()], tick_hz);
         self.accel = ConstantAccelRamp::of(&plan.accel, self.clock.tick_hz, None);
         self.decel = ConstantAccelRamp::of(&plan.decel, self.clock.tick_hz, self.accel.as_ref());
         self.cruise = (plan.t_cruise_s() > 0.0).then(|| Cruise::of(plan, &self.clock));
         (self.begin_steps, self.end_steps) = (0.0, 0.0);
+        self.spans.clear();
+    }
+
+    /// Changes to a blend that begins at `begin_s` from the start of the run.
+    pub(crate) fn set_clock(&mut self, ends_s: [f64; 2], tick_hz: u32) {
+        self.clock = Clock::new(ends_s, tick_hz);
+    }
+
+    /// Makes its spans include the steps of all these step ranges.
+    pub(crate) fn set_reach(&mut self, step_ranges: impl Iterator<Item = StepRange>) {
+        let (mut begin, mut end) = (f64::INFINITY, f64::INFINITY);
+        for step_range in step_ranges {
+            (begin, end) = (begin.min(step_range.begin_steps()), end.min(step_range.end_steps()));
+        }
+        (self.begin_steps, self.end_steps) = (begin, end);
+    }
+
+    /// True if the acceleration changes within a ramp.
+    pub(crate) fn is_curved(&self) -> bool {
+        self.profile.is_curved()
     }
 }
 
@@ -135,7 +164,7 @@ impl Cruise {
     }
 }
 
-impl TimedStretch<'_> {
+impl TimedStepRange<'_> {
     /// The point for instants of the run.
     pub(super) fn point(&self) -> u8 {
         point_for(exponent(self.clock.end_ticks))

@@ -26,7 +26,7 @@ impl U96 {
         u64::from(self.middle) << 32 | u64::from(self.bottom)
     }
 
-    /// How many of its first bits are 0, less one if that number is odd (94 at most), and its first 64 bits without
+    /// The number of its first bits that are 0, less one if that number is odd (94 at most), and its first 64 bits without
     /// these.
     #[inline(always)]
     pub(super) fn normalised(self) -> (u32, u64) {
@@ -41,7 +41,7 @@ impl U96 {
     }
 }
 
-/// How many of its first bits are 0, less one if that number is odd; 30 at most. This is shorter than a call of the
+/// The number of its first bits that are 0, less one if that number is odd; 30 at most. This is shorter than a call of the
 /// compiler's routine.
 #[inline(always)]
 fn even_zeros(mut digit: u32) -> u32 {

@@ -91,7 +91,7 @@ fn series(w: f64) -> f64 {
     polynomial(&COEFFICIENTS, (w * (TWO_TO_64 / W_END)) as u64) as f64 / UNITS
 }
 
-/// How many units of the coefficients make 1. S(8) is 436, so the sum fits.
+/// The number of units of the coefficients that make 1. S(8) is 436, so the sum fits.
 const UNITS: f64 = 18_014_398_509_481_984.0;
 const W_END: f64 = 8.0;
 

@@ -50,7 +50,7 @@ impl OverTime {
         }
     }
 
-    /// Where s'' jumps next, after `t`.
+    /// The place of the next jump of s'', after `t`.
     pub(super) fn next_corner(self, t: f64) -> f64 {
         // Rounding may leave a `t` that stands for a corner a little before that corner.
         let is_ahead = |corner: &f64| t < corner * (1.0 - CORNER_TOLERANCE);

@@ -23,7 +23,7 @@ fn eighth(t: f64) -> (f64, f64) {
     (x * series(&SINE), series(&COSINE))
 }
 
-/// How many units of the coefficients make 1.
+/// The number of units of the coefficients that make 1.
 const UNITS: f64 = 4_611_686_018_427_387_904.0;
 /// 1, -1/3!, 1/5! and so on: the coefficients of the powers of x².
 static SINE: [i64; 10] = inverse_factorials(1);

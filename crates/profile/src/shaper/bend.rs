@@ -1,4 +1,4 @@
-//! What a shaped axis does for a while, and the steps that it makes meanwhile.
+//! A bend: the motion of a shaped axis for a while, and the steps that it makes meanwhile.
 
 use libm::floor;
 
@@ -11,26 +11,26 @@ const PASSED_STEPS: f64 = 1e-9;
 /// A turn that comes as soon as this, s, is that from which a bend begins.
 pub(super) const AT_ONCE_S: f64 = 1e-6;
 
-/// A stretch of shaped motion of one axis, at constant acceleration, in which the axis may turn; or at constant jerk, in which it
+/// A part of shaped motion of one axis, at constant acceleration, in which the axis may turn; or at constant jerk, in which it
 /// does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {
-    /// What it does from its beginning on; its place is counted from the same whole step as `counts`.
+    /// Its motion from its beginning on; its place is counted from the same whole step as `counts`.
     pub leg: Leg,
-    /// When it ends, s from the start of the run.
+    /// The instant at which it ends, s from the start of the run.
     pub end_s: f64,
-    /// Where the axis is then, steps.
+    /// The place where the axis is then, steps.
     pub end_place_steps: f64,
-    /// How fast it is then, steps/s, signed by direction.
+    /// Its speed then, steps/s, signed by direction.
     pub end_speed_steps_s: f64,
-    /// How the acceleration changes, steps/s³.
+    /// The jerk, steps/s³.
     pub jerk_steps_s3: f64,
     /// The whole step where the axis begins, where it turns, and where it ends. If it does not turn, the second is the third.
     pub counts: [i32; 3],
 }
 
 impl Bend {
-    /// How many steps the axis makes, and how many of them before it turns; if it does not turn, that is all of them.
+    /// The number of steps that the axis makes, and how many of them before it turns; if it does not turn, that is all of them.
     #[must_use]
     pub fn step_counts(&self) -> (u32, u32) {
         let [begin, turn, end] = self.counts;
@@ -46,7 +46,7 @@ impl Bend {
     }
 }
 
-/// What the impulses add up to: a leg, whose acceleration a box makes change.
+/// The sum of the impulses: a leg, whose acceleration a box makes change.
 #[derive(Clone, Copy)]
 pub(super) struct Sum {
     pub(super) leg: Leg,
@@ -59,7 +59,7 @@ impl Sum {
         !is_zero(self.jerk_steps_s3)
     }
 
-    /// Where the axis is, and how fast, at `t_s` from the start of the run.
+    /// The place and the speed of the axis at `t_s` from the start of the run.
     #[inline(always)]
     pub(super) fn at(&self, t_s: f64) -> (f64, f64) {
         if self.is_curved() { self.at_by_jerk(t_s) } else { self.leg.at(t_s) }
@@ -74,8 +74,8 @@ impl Sum {
         (place_steps + mean_steps_s * past_s, speed_steps_s + (accel_steps_s2 + gained_steps_s2) * past_s)
     }
 
-    /// When an axis whose acceleration changes turns first, s after its beginning; infinite if it does not. At once does not
-    /// count.
+    /// The instant at which an axis whose acceleration changes turns first, s after its beginning; infinite if it does not. At
+    /// once does not count.
     #[inline(never)]
     pub(super) fn turns_after_s(&self) -> f64 {
         let Self { leg: Leg { speed_steps_s: v, accel_steps_s2: a, .. }, jerk_steps_s3: j } = *self;
@@ -93,7 +93,7 @@ impl Sum {
     }
 }
 
-/// Whether an axis that begins and ends with these speeds turns on the way.
+/// True if an axis that begins and ends with these speeds turns on the way.
 pub(crate) fn turns(from_steps_s: f64, to_steps_s: f64) -> bool {
     is_negative(from_steps_s) != is_negative(to_steps_s) && !is_zero(from_steps_s) && !is_zero(to_steps_s)
 }

@@ -1,16 +1,16 @@
-//! What an axis does at one acceleration.
+//! A leg: the motion of an axis at one acceleration.
 
 use crate::fixed::is_zero;
 
 /// Instants with a smaller difference are the same, s.
 pub(super) const SAME_S: f64 = 1e-10;
 
-/// What an axis does for a while: it keeps one acceleration.
+/// The motion of an axis for a while, at one acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// When it begins, s from the start of the run.
+    /// The instant at which it begins, s from the start of the run.
     pub begin_s: f64,
-    /// Where it begins, steps.
+    /// The place where it begins, steps.
     pub place_steps: f64,
     /// The speed there, steps/s, signed by direction.
     pub speed_steps_s: f64,
@@ -29,14 +29,14 @@ impl Leg {
         is_zero(self.speed_steps_s) && is_zero(self.accel_steps_s2)
     }
 
-    /// What it adds to an integral of the place from one instant to another, both of them in it.
+    /// The amount that it adds to an integral of the place from one instant to another, both of them in it.
     pub(super) fn integral(&self, from_s: f64, to_s: f64) -> f64 {
         let lasts_s = to_s - from_s;
         let (place_steps, speed_steps_s) = self.at(from_s);
         (place_steps + (0.5 * speed_steps_s + self.accel_steps_s2 * lasts_s * (1.0 / 6.0)) * lasts_s) * lasts_s
     }
 
-    /// Where the axis is, and how fast, at `t_s` from the start of the run.
+    /// The place and the speed of the axis at `t_s` from the start of the run.
     #[inline(always)]
     pub(super) fn at(&self, t_s: f64) -> (f64, f64) {
         if self.is_rest() {

@@ -1,4 +1,4 @@
-//! What a plan is to one axis: legs.
+//! The legs of a plan, for one axis.
 
 use super::Leg;
 use crate::blend::Blend;

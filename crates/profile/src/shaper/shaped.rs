@@ -24,7 +24,7 @@ use crate::shaper::{IMPULSES_MAX, Impulses};
 const BRIEF_S: f64 = 20e-6;
 const AS_GOOD_S: f64 = 1e-9;
 const AS_GOOD_STEPS: f64 = 2e-8;
-/// How much of a leg waits until it is known whether a rest follows, s.
+/// The part of a leg that waits until it is known whether a rest follows, s.
 const LAST_S: f64 = 0.5e-3;
 /// For so many bends the mean of a box is added up. Then it is computed anew, so that rounding errors stay where they are.
 const ADDED_MAX: u8 = 32;
@@ -38,10 +38,10 @@ struct Cursor {
     delay_s: f64,
     /// The number of the leg on which it stands.
     on: u32,
-    /// What it adds there, the leg later by the delay and times the weight; and whether that has been computed.
+    /// The part that it adds there, the leg later by the delay and times the weight; and whether that has been computed.
     part: Leg,
     is_part: bool,
-    /// When it comes to the end of the leg, s from the start of the run; the delay included.
+    /// The instant at which it comes to the end of the leg, s from the start of the run; the delay included.
     end_s: f64,
 }
 
@@ -54,12 +54,12 @@ impl Cursor {
 #[derive(Clone, Debug)]
 pub struct Shaped<const LEN: usize> {
     cursors: [Cursor; IMPULSES_MAX],
-    /// How many of them there are.
+    /// The number of them.
     count: usize,
     top_steps_s: f64,
     /// If it is a box: the inverse of how long that lasts, and 0 otherwise.
     per_box_s: f64,
-    /// Where the axis is in the mean, and for how many bends that has been added up.
+    /// The place of the axis in the mean, and the number of bends over which that has been added up.
     mean_steps: f64,
     added: u8,
     legs: Ring<Leg, LEN>,
@@ -124,7 +124,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.set_parts();
     }
 
-    /// Whether there is room for another leg.
+    /// True if there is room for another leg.
     #[must_use]
     pub fn has_room(&self) -> bool {
         !self.legs.is_full()
@@ -142,7 +142,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.t_s
     }
 
-    /// Whether the end has been taken: the axis stands still, and so do all that it is the sum of.
+    /// True if the end has been taken: the axis stands still, and so do all that it is the sum of.
     #[must_use]
     pub fn is_over(&self) -> bool {
         let last = self.last();
@@ -181,7 +181,7 @@ impl<const LEN: usize> Shaped<LEN> {
         true
     }
 
-    /// Whether a leg at constant speed, as fast as the last one ends, lasts so little that the axis is as good as where it would
+    /// True if a leg at constant speed, as fast as the last one ends, lasts so little that the axis is as good as where it would
     /// be if the last leg went on instead. Moves that are not quite alike have many of these between their blends.
     pub(crate) fn can_do_without(&self, leg: &Leg, end_s: f64) -> bool {
         let lasts_s = end_s - leg.begin_s;
@@ -211,7 +211,7 @@ impl<const LEN: usize> Shaped<LEN> {
         (self.rest_steps, self.is_finished) = (steps, true);
     }
 
-    /// What the axis does next; `None` if not enough is known, or if it is over.
+    /// The next motion of the axis; `None` if not enough is known, or if it is over.
     pub fn next_bend(&mut self) -> Option<Bend> {
         let mut end_s = self.until_s();
         while is_earlier(end_s, self.now_s) {
@@ -260,7 +260,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.first + self.legs.len() as u32 - 1
     }
 
-    /// When the first of the impulses comes to the end of its leg, s from the start of the run.
+    /// The instant at which the first of the impulses comes to the end of its leg, s from the start of the run.
     fn until_s(&self) -> f64 {
         let mut until_s = f64::INFINITY;
         for cursor in self.on_legs() {
@@ -322,7 +322,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.cursors[index].end_s = next.map_or(self.known_s, |next| next.begin_s) + delay_s;
     }
 
-    /// What all impulses add up to, from now on.
+    /// The sum of all impulses, from now on.
     fn sum(&mut self) -> Leg {
         let mut sum = Leg::rest(self.t_s, 0.0);
         for index in 0..self.count {
@@ -387,12 +387,12 @@ impl<const LEN: usize> Shaped<LEN> {
         integral * self.per_box_s
     }
 
-    /// Whether the last leg is a rest.
+    /// True if the last leg is a rest.
     fn ends_at_rest(&self) -> bool {
         self.legs.last().is_some_and(Leg::is_rest)
     }
 
-    /// Whether it is not known yet if the axis comes to rest at `end_s`, where the count of that rest decides on its last step.
+    /// True if it is not known yet if the axis comes to rest at `end_s`, where the count of that rest decides on its last step.
     fn may_come_to_rest(&self, end_s: f64) -> bool {
         let last = self.last();
         let comes = |cursor: &Cursor| cursor.on == last && is_earlier(cursor.end_s, end_s + SAME_S);
@@ -410,7 +410,7 @@ impl<const LEN: usize> Shaped<LEN> {
         self.on_legs().iter().all(comes).then(|| self.rest_steps.wrapping_sub(self.base_steps))
     }
 
-    /// What the axis makes of this leg up to `end_s`.
+    /// The bend that the axis makes of this leg up to `end_s`.
     fn bend(&self, sum: Sum, end_s: f64) -> Bend {
         let begin = self.made_steps.wrapping_sub(self.base_steps);
         let last = self.rest_count(end_s);
@@ -443,7 +443,7 @@ impl<const LEN: usize> Shaped<LEN> {
     }
 }
 
-/// Whether an instant is another, or comes before it. No instant is before the start of the run, so they compare as their bits
+/// True if an instant is another, or comes before it. No instant is before the start of the run, so they compare as their bits
 /// do; comparing floats is a call.
 fn is_earlier(t_s: f64, than_s: f64) -> bool {
     t_s.to_bits() <= than_s.to_bits()

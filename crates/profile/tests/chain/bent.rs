@@ -2,7 +2,7 @@
 //! is made once, where it belongs.
 
 use isostep_profile::chain::{Chunk, ChunkKind, Plan, Request};
-use isostep_profile::{Blend, Course, Lane, SyncMove, fit_error_max_ticks};
+use isostep_profile::{AxisCompiler, Blend, SyncMove, TimedPlan, fit_error_max_ticks};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -294,17 +294,17 @@ impl<'a> Watch<'a> {
 
 /// Checks an axis of a blend in ticks against the closed form.
 fn compiles(blend: &Blend<AXES>, axis: usize, tick_hz: u32) -> TestCaseResult {
-    let (mut course, mut lane) = (Course::empty(), Lane::empty());
-    blend.lay(&mut course, tick_hz);
-    blend.begin_lane(axis, &course, &mut lane);
+    let (mut timed_plan, mut compiler) = (TimedPlan::empty(), AxisCompiler::empty());
+    blend.convert_to_ticks(&mut timed_plan, tick_hz);
+    blend.begin_compiler(axis, &timed_plan, &mut compiler);
     let (steps, out) = blend.step_counts(axis);
-    prop_assert_eq!(lane.steps(), steps);
+    prop_assert_eq!(compiler.steps(), steps);
     let turns = if out > 0 && out < steps { out } else { steps };
-    prop_assert_eq!(lane.turns_after(), turns);
+    prop_assert_eq!(compiler.turns_after(), turns);
     let hz = f64::from(tick_hz);
     let bound = fit_error_max_ticks(tick_hz) + 0.5 + FIXED_POINT_ERROR_TICKS;
     let mut done = 0;
-    while let Some(segment) = lane.next(&mut course) {
+    while let Some(segment) = compiler.next(&mut timed_plan) {
         prop_assert!(done >= turns || done + segment.steps() <= turns, "a segment across a turn");
         for tick in segment.ticks() {
             done += 1;

@@ -92,10 +92,10 @@ fn request() -> impl Strategy<Value = (Follows, Option<f64>, bool)> {
 /// The requests. Most have the feed of the one before.
 fn moves(all: Vec<(Follows, Option<f64>, bool)>) -> Vec<Request<AXES>> {
     let mut moves: Vec<Request<AXES>> = Vec::new();
-    for (index, (course, feed, stops)) in all.into_iter().enumerate() {
+    for (index, (follows, feed, stops)) in all.into_iter().enumerate() {
         let last = moves.last().copied();
         let before = last.map_or([1, 0, 0], |last| last.steps);
-        let mut steps = match course {
+        let mut steps = match follows {
             Follows::New(steps) => steps,
             Follows::On(times) => before.map(|steps| (steps * times).clamp(-10_000, 10_000)),
             Follows::Bend(by) => core::array::from_fn(|axis| before[axis] + by[axis]),

@@ -222,12 +222,12 @@ fn a_resume_begins_where_the_hold_ended_to_the_last_digit() {
     for held_at in 0..200 {
         let mut chain = straight(1, 1_000);
         // A time on the ramp, which lasts 0.1 s.
-        let told_s = 0.01 + 1.2e-4 * std::f64::consts::PI * f64::from(held_at);
-        chain.advance(told_s).unwrap();
+        let reported_s = 0.01 + 1.2e-4 * std::f64::consts::PI * f64::from(held_at);
+        chain.advance(reported_s).unwrap();
         chain.hold();
         let braking = chain.advance(f64::INFINITY).unwrap();
         // Braking to rest takes as far as speeding up from rest did.
-        let place = accel * told_s * told_s;
+        let place = accel * reported_s * reported_s;
         assert!((braking.until_steps / place - 1.0).abs() < 1e-13, "{} not {place}", braking.until_steps);
         chain.start();
         let rest = *line(&chain.advance(f64::INFINITY).unwrap());

@@ -2,7 +2,7 @@
 
 use isostep_profile::chain::{Chunk, ChunkKind, Plan};
 use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped, Shaper, ShaperKind};
-use isostep_profile::{Lane, fit_error_max_ticks};
+use isostep_profile::{AxisCompiler, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
@@ -20,7 +20,7 @@ const SAME_STEPS: f64 = 3e-6;
 const SAME_S: f64 = 1e-9;
 
 /// A run of one axis.
-struct Course {
+struct AxisRun {
     impulses: Impulses,
     top_steps_s: f64,
     feed: Option<Feed>,
@@ -34,7 +34,7 @@ struct Course {
 
 struct Watch<'a> {
     case: &'a Case,
-    courses: [Course; AXES],
+    axis_runs: [AxisRun; AXES],
     /// The chunks of the run, each with the whole steps from which its places count, from the beginning of the run.
     chunks: Vec<(Chunk<AXES>, [i32; AXES])>,
     /// The steps of all runs.
@@ -43,7 +43,7 @@ struct Watch<'a> {
 
 impl<'a> Watch<'a> {
     fn new(case: &'a Case, shapers: &[Shaper; AXES]) -> Self {
-        let courses = std::array::from_fn(|axis| Course {
+        let axis_runs = std::array::from_fn(|axis| AxisRun {
             impulses: shapers[axis].impulses().later(0.001 * axis as f64),
             top_steps_s: case.limits[axis].top_speed_steps_s,
             feed: None,
@@ -52,7 +52,7 @@ impl<'a> Watch<'a> {
             made: 0,
             at_s: 0.0,
         });
-        Self { case, courses, chunks: Vec::new(), made_steps: [0; AXES] }
+        Self { case, axis_runs, chunks: Vec::new(), made_steps: [0; AXES] }
     }
 
     /// Where the chain has an axis at `t_s`.
@@ -77,7 +77,7 @@ impl<'a> Watch<'a> {
     }
 
     fn sum(&self, axis: usize, t_s: f64) -> f64 {
-        let impulses = &self.courses[axis].impulses;
+        let impulses = &self.axis_runs[axis].impulses;
         if let Some(ends_s) = impulses.box_ends_s() {
             let [to_s, from_s] = ends_s.map(|delay_s| t_s - delay_s);
             return self.integral(axis, from_s, to_s) / (to_s - from_s);
@@ -107,23 +107,23 @@ impl<'a> Watch<'a> {
     /// Takes all bends that are known.
     fn go_on(&mut self, axis: usize, is_closed: bool) -> TestCaseResult {
         loop {
-            let course = &mut self.courses[axis];
-            if let Some(bend) = course.feed.and_then(|_| course.shaped.next_bend()) {
+            let axis_run = &mut self.axis_runs[axis];
+            if let Some(bend) = axis_run.feed.and_then(|_| axis_run.shaped.next_bend()) {
                 self.makes(axis, &bend)?;
                 continue;
             }
-            let Some((now, _)) = self.chunks.get(course.chunk) else { return Ok(()) };
-            let (impulses, top) = (course.impulses, course.top_steps_s);
-            let feed = course.feed.get_or_insert_with(|| Feed::begin(axis, now, &mut course.shaped, impulses, top));
-            if feed.read(now, &mut course.shaped) {
+            let Some((now, _)) = self.chunks.get(axis_run.chunk) else { return Ok(()) };
+            let (impulses, top) = (axis_run.impulses, axis_run.top_steps_s);
+            let feed = axis_run.feed.get_or_insert_with(|| Feed::begin(axis, now, &mut axis_run.shaped, impulses, top));
+            if feed.read(now, &mut axis_run.shaped) {
                 continue;
             }
-            prop_assert!(course.shaped.has_room(), "more legs than are kept");
-            if let Some((next, _)) = self.chunks.get(course.chunk + 1) {
+            prop_assert!(axis_run.shaped.has_room(), "more legs than are kept");
+            if let Some((next, _)) = self.chunks.get(axis_run.chunk + 1) {
                 feed.go_on(now, next);
-                course.chunk += 1;
-            } else if is_closed && !course.shaped.is_over() {
-                feed.finish(now, &mut course.shaped);
+                axis_run.chunk += 1;
+            } else if is_closed && !axis_run.shaped.is_over() {
+                feed.finish(now, &mut axis_run.shaped);
             } else {
                 return Ok(());
             }
@@ -133,22 +133,22 @@ impl<'a> Watch<'a> {
     /// Checks a bend and its steps.
     fn makes(&mut self, axis: usize, bend: &Bend) -> TestCaseResult {
         let t_s = bend.leg.begin_s;
-        prop_assert!((t_s - self.courses[axis].at_s).abs() <= SAME_S, "axis {axis} goes on at {t_s}");
+        prop_assert!((t_s - self.axis_runs[axis].at_s).abs() <= SAME_S, "axis {axis} goes on at {t_s}");
         let [begin, turn, end] = bend.counts;
-        let base = self.courses[axis].made - begin;
+        let base = self.axis_runs[axis].made - begin;
         let place = |t_s: f64| self.sum(axis, t_s) - f64::from(base);
         let is_off = (bend.leg.place_steps - place(t_s)).abs();
         let slack = SAME_STEPS + SAME_S * self.case.limits[axis].top_speed_steps_s;
         prop_assert!(is_off <= slack, "axis {axis} at {t_s}: {is_off} steps off, {bend:?}");
-        let mut lane = Lane::empty();
-        lane.begin_bend(bend, TICK_HZ);
+        let mut compiler = AxisCompiler::empty();
+        compiler.begin_bend(bend, TICK_HZ);
         let (steps, out) = bend.step_counts();
-        prop_assert_eq!(lane.steps(), steps);
+        prop_assert_eq!(compiler.steps(), steps);
         let turns = if out > 0 && out < steps { out } else { steps };
-        prop_assert_eq!(lane.turns_after(), turns);
+        prop_assert_eq!(compiler.turns_after(), turns);
         let (hz, mut done, mut count) = (f64::from(TICK_HZ), 0, begin);
         let bound_s = (fit_error_max_ticks(TICK_HZ) + 0.5 + FIXED_POINT_ERROR_TICKS) / hz + SAME_S;
-        while let Some(segment) = lane.next_of_bend() {
+        while let Some(segment) = compiler.next_of_bend() {
             prop_assert!(done >= turns || done + segment.steps() <= turns, "a segment across a turn");
             for tick in segment.ticks() {
                 done += 1;
@@ -173,8 +173,8 @@ impl<'a> Watch<'a> {
         let peak = if turn == end || turn == begin { 0.0 } else { apart };
         let left = (place(bend.end_s) - f64::from(end)).abs();
         prop_assert!(left <= 0.5 + peak + SAME_STEPS, "axis {axis}: {left} from its steps, {bend:?}");
-        let course = &mut self.courses[axis];
-        (course.made, course.at_s) = (base + end, bend.end_s);
+        let axis_run = &mut self.axis_runs[axis];
+        (axis_run.made, axis_run.at_s) = (base + end, bend.end_s);
         Ok(())
     }
 
@@ -182,13 +182,13 @@ impl<'a> Watch<'a> {
         let Some((last, from)) = self.chunks.last().copied() else { return Ok(()) };
         for (axis, from) in from.into_iter().enumerate() {
             self.go_on(axis, true)?;
-            prop_assert!(self.courses[axis].shaped.is_over());
+            prop_assert!(self.axis_runs[axis].shaped.is_over());
             let made = match &last.plan {
                 Plan::Line(line) => line.steps_before(axis, last.until_steps) as i32 * line.steps[axis].signum(),
                 Plan::Blend(blend) => blend.ends_steps(axis)[1],
             };
-            prop_assert_eq!(self.courses[axis].made, from + made, "axis {}", axis);
-            self.made_steps[axis] += self.courses[axis].made;
+            prop_assert_eq!(self.axis_runs[axis].made, from + made, "axis {}", axis);
+            self.made_steps[axis] += self.axis_runs[axis].made;
         }
         Ok(())
     }
@@ -219,8 +219,8 @@ impl Sees for Watch<'_> {
     fn restart(&mut self) -> TestCaseResult {
         self.end()?;
         self.chunks.clear();
-        for course in &mut self.courses {
-            (course.feed, course.chunk, course.made, course.at_s) = (None, 0, 0, 0.0);
+        for axis_run in &mut self.axis_runs {
+            (axis_run.feed, axis_run.chunk, axis_run.made, axis_run.at_s) = (None, 0, 0, 0.0);
         }
         Ok(())
     }

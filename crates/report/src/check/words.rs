@@ -23,7 +23,7 @@ fn row(name: &'static str, words: impl Into<String>) -> Row {
     Row { name, words: words.into(), places: Vec::new() }
 }
 
-/// All that is said of a program on a machine. Of refused lines up to ten are told, or `all`.
+/// All that is said of a program on a machine. Of refused lines up to ten are reported, or `all`.
 pub fn rows(check: &Check, all: bool) -> Vec<Row> {
     [fate(&check.survey, all), places(check), times(check)].concat()
 }
@@ -34,35 +34,35 @@ pub fn fate(survey: &Survey, all: bool) -> Vec<Row> {
     let counts = format!(
         "{lines}: {blocks} of G-code ({moves} that move, {arcs} of them arcs), {statements} of $, {empty} empty, % or comments"
     );
-    let mut told = vec![row("lines", counts), refused(survey, all)];
-    told.extend(persons(survey));
+    let mut said = vec![row("lines", counts), refused(survey, all)];
+    said.extend(persons(survey));
     if let Some((least, most)) = survey.feeds_mm_min {
         let range = if least == most { format!("{least:.0}") } else { format!("{least:.0} to {most:.0}") };
-        told.push(row("feeds", format!("{range} mm/min")));
+        said.push(row("feeds", format!("{range} mm/min")));
     }
     let left_on = if survey.leaves_tool_on { ", and leaves the spindle on (M3, M4)" } else { "" };
-    told.push(match survey.ends_at {
+    said.push(match survey.ends_at {
         Some(line) => row("ends", format!("by M2 or M30, line {line}{left_on}")),
         None => row("ends", format!("without M2 or M30: its modes stay in force{left_on}")),
     });
-    told
+    said
 }
 
 fn refused(survey: &Survey, all: bool) -> Row {
     let total = survey.refused_total;
-    let mut told = row("refused", if total == 0 { "none".to_owned() } else { total.to_string() });
+    let mut said = row("refused", if total == 0 { "none".to_owned() } else { total.to_string() });
     let reported = if all { LISTED_MAX } else { SHOWN_MAX };
     for refused in survey.refused.iter().take(reported) {
         let (line, code, remedy) = (refused.line, refused.code, &refused.remedy);
         let error = if code == 0 { String::new() } else { format!("error:{code} ") };
-        told.places.push(format!("line {line} `{}`: {error}{remedy}", shortened(&refused.text)));
+        said.places.push(format!("line {line} `{}`: {error}{remedy}", shortened(&refused.text)));
     }
     if total > reported {
         let how = if all { "" } else { "; --all tells up to 1,000" };
         let by_word = remarks::by_word(&survey.refused_by_word);
-        told.places.push(format!("and {} more, in all {by_word}{how}", total - reported));
+        said.places.push(format!("and {} more, in all {by_word}{how}", total - reported));
     }
-    told
+    said
 }
 
 /// Where a person has to act.
@@ -170,8 +170,8 @@ fn beside(check: &Check) -> String {
 fn lost(check: &Check) -> Option<Row> {
     let pace = check.pace.as_ref()?;
     let (lost, places) = (pace::lost(pace), pace::worst(pace).collect::<Vec<_>>());
-    let is_told = lost.is_some() || !places.is_empty();
-    is_told.then(|| Row { places, ..row("time lost", lost.unwrap_or_else(|| "at its ends".to_owned())) })
+    let is_reported = lost.is_some() || !places.is_empty();
+    is_reported.then(|| Row { places, ..row("time lost", lost.unwrap_or_else(|| "at its ends".to_owned())) })
 }
 
 fn corners(check: &Check) -> Option<Row> {

@@ -252,7 +252,7 @@ fn limits_changed(program: &str) -> bool {
 }
 
 #[test]
-fn what_limits_a_program_that_sets_limits_on_the_way_is_not_told() {
+fn what_limits_a_program_that_sets_limits_on_the_way_is_not_reported() {
     assert!(limits_changed("G21 F600\nG1 X10\nG4 P0\n$110=100\nG1 X20\nM2\n"));
     assert!(limits_changed("$100=100\nG0 X150\nG4 P0\n$100=50\nG0 X0\n"));
     assert!(limits_changed("G2 X0 I5 F6000\nG4 P0\n$11=0.1\nG0 X5\n"));
@@ -353,7 +353,7 @@ fn short_moves_without_blends_last_as_long_as_the_board_takes() {
 }
 
 #[test]
-fn what_limits_a_corner_is_told() {
+fn what_limits_a_corner_is_reported() {
     let limit = |program: &str| {
         let outcome = outcome(program, |settings| settings.accel_mm_s2[1] = 500.0);
         let pace = Pace::of(&outcome);
@@ -369,7 +369,7 @@ fn what_limits_a_corner_is_told() {
 
 /// A line that is so long on the wire that the move before it already brakes when it comes: there is no room for a blend.
 #[test]
-fn a_corner_known_too_late_for_its_blend_is_told() {
+fn a_corner_known_too_late_for_its_blend_is_reported() {
     let limit = |comment: usize| {
         let program = format!("G91 G64 P0.02 G1 F6000 X40\n({:comment$}) Y40\n", "");
         let config = Config { baud: Some(1_200), ..machine() };

@@ -7,13 +7,13 @@ use crate::remarks::{AXIS_NAMES, words};
 /// A limit that holds for a smaller part of the time is left out.
 const LEAST_SHOWN_PERCENT: f64 = 0.05;
 /// How many slow places are printed.
-const WORST_TOLD: usize = 3;
+const WORST_REPORTED: usize = 3;
 
 /// `the feed 62.0 %, corners 21.3 %`: the limit that holds for longest comes first; limits that hardly ever hold are
 /// left out.
 pub fn limited_by(pace: &Pace) -> String {
     if pace.limits_changed {
-        return "what is not told: the program changes its limits on the way".to_owned();
+        return "what is not reported: the program changes its limits on the way".to_owned();
     }
     let shares = &pace.shares;
     let top_speeds = AXIS_NAMES.iter().zip(shares.top_speed_s).map(|(name, s)| (format!("{name}'s top speed"), s));
@@ -65,7 +65,7 @@ fn counted(why: Why, count: usize) -> String {
 /// out.
 pub fn worst(pace: &Pace) -> impl Iterator<Item = String> + '_ {
     let places = pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_SHOWN_S && place.why != Why::Corner);
-    places.take(WORST_TOLD).map(|each| format!("{}: {}", place(each), each.why.words()))
+    places.take(WORST_REPORTED).map(|each| format!("{}: {}", place(each), each.why.words()))
 }
 
 /// A line for each of the corners that cost the most time, with what would make it faster. Corners that cost hardly any
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn of_changed_limits_nothing_is_claimed() {
         let pace = pace("$100=100\nG0 X150\nG4 P0\n$100=50\nG0 X0\n");
-        assert_eq!(limited_by(&pace), "what is not told: the program changes its limits on the way");
+        assert_eq!(limited_by(&pace), "what is not reported: the program changes its limits on the way");
         assert_eq!((lost(&pace), worst(&pace).count(), corners(&pace).count(), fastest(&pace)), (None, 0, 0, None));
     }
 

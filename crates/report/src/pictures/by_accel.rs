@@ -52,18 +52,18 @@ pub fn picture(runs: &[(Rule, &Outcome)]) -> Option<Picture> {
     let mut svg = theme::svg(size, "Path in the XY plane, coloured by acceleration over its limit", |area| {
         area.split_evenly((1, runs.len())).iter().try_for_each(|area| plane.draw(area, first))
     });
-    let (mut lines, mut told, mut simplified) = (String::new(), vec![how_to_read(first)], None);
+    let (mut lines, mut reported, mut simplified) = (String::new(), vec![how_to_read(first)], None);
     for (number, (rule, run)) in (0..).zip(runs) {
         let panel = Panel::new(rule, run, &plane, width);
         let shift = panel_wide * number;
         lines += &format!("<g transform=\"translate({shift} 0)\">{}{}</g>", panel.lines, panel.titles(&plane));
-        told.push(panel.told());
+        reported.push(panel.reported());
         simplified = simplified.or(panel.simplified);
     }
-    told.extend(simplified);
+    reported.extend(simplified);
     lines += &key([84 * FINE, 14 * FINE], FINE, width);
     svg.insert_str(svg.rfind("</svg>")?, &lines);
-    Some(Picture { svg, caption: told.join(" ") })
+    Some(Picture { svg, caption: reported.join(" ") })
 }
 
 fn how_to_read(outcome: &Outcome) -> String {
@@ -152,7 +152,7 @@ impl<'a> Panel<'a> {
     }
 
     /// The sentences of the caption.
-    fn told(&self) -> String {
+    fn reported(&self) -> String {
         let Self { rule, highest: Stretch { ratio, to_mm, .. }, motion_s, above_s, .. } = self;
         let (name, whose, place) = (&rule.name, rule.whose(), self.place());
         let at: String = Axis::ALL.iter().zip(to_mm).take(3).map(|(axis, mm)| format!(" {axis}{mm:.2}")).collect();

@@ -24,7 +24,7 @@ pub fn shares(pace: &Pace) -> Markup {
             (format!("{}: {} in motion, {} standing", duration(pace.total_s()), duration(pace.moving_s), duration(pace.standing_s)))
             @if pace.moving_s > 0.0 && !pace.limits_changed { (format!("; {:.2} mm/s on the mean while it moves", pace.distance_mm / pace.moving_s)) }
             ". A ramp counts to the slow place that it leads to or comes from. Homing is left out."
-            @if pace.limits_changed { " The program changes its limits on the way, so what limits it is not told." }
+            @if pace.limits_changed { " The program changes its limits on the way, so what limits it is not reported." }
         }
         div.shares { @for share in &shares {
             div style=(format!("width: {:.3}%; background: var({})", 100.0 * share.s / total_s, share.colour)) title=(share.name) {}
@@ -199,10 +199,13 @@ mod tests {
     }
 
     #[test]
-    fn of_changed_limits_only_the_time_is_told() {
+    fn of_changed_limits_only_the_time_is_reported() {
         let pace = pace("G0 X20\nG4 P0\n$100=100\nG0 X0\n");
         let html = shares(&pace).into_string() + &slow_places(&pace).into_string();
-        assert!(html.contains("The program changes its limits on the way, so what limits it is not told."), "{html}");
+        assert!(
+            html.contains("The program changes its limits on the way, so what limits it is not reported."),
+            "{html}"
+        );
         assert!(!html.contains(" mm") && !html.contains("top speed") && !html.contains("lost"), "{html}");
     }
 
@@ -216,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_told_as_people_read_them() {
+    fn times_are_reported_as_people_read_them() {
         assert_eq!([12.3456, 61.25, 3_723.0].map(duration), ["12.346 s", "1 min 1.2 s", "1 h 2 min 3 s"]);
     }
 }

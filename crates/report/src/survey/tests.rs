@@ -87,7 +87,7 @@ fn before_and_behind_homing_are_different_places() {
 }
 
 #[test]
-fn settings_that_do_not_work_together_are_told_where_something_is_to_move() {
+fn settings_that_do_not_work_together_are_reported_where_something_is_to_move() {
     let found = survey("$31=2000\nG0 X1\n$H\n$30=3000\nG0 X2\n");
     let refused: Vec<_> = found.refused.iter().map(|one| (one.line, one.code)).collect();
     assert_eq!((refused, found.moves), (vec![(2, 9), (3, 2)], 1));
@@ -114,7 +114,7 @@ fn the_travel_follows_the_settings_and_where_an_axis_homes() {
 
 /// Who checks a program reads what the machine would say about each line.
 #[test]
-fn a_refused_line_is_told_in_the_words_of_the_machine() {
+fn a_refused_line_is_reported_in_the_words_of_the_machine() {
     for (line, words) in [
         ("G5 X1", "G5: "),
         ("G0 Q5", "Q: no code here uses it"),
@@ -124,9 +124,9 @@ fn a_refused_line_is_told_in_the_words_of_the_machine() {
         ("G2 X10 I4.99 F100", "the start is 4.990 mm from the arc's centre, the target 5.010 mm"),
         ("$100=-5", "$100=-5 is negative"),
     ] {
-        let told = survey(&format!("{line}\n")).refused.remove(0).remedy;
+        let reported = survey(&format!("{line}\n")).refused.remove(0).remedy;
         let outcome = isostep_sim::run(format!("{line}\n").as_bytes(), &Config::default()).unwrap();
-        assert!(told.starts_with(words), "{line}: {told}");
-        assert_eq!(outcome.refusals[0].words.as_ref(), Some(&told), "{line}");
+        assert!(reported.starts_with(words), "{line}: {reported}");
+        assert_eq!(outcome.refusals[0].words.as_ref(), Some(&reported), "{line}");
     }
 }

@@ -79,8 +79,8 @@ impl Tmc2209 {
         let has_short = self.has_found_short || self.fault == Some(DriverFault::Shorted);
         self.has_found_short = has_short && self.is_switched_on();
         if self.has_stopped() {
-            let told = u32::from(*self.registers.gstat()) | DRV_ERR;
-            self.registers.set_state(GSTAT::from(told).into());
+            let reported = u32::from(*self.registers.gstat()) | DRV_ERR;
+            self.registers.set_state(GSTAT::from(reported).into());
         }
     }
 
@@ -148,7 +148,7 @@ impl Tmc2209 {
         self.judge();
     }
 
-    /// An error that is still there is told again at once.
+    /// An error that is still there is reported again at once.
     fn clear(&mut self, flags: u32) {
         let left = u32::from(*self.registers.gstat()) & !flags;
         self.registers.set_state(GSTAT::from(left).into());

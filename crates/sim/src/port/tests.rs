@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use embassy_time::Instant;
-use isostep_motion::{Odometer, StartLine, StreamQueue};
+use isostep_motion::{StartBarrier, StepCounter, StreamQueue};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
 use super::*;
@@ -33,17 +33,22 @@ fn queue_of(plan: &SyncMove<1>) -> StreamQueue {
     queue
 }
 
-/// A start line that lets a port go as soon as it is armed.
-fn open_line() -> StartLine {
-    let line = StartLine::new();
-    line.go(Instant::MIN);
-    line
+/// A start barrier that lets a port go as soon as it is armed.
+fn open_barrier() -> StartBarrier {
+    let barrier = StartBarrier::new();
+    barrier.go(Instant::MIN);
+    barrier
 }
 
 /// A run that starts as soon as the port is armed.
-async fn run(port: &mut SimPort, wiring: Wiring, segments: &StreamQueue, odometer: &Odometer) -> Result<(), PortFault> {
+async fn run(
+    port: &mut SimPort,
+    wiring: Wiring,
+    segments: &StreamQueue,
+    step_counter: &StepCounter,
+) -> Result<(), PortFault> {
     let motors = Motors { wiring, ..Motors::default() };
-    port.run(Run::new(motors, &open_line(), segments, odometer)).await
+    port.run(Run::new(motors, &open_barrier(), segments, step_counter)).await
 }
 
 /// Runs `task` with X's port, with its driver energised; returns the instants of the edges, ns.
@@ -68,7 +73,7 @@ fn edges_rise_within_the_drivers_tick() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(3, 48_000.0));
         queue.try_send(StreamItem::End).unwrap();
-        run(&mut port, Wiring::default(), &queue, &Odometer::new()).await.unwrap();
+        run(&mut port, Wiring::default(), &queue, &StepCounter::new()).await.unwrap();
     });
     // The 650 ns of DIR are rounded up to a microsecond. Then comes half a step, then whole steps of 20,833.3 ns,
     // rounded to multiples of 8.
@@ -79,10 +84,10 @@ fn edges_rise_within_the_drivers_tick() {
 fn running_dry_is_a_fault_at_the_last_step_given() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(7, 1e5));
-        let odometer = Odometer::new();
-        assert_eq!(run(&mut port, Wiring::default(), &queue, &odometer).await, Err(PortFault::Underrun));
+        let step_counter = StepCounter::new();
+        assert_eq!(run(&mut port, Wiring::default(), &queue, &step_counter).await, Err(PortFault::Underrun));
         assert_eq!(Instant::now(), Instant::from_micros(67), "1 us, 65 us and the pulse");
-        assert_eq!(odometer.position_steps(), 7);
+        assert_eq!(step_counter.position_steps(), 7);
     });
     assert_eq!(edges.len(), 7);
 }
@@ -92,7 +97,7 @@ fn steps_too_close_do_not_rise() {
     let edges = edges_ns(|mut port| async move {
         let queue = queue_of(&steady(2, 1e5));
         let wiring = Wiring { pulse_ns: 9_000, ..Wiring::default() };
-        let result = run(&mut port, wiring, &queue, &Odometer::new()).await;
+        let result = run(&mut port, wiring, &queue, &StepCounter::new()).await;
         // 9 us high, 1.9 us low.
         assert_eq!(result, Err(PortFault::TooFast { interval: 1_250, min: 1_363 }));
     });

@@ -51,7 +51,7 @@ fn every_seed_and_way_of_sending_parks_the_car() {
 }
 
 #[test]
-fn too_much_acceleration_loses_steps_and_is_told() {
+fn too_much_acceleration_loses_steps_and_is_reported() {
     let mut config = Config::default();
     config.settings.accel_mm_s2 = [40_000.0; 3];
     config.settings.max_rate_mm_min = [9_000.0; 3];
@@ -295,7 +295,7 @@ fn a_machine_that_is_dropped_is_gone() {
 /// Somebody else on the wire, or noise, has changed a driver's register. It is read back within a second, as it was set last, for as
 /// long as the machine is on.
 #[test]
-fn a_register_that_is_not_as_it_was_set_is_told() {
+fn a_register_that_is_not_as_it_was_set_is_reported() {
     let board = Board::SkrPico;
     let mut sim = Sim::new(&Config { board, driver: board.driver(), ..Config::default() });
     let world = sim.world.clone();

@@ -1,4 +1,4 @@
-//! Worlds with drivers that talk: one in four has a board with them, on which they are set, asked and fail: one or several at once,
+//! Worlds with UART drivers: one in four has a board with them, on which they are set, asked and fail: one or several at once,
 //! for an instant or longer, again and again, while they are set anew, and as soon as the machine is unlocked.
 //!
 //! They are drawn apart from all else, so that a seed's world is the same but for them.
@@ -14,12 +14,12 @@ use crate::config::{Board, Config};
 use crate::drivers::DriverFault;
 use crate::faults::Trouble;
 
-/// How fast such worlds seek, full steps/s: fast enough for a stall to be told.
+/// How fast such worlds seek, full steps/s: fast enough for a stall to be detected.
 const SEEK_FULL_STEPS_S: f32 = 80.0;
 /// `SG_RESULT` is 300 of a motor that turns freely, 80 less or more with noise of the load, and 10 at a stall.
 const THRESHOLD: u16 = 60;
-/// Worlds in which a machine's drivers talk: one in so many.
-const TALKS: u64 = 4;
+/// Worlds in which a machine has UART drivers: one in so many.
+const HAS_UART_DRIVERS: u64 = 4;
 /// Of these, worlds whose axes home by stall, as far as they can: one in so many.
 const STALLS: u64 = 2;
 const LONGEST_US: f64 = 600_000.0;
@@ -50,13 +50,13 @@ impl Failing {
 
     /// Whether the machine must have stopped for this fault half a second after it began.
     pub(super) fn must_stop(&self, has_motor: impl Fn(Motor) -> bool) -> bool {
-        let is_told = match self.fault {
+        let is_reported = match self.fault {
             // Somebody must ask while it lasts, and ask again.
             DriverFault::Late => self.us > 400_000,
             DriverFault::Off | DriverFault::Overheated | DriverFault::Shorted => true,
             DriverFault::Garbled | DriverFault::Hot | DriverFault::OpenCoil => false,
         };
-        is_told && has_motor(self.motor)
+        is_reported && has_motor(self.motor)
     }
 }
 
@@ -66,10 +66,10 @@ impl fmt::Display for Failing {
     }
 }
 
-/// The scenario of this seed, with drivers that talk if its world has them.
-pub(super) fn talk(seed: u64, mut scenario: Scenario) -> Scenario {
+/// The scenario of this seed, with UART drivers if its world has them.
+pub(super) fn with_uart_drivers(seed: u64, mut scenario: Scenario) -> Scenario {
     let mut random = Random(Rand64::new(u128::from(seed) | 1 << 64));
-    if !random.one_in(TALKS) {
+    if !random.one_in(HAS_UART_DRIVERS) {
         return scenario;
     }
     let board = Board::SkrPico;

@@ -9,7 +9,7 @@ use crate::outcome::Outcome;
 use crate::record::{Loss, LossCause};
 use crate::verify::{self, shaped};
 
-/// What one side may go farther than the other: a step under way.
+/// What one motor may go farther than the other: a step under way.
 const OFF_SQUARE_MAX_STEPS: i32 = 1;
 
 /// A broken promise, and what was found instead.
@@ -113,7 +113,7 @@ fn positions(outcome: &Outcome, homed: [bool; AXES]) -> Result<(), Broken> {
     let second = outcome.second.filter(|second| homed[second.axis as usize] && !at_end_stop(second.axis));
     if let Some(second) = second.filter(|second| second.drift_steps != 0) {
         let found =
-            format!("the second side of {} is {} steps from where it should be", second.axis, second.drift_steps);
+            format!("the second motor of {} is {} steps from where it should be", second.axis, second.drift_steps);
         return Err(("an axis that counts as homed is where it says", found));
     }
     if let Some(second) = second.filter(|second| second.off_square_steps.abs() > OFF_SQUARE_MAX_STEPS) {

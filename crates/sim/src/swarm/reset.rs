@@ -109,7 +109,8 @@ impl Runner<'_> {
             _ if self.is_spoilt => Ok(()),
             None => Err(self.failure(FORGOTTEN, format!("it is still in {state}"))),
             Some(console) => {
-                Err(self.failure("a reset is told on every console", format!("console {console} was not, in {state}")))
+                Err(self
+                    .failure("a reset is reported on every console", format!("console {console} was not, in {state}")))
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Executes a scenario, checks the world meanwhile, and brings the machine back to motion afterwards.
 
 use embassy_time::Duration;
-use isostep_motion::{AXES, Axis, Direction, Motor, Side, State};
+use isostep_motion::{AXES, Axis, Direction, GangedMotor, Motor, State};
 
 use super::drivers::Failing;
 use super::scenario::{Act, Scenario};
@@ -27,7 +27,7 @@ const WINDOW_BYTES: usize = 128;
 const FAULT_MAX_US: u64 = 600_000;
 /// A driver that fails has stopped the machine after this time, us: it is asked ten times a second, as the others are,
 /// and some of them may be silent.
-const DRIVER_TOLD_US: u64 = 500_000;
+const DRIVER_REPORTED_US: u64 = 500_000;
 /// The drivers have been set after this time from power-up, us, if they answer.
 const START_US: u64 = 200_000;
 const ALARM: &str = "ALARM:";
@@ -177,8 +177,8 @@ impl<'a> Runner<'a> {
             }
             self.suffer(failing.trouble(), failing.us);
         }
-        let told_us = failings.iter().map(|failing| failing.after_us + failing.us.max(DRIVER_TOLD_US)).max();
-        self.wait_to(from_ns + told_us.unwrap_or(0) * 1_000)?;
+        let reported_us = failings.iter().map(|failing| failing.after_us + failing.us.max(DRIVER_REPORTED_US)).max();
+        self.wait_to(from_ns + reported_us.unwrap_or(0) * 1_000)?;
         if self.is_spoilt {
             return Ok(());
         }
@@ -197,7 +197,7 @@ impl<'a> Runner<'a> {
 
     fn has_motor(&self, motor: Motor) -> bool {
         let second = self.sim.machine().config().squared.map(|squared| Motor::second(squared.axis));
-        motor.side == Side::First || Some(motor) == second
+        motor.ganged == GangedMotor::First || Some(motor) == second
     }
 
     fn is_locked(&self) -> bool {
@@ -362,7 +362,7 @@ impl<'a> Runner<'a> {
         self.check_answers()?;
         // A driver that had found a short is switched off and on in its next round after an unlock, and is well then. What
         // could not be read from a driver before is told now.
-        let ran = self.sim.run_for(Duration::from_micros(DRIVER_TOLD_US));
+        let ran = self.sim.run_for(Duration::from_micros(DRIVER_REPORTED_US));
         self.ran(ran)?;
         self.lead_on()?;
         self.move_a_little()?;

@@ -114,7 +114,7 @@ impl Scenario {
         let mut random = Random(Rand64::new(seed.into()));
         let config = random.config(seed);
         let acts = random.acts(&config);
-        drivers::talk(seed, Self { config, acts })
+        drivers::with_uart_drivers(seed, Self { config, acts })
     }
 
     /// The machine in one line: the settings that differ from the default machine's, as `$n=v`.

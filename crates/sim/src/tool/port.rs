@@ -1,12 +1,12 @@
 //! The tool's port in the simulator.
 
 use embassy_time::Duration;
-use isostep_motion::{Brake, Switches, ToolPort};
+use isostep_motion::{Inhibit, Switches, ToolPort};
 
 use super::ToolOutput;
 use crate::world::Shared;
 
-/// The outputs of a world. Changes happen at once. A stop needs no brake, because the tool's task runs at the
+/// The outputs of a world. Changes happen at once. A stop needs no inhibit, because the tool's task runs at the
 /// same instant.
 pub struct SimTool {
     world: Shared,
@@ -24,7 +24,7 @@ impl SimTool {
 }
 
 impl ToolPort for SimTool {
-    fn brake(&self) -> Brake {
+    fn inhibit(&self) -> Inhibit {
         |_engaged| {}
     }
 

@@ -2,7 +2,7 @@
 
 use std::task::Waker;
 
-use isostep_motion::{AXES, Axis, Contact, Motor as Moving, Side};
+use isostep_motion::{AXES, Axis, Contact, GangedMotor, Motor as Moving};
 
 use super::SECOND;
 use crate::record::Wire;
@@ -56,7 +56,7 @@ impl Input {
 pub(super) fn index(wire: Wire) -> usize {
     match wire {
         Wire::Limit(motor) => {
-            if motor.side == Side::First {
+            if motor.ganged == GangedMotor::First {
                 motor.axis as usize
             } else {
                 SECOND

@@ -94,9 +94,9 @@ pub fn run(
         is_checking,
         typed: VecDeque::new(),
         is_input_over: false,
-        is_hold_told: false,
+        is_hold_reported: false,
         interrupts: 0,
-        is_interrupt_told: false,
+        is_interrupt_reported: false,
         reset: None,
         interrupt: Interrupt::new()?,
     };
@@ -142,10 +142,10 @@ struct Stream<'a, S> {
     typed: VecDeque<String>,
     is_input_over: bool,
     /// Whether the person knows that the machine is held.
-    is_hold_told: bool,
+    is_hold_reported: bool,
     /// How often Ctrl-C was pressed.
     interrupts: u32,
-    is_interrupt_told: bool,
+    is_interrupt_reported: bool,
     /// While we reset the machine: whether it has sent its welcome.
     reset: Option<bool>,
     interrupt: Interrupt,
@@ -250,8 +250,8 @@ impl<S: FnMut(&str)> Stream<'_, S> {
             let stand = self.reset_machine()?;
             bail!("reset by Ctrl-C after line {} of {}: {stand}", self.sent, self.program.lines.len());
         }
-        if self.interrupts == 1 && !self.is_interrupt_told {
-            (self.is_interrupt_told, self.is_over) = (true, true);
+        if self.interrupts == 1 && !self.is_interrupt_reported {
+            (self.is_interrupt_reported, self.is_over) = (true, true);
             let resume = if self.session.is_held() { "~ resumes what was sent; " } else { "" };
             self.say(&format!("no further line is sent; {resume}Ctrl-C again resets the machine at once"));
         }
@@ -264,7 +264,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
                 }
                 Some(byte) => {
                     self.session.send_at_once(byte)?;
-                    self.is_hold_told = false;
+                    self.is_hold_reported = false;
                 }
                 None if line.trim().is_empty() => {}
                 None => self.say(&format!("{NOT_SENT}: `{line}`: while a program is streamed only ! ~ and ? act")),
@@ -275,11 +275,11 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     }
 
     fn tell_hold(&mut self) {
-        self.is_hold_told &= self.session.status().is_some_and(|status| status.is_held());
-        if !self.session.is_held() || self.is_hold_told {
+        self.is_hold_reported &= self.session.status().is_some_and(|status| status.is_held());
+        if !self.session.is_held() || self.is_hold_reported {
             return;
         }
-        self.is_hold_told = true;
+        self.is_hold_reported = true;
         let state = self.session.status().map_or_else(String::new, |status| status.state.clone());
         let next = self.session.flight().answered as usize + 1;
         let place = if next <= self.sent { format!(" at {}", self.program.place(next)) } else { String::new() };

@@ -82,7 +82,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
                 return Ok(false);
             }
         }
-        self.is_hold_told = true;
+        self.is_hold_reported = true;
         Ok(true)
     }
 

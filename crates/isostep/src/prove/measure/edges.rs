@@ -19,8 +19,8 @@ use crate::screen::grouped;
 /// A ramp lasts so long, or longer at rates that would ask for more than the fastest machines.
 const RAMP_S: f64 = 0.02;
 const CRUISE_S: f64 = 0.01;
-/// Faults of a measurement that are told one by one.
-const TOLD_MAX: usize = 20;
+/// Faults of a measurement that are reported one by one.
+const REPORTED_MAX: usize = 20;
 /// How often a window is tried whose stamper has lost stamps.
 const TRIES: u32 = 3;
 
@@ -147,12 +147,12 @@ impl Seen {
         ));
         let seen = Figure::new(format!("{key}.seen"), of("edges that were stamped"), "");
         let unseen = made.saturating_sub(self.errors.count());
-        let told = format!(
+        let reported = format!(
             "of {} in a move of three axes; {} were not looked at, or not seen",
             grouped(made),
             grouped(unseen)
         );
-        bench.add(seen.measured(self.errors.count() as f64, told).compared(Better::Unjudged, 0.0, 0.0));
+        bench.add(seen.measured(self.errors.count() as f64, reported).compared(Better::Unjudged, 0.0, 0.0));
         if self.windows_lost > 0 {
             bench.proof.remarks.push(format!(
                 "in {} windows at 3 x {rate} steps/s the stampers themselves lost stamps: their edges were not seen; nothing is said of them",
@@ -171,8 +171,8 @@ impl Seen {
 
 /// Adds faults, each as a sentence; if there are many, how many more there are.
 pub fn tell(faults: &mut Vec<String>, found: &[Fault], at: &str) {
-    faults.extend(found.iter().take(TOLD_MAX).map(|fault| format!("at {at}: {fault}")));
-    if let Some(more) = found.len().checked_sub(TOLD_MAX).filter(|more| *more > 0) {
+    faults.extend(found.iter().take(REPORTED_MAX).map(|fault| format!("at {at}: {fault}")));
+    if let Some(more) = found.len().checked_sub(REPORTED_MAX).filter(|more| *more > 0) {
         faults.push(format!("at {at}: and {more} more of this kind on {}", NAMES.join(", ")));
     }
 }

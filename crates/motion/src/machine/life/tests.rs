@@ -1,4 +1,4 @@
-//! Every life that can be reached is tried, and the table in `ARCHITECTURE.md` is compared with what happens.
+//! Every life that can be reached is tried, and the table in `docs/states.md` is compared with what happens.
 
 extern crate std;
 
@@ -11,13 +11,13 @@ use std::vec::Vec;
 use super::*;
 use crate::axes::Axis;
 
-/// How many motions are pending at most: one under way, and others that wait.
+/// The number of motions that are pending at most: one under way, and others that wait.
 const MOTIONS: usize = 3;
 const AXIS: Axis = Axis::X;
 const JUDGED: Alarm = Alarm::LateStep { axis: AXIS };
 const HARMLESS: Alarm = Alarm::ProbeContact;
 
-/// What may happen to a machine in this life. The tasks of this crate keep to it: a run belongs to a motion, and a
+/// The events that may happen to a machine in this life. The tasks of this crate keep to it: a run belongs to a motion, and a
 /// motion ends only after its run.
 fn triggers(life: &Life) -> Vec<Trigger> {
     let mut all = std::vec![
@@ -98,7 +98,7 @@ fn reached() -> BTreeMap<String, (Life, Vec<Trigger>)> {
 /// Calls `check` for every life that can be reached; a failure names the way to it.
 fn for_all(check: impl Fn(&Life) -> Result<(), String>) {
     let reached = reached();
-    // ARCHITECTURE.md names the number.
+    // docs/states.md names the number.
     assert_eq!(reached.len(), 9932, "lives that can be reached");
     for (life, way) in reached.values() {
         if let Err(why) = check(life) {
@@ -199,10 +199,10 @@ fn no_position_is_trusted_after_a_driver_has_failed() {
     });
 }
 
-/// An interrupt of the board brakes before it reports what it has heard. A brake that the report does not confirm would hold
+/// An interrupt of the board inhibits before it reports what it has heard. An inhibit that the report does not confirm would hold
 /// the axes in a run which nobody ends, so there is none; and none is missing.
 #[test]
-fn an_interrupt_brakes_exactly_where_its_report_stops_the_machine() {
+fn an_interrupt_inhibits_exactly_where_its_report_stops_the_machine() {
     for_all(|life| {
         let reacts = |trigger| {
             let mut next = *life;
@@ -300,7 +300,7 @@ fn name(state: State) -> &'static str {
     }
 }
 
-/// Whether the table shows this: nothing ends where nothing is under way, and a limit of the travel is found at rest.
+/// True if the table shows this: nothing ends where nothing is under way, and a limit of the travel is found at rest.
 fn is_shown(life: &Life, trigger: Trigger) -> bool {
     match trigger {
         Trigger::Ended(..) | Trigger::Fault(_) => life.moving,
@@ -311,7 +311,7 @@ fn is_shown(life: &Life, trigger: Trigger) -> bool {
     }
 }
 
-/// What the machine comes to when the run is over.
+/// The state to which the machine comes when the run is over.
 fn settled(life: &Life) -> State {
     let rest = after(life, [Trigger::Moving(false)]);
     // An abrupt stop ends a run with its alarm.
@@ -319,7 +319,7 @@ fn settled(life: &Life) -> State {
     if rest.is_to_forget() { after(&rest, [Trigger::Ended(result, 1)]).state } else { rest.state }
 }
 
-/// What `trigger` makes of the machine: what it has to do, its state at once, and what that comes to.
+/// The effect of `trigger` on the machine: what it has to do, its state at once, and what that comes to.
 fn cell(before: &Life, trigger: Trigger) -> String {
     if !is_shown(before, trigger) {
         return "-".into();
@@ -347,7 +347,7 @@ fn cell(before: &Life, trigger: Trigger) -> String {
     if parts.is_empty() { ".".into() } else { parts.join(", ") }
 }
 
-/// The table in the form of `ARCHITECTURE.md`.
+/// The table in the form of `docs/states.md`.
 fn table() -> String {
     let mut table = String::from("| what happens in |");
     for (name, _) in SITUATIONS {
@@ -365,11 +365,11 @@ fn table() -> String {
 }
 
 #[test]
-fn the_table_in_architecture_is_true() {
+fn the_table_of_the_page_is_true() {
     for (situation, way) in SITUATIONS {
         assert!(situation.starts_with(name(after(&Life::new(), way.iter().copied()).state)), "{situation}");
     }
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../ARCHITECTURE.md")).unwrap();
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/states.md")).unwrap();
     let table = table();
-    assert!(page.contains(&table), "ARCHITECTURE.md is to show this table:\n{table}\n");
+    assert!(page.contains(&table), "docs/states.md is to show this table:\n{table}\n");
 }

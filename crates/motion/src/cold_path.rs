@@ -1,4 +1,4 @@
-//! What may wait: futures whose code a chip may keep in slow memory.
+//! The cold path: futures without a deadline, whose code a chip may keep in slow memory.
 
 use core::future::{Future, poll_fn};
 use core::pin::Pin;
@@ -12,7 +12,7 @@ use core::task::{Context, Poll};
 /// # Cancellation
 /// As that of `future`.
 #[inline(always)]
-pub fn aside<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::Output> {
+pub fn cold_path<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::Output> {
     poll_fn(move |context| poll(future.as_mut(), context))
 }
 

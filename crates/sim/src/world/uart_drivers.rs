@@ -1,4 +1,4 @@
-//! Drivers that talk, and what their motors do.
+//! UART drivers, and what their motors do.
 
 use isostep_motion::AXES;
 use oorandom::Rand32;
@@ -11,8 +11,8 @@ const STANDS_NS: u64 = 20_000_000;
 /// The load of a motor that turns, of what would stall it. (The torque of the plant's load is not computed.)
 const TURNING: f64 = 0.25;
 
-/// The drivers, in the order of the sides.
-pub(super) struct Talking {
+/// The drivers, in the order of the motors.
+pub(super) struct UartDrivers {
     wire: Wire,
     paces: [Pace; 4],
     /// The axes whose limit input is wired to DIAG.
@@ -29,10 +29,10 @@ struct Pace {
     load: f64,
 }
 
-impl Talking {
-    /// The drivers of a board on which they talk.
+impl UartDrivers {
+    /// The drivers of a board on which they have a UART.
     pub(super) fn new(config: &Config) -> Option<Self> {
-        let mut addresses = config.board.talking()?.addresses;
+        let mut addresses = config.board.uart_drivers()?.addresses;
         // The last driver is that of the second motor, however many axes there are.
         let last = addresses.len() - 1;
         addresses.swap(AXES.min(last), last);
@@ -45,43 +45,43 @@ impl Talking {
         &self.wire
     }
 
-    pub(super) fn set(&mut self, side: usize, fault: Option<DriverFault>) {
+    pub(super) fn set(&mut self, motor: usize, fault: Option<DriverFault>) {
         match fault {
-            Some(fault) => self.wire.fault(side, fault),
-            None => self.wire.mend(side),
+            Some(fault) => self.wire.fault(motor, fault),
+            None => self.wire.mend(motor),
         }
     }
 
     /// Whether the driver makes no step of its motor.
-    pub(super) fn is_off(&self, side: usize) -> bool {
-        self.wire.is_off(side)
+    pub(super) fn is_off(&self, motor: usize) -> bool {
+        self.wire.is_off(motor)
     }
 
     /// Microsteps of a full step.
-    pub(super) fn microsteps(&self, side: usize) -> i32 {
-        self.wire.microsteps(side).into()
+    pub(super) fn microsteps(&self, motor: usize) -> i32 {
+        self.wire.microsteps(motor).into()
     }
 
     /// Whether a driver's DIAG is high, if a limit input is wired to it.
-    pub(super) fn diag(&self, side: usize) -> Option<bool> {
-        let is_wired = self.diag.get(side) == Some(&true);
-        is_wired.then(|| self.wire.diag(side))
+    pub(super) fn diag(&self, motor: usize) -> Option<bool> {
+        let is_wired = self.diag.get(motor) == Some(&true);
+        is_wired.then(|| self.wire.diag(motor))
     }
 
     /// When a driver's DIAG falls that tells of a stall at a limit input, if no step is made until then.
-    pub(super) fn stall_ends_ns(&self, side: usize) -> Option<u64> {
-        self.diag(side)?;
-        let after_ns = self.wire.stall_ends_after_ns(side)?;
-        Some(self.paces[side].last_ns + after_ns.min(STANDS_NS))
+    pub(super) fn stall_ends_ns(&self, motor: usize) -> Option<u64> {
+        self.diag(motor)?;
+        let after_ns = self.wire.stall_ends_after_ns(motor)?;
+        Some(self.paces[motor].last_ns + after_ns.min(STANDS_NS))
     }
 
     /// Makes a step at a driver's pin STEP. Something blocks the motor by so many full steps: one is a stall.
-    pub(super) fn step(&mut self, t_ns: u64, side: usize, direction: i32, blocked_full: f64) {
+    pub(super) fn step(&mut self, t_ns: u64, motor: usize, direction: i32, blocked_full: f64) {
         let load = self.load(blocked_full);
-        let pace = &mut self.paces[side];
+        let pace = &mut self.paces[motor];
         *pace = Pace { last_ns: t_ns, between_ns: t_ns - pace.last_ns, load };
-        self.wire.set_load(side, pace.speed_steps_s(t_ns), load);
-        self.wire.step(side, direction);
+        self.wire.set_load(motor, pace.speed_steps_s(t_ns), load);
+        self.wire.step(motor, direction);
     }
 
     /// The load of a motor that turns, or as the field winds up that of one that does not.
@@ -92,8 +92,8 @@ impl Talking {
 
     /// Makes the drivers follow time, in which motors come to rest.
     pub(super) fn follow(&mut self, now_ns: u64) {
-        for (side, pace) in self.paces.into_iter().enumerate() {
-            self.wire.set_load(side, pace.speed_steps_s(now_ns), pace.load);
+        for (motor, pace) in self.paces.into_iter().enumerate() {
+            self.wire.set_load(motor, pace.speed_steps_s(now_ns), pace.load);
         }
     }
 
@@ -122,12 +122,12 @@ mod tests {
     /// The task of a timer port delays after an edge, and is ahead of the task that asks the drivers then.
     #[test]
     fn a_driver_may_be_asked_before_its_last_step() {
-        let mut talking = Talking::new(&Config { board: Board::SkrPico, ..Config::default() }).unwrap();
-        talking.step(1_000_000, 0, 1, 0.0);
-        talking.step(2_000_000, 0, 1, 0.0);
-        talking.follow(1_999_000);
-        assert_eq!(talking.paces[0].speed_steps_s(1_999_000), 1_000.0);
-        talking.follow(2_000_000 + STANDS_NS);
-        assert_eq!(talking.paces[0].speed_steps_s(2_000_000 + STANDS_NS), 0.0);
+        let mut uart_drivers = UartDrivers::new(&Config { board: Board::SkrPico, ..Config::default() }).unwrap();
+        uart_drivers.step(1_000_000, 0, 1, 0.0);
+        uart_drivers.step(2_000_000, 0, 1, 0.0);
+        uart_drivers.follow(1_999_000);
+        assert_eq!(uart_drivers.paces[0].speed_steps_s(1_999_000), 1_000.0);
+        uart_drivers.follow(2_000_000 + STANDS_NS);
+        assert_eq!(uart_drivers.paces[0].speed_steps_s(2_000_000 + STANDS_NS), 0.0);
     }
 }

@@ -1,6 +1,6 @@
 //! One side of the gantry: a motor, with the driver, the carriage and the switch that belong to it.
 
-use isostep_motion::{Axis, Motor as Moving, Side};
+use isostep_motion::{Axis, GangedMotor, Motor as Moving};
 
 use crate::carriage::Carriage;
 use crate::config::Config;
@@ -11,8 +11,8 @@ use crate::motor::Motor;
 use crate::plant::Switch;
 use crate::record::LossCause;
 
-/// A motor of an axis, from its driver to the switch of its side.
-pub(super) struct SideWorld {
+/// A motor of an axis, from its driver to its switch.
+pub(super) struct MotorWorld {
     /// The axis that it moves.
     pub(super) axis: Axis,
     pub(super) inputs: DriverInputs,
@@ -36,10 +36,11 @@ pub(super) struct SideWorld {
     pub(super) is_stalled: bool,
 }
 
-impl SideWorld {
+impl MotorWorld {
     pub(super) fn new(motor: Moving, config: &Config, mechanics: &Mechanics, wiring: &Wiring) -> Self {
         let axis = motor.axis as usize;
-        let ahead_mm = if motor.side == Side::Second { config.gantry.skew_mm + config.gantry.square_mm } else { 0.0 };
+        let ahead_mm =
+            if motor.ganged == GangedMotor::Second { config.gantry.skew_mm + config.gantry.square_mm } else { 0.0 };
         let place_steps = config.start_steps(axis) + (ahead_mm * mechanics.steps_per_mm[axis]).round() as i32;
         let scatter_steps = (config.switch_scatter_mm * mechanics.steps_per_mm[axis]) as i32;
         let switch = Switch::new(place_steps, config.switches[axis], config.bounce_us * 1_000);
@@ -87,7 +88,7 @@ impl SideWorld {
     }
 
     /// Makes one microstep of the motor and moves the carriage, unless something keeps it from that. Returns why steps were
-    /// lost, and how many. The microsteps of a full step are known where the driver talks.
+    /// lost, and how many. The microsteps of a full step are known where the driver has a UART.
     pub(super) fn turn(
         &mut self,
         t_ns: u64,

@@ -1,4 +1,4 @@
-//! How the axes of a run start together, and never late.
+//! The start of a run: all axes together, and never late.
 //!
 //! # Design
 //! A port gets ready in its own time: it takes its first steps, if there are any, makes sure of DIR's set-up time
@@ -9,7 +9,7 @@
 //! ```text
 //! coordinator --run--> axis task: port gets ready
 //!             <-------- armed
-//!             --go----> all at once, with the present instant; the first opens the gate of all, if they have one
+//!             --go----> all at once, with the present instant; the first opens the barrier of all, if they have one
 //!             <-------- begun: the instant from which segments count
 //! ```
 
@@ -17,20 +17,20 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 
-/// An axis's place at the start line, shared by its port and the task that starts the run.
+/// An axis's place at the start barrier, shared by its port and the task that starts the run.
 #[derive(Default)]
-pub struct StartLine {
+pub struct StartBarrier {
     armed: Signal<CriticalSectionRawMutex, ()>,
     go: Signal<CriticalSectionRawMutex, Instant>,
     begun: Signal<CriticalSectionRawMutex, Instant>,
 }
 
 /// For ports.
-impl StartLine {
+impl StartBarrier {
     /// Reports that the port is ready to make its first step at any moment, and waits until it is let go with the other
     /// axes. Returns when that was: the same instant for all axes of the run.
     ///
-    /// Ports without a gate in common start some time after that instant: the same time for all, and long enough for
+    /// Ports without a flag in common start some time after that instant: the same time for all, and long enough for
     /// the task of each to go on.
     ///
     /// # Cancellation
@@ -47,8 +47,8 @@ impl StartLine {
 }
 
 /// For the task that starts a run.
-impl StartLine {
-    /// A start line at which nobody waits.
+impl StartBarrier {
+    /// A start barrier at which nobody waits.
     #[must_use]
     pub const fn new() -> Self {
         Self { armed: Signal::new(), go: Signal::new(), begun: Signal::new() }
@@ -69,7 +69,7 @@ impl StartLine {
         self.armed.wait().await;
     }
 
-    /// Lets the port go, with those of the other axes, to which the same instant is told. It starts now, as nothing is
+    /// Lets the port go, with those of the other axes, to which the same instant is reported. It starts now, as nothing is
     /// left to be done.
     pub fn go(&self, at: Instant) {
         self.go.signal(at);

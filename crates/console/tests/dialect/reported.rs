@@ -1,11 +1,11 @@
-//! What is told beside `ok` and the errors: comments for the operator, and what to do about a refused line.
+//! What is reported beside `ok` and the errors: comments for the operator, and what to do about a refused line.
 
 use crate::talk::check;
 use expect_test::expect;
 
 /// As LinuxCNC and grblHAL print it. No sender may take it for an answer.
 #[test]
-fn comments_for_the_operator_are_told() {
+fn comments_for_the_operator_are_reported() {
     check(
         "(MSG, put in T2)\nM0 (msg,look out: error or ALARM)\n(note) G0 X1 (MSG, moving) Y2\nG0 Q1 (MSG, refused)\n(MSG, (a) b)",
         expect![[r#"
@@ -18,7 +18,7 @@ fn comments_for_the_operator_are_told() {
     );
 }
 
-/// What each line is told leads to a line that is taken.
+/// What is reported of each line leads to a line that is taken.
 #[test]
 fn a_refused_line_is_told_what_to_do() {
     check(

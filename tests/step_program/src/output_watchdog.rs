@@ -1,6 +1,6 @@
-//! The program of the dead man's switch: fed it says nothing, otherwise it runs out to the cycle.
+//! The program of the output watchdog: fed it says nothing, otherwise it runs out to the cycle.
 
-#[path = "../../../boards/rp2040-gantry/src/dead_man/program.rs"]
+#[path = "../../../boards/rp2040-gantry/src/output_watchdog/program.rs"]
 mod program;
 
 use oorandom::Rand32;
@@ -11,7 +11,7 @@ use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, INSTR, INSTR_MEM, SH
 use crate::guard::watch;
 
 const WORD: u32 = 0x321F;
-/// How long the switch is patient. On the chip it is longer.
+/// How long the output watchdog is patient. On the chip it is longer.
 const PATIENCE: u32 = 1_000;
 /// From the write that feeds it to the word of a machine that is patient for 0 cycles: the round that finds X run out,
 /// and the two instructions after it.
@@ -23,7 +23,7 @@ const FEEDS: u32 = 200;
 const SHIFTS: u32 = 3 << 18;
 const FIFO_IS_ALL_RX: u32 = 1 << 31;
 
-/// A switch that is set before cycle 0, with these writes.
+/// An output watchdog that is set before cycle 0, with these writes.
 fn experiment(writes: Vec<(u64, u32, u32)>, cycles: u64) -> Experiment {
     let program = count_down();
     let first = INSTR_MEM + 4 * u32::from(ORIGIN);
@@ -36,7 +36,7 @@ fn experiment(writes: Vec<(u64, u32, u32)>, cycles: u64) -> Experiment {
     Experiment { setup, pins: vec![2], words: vec![vec![]], writes, cycles, takes_from: 0, finish: vec![] }
 }
 
-/// The writes that set a switch, or set it again.
+/// The writes that set an output watchdog, or set it again.
 fn set(patience: u32) -> Vec<(u32, u32)> {
     let mut writes = patient(patience);
     writes.push((INSTR, forced::COUNT.into()));
@@ -106,19 +106,19 @@ macro_rules! on {
     ($emulator:expr $(, #[$ignored:meta])?) => {
         #[test]
         $(#[$ignored])?
-        fn a_switch_that_is_fed_says_nothing_and_then_runs_out_to_the_cycle() {
+        fn a_watchdog_that_is_fed_says_nothing_and_then_runs_out_to_the_cycle() {
             runs_out_to_the_cycle($emulator);
         }
 
         #[test]
         $(#[$ignored])?
-        fn a_switch_that_has_run_out_stays_so_until_it_is_set_again() {
+        fn a_watchdog_that_has_run_out_stays_so_until_it_is_set_again() {
             stays_out_until_it_is_set($emulator);
         }
 
         #[test]
         $(#[$ignored])?
-        fn a_switch_is_as_patient_as_it_is_told() {
+        fn a_watchdog_is_as_patient_as_it_is_told() {
             is_as_patient_as_it_is_told($emulator);
         }
     };

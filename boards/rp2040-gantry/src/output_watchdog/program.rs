@@ -1,4 +1,4 @@
-//! The program of the dead man's switch: one state machine that counts down, and when it has run out says so for ever.
+//! The program of the output watchdog: one state machine that counts down, and when it has run out says so for ever.
 //!
 //! # Design
 //! It counts X down, a round each cycle. To feed it is to force an instruction on it that fills X again from OSR, and

@@ -1,4 +1,4 @@
-//! A dead man's switch: the tool's outputs are forced low by hardware when the core has not said for 20 ms that it is
+//! An output watchdog: the tool's outputs are forced low by hardware when the core has not said for 20 ms that it is
 //! well.
 //!
 //! # Design
@@ -8,9 +8,9 @@
 //! forces a pad low, whatever drives it. No instruction of the core has a part in that.
 //!
 //! If the core comes back the machine is told, and is in an alarm. Only then is the switch set again, and the tool's
-//! brake decides about the pads as always.
+//! inhibit decides about the pads as always.
 //!
-//! While the core is halted by a debug probe the switch runs out too: a laser must not burn at a breakpoint.
+//! While the core is halted by a debug probe the output watchdog runs out too: a laser must not burn at a breakpoint.
 
 mod program;
 
@@ -67,12 +67,12 @@ pub fn start(channels: pins::CutOffChannels) {
     force(forced::SET_WORD);
     set();
     PIO1.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | 1 << STATE_MACHINE));
-    // The switch keeps the channels for ever.
+    // The output watchdog keeps the channels for ever.
     let _ = channels;
 }
 
-/// The core is well, as far as the caller knows. If the switch has run out, `machine` is told, and the switch is set
-/// again.
+/// The core is well, as far as the caller knows. If the output watchdog has run out, `machine` is reported, and the output
+/// watchdog is set again.
 pub fn feed(machine: &Machine) {
     if has_run_out() {
         machine.tool_cut_off();
@@ -81,7 +81,7 @@ pub fn feed(machine: &Machine) {
     force(forced::FEED);
 }
 
-/// Does what masks interrupts for as long as an erase of the flash, while the switch is more patient.
+/// Does what masks interrupts for as long as an erase of the flash, while the output watchdog is more patient.
 pub fn outlast<R>(work: impl FnOnce() -> R) -> R {
     set_patience(FLASH_PATIENCE);
     let result = work();
@@ -103,7 +103,7 @@ fn force_low() -> GpioCtrl {
     ctrl
 }
 
-/// Sets the switch, which may have run out.
+/// Sets the output watchdog, which may have run out.
 fn set() {
     // What it does when it runs out must be over: the channels start each other in this order.
     for group in 0..GROUPS.len() {

@@ -1,13 +1,13 @@
-//! The courses of the chunks that are being compiled: what the axes of a plan have in common when compiled.
+//! The timed plans of the chunks that are being compiled: what the axes of a plan have in common when compiled.
 
-use isostep_profile::Course;
+use isostep_profile::TimedPlan;
 use isostep_profile::chain::Chunk;
 
 use crate::axes::{AXES, Axis};
 
-/// The courses of the chunks that the axes compile. There is room for as many as there are axes, because each axis
-/// compiles one chunk at a time. Axes that compile the same chunk share its course.
-pub(crate) struct Courses {
+/// The timed plans of the chunks that the axes compile. There is room for as many as there are axes, because each axis
+/// compiles one chunk at a time. Axes that compile the same chunk share its timed plan.
+pub(crate) struct TimedPlans {
     slots: [Slot; AXES],
     /// The slot that each axis has used last.
     last: [usize; AXES],
@@ -18,31 +18,31 @@ struct Slot {
     key: Option<(u32, u32)>,
     /// A bit for each axis that compiles this chunk.
     users: u8,
-    course: Course,
+    timed_plan: TimedPlan,
 }
 
-impl Courses {
+impl TimedPlans {
     pub const fn new() -> Self {
-        Self { slots: [const { Slot { key: None, users: 0, course: Course::empty() } }; AXES], last: [0; AXES] }
+        Self { slots: [const { Slot { key: None, users: 0, timed_plan: TimedPlan::empty() } }; AXES], last: [0; AXES] }
     }
 
-    /// Forgets all courses, for another run.
+    /// Forgets all timed plans, for another run.
     pub fn clear(&mut self) {
         self.slots.iter_mut().for_each(|slot| (slot.key, slot.users) = (None, 0));
     }
 
-    /// The course by which `axis` compiles `chunk`, whose number is `number`, at `tick_hz`.
-    pub fn of(&mut self, axis: Axis, number: u32, chunk: &Chunk<AXES>, tick_hz: u32) -> &mut Course {
+    /// The timed plan by which `axis` compiles `chunk`, whose number is `number`, at `tick_hz`.
+    pub fn of(&mut self, axis: Axis, number: u32, chunk: &Chunk<AXES>, tick_hz: u32) -> &mut TimedPlan {
         let (key, user) = (Some((number, tick_hz)), 1 << axis as u8);
         let last = self.last[axis as usize];
         if self.slots[last].key == key && self.slots[last].users & user != 0 {
-            return &mut self.slots[last].course;
+            return &mut self.slots[last].timed_plan;
         }
         let known = self.slots.iter().position(|slot| slot.key == key);
         let index = known.unwrap_or_else(|| self.free(user));
         let slot = &mut self.slots[index];
         if slot.key != key {
-            chunk.plan.lay(&mut slot.course, tick_hz);
+            chunk.plan.convert_to_ticks(&mut slot.timed_plan, tick_hz);
             slot.key = key;
         }
         if slot.users & user == 0 {
@@ -50,7 +50,7 @@ impl Courses {
             self.slots[index].users |= user;
         }
         self.last[axis as usize] = index;
-        &mut self.slots[index].course
+        &mut self.slots[index].timed_plan
     }
 
     /// The slot of the earliest chunk that no axis but `user` compiles. There is one, because each of the other axes
@@ -72,9 +72,9 @@ mod tests {
 
     use super::*;
 
-    /// An axis that is ahead of the others does not take from them the courses that they still need.
+    /// An axis that is ahead of the others does not take from them the timed plans that they still need.
     #[test]
-    fn a_course_is_kept_while_an_axis_compiles_its_chunk() {
+    fn a_timed_plan_is_kept_while_an_axis_compiles_its_chunk() {
         let limits = Limits {
             start_speed_steps_s: 0.0,
             top_speed_steps_s: 1_000.0,
@@ -87,10 +87,11 @@ mod tests {
         let kind = ChunkKind::Move;
         let plan = Plan::Line(plan);
         let chunk = Chunk { plan, until_steps: 0.0, until_s: 1.0, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind };
-        let mut courses = Courses::new();
+        let mut timed_plans = TimedPlans::new();
         let mut compiles = |axis, number| {
-            courses.of(axis, number, &chunk, 1_000_000);
-            let mut kept: Vec<_> = courses.slots.iter().filter_map(|slot| slot.key).map(|(number, _)| number).collect();
+            timed_plans.of(axis, number, &chunk, 1_000_000);
+            let mut kept: Vec<_> =
+                timed_plans.slots.iter().filter_map(|slot| slot.key).map(|(number, _)| number).collect();
             kept.sort_unstable();
             kept
         };

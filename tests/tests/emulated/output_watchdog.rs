@@ -1,4 +1,4 @@
-//! The dead man's switch on the emulated board: a core that hangs drops the tool, and nothing else does.
+//! The output watchdog on the emulated board: a core that hangs drops the tool, and nothing else does.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use isostep_tests::emulated::{Board, Run};
 use isostep_trials::cases;
 use oorandom::Rand32;
 
-/// The switch is fed every 5 ms and is patient for 20 ms. The core may have hung at any time between two feeds.
+/// The output watchdog is fed every 5 ms and is patient for 20 ms. The core may have hung at any time between two feeds.
 const OFF_AFTER_MS: [f64; 2] = [14.9, 20.001];
 
 fn went_through(run: Run) -> Run {
@@ -23,7 +23,7 @@ fn off_after_ms(run: &Run) -> Vec<f64> {
 }
 
 /// A laser in a slow move, then a spindle and coolant at rest. Each time the core hangs at another instant, and comes
-/// back after the switch has run out.
+/// back after the output watchdog has run out.
 fn a_core_that_hangs_drops_the_tool(port: Port, test: &str) {
     let count = cases(6, 30) as usize;
     let mut random = Rand32::new(6);
@@ -47,8 +47,8 @@ fn a_core_that_hangs_drops_the_tool(port: Port, test: &str) {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_core_that_hangs_drops_the_tool_within_20_ms() {
-    a_core_that_hangs_drops_the_tool(Port::Pio, "dead-man");
-    a_core_that_hangs_drops_the_tool(Port::Timer, "dead-man-timer");
+    a_core_that_hangs_drops_the_tool(Port::Pio, "output-watchdog");
+    a_core_that_hangs_drops_the_tool(Port::Timer, "output-watchdog-timer");
 }
 
 /// Only the executor of the axes hangs. The tool's task goes on, and asks in vain for what it is told to switch on.
@@ -58,7 +58,7 @@ fn what_still_runs_does_not_switch_the_tool_on_again() {
     // 28 is SWI_IRQ_2.
     let script = "expect Grbl\nsend M3S500M8\nexpect ok\nwait-output flood on\nmask-irq 28\nwait-output flood off\n\
                   bytes 18\nexpect Grbl\nsend M3S500M8\nexpect ok\nwait-ms 100\nwait-reset\nexpect Grbl\n";
-    let run = went_through(Board::new("dead-man-axes").script(script));
+    let run = went_through(Board::new("output-watchdog-axes").script(script));
     let mut switched = run.outputs.iter().filter(|change| change.output == "flood").map(|change| change.value);
     assert!([1.0, 0.0].into_iter().eq(&mut switched), "{:?}", run.outputs);
 }
@@ -70,7 +70,7 @@ fn storing_does_not_drop_the_tool() {
     let script = "expect Grbl\nsend M3S500M8\nexpect ok\nwait-output flood on\nwait-ms 10\n\
                   send $110=3000\nexpect ok\nwait-ms 100\nbytes 3f\nexpect <Idle\nsend $111=3000\nexpect ok\nwait-ms 100\n\
                   hang 30\nexpect ALARM:23\n";
-    let run = went_through(Board::new("dead-man-store").script(script));
+    let run = went_through(Board::new("output-watchdog-store").script(script));
     let sent =
         |line: &str| run.figures["replies"].as_array().unwrap().iter().find(|reply| reply["text"] == line).cloned();
     let reply = sent("$110=3000").expect("its reply");
