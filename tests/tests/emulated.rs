@@ -7,6 +7,8 @@
 mod ahead;
 #[path = "emulated/blends.rs"]
 mod blends;
+#[path = "emulated/board_words.rs"]
+mod board_words;
 #[path = "emulated/boot.rs"]
 mod boot;
 #[path = "emulated/contract.rs"]

@@ -24,8 +24,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const IMAGE: &str = "ISOSTEP_QEMU_ELF";
 const TWO_AXES_IMAGE: &str = "ISOSTEP_QEMU_TWO_AXES_ELF";
 /// Where the board's flash for settings begins, and how long it is.
-const FLASH_BEGIN: u32 = 0x3_C000;
-const FLASH_BYTES: u32 = 16 << 10;
+const FLASH_BEGIN: u32 = 0x3_D800;
+const FLASH_BYTES: u32 = 10 << 10;
 /// The board's clock.
 const TICKS_PER_US: f64 = 20.0;
 /// The emulated processor takes 8 ns an instruction, as an RP2040 does, and some hundred of them from the clock to the pin.
@@ -299,7 +299,7 @@ fn a_hold_and_a_reset_lose_no_step() {
 
 /// The flash of a board with these start-up lines. It is read inverted.
 fn flash_with(startup: [&str; 2]) -> Vec<u8> {
-    let flash = WordFlash::<4>::blank();
+    let flash = WordFlash::<4, 1024>::blank();
     let mut store = Store::new(flash.clone(), 0..FLASH_BYTES, Settings::DEFAULT);
     block_on(store.load()).unwrap();
     let mut kept = store.kept().clone();

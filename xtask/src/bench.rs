@@ -20,7 +20,7 @@ pub fn run(args: Args) -> Result<()> {
     node::prepare()?;
     let candidates = candidates(args.model(), &args.ports(), args.proves())?;
     if args.mathematics() {
-        build::build_firmware(workspace::BENCH_FIRMWARE, &[])?;
+        build::build_firmware(workspace::BENCH_FIRMWARE)?;
     }
     let mathematics = workspace::elf(workspace::BENCH_FIRMWARE);
     isostep_bench::run(&args, &Images { candidates, mathematics, emulator: workspace::emulator() }, &folder)

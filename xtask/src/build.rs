@@ -24,7 +24,6 @@ Examples:
   cargo xtask build --board skr-pico      for a BIGTREETECH SKR Pico; see docs/bring-up.md
   cargo xtask build --estop nc            an emergency stop that opens when pressed; see docs/bring-up.md
   cargo xtask build --port timer          steps by the processor
-  cargo xtask build --without-paper-laws  1.9 KiB less RAM; see docs/speed-laws.md
 
 What the compiler needs is installed as `cargo xtask setup --help` says.")]
 pub struct Args {
@@ -42,8 +41,22 @@ pub fn run(args: Args) -> Result<()> {
 
 /// Builds the gantry's firmware.
 pub fn firmware(variant: Variant) -> Result<Firmware> {
+    link(variant)?;
+    finish(variant)
+}
+
+/// Links the gantry's firmware, which all variants with the same features have in common. Cargo does it once.
+pub fn link(variant: Variant) -> Result<()> {
     variant.check()?;
-    build_firmware(workspace::FIRMWARE, &variant.features())
+    link_package(workspace::FIRMWARE, &variant.features())
+}
+
+/// Makes this variant of the firmware that is linked for its features: what is wired to it.
+pub fn finish(variant: Variant) -> Result<Firmware> {
+    let (driver, contact) = (variant.driver_name(), variant.contact_name());
+    announce(&format!("{}: --driver {driver} --estop {contact}", workspace::FIRMWARE));
+    variant.words().write_to(&workspace::firmware_elf())?;
+    with_uf2(workspace::FIRMWARE)
 }
 
 /// Builds the gantry's firmware and keeps a copy of its ELF under this name, for verbs that need several builds at
@@ -66,13 +79,22 @@ pub fn kept_elf(name: &str) -> PathBuf {
     workspace::target_dir().join("firmware").join(name).with_extension("elf")
 }
 
-/// Builds a board's package with these `features` and writes its UF2 file beside the ELF. Each build of a package
-/// overwrites the previous one, whatever its features.
-pub fn build_firmware(package: &str, features: &[&str]) -> Result<Firmware> {
+/// Builds another board's package.
+pub fn build_firmware(package: &str) -> Result<Firmware> {
+    link_package(package, &[])?;
+    with_uf2(package)
+}
+
+/// Builds a board's package with these `features`. Each build of a package overwrites the previous one, whatever its features.
+fn link_package(package: &str, features: &[&str]) -> Result<()> {
     toolchain::add_target(workspace::FIRMWARE_TARGET)?;
     let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
     announce(&format!("{package}{with} for {}", workspace::FIRMWARE_TARGET));
-    process::run(&mut toolchain::firmware_cargo("build", package, features))?;
+    process::run(&mut toolchain::firmware_cargo("build", package, features))
+}
+
+/// Reads a board's ELF file and writes its UF2 file beside it.
+fn with_uf2(package: &str) -> Result<Firmware> {
     let firmware = Firmware::read(&workspace::elf(package))?;
     let uf2 = workspace::uf2(package);
     fs::write(&uf2, uf2::from_loads(&firmware.loads)).with_context(|| format!("cannot write {}", uf2.display()))?;

@@ -44,11 +44,17 @@ pub fn run(Args {}: Args) -> Result<()> {
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let mut files = Vec::new();
     let variants: Vec<_> = released().collect();
-    for &variant in &variants {
-        build::firmware(variant)?;
-        let uf2 = fs::read(workspace::firmware_uf2())?;
-        files.push(written(&folder, &name(variant), &uf2)?);
+    let mut by_features = variants.clone();
+    by_features.sort_by_key(|variant| variant.features());
+    for same_link in by_features.chunk_by(|one, other| one.features() == other.features()) {
+        build::link(same_link[0])?;
+        for &variant in same_link {
+            build::finish(variant)?;
+            let uf2 = fs::read(workspace::firmware_uf2())?;
+            files.push(written(&folder, &name(variant), &uf2)?);
+        }
     }
+    files.sort();
     let which = which::table(&variants);
     files.push(written(&folder, "WHICH.md", which.as_bytes())?);
     files.push(written(&folder, "LICENCES.txt", licences(&linked()?)?.as_bytes())?);

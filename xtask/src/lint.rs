@@ -30,9 +30,6 @@ pub fn run(Args { all }: Args) -> Result<()> {
     run_command(cargo("clippy").arg("--all-targets").args(DENY_WARNINGS))?;
     announce("rustdoc, host packages");
     run_command(cargo("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))?;
-    announce("clippy, crates without paper-laws");
-    let crates = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
-    run_command(cargo("clippy").args(crates).args(["--no-default-features", "--all-targets"]).args(DENY_WARNINGS))?;
     with_axes("four-axes", &["--test=four_axes", "--test=emulated"])?;
     with_axes("two-axes", &["--test=two_axes"])?;
     for_browsers()?;
@@ -54,16 +51,13 @@ fn another_chip(all: bool) -> Result<()> {
         announce(&format!("boards/stm32g474: left out, because {why}"));
         return Ok(());
     }
-    let looked_at = if all { &other_chip::FEATURES[..] } else { &other_chip::FEATURES[..1] };
-    for features in looked_at {
-        announce(&format!("clippy, boards/stm32g474 {}", features.join(" ")));
-        run_command(other_chip::cargo("clippy", features).args(DENY_WARNINGS))?;
-    }
+    announce("clippy, boards/stm32g474");
+    run_command(other_chip::cargo("clippy").args(DENY_WARNINGS))?;
     if !all {
         return Ok(());
     }
     announce("rustdoc, boards/stm32g474");
-    run_command(other_chip::cargo("doc", &[]).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+    run_command(other_chip::cargo("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 fn for_browsers() -> Result<()> {
@@ -88,7 +82,6 @@ fn firmware(all: bool) -> Result<()> {
         estop: Contact::Nc,
         axes: Axes::Four,
         prove: false,
-        without_paper_laws: true,
     };
     let skr_pico = Variant { board: Board::SkrPico, ..Variant::default() };
     let [proving, proving_timer] = [Port::Pio, Port::Timer].map(Variant::proving);

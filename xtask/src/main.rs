@@ -1,6 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder:
 //! build, flash, emulate, test and others. `bench` is in the package `isostep-bench`, and the other verbs are in the package `isostep`. `workspace`,
-//! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `firmware`, `footprint`, `uf2`, `variant`, `process`, `suites` and `cpu` are
+//! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `firmware`, `board_words`, `footprint`, `uf2`, `variant`, `process`, `suites` and `cpu` are
 //! shared by the verbs.
 
 // All modules print with its macros.
@@ -9,6 +9,7 @@ extern crate isostep;
 
 mod audit;
 mod bench;
+mod board_words;
 mod build;
 #[cfg(unix)]
 mod clients;

@@ -8,8 +8,6 @@ use crate::toolchain;
 const PACKAGE: &str = "stm32g474";
 /// A Cortex-M4 that computes floats of 32 bits.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// Measuring takes the place of making steps, so it is a build of its own.
-pub const FEATURES: [&[&str]; 2] = [&[], &["measure-wake-up"]];
 
 /// What to do where the target cannot be had. It is added if rustup can do that.
 pub fn missing() -> Option<String> {
@@ -17,9 +15,8 @@ pub fn missing() -> Option<String> {
 }
 
 /// `cargo VERB` for the firmwares.
-pub fn cargo(verb: &str, features: &[&str]) -> Command {
+pub fn cargo(verb: &str) -> Command {
     let mut command = toolchain::cargo(verb);
     command.args(["--release", "--package", PACKAGE, "--target", TARGET]);
-    command.arg(format!("--features={}", features.join(",")));
     command
 }

@@ -201,12 +201,9 @@ impl Watch {
 fn host(cases: Cases) -> Result<()> {
     let tests = || cases.cargo_test();
     suites::run("host tests", tests, &[])?;
-    // What a firmware without them has, see `Variant`. Tests that need these laws are not built.
-    let args = ["profile", "motion", "console", "controller"].map(|name| format!("--package=isostep-{name}"));
-    let mut args: Vec<_> = args.iter().map(String::as_str).collect();
-    args.extend(["--no-default-features", "--lib", "--test=dialect", "--test=examples"]);
-    // Few random cases are enough here: what remains computes as it did above.
-    suites::run("without paper-laws", || Cases::Few.cargo_test(), &args)
+    // What the firmware of a Pico has. Few random cases are enough here: what remains computes as it did above.
+    let args = ["--package=isostep-console", "--no-default-features", "--lib", "--test=dialect"];
+    suites::run("console without UART drivers", || Cases::Few.cargo_test(), &args)
 }
 
 fn emulator(cases: Cases) -> Result<()> {
@@ -226,11 +223,13 @@ const TIMER_PORT: Variant = Variant {
     estop: Contact::No,
     axes: Axes::Three,
     prove: false,
-    without_paper_laws: false,
 };
 
 /// The firmware whose emergency stop opens when it is pressed.
 const ESTOP_NC_ELF: &str = "estop-nc";
+
+/// The firmware for faster drivers.
+const TMC2209_ELF: &str = "tmc2209";
 
 /// The firmware that measures itself.
 const PROVE_ELF: &str = "prove";
@@ -248,6 +247,7 @@ fn firmware(_: Cases) -> Result<()> {
     build::kept_firmware(Variant::proving(Port::Pio), PROVE_ELF)?;
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
+    build::kept_firmware(Variant { driver: Some(Driver::Tmc2209), ..Variant::default() }, TMC2209_ELF)?;
     check_footprint(Variant::default())
 }
 
@@ -264,6 +264,7 @@ fn emulated_board(cases: Cases) -> Result<()> {
     let tests = || {
         let mut tests = on_board(cases, &elves);
         tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
+        tests.env("ISOSTEP_TMC2209_ELF", build::kept_elf(TMC2209_ELF));
         tests.env("ISOSTEP_FOUR_AXES_ELF", build::kept_elf(FOUR_AXES_ELF));
         tests.env("ISOSTEP_SKR_PICO_ELF", build::kept_elf(SKR_PICO_ELF));
         tests
@@ -294,7 +295,7 @@ fn another_board(cases: Cases) -> Result<()> {
 }
 
 fn another_chip(_: Cases) -> Result<()> {
-    other_chip::FEATURES.into_iter().try_for_each(|features| process::run(&mut other_chip::cargo("build", features)))
+    process::run(&mut other_chip::cargo("build"))
 }
 
 fn slow_clock(cases: Cases) -> Result<()> {
@@ -319,13 +320,14 @@ fn four_axes(_: Cases) -> Result<()> {
     let elves = names.map(build::kept_elf);
     let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated"];
     let of_board =
-        [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::"], &OF_SKR_PICO].concat();
+        [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::"], &OF_OTHERS].concat();
     suites::run("four axes on the board", || on_board(Cases::Few, &elves), &of_board)
 }
 
 const FEATURE: &str = "--features=four-axes";
 /// What the emulated board has run already with the images that they are for.
-const OF_SKR_PICO: [&str; 3] = ["--skip=drivers::", "--skip=stall::", "--skip=skr_pico::"];
+const OF_OTHERS: [&str; 4] =
+    ["--skip=board_words::an_image", "--skip=drivers::", "--skip=stall::", "--skip=skr_pico::"];
 
 /// The proving image is for a Pico only.
 fn skr_pico(_: Cases) -> Result<()> {
@@ -343,7 +345,7 @@ fn skr_pico(_: Cases) -> Result<()> {
         tests
     };
     let args =
-        [&["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"][..], &OF_SKR_PICO].concat();
+        [&["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"][..], &OF_OTHERS].concat();
     suites::run("SKR Pico", tests, &args)
 }
 

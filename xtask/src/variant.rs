@@ -4,6 +4,8 @@ use anyhow::{Result, ensure};
 use clap::ValueEnum;
 pub use isostep_bench::{Model as Board, Port};
 
+use crate::board_words::BoardWords;
+
 /// The feature of every package that has axes.
 pub const FOUR_AXES: &str = "four-axes";
 
@@ -28,12 +30,9 @@ pub struct Variant {
     /// The image that measures itself, for `isostep prove`; it never energises a motor
     #[arg(long)]
     pub prove: bool,
-    /// Leave out the speed laws over displacement ($940=3 to 6) and the interval law thirds ($900=1)
-    #[arg(long)]
-    pub without_paper_laws: bool,
 }
 
-/// The stepper driver.
+/// The stepper driver. Its number is that of the firmware's word.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Driver {
     /// STEP high and low 1.9 us each, 250,000 steps/s at most
@@ -55,7 +54,7 @@ pub enum Axes {
     Four,
 }
 
-/// The contact of the emergency stop.
+/// The contact of the emergency stop. Its number is that of the firmware's word.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Contact {
     /// normally open: closed while it is pressed
@@ -91,12 +90,14 @@ impl Variant {
     pub fn features(self) -> Vec<&'static str> {
         let board = (self.board == Board::SkrPico).then_some("skr-pico");
         let port = (self.port == Port::Timer).then_some("timer-port");
-        let driver = (self.driver() == Driver::Tmc2209).then_some("tmc2209");
-        let estop = (self.estop == Contact::Nc).then_some("estop-nc");
         let axes = (self.axes == Axes::Four).then_some(FOUR_AXES);
-        let laws = (!self.without_paper_laws).then_some("paper-laws");
         let prove = self.prove.then_some("prove");
-        board.into_iter().chain(port).chain(prove).chain(driver).chain(estop).chain(axes).chain(laws).collect()
+        board.into_iter().chain(port).chain(prove).chain(axes).collect()
+    }
+
+    /// What the image is reported after it is linked.
+    pub fn words(self) -> BoardWords {
+        BoardWords { contact: self.estop, driver: self.driver() }
     }
 
     /// The name of the emergency stop's contact for the emulated board's options.

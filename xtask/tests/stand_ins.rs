@@ -1,5 +1,5 @@
 //! `flash` and `dist` with stand-ins for the programs that they call, which note how they were called. The one for cargo
-//! makes an image of 256 bytes that says for which features it was built.
+//! makes an image of a page of flash: for which features it was built, then the words of the board.
 #![cfg(unix)]
 
 use std::collections::BTreeSet;
@@ -8,10 +8,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// The text of an image.
-const IMAGE_BYTES: usize = 256;
+include!("support/elf.rs");
+
+/// The features in an image.
+const TEXT_BYTES: usize = 256 - WORDS.len();
 /// Where a UF2 block has its page of flash.
-const PAGE: std::ops::Range<usize> = 32..32 + IMAGE_BYTES;
+const PAGE: std::ops::Range<usize> = 32..32 + 256;
 
 /// A folder with the programs, and what they have noted.
 struct StandIns(PathBuf);
@@ -20,12 +22,18 @@ impl StandIns {
     fn new(test: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("isostep-stand-ins-{test}-{}", std::process::id()));
         fs::create_dir_all(folder.join("bin")).unwrap();
-        fs::write(folder.join("head"), elf_head()).unwrap();
+        let elf = elf(&[b' '; TEXT_BYTES], WORDS);
+        let text = elf.windows(TEXT_BYTES).position(|bytes| bytes == [b' '; TEXT_BYTES]).unwrap();
+        fs::write(folder.join("head"), &elf[..text]).unwrap();
+        fs::write(folder.join("tail"), &elf[text + TEXT_BYTES..]).unwrap();
         let stand_ins = Self(folder);
         // The features are the last of cargo's words.
-        let image = "for features; do :; done\nmkdir -p \"$to\"\n\
-                     { cat \"$folder/head\"; printf '%-256s' \"${features#--features=}\"; } > \"$to/rp2040-gantry\"";
-        stand_ins.add("stand-in-cargo", image);
+        let image = format!(
+            "for features; do :; done\nmkdir -p \"$to\"\n\
+             {{ cat \"$folder/head\"; printf '%-{TEXT_BYTES}s' \"${{features#--features=}}\"; cat \"$folder/tail\"; }} \
+             > \"$to/rp2040-gantry\""
+        );
+        stand_ins.add("stand-in-cargo", &image);
         stand_ins
     }
 
@@ -85,31 +93,25 @@ impl Drop for StandIns {
     }
 }
 
-/// An ELF file for a 32-bit Arm up to its only segment, which is loaded to the beginning of flash.
-fn elf_head() -> Vec<u8> {
-    let (header_bytes, entry_bytes) = (52_u32, 32_u32);
-    let mut head = b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0".to_vec();
-    let half = |values: &[u16]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>();
-    let word = |values: &[u32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>();
-    // An executable of version 1, whose table of segments comes next.
-    head.extend(half(&[2, 40]));
-    head.extend(word(&[1, 0, header_bytes, 0, 0]));
-    head.extend(half(&[header_bytes as u16, entry_bytes as u16, 1, 0, 0, 0]));
-    let (flash, bytes) = (0x1000_0000, IMAGE_BYTES as u32);
-    head.extend(word(&[1, header_bytes + entry_bytes, flash, flash, bytes, bytes, 5, 4]));
-    head
-}
-
-/// The features for which the image in a UF2 file was built.
-fn features(uf2: &Path) -> BTreeSet<String> {
+/// The features for which the image in a UF2 file was built, and what the words of the board say.
+fn image(uf2: &Path) -> (BTreeSet<String>, BTreeSet<&'static str>) {
     let blocks = fs::read(uf2).unwrap();
     assert_eq!(blocks.len(), 512, "{}", uf2.display());
-    let text = std::str::from_utf8(&blocks[PAGE]).unwrap();
-    text.trim_end().split(',').map(str::to_owned).collect()
+    let (text, words) = blocks[PAGE].split_at(TEXT_BYTES);
+    let text = std::str::from_utf8(text).unwrap().trim_end();
+    let features = text.split(',').filter(|feature| !feature.is_empty()).map(str::to_owned).collect();
+    let (layout, values) = words.split_at(12);
+    assert_eq!(layout, &WORDS[..12]);
+    let says = values.chunks(4).zip(["nc", "tmc2209"]).filter_map(|(value, name)| match value {
+        [0, 0, 0, 0] => None,
+        [1, 0, 0, 0] => Some(name),
+        other => panic!("{name}: {other:?}"),
+    });
+    (features, says.collect())
 }
 
-fn set(features: &[&str]) -> BTreeSet<String> {
-    features.iter().map(|&feature| feature.to_owned()).collect()
+fn expected(features: &[&str], words: &[&'static str]) -> (BTreeSet<String>, BTreeSet<&'static str>) {
+    (features.iter().map(|&feature| feature.to_owned()).collect(), words.iter().copied().collect())
 }
 
 const ONE_PROBE: &str = "[ \"$1\" = list ] && echo '[0]: Debug Probe (CMSIS-DAP) -- 2e8a:000c'";
@@ -150,12 +152,12 @@ fn a_drive_gets_the_image_that_was_asked_for() {
     stand_ins.add("picotool", "");
     let mounted = stand_ins.drive("RPI-RP2").join("firmware.uf2");
     stand_ins.succeeds("flash --driver tmc2209 --estop nc");
-    assert_eq!(features(&mounted), set(&["tmc2209", "estop-nc", "paper-laws"]));
+    assert_eq!(image(&mounted), expected(&[], &["tmc2209", "nc"]));
     assert_eq!(stand_ins.calls(), ["build", "probe-rs list"], "the drive comes before picotool");
     // One that is named comes before all others.
     let named = stand_ins.drive("elsewhere").join("firmware.uf2");
     stand_ins.succeeds(&format!("flash --axes 4 --drive {}", named.parent().unwrap().display()));
-    assert_eq!(features(&named), set(&["four-axes", "paper-laws"]));
+    assert_eq!(image(&named), expected(&["four-axes"], &[]));
     assert_eq!(stand_ins.calls(), ["build"]);
     let refused = stand_ins.run(&format!("flash --drive {}", stand_ins.0.join("bin").display()));
     assert!(!refused.status.success() && !stand_ins.0.join("bin/firmware.uf2").exists());
@@ -181,22 +183,19 @@ fn picotool_writes_compares_and_starts() {
     );
 }
 
-/// The features of the image that a file should have by its name.
-fn named_features(name: &str) -> BTreeSet<String> {
-    let mut expected = set(&["paper-laws"]);
-    for (part, features) in [
-        ("-timer", &["timer-port"][..]),
-        ("-prove-", &["prove", "tmc2209"]),
-        ("-tmc2209", &["tmc2209"]),
-        ("-skr-pico", &["skr-pico", "tmc2209"]),
-        ("-estop-nc", &["estop-nc"]),
-        ("-4-axes", &["four-axes"]),
-    ] {
-        if name.contains(part) {
-            expected.extend(set(features));
-        }
-    }
-    expected
+/// The image that a file should have by its name.
+fn named_image(name: &str) -> (BTreeSet<String>, BTreeSet<&'static str>) {
+    let parts: [(_, &[&str], &[&str]); 6] = [
+        ("-timer", &["timer-port"], &[]),
+        ("-prove-", &["prove"], &["tmc2209"]),
+        ("-tmc2209", &[], &["tmc2209"]),
+        ("-skr-pico", &["skr-pico"], &["tmc2209"]),
+        ("-estop-nc", &[], &["nc"]),
+        ("-4-axes", &["four-axes"], &[]),
+    ];
+    let parts = parts.into_iter().filter(|(part, ..)| name.contains(part));
+    let (features, words): (Vec<_>, Vec<_>) = parts.map(|(_, features, words)| (features, words)).unzip();
+    expected(&features.concat(), &words.concat())
 }
 
 #[test]
@@ -214,10 +213,10 @@ fn every_file_of_a_release_holds_what_its_name_says_and_has_its_sum_and_its_row(
     assert_eq!(others, ["LICENCES.txt", "SHA256SUMS", "WHICH.md"]);
     assert_eq!(images.len(), 26);
     for name in &images {
-        assert_eq!(features(&folder.join(name)), named_features(name), "{name}");
+        assert_eq!(image(&folder.join(name)), named_image(name), "{name}");
     }
-    // As many builds as files: none holds what was built for another.
-    assert_eq!(stand_ins.calls(), vec!["build"; 26]);
+    // What differs in the words of the board alone is linked once.
+    assert_eq!(stand_ins.calls(), vec!["build"; 10]);
 
     let which = fs::read_to_string(folder.join("WHICH.md")).unwrap();
     let row = |line: &str| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_owned());

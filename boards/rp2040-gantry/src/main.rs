@@ -9,6 +9,7 @@
 #![no_std]
 #![no_main]
 
+mod board_words;
 mod boot;
 mod cold_path;
 mod console;
@@ -79,7 +80,7 @@ async fn start(spawner: Spawner) {
         defmt::warn!("restarted by the watchdog: {}", cause);
     }
     // No variable, which would be kept as long as this waits.
-    let machine = &*MACHINE.init(Machine::new(config(&Settings::DEFAULT), pins::EMERGENCY_CONTACT));
+    let machine = &*MACHINE.init(Machine::new(config(&Settings::DEFAULT), board_words::emergency_contact()));
     let flash = flash::take(board.flash);
     #[cfg(feature = "prove")]
     let flash = prove::start(spawner, board.prove, flash);

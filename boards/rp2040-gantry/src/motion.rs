@@ -3,19 +3,16 @@
 use embassy_executor::{SendSpawner, Spawner};
 use embassy_rp::gpio::Input;
 use isostep_motion::coordinator::{self, PlanMemory};
-use isostep_motion::{AXES, Axis, DriverTiming, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
+use isostep_motion::{AXES, Axis, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use crate::guard;
 use crate::pins::{ControlPins, StepPins, SwitchPins, ToolPins};
 #[cfg(not(feature = "timer-port"))]
 use crate::pio_port as port;
 #[cfg(feature = "timer-port")]
 use crate::timer_port as port;
 use crate::tool::Tool;
-
-/// The stepper drivers of the gantry.
-const DRIVERS: DriverTiming = if cfg!(feature = "tmc2209") { DriverTiming::TMC2209 } else { DriverTiming::DRV8825 };
+use crate::{board_words, guard};
 
 /// What the coordinator switches the motors by.
 #[cfg(not(feature = "prove"))]
@@ -27,7 +24,7 @@ pub type Enable = crate::prove::MotorsOff;
 pub fn spawn_axes(spawner: SendSpawner, machine: &'static Machine, pins: StepPins) {
     static PORTS: StaticCell<[port::Port; AXES]> = StaticCell::new();
 
-    for (axis, port) in Axis::ALL.into_iter().zip(PORTS.init(port::open(pins, DRIVERS))) {
+    for (axis, port) in Axis::ALL.into_iter().zip(PORTS.init(port::open(pins, board_words::driver_timing()))) {
         spawner.spawn(run_axis(machine, axis, port).unwrap());
     }
 }

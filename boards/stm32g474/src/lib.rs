@@ -8,7 +8,6 @@ pub mod flash;
 pub mod pins;
 pub mod steps;
 pub mod tasks;
-#[cfg(feature = "measure-wake-up")]
 mod wake_up;
 
 use core::panic::PanicInfo;

@@ -7,12 +7,15 @@ use isostep_motion::{AXES, DriverTiming, TimerBank, TimerPort};
 
 use crate::clock::CORE_MHZ;
 use crate::pins::StepDir;
+use crate::wake_up;
 
 static BANK: TimerBank<AXES> = TimerBank::new();
 
 /// The longest time from the alarm of the clock to the first reading of the clock by the task that makes the steps.
 /// A guess, until somebody has measured it on the chip: README.md says how.
 pub const WAKE_UP: Duration = Duration::from_micros(20);
+/// A task measures that time, in place of the one that makes the steps: nothing moves.
+const IS_MEASURED: bool = false;
 
 /// The ports of all axes, for drivers of this timing. The task that makes their steps is spawned with `spawner`, which has
 /// to be above the tasks of the axes.
@@ -20,18 +23,14 @@ pub const WAKE_UP: Duration = Duration::from_micros(20);
 /// # Panics
 /// When it is called twice.
 pub fn open(spawner: SendSpawner, motors: [StepDir; AXES]) -> [TimerPort<'static>; AXES] {
-    #[cfg(not(feature = "measure-wake-up"))]
-    spawner.spawn(drive(motors).expect("it is spawned once"));
-    #[cfg(feature = "measure-wake-up")]
-    {
-        // Nothing is to move meanwhile.
-        drop(motors);
-        spawner.spawn(crate::wake_up::measure().expect("it is spawned once"));
+    if IS_MEASURED {
+        spawner.spawn(wake_up::measure().expect("it is spawned once"));
+    } else {
+        spawner.spawn(drive(motors).expect("it is spawned once"));
     }
     BANK.ports(DriverTiming::DRV8825, [inhibit::<0>, inhibit::<1>, inhibit::<2>])
 }
 
-#[cfg(not(feature = "measure-wake-up"))]
 #[embassy_executor::task]
 async fn drive(motors: [StepDir; AXES]) -> ! {
     BANK.drive(motors, Delay, WAKE_UP).await

@@ -53,8 +53,6 @@ pub enum SettingError {
     Microsteps { axis: usize, microsteps: u16 },
     /// The setting is about Trinamic drivers, which this board does not have.
     NoTrinamic { number: u16 },
-    /// The law is one that the machine was built without, see the feature `paper-laws`.
-    LawLeftOut { number: u16, law: u16 },
 }
 
 impl SettingError {
@@ -73,8 +71,7 @@ impl SettingError {
             | Self::LawNeedsStart { .. }
             | Self::ShapedCurve { .. }
             | Self::NoSecondMotor
-            | Self::Microsteps { .. }
-            | Self::LawLeftOut { .. } => Error::BadNumber,
+            | Self::Microsteps { .. } => Error::BadNumber,
         }
     }
 }
@@ -180,12 +177,6 @@ impl fmt::Display for SettingError {
             }
             Self::NoTrinamic { number } => {
                 write!(f, "${number} is about UART drivers, which this board does not have: set them by their jumpers")
-            }
-            Self::LawLeftOut { number, law } => {
-                write!(
-                    f,
-                    "${number}={law} is left out of this firmware: lower it, or build the firmware with paper-laws"
-                )
             }
         }
     }

@@ -349,8 +349,7 @@ impl Settings {
         if let Some(axis) = (0..AXES).find(|&axis| !self.microsteps[axis].is_power_of_two()) {
             return Err(SettingError::Microsteps { axis, microsteps: self.microsteps[axis] });
         }
-        (0..AXES).filter(|&axis| axis != A).try_for_each(|axis| self.check_travel(axis))?;
-        self.check_laws(cfg!(feature = "paper-laws"))
+        (0..AXES).filter(|&axis| axis != A).try_for_each(|axis| self.check_travel(axis))
     }
 
     /// Checks the rules between settings. Nothing may move with settings that break one.
@@ -388,17 +387,6 @@ impl Settings {
             return Err(SettingError::LeastDutyAboveFull { least_percent, full_percent });
         }
         Ok(())
-    }
-
-    fn check_laws(&self, has_paper_laws: bool) -> Result<(), SettingError> {
-        match *self {
-            _ if has_paper_laws => Ok(()),
-            Self { interval_thirds: true, .. } => Err(SettingError::LawLeftOut { number: 900, law: 1 }),
-            Self { speed_law: law @ FIRST_LAW_OVER_DISPLACEMENT.., .. } => {
-                Err(SettingError::LawLeftOut { number: 940, law })
-            }
-            _ => Ok(()),
-        }
     }
 
     fn check_travel(&self, axis: usize) -> Result<(), SettingError> {
@@ -446,27 +434,5 @@ impl Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self::DEFAULT
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    extern crate std;
-
-    use std::string::ToString;
-
-    use super::Settings;
-
-    #[test]
-    fn laws_that_are_left_out_are_refused() {
-        let check = |settings: Settings| settings.check_laws(false).map_err(|error| error.to_string());
-        let thirds = Settings { interval_thirds: true, ..Settings::DEFAULT };
-        let remedy = "is left out of this firmware: lower it, or build the firmware with paper-laws";
-        assert_eq!(check(thirds), Err(std::format!("$900=1 {remedy}")));
-        for law in 0..=6 {
-            let wanted = if law < 3 { Ok(()) } else { Err(std::format!("$940={law} {remedy}")) };
-            assert_eq!(check(Settings { speed_law: law, ..Settings::DEFAULT }), wanted);
-        }
-        assert_eq!(Settings { speed_law: 6, ..thirds }.check_laws(true), Ok(()));
     }
 }

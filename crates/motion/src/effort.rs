@@ -64,11 +64,8 @@ pub(crate) fn effort(
         SpeedLaw::Trapezoid => (0.0, 0.0),
         SpeedLaw::SCurve => (1.0, 2.3),
         SpeedLaw::Sine => (2.0, 2.5),
-        #[cfg(feature = "paper-laws")]
         SpeedLaw::Linear => (1.0, 2.2),
-        #[cfg(feature = "paper-laws")]
         SpeedLaw::Quadratic => (1.0, 2.0),
-        #[cfg(feature = "paper-laws")]
         SpeedLaw::Sinusoidal => (6.0, 2.6),
         // The logarithmic law, which costs most; and any law that is not measured.
         _ => (14.0, 3.8),

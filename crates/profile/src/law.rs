@@ -11,17 +11,12 @@ pub enum IntervalLaw {
     Fastest,
     /// Three equal intervals, as short as the limits allow (Forero 2023, eqs 1-7). A trapezoid from rest to rest then
     /// accelerates over a quarter of the distance, cruises over half of it and decelerates over a quarter.
-    #[cfg(feature = "paper-laws")]
     Thirds,
 }
 
 impl IntervalLaw {
-    /// Every law that is built in.
-    pub const ALL: [Self; if cfg!(feature = "paper-laws") { 2 } else { 1 }] = [
-        Self::Fastest,
-        #[cfg(feature = "paper-laws")]
-        Self::Thirds,
-    ];
+    /// Every law.
+    pub const ALL: [Self; 2] = [Self::Fastest, Self::Thirds];
 }
 
 /// The law by which speed changes on a ramp. The first three are laws over time, the others over displacement.
@@ -38,34 +33,19 @@ pub enum SpeedLaw {
     /// Half a wave of a cosine over time: jerk without jumps inside the ramp.
     Sine,
     /// Linear over displacement (Fonseca-Campos 2023, eq 5).
-    #[cfg(feature = "paper-laws")]
     Linear,
     /// Quadratic over displacement (Fonseca-Campos 2023, eq 6).
-    #[cfg(feature = "paper-laws")]
     Quadratic,
     /// Half a wave of a cosine over displacement (Fonseca-Campos 2023, eq 7).
-    #[cfg(feature = "paper-laws")]
     Sinusoidal,
     /// Logarithmic over displacement (Fonseca-Campos 2023, eq 8).
-    #[cfg(feature = "paper-laws")]
     Logarithmic,
 }
 
 impl SpeedLaw {
-    /// Every law that is built in.
-    pub const ALL: [Self; if cfg!(feature = "paper-laws") { 7 } else { 3 }] = [
-        Self::Trapezoid,
-        Self::SCurve,
-        Self::Sine,
-        #[cfg(feature = "paper-laws")]
-        Self::Linear,
-        #[cfg(feature = "paper-laws")]
-        Self::Quadratic,
-        #[cfg(feature = "paper-laws")]
-        Self::Sinusoidal,
-        #[cfg(feature = "paper-laws")]
-        Self::Logarithmic,
-    ];
+    /// Every law.
+    pub const ALL: [Self; 7] =
+        [Self::Trapezoid, Self::SCurve, Self::Sine, Self::Linear, Self::Quadratic, Self::Sinusoidal, Self::Logarithmic];
 
     /// The usual name of the law, which commands accept.
     #[must_use]
@@ -74,13 +54,9 @@ impl SpeedLaw {
             Self::Trapezoid => "trapezoid",
             Self::SCurve => "s-curve",
             Self::Sine => "sine",
-            #[cfg(feature = "paper-laws")]
             Self::Linear => "linear",
-            #[cfg(feature = "paper-laws")]
             Self::Quadratic => "quadratic",
-            #[cfg(feature = "paper-laws")]
             Self::Sinusoidal => "sinusoidal",
-            #[cfg(feature = "paper-laws")]
             Self::Logarithmic => "logarithmic",
         }
     }

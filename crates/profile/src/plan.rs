@@ -1,6 +1,5 @@
 //! Plans a profile: how fast a move can cruise, and where its ramps end.
 
-#[cfg(feature = "paper-laws")]
 mod three_intervals;
 
 use crate::law::{IntervalLaw, SpeedLaw};
@@ -44,7 +43,6 @@ impl Profile {
         ends.check()?;
         let plan = match interval_law {
             IntervalLaw::Fastest => ends.fastest(),
-            #[cfg(feature = "paper-laws")]
             IntervalLaw::Thirds => ends.thirds()?,
         };
         if !(0.0..=DURATION_MAX_S).contains(&plan.duration_s()) {
@@ -66,7 +64,6 @@ impl Profile {
         let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, law);
         match interval_law {
             IntervalLaw::Fastest => ends.fastest(),
-            #[cfg(feature = "paper-laws")]
             IntervalLaw::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
         }
     }

@@ -1,9 +1,7 @@
 //! A ramp from a slow to a fast speed. A decelerating ramp is an accelerating one seen backwards in time.
 
 mod logarithmic;
-#[cfg(feature = "paper-laws")]
 mod mean_speed;
-#[cfg_attr(not(feature = "paper-laws"), expect(dead_code, reason = "no ramp can be over displacement"))]
 mod over_displacement;
 mod over_time;
 mod trig;
@@ -27,22 +25,10 @@ pub(crate) struct Ramp {
 /// The way in which the speed of a ramp rises.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
-    ConstantAccel {
-        accel_steps_s2: f64,
-    },
+    ConstantAccel { accel_steps_s2: f64 },
     OverTime(OverTime),
-    #[cfg_attr(not(feature = "paper-laws"), expect(dead_code, reason = "no ramp can be over displacement"))]
-    OverDisplacement(OverDisplacement, Built),
+    OverDisplacement(OverDisplacement),
 }
-
-/// The values that only a ramp over displacement has. Without these laws it has no value, so there is no such ramp, and the
-/// compiler leaves out all code for it.
-#[cfg(feature = "paper-laws")]
-type Built = ();
-#[cfg(feature = "paper-laws")]
-const BUILT: Built = ();
-#[cfg(not(feature = "paper-laws"))]
-type Built = core::convert::Infallible;
 
 /// The place of an axis at an instant of a ramp, and its motion.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +66,7 @@ impl Bounds {
                 let duration_s = rise * law.peak() / accel;
                 Ramp { shape, slow_steps_s, rise_steps_s, steps: (slow + rise / 2.0) * duration_s, duration_s }
             }
-            Shape::OverDisplacement(law, _) => {
+            Shape::OverDisplacement(law) => {
                 let steps = law.length(slow, rise).0 * self.per_accel;
                 let duration_s = steps / rise * law.whole_time(slow / rise);
                 Ramp { shape, slow_steps_s, rise_steps_s, steps, duration_s }
@@ -96,7 +82,7 @@ impl Bounds {
                 (trapezoid.0 * OverTime::Sine.peak(), trapezoid.1 * OverTime::Sine.peak())
             }
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve_length(slow, rise),
-            Shape::OverDisplacement(law, _) if rise > 0.0 => {
+            Shape::OverDisplacement(law) if rise > 0.0 => {
                 let (length, growth) = law.length(slow, rise);
                 (length * self.per_accel, growth * self.per_accel)
             }
@@ -109,8 +95,8 @@ impl Bounds {
     pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
         match self.shape_of_law() {
             Shape::OverTime(OverTime::Sine) => Some((OverTime::Sine.peak(), 0.5)),
-            Shape::OverDisplacement(OverDisplacement::Linear, _) => Some((1.0, 1.0)),
-            Shape::OverDisplacement(OverDisplacement::Quadratic, _) => Some((2.0, 1.0)),
+            Shape::OverDisplacement(OverDisplacement::Linear) => Some((1.0, 1.0)),
+            Shape::OverDisplacement(OverDisplacement::Quadratic) => Some((2.0, 1.0)),
             _ => None,
         }
     }
@@ -171,14 +157,10 @@ fn shape(law: SpeedLaw, accel_steps_s2: f64) -> Shape {
         SpeedLaw::Trapezoid => Shape::ConstantAccel { accel_steps_s2 },
         SpeedLaw::SCurve => Shape::OverTime(OverTime::SCurve { ratio: 0.5 }),
         SpeedLaw::Sine => Shape::OverTime(OverTime::Sine),
-        #[cfg(feature = "paper-laws")]
-        SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear, BUILT),
-        #[cfg(feature = "paper-laws")]
-        SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic, BUILT),
-        #[cfg(feature = "paper-laws")]
-        SpeedLaw::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal, BUILT),
-        #[cfg(feature = "paper-laws")]
-        SpeedLaw::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic, BUILT),
+        SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear),
+        SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic),
+        SpeedLaw::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal),
+        SpeedLaw::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic),
     }
 }
 
@@ -198,7 +180,7 @@ pub(crate) fn delta_v2(
             s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s())
         }
         Shape::OverTime(law) => trapezoid / law.peak() * LESS,
-        Shape::OverDisplacement(law, _) => trapezoid / law.longest() * LESS,
+        Shape::OverDisplacement(law) => trapezoid / law.longest() * LESS,
     }
 }
 
@@ -309,7 +291,7 @@ impl Ramp {
                 let displacement = steps / (self.rise_steps_s * self.duration_s);
                 self.duration_s * law.time(self.slow_steps_s / self.rise_steps_s, displacement)
             }
-            Shape::OverDisplacement(law, _) => {
+            Shape::OverDisplacement(law) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
                 self.displacement_s() * law.time(slow, steps / self.steps)
             }
@@ -351,7 +333,7 @@ impl Ramp {
     /// Its state at a parameter.
     pub(crate) fn at_parameter(&self, parameter: f64) -> State {
         match self.shape {
-            Shape::OverDisplacement(law, _) => self.over_displacement(law, parameter / self.steps),
+            Shape::OverDisplacement(law) => self.over_displacement(law, parameter / self.steps),
             _ => self.at_time(parameter),
         }
     }
@@ -371,7 +353,7 @@ impl Ramp {
                 accel_steps_s2,
             },
             Shape::OverTime(law) => self.over_time(law, t_s),
-            Shape::OverDisplacement(law, _) => {
+            Shape::OverDisplacement(law) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
                 let u = law.displacement(slow, t_s / self.displacement_s());
                 State { t_s, ..self.over_displacement(law, u) }
@@ -416,7 +398,7 @@ impl Ramp {
                 let per_s = 1.0 / self.duration_s;
                 self.rise_steps_s * per_s * per_s * law.bend(state.t_s * per_s, parameter * per_s)
             }
-            Shape::OverDisplacement(law, _) => {
+            Shape::OverDisplacement(law) => {
                 let (speed, per_step) = (state.speed_steps_s, 1.0 / self.steps);
                 let slope = state.accel_steps_s2 / speed;
                 let bend = self.rise_steps_s * per_step * per_step * law.bend(state.steps * per_step);

@@ -17,9 +17,10 @@ const PAGE_BYTES: usize = 256;
 pub const FLASH_BYTES: usize = 16 * SECTOR_BYTES;
 const ERASED: u8 = 0xFF;
 
-/// A handle to a flash that is programmed in words of so many bytes; clones refer to the same flash.
+/// A handle to a flash that is programmed in words of so many bytes, and erased in sectors of so many; clones refer to the
+/// same flash.
 #[derive(Clone)]
-pub struct WordFlash<const WORD_BYTES: usize>(Rc<RefCell<Cells>>);
+pub struct WordFlash<const WORD_BYTES: usize, const ERASE_BYTES: usize = SECTOR_BYTES>(Rc<RefCell<Cells>>);
 
 /// Flash that is programmed byte by byte, as that of a Pico.
 pub type Flash = WordFlash<1>;
@@ -53,7 +54,7 @@ pub enum FlashError {
     Refused,
 }
 
-impl<const WORD_BYTES: usize> WordFlash<WORD_BYTES> {
+impl<const WORD_BYTES: usize, const ERASE_BYTES: usize> WordFlash<WORD_BYTES, ERASE_BYTES> {
     /// A flash that is completely erased.
     pub fn blank() -> Self {
         Self::with(vec![ERASED; FLASH_BYTES])
@@ -64,8 +65,8 @@ impl<const WORD_BYTES: usize> WordFlash<WORD_BYTES> {
     /// # Panics
     /// If `bytes` are not whole sectors.
     pub fn with(bytes: Vec<u8>) -> Self {
-        assert!(bytes.len().is_multiple_of(SECTOR_BYTES), "{} bytes are not whole sectors", bytes.len());
-        let erases = vec![0; bytes.len() / SECTOR_BYTES];
+        assert!(bytes.len().is_multiple_of(ERASE_BYTES), "{} bytes are not whole sectors", bytes.len());
+        let erases = vec![0; bytes.len() / ERASE_BYTES];
         let mut cells = Cells { programmed: vec![false; bytes.len()], bytes, erases, operations: 0, fault: None };
         cells.look(0..cells.bytes.len(), WORD_BYTES);
         Self(Rc::new(RefCell::new(cells)))
@@ -178,11 +179,11 @@ fn whole(arrived: bool) -> u8 {
     if arrived { 0xFF } else { 0 }
 }
 
-impl<const WORD_BYTES: usize> ErrorType for WordFlash<WORD_BYTES> {
+impl<const WORD_BYTES: usize, const ERASE_BYTES: usize> ErrorType for WordFlash<WORD_BYTES, ERASE_BYTES> {
     type Error = FlashError;
 }
 
-impl<const WORD_BYTES: usize> ReadNorFlash for WordFlash<WORD_BYTES> {
+impl<const WORD_BYTES: usize, const ERASE_BYTES: usize> ReadNorFlash for WordFlash<WORD_BYTES, ERASE_BYTES> {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
@@ -198,20 +199,20 @@ impl<const WORD_BYTES: usize> ReadNorFlash for WordFlash<WORD_BYTES> {
     }
 }
 
-impl<const WORD_BYTES: usize> NorFlash for WordFlash<WORD_BYTES> {
+impl<const WORD_BYTES: usize, const ERASE_BYTES: usize> NorFlash for WordFlash<WORD_BYTES, ERASE_BYTES> {
     const WRITE_SIZE: usize = WORD_BYTES;
-    const ERASE_SIZE: usize = SECTOR_BYTES;
+    const ERASE_SIZE: usize = ERASE_BYTES;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         let mut cells = self.0.borrow_mut();
-        cells.check(from as usize, to as usize, SECTOR_BYTES)?;
-        for sector in from as usize / SECTOR_BYTES..to as usize / SECTOR_BYTES {
-            let bytes = sector * SECTOR_BYTES..(sector + 1) * SECTOR_BYTES;
+        cells.check(from as usize, to as usize, ERASE_BYTES)?;
+        for sector in from as usize / ERASE_BYTES..to as usize / ERASE_BYTES {
+            let bytes = sector * ERASE_BYTES..(sector + 1) * ERASE_BYTES;
             if cells.works() {
                 // What is erased in part has to be erased again.
                 cells.programmed[bytes.clone()].fill(true);
             }
-            cells.operate(bytes.start, &[ERASED; SECTOR_BYTES])?;
+            cells.operate(bytes.start, &[ERASED; ERASE_BYTES])?;
             cells.programmed[bytes].fill(false);
             cells.erases[sector] += 1;
         }
@@ -251,7 +252,7 @@ impl NorFlashError for FlashError {
     }
 }
 
-impl<const WORD_BYTES: usize> fmt::Debug for WordFlash<WORD_BYTES> {
+impl<const WORD_BYTES: usize, const ERASE_BYTES: usize> fmt::Debug for WordFlash<WORD_BYTES, ERASE_BYTES> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cells = self.0.borrow();
         f.debug_struct("Flash").field("bytes", &cells.bytes.len()).field("erases", &cells.erases).finish()

@@ -14,7 +14,7 @@
 mod edges;
 mod program;
 
-use core::sync::atomic::AtomicU32;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_rp::interrupt;
 use embassy_rp::pac::PIO1;
@@ -96,7 +96,7 @@ struct Watcher {
 pub fn start(machine: &'static Machine, pio: Peri<'static, peripherals::PIO1>) {
     // It is started once.
     let _ = GUARDED.init(machine);
-    WATCHERS.iter().zip(0..).for_each(|(watcher, index)| watcher.start(index));
+    WATCHERS.iter().zip(0..).for_each(|(watcher, index)| watcher.start(index, machine.emergency_contact()));
     priority::enable_guard();
     // The guard keeps the PIO for ever.
     let _ = pio;
@@ -120,19 +120,19 @@ pub fn reset_heard() {
 }
 
 impl Watcher {
-    /// Limit switches are open at rest, and the emergency stop is not pressed.
     const fn of(index: usize) -> Self {
-        let open = (1 << GROUPS[index].pins) - 1;
-        let at_rest = match pins::EMERGENCY_CONTACT {
+        Self { state_machine: STATE_MACHINES[index], reported: AtomicU32::new(0) }
+    }
+
+    /// `index` is that of its group. Limit switches are open at rest, and the emergency stop is not pressed.
+    fn start(&self, index: usize, emergency_contact: Contact) {
+        let Group { first, pins } = GROUPS[index];
+        let open = (1 << pins) - 1;
+        let at_rest = match emergency_contact {
             Contact::NormallyClosed if EMERGENCY_STOP.group == index => open & !(1 << EMERGENCY_STOP.bit),
             _ => open,
         };
-        Self { state_machine: STATE_MACHINES[index], reported: AtomicU32::new(at_rest) }
-    }
-
-    /// `index` is that of its group.
-    fn start(&self, index: usize) {
-        let Group { first, pins } = GROUPS[index];
+        self.reported.store(at_rest, Ordering::Relaxed);
         let (origin, watch) = (INSTRUCTIONS * index as u8, program::watch(pins as u8));
         for (address, &instruction) in (usize::from(origin)..).zip(watch.code.iter()) {
             PIO1.instr_mem(address).write(|slot| slot.set_instr_mem(program::moved(instruction, origin)));
@@ -197,7 +197,7 @@ fn tell<const GROUP: usize>(machine: &Machine) {
     let is_heeded =
         |which: LimitInput, place: Place| has_changed(place) && machine.stops_at_limit(which, is_low(place));
     let is_emergency =
-        has_changed(EMERGENCY_STOP) && is_low(EMERGENCY_STOP) == const { pins::EMERGENCY_CONTACT.pressed_is_low() };
+        has_changed(EMERGENCY_STOP) && is_low(EMERGENCY_STOP) == machine.emergency_contact().pressed_is_low();
     let mut stops = is_emergency && machine.stops_at_emergency();
     stops |= is_heeded(const { LIMIT_INPUTS[0] }, const { LIMITS[0] });
     stops |= is_heeded(const { LIMIT_INPUTS[1] }, const { LIMITS[1] });

@@ -18,7 +18,7 @@ use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIO1, UART0, USB, WATCHDOG};
 use embassy_rp::peripherals::{PIN_8, PIN_9, UART1};
 #[cfg(feature = "prove")]
 use embassy_rp::peripherals::{PIN_27, PIN_28};
-use isostep_motion::{AXES, Contact};
+use isostep_motion::AXES;
 
 pub use self::enables::Enables;
 #[cfg(not(feature = "skr-pico"))]
@@ -36,9 +36,6 @@ pub const LED_MASK: u32 = mask(LED);
 pub const HAS_SECOND: bool = AXES == 3 && cfg!(not(feature = "prove"));
 /// The index of the second motor.
 pub const SECOND: usize = 3;
-/// The contact between the emergency stop's pin and ground. It is a property of the image: no console can change it.
-pub const EMERGENCY_CONTACT: Contact =
-    if cfg!(feature = "estop-nc") { Contact::NormallyClosed } else { Contact::NormallyOpen };
 
 /// The pins for steps, and the hardware that drives them for a hardware-timed port.
 pub struct StepPins {

@@ -289,22 +289,6 @@ fn least_speed_and_duty_are_not_above_full() {
     );
 }
 
-#[cfg(not(feature = "paper-laws"))]
-#[test]
-fn a_law_that_is_left_out_is_refused_by_name() {
-    check(
-        ReportedState::Idle,
-        "$940=2\n$940=3\n$900=1\n$900=0",
-        expect![[r#"
-            $940=2 -> ok
-            $940=3 -> [MSG:$940=3 is left out of this firmware: lower it, or build the firmware with paper-laws] error:2
-            $900=1 -> [MSG:$900=1 is left out of this firmware: lower it, or build the firmware with paper-laws] error:2
-            $900=0 -> ok
-        "#]],
-    );
-}
-
-#[cfg(feature = "paper-laws")]
 #[test]
 fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
     check(

@@ -36,7 +36,7 @@ impl Bounds {
     /// The mean speed of a ramp with this rise, which does not depend on its length.
     pub(crate) fn mean_steps_s(&self, slow: f64, rise: f64) -> f64 {
         match self.shape_of_law() {
-            Shape::OverDisplacement(law, _) if rise > 0.0 => rise / law.whole_time(slow / rise),
+            Shape::OverDisplacement(law) if rise > 0.0 => rise / law.whole_time(slow / rise),
             _ => slow + rise / 2.0,
         }
     }
@@ -45,7 +45,7 @@ impl Bounds {
     /// more.
     pub(crate) fn length_and_mean(&self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
         match self.shape_of_law() {
-            Shape::OverDisplacement(law, _) if rise > 0.0 => {
+            Shape::OverDisplacement(law) if rise > 0.0 => {
                 let ((length, length_growth), (time, time_growth)) = law.whole(slow, rise);
                 let per_time = 1.0 / time;
                 let mean_growth = (1.0 + time_growth * per_time) * per_time;

@@ -1,0 +1,131 @@
+//! The words of the board in the gantry's firmware, `boards/rp2040-gantry/src/board_words.rs`: what is wired to it. They are
+//! written into an ELF file that is linked already, so images that differ in them alone are linked once.
+
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSection};
+
+use crate::variant::{Contact, Driver};
+
+const SECTION: &str = ".board_words";
+const MAGIC: &[u8] = b"ISOWORDS";
+const VERSION: u32 = 1;
+const WORD_BYTES: usize = size_of::<u32>();
+/// The magic, and the words after it: version, contact, driver.
+const SECTION_BYTES: usize = MAGIC.len() + 3 * WORD_BYTES;
+
+/// What the words say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoardWords {
+    pub contact: Contact,
+    pub driver: Driver,
+}
+
+impl BoardWords {
+    /// Writes them into the ELF file at `path`, in place of those that it has. The file is another one afterwards, so that of
+    /// which it was a link, Cargo's own, stays as the linker made it.
+    ///
+    /// # Errors
+    /// The file has no words of this layout.
+    pub fn write_to(self, path: &Path) -> Result<()> {
+        let mut elf = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        self.patch(&mut elf).with_context(|| format!("{} cannot be detected what is wired to it", path.display()))?;
+        let new = path.with_extension("new");
+        fs::write(&new, elf)
+            .and_then(|()| fs::rename(&new, path))
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    fn patch(self, elf: &mut [u8]) -> Result<()> {
+        let words = place(elf)?;
+        let values = [self.contact as u32, self.driver as u32];
+        let bytes = values.into_iter().flat_map(u32::to_le_bytes).collect::<Vec<_>>();
+        elf[words].copy_from_slice(&bytes);
+        Ok(())
+    }
+}
+
+/// Where contact and driver stand in the file.
+fn place(elf: &[u8]) -> Result<Range<usize>> {
+    const REMEDY: &str = "take an image of `cargo xtask build` of the same sources";
+    let file = ElfFile32::<Endianness>::parse(elf)?;
+    let section = file.section_by_name(SECTION).with_context(|| format!("it has no section {SECTION}: {REMEDY}"))?;
+    let (start, bytes) = section.file_range().with_context(|| format!("{SECTION} is not in the file: {REMEDY}"))?;
+    ensure!(bytes == SECTION_BYTES as u64, "{SECTION} has {bytes} bytes, not {SECTION_BYTES}: {REMEDY}");
+    let (magic, words) = section.data()?.split_at(MAGIC.len());
+    ensure!(magic == MAGIC, "{SECTION} begins with {magic:?}, not {MAGIC:?}: {REMEDY}");
+    let version = u32::from_le_bytes(words[..WORD_BYTES].try_into()?);
+    ensure!(version == VERSION, "{SECTION} is of version {version}, not {VERSION}: {REMEDY}");
+    let start = start as usize;
+    Ok(start + MAGIC.len() + WORD_BYTES..start + SECTION_BYTES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    include!("../tests/support/elf.rs");
+
+    /// What is read back, as the firmware does: from the address at which the section is loaded.
+    fn words(elf: &[u8]) -> [u32; 2] {
+        let bytes = &elf[place(elf).unwrap()];
+        [0, WORD_BYTES].map(|at| u32::from_le_bytes(bytes[at..at + WORD_BYTES].try_into().unwrap()))
+    }
+
+    #[test]
+    fn words_are_read_back_and_nothing_else_is_changed() {
+        let linked = elf(b"code", WORDS);
+        for (contact, driver, expected) in [
+            (Contact::No, Driver::Drv8825, [0, 0]),
+            (Contact::Nc, Driver::Drv8825, [1, 0]),
+            (Contact::No, Driver::Tmc2209, [0, 1]),
+            (Contact::Nc, Driver::Tmc2209, [1, 1]),
+        ] {
+            let mut patched = linked.clone();
+            BoardWords { contact: Contact::Nc, driver: Driver::Tmc2209 }.patch(&mut patched).unwrap();
+            BoardWords { contact, driver }.patch(&mut patched).unwrap();
+            assert_eq!(words(&patched), expected);
+            patched[place(&linked).unwrap()].fill(0);
+            assert!(patched == linked);
+        }
+    }
+
+    #[test]
+    fn an_image_without_these_words_is_refused_with_the_remedy() {
+        let refusal = |words: Option<&[u8]>| {
+            let mut elf = words.map_or_else(|| elf_named(b"code", WORDS, b".other_words"), |words| elf(b"code", words));
+            let before = elf.clone();
+            let error = BoardWords { contact: Contact::Nc, driver: Driver::Tmc2209 }.patch(&mut elf).unwrap_err();
+            assert!(elf == before);
+            error.to_string()
+        };
+        let remedy = "take an image of `cargo xtask build` of the same sources";
+        assert_eq!(refusal(None), format!("it has no section .board_words: {remedy}"));
+        assert_eq!(refusal(Some(&WORDS[..16])), format!(".board_words has 16 bytes, not 20: {remedy}"));
+        let of_version_2 = [&WORDS[..8], &[2], &WORDS[9..]].concat();
+        assert_eq!(refusal(Some(&of_version_2)), format!(".board_words is of version 2, not 1: {remedy}"));
+        let other = [b"ISOSWORD", &WORDS[8..]].concat();
+        assert!(
+            refusal(Some(&other)).starts_with(".board_words begins with [73, 83, 79, 83, "),
+            "{}",
+            refusal(Some(&other))
+        );
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_what_it_was_a_link_of_stays() {
+        let folder = std::env::temp_dir().join(format!("isostep-board-words-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let [linked, shown] = ["linked", "shown"].map(|name| folder.join(name));
+        fs::write(&linked, elf(b"code", WORDS)).unwrap();
+        fs::hard_link(&linked, &shown).unwrap();
+        BoardWords { contact: Contact::Nc, driver: Driver::Drv8825 }.write_to(&shown).unwrap();
+        let [linked, shown] = [linked, shown].map(|path| words(&fs::read(path).unwrap()));
+        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!((linked, shown), ([0, 0], [1, 0]));
+    }
+}
