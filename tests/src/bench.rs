@@ -9,14 +9,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::axes::{words, xyz_a};
 use embassy_time::Duration;
-use isostep_motion::{AXES, Finish, Overrides, State};
+use isostep_console::length::PM_PER_MM;
+use isostep_motion::{AXES, Overrides, State, whole_steps};
 use isostep_profile::SpeedLaw;
-use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim, verify};
-use oorandom::Rand64;
-
 use isostep_sim::measure::{kept, limits::LimitRatios};
-
-use crate::rig::first_of;
+use isostep_sim::swarm::judge;
+use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim};
+use oorandom::Rand64;
 
 /// A machine with a speed law that moves without homing, and its random numbers.
 pub struct Bench {
@@ -35,7 +34,8 @@ pub struct Bench {
 const WINDOW_BYTES: usize = 400;
 
 /// The default resolution, which [`Bench`] uses.
-pub const STEPS_PER_MM: f64 = 50.0;
+const STEPS_PER_MM: f64 = 50.0;
+const UM_PER_STEP: i64 = 20;
 
 impl Bench {
     /// The machine for a case. The case decides on the step port and the speed law.
@@ -184,11 +184,6 @@ impl Bench {
         self.speed_limit(record, axis, feed_mm_min, planned_ns, t_s)
     }
 
-    /// A random position, mm.
-    pub fn place(&mut self) -> [f64; 3] {
-        [60.0, 60.0, 30.0].map(|most| (self.random.rand_float() * most * STEPS_PER_MM).round() / STEPS_PER_MM)
-    }
-
     /// A random one of `values`.
     pub fn one_of<T: Copy>(&mut self, values: &[T]) -> T {
         values[self.random.rand_range(0..values.len() as u64) as usize]
@@ -198,6 +193,16 @@ impl Bench {
     pub fn wait(&mut self, longest_s: f64) {
         let wait_us = (self.random.rand_float() * longest_s * 1e6) as u64;
         self.sim.run_for(Duration::from_micros(wait_us)).unwrap();
+    }
+
+    /// Holds the machine by this byte, sends lines meanwhile, checks that it stands still for up to `longest_s`, and resumes
+    /// it.
+    pub fn hold(&mut self, byte: u8, lines: &str, longest_s: f64) {
+        self.sim.send(&[byte]);
+        self.say(lines);
+        self.at_rest();
+        self.stays(longest_s);
+        self.sim.send(b"~");
     }
 
     /// Lets time pass until nothing moves.
@@ -227,12 +232,6 @@ impl Bench {
     }
 }
 
-/// A position of the default machine in steps.
-#[must_use]
-pub fn steps_of(place_mm: [f64; 3]) -> [i32; 3] {
-    place_mm.map(|mm| (mm * STEPS_PER_MM).round() as i32)
-}
-
 /// A move in one line: its steps, where, when and in which run it began, and how it ended.
 fn brief(record: &MoveRecord) -> String {
     let MoveRecord { plan, origin_steps, end_steps, run, finish, parts, .. } = record;
@@ -244,48 +243,14 @@ fn brief(record: &MoveRecord) -> String {
     )
 }
 
-/// Where the corner is at which a move begins, steps: if it begins with a blend, that is where the blend would lead if it
-/// did not leave the path.
-fn corner_steps(record: &MoveRecord) -> [i32; AXES] {
-    std::array::from_fn(|axis| record.origin_steps[axis] - record.blend.map_or(0, |blend| blend.ends_steps(axis)[0]))
-}
-
 /// Checks that the edges of every move match the closed form, that counts are exact and that paths are straight.
 ///
 /// # Panics
 /// When a check fails.
 pub fn check(outcome: &Outcome, case: u64) {
-    for check in verify::moves(outcome) {
-        let record = &outcome.moves[check.index];
-        let ends = matches!(record.finish, Finish::Done | Finish::Held);
-        assert!(
-            check.exact != Some(false) || !ends,
-            "case {case}: {:?} steps were made in {}",
-            check.emitted_steps,
-            brief(record)
-        );
-        let off_ns = check.error_max_ns.into_iter().flatten().fold(0.0, f64::max);
-        assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {}", brief(record));
-        let apart = check.path_deviation;
-        assert!(check.is_straight(), "case {case}: {apart:?} of half a step apart in {}", brief(record));
+    if let Err((promise, found)) = judge::steps(outcome) {
+        panic!("case {case}: {promise}: {found}");
     }
-    for check in verify::shaped::runs(outcome) {
-        let off_ns = check.error_max_ns();
-        assert!(off_ns <= outcome.config.port.tolerance_ns(), "case {case}: {off_ns} ns off in {check:?}");
-        assert!(check.is_exact(), "case {case}: {check:?}");
-    }
-    for pair in outcome.moves.windows(2).filter(|pair| matches!(pair[0].finish, Finish::Done | Finish::Held)) {
-        // The end of a plan is computed in floating point.
-        let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
-        assert!(
-            pause_ns > -1.0 && (!flows || pause_ns < 1.0),
-            "case {case}: {pause_ns} ns from {} to {}",
-            brief(&pair[0]),
-            brief(&pair[1])
-        );
-    }
-    assert_eq!(first_of(&outcome.violations), None, "case {case}");
-    assert_eq!(outcome.counted_steps, outcome.position_steps, "case {case}");
 }
 
 /// The highest ratios over many cases.
@@ -302,8 +267,8 @@ impl Highest {
         self.0 = self.0.max(ratios);
     }
 
-    /// Prints the ratios and checks that they come near to every limit. Corners are not checked, because single moves
-    /// have none.
+    /// Prints the ratios and checks that they come near to every limit. Corners are not checked, because blends have
+    /// none.
     ///
     /// # Panics
     /// When a ratio is too low.
@@ -311,12 +276,6 @@ impl Highest {
         let LimitRatios { speed, ends, accel, decel, jerk, .. } = self.0;
         println!("at most, as ratios to the limits, by the edges: {:?}", self.0);
         assert!([speed, accel, decel, jerk].into_iter().all(|ratio| ratio > 0.98) && ends > 0.5, "{:?}", self.0);
-    }
-
-    /// The highest ratio of a speed at a corner to the allowed one.
-    #[must_use]
-    pub fn corner(&self) -> f64 {
-        self.0.corner
     }
 }
 
@@ -358,6 +317,8 @@ pub struct Moves {
     pub asked: Vec<Asked>,
     place_steps: [i32; AXES],
     last_steps: [i32; AXES],
+    /// Whether the program is beside the place, because its last line led to between two steps.
+    is_between: bool,
 }
 
 /// How random moves are requested.
@@ -376,7 +337,7 @@ impl Moves {
     /// Moves that begin at this position.
     #[must_use]
     pub fn from(place_steps: [i32; AXES]) -> Self {
-        Self { asked: Vec::new(), place_steps, last_steps: [0; AXES] }
+        Self { place_steps, ..Self::default() }
     }
 
     /// Where the last one ends, steps.
@@ -392,12 +353,28 @@ impl Moves {
             if kind == Kind::Program && random.rand_range(0..6) == 0 && self.arc(&mut lines, random) {
                 continue;
             }
-            self.line(&mut lines, kind, random);
+            let steps = self.near(random);
+            self.line(&mut lines, steps, kind, random);
         }
         lines
     }
 
-    fn line(&mut self, lines: &mut String, kind: Kind, random: &mut Rand64) {
+    /// The lines of `count` moves to anywhere in the room.
+    pub fn far(&mut self, count: u64, kind: Kind, random: &mut Rand64) -> String {
+        let mut lines = String::new();
+        for _ in 0..count {
+            let end_steps = ROOM_STEPS.map(|most| random.rand_range(0..most as u64 + 1) as i32);
+            self.line(&mut lines, self.way_steps(end_steps), kind, random);
+        }
+        lines
+    }
+
+    fn way_steps(&self, end_steps: [i32; AXES]) -> [i32; AXES] {
+        std::array::from_fn(|axis| end_steps[axis] - self.place_steps[axis])
+    }
+
+    /// The steps of a move of any kind that stays in the room.
+    fn near(&self, random: &mut Rand64) -> [i32; AXES] {
         let mut any = |most: f64| ((random.rand_float() * 2.0 - 1.0) * most).round() as i32;
         // The longest distance of the move: from one step to some millimetres.
         let far = 1_000.0_f64.powf(f64::from(any(100.0).abs()) / 100.0);
@@ -419,8 +396,18 @@ impl Moves {
                 steps[axis] = 0;
             }
         }
-        let end_steps: [i32; AXES] = std::array::from_fn(|axis| self.place_steps[axis] + steps[axis]);
-        let words = words(end_steps.map(|steps| f64::from(steps) / STEPS_PER_MM));
+        steps
+    }
+
+    /// A line that leads so many steps on, or to between two steps there.
+    fn line(&mut self, lines: &mut String, steps: [i32; AXES], kind: Kind, random: &mut Rand64) {
+        let beside_um = if random.rand_range(0..6) == 0 { [3, 6, 10][random.rand_range(0..3) as usize] } else { 0 };
+        let um: [i64; AXES] =
+            std::array::from_fn(|axis| i64::from(self.place_steps[axis] + steps[axis]) * UM_PER_STEP + beside_um);
+        let words = words(um.map(|um| um as f64 / 1e3));
+        // As the controller rounds.
+        let end_steps = um.map(|um| whole_steps((um * 1_000_000) as f64, STEPS_PER_MM / PM_PER_MM));
+        let steps = self.way_steps(end_steps);
         let feed = (60.0 * 60.0_f64.powf(random.rand_float())).round();
         let (word, feed_mm_min, stops) = match (kind, random.rand_range(0..8)) {
             (Kind::Jog, _) => (format!("$J=G90 F{feed}"), Some(feed), false),
@@ -433,6 +420,7 @@ impl Moves {
             self.asked.push(Asked { steps: Some(steps), end_steps, feed_mm_min, stops });
             (self.place_steps, self.last_steps) = (end_steps, steps);
         }
+        self.is_between = beside_um != 0;
     }
 
     /// Adds a quarter of a circle or a whole one. Returns false if there is no room for it.
@@ -440,7 +428,7 @@ impl Moves {
         let [x_steps, y_steps, ..] = self.place_steps;
         let radius_steps = random.rand_range(5..120) as i32;
         let room = 2 * radius_steps..=ROOM_STEPS[0] - 2 * radius_steps;
-        if !room.contains(&x_steps) || !room.contains(&y_steps) {
+        if self.is_between || !room.contains(&x_steps) || !room.contains(&y_steps) {
             return false;
         }
         let mm = |steps: i32| f64::from(steps) / STEPS_PER_MM;
@@ -475,7 +463,8 @@ impl Moves {
             let is_whole =
                 (0..AXES).all(|axis| record.step_numbers(axis).end == record.plan.steps[axis].unsigned_abs() + 1);
             // A blend leads on to the next move, or to the next chord.
-            let end_steps = records.get(at + 1).filter(|_| record.ends_in_blend).map_or(record.end_steps, corner_steps);
+            let end_steps =
+                records.get(at + 1).filter(|_| record.ends_in_blend).map_or(record.end_steps, MoveRecord::corner_steps);
             if (record.ends_in_blend || is_whole) && end_steps == asked.end_steps {
                 next += 1;
             }

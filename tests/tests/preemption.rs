@@ -2,8 +2,8 @@
 //! time, each stop is tried at the end of every critical section while something happens.
 
 use embassy_time::Duration;
-use isostep_motion::{Alarm, Axis, State};
-use isostep_sim::verify::{self, MoveCheck};
+use isostep_motion::{Alarm, Axis, Finish, State};
+use isostep_sim::swarm::judge;
 use isostep_sim::{Came, Config, Outcome, Port, Sim, Stimulus, SwitchFault};
 use isostep_trials::stride;
 
@@ -79,9 +79,8 @@ fn swept(
     for section in (1..=sections).step_by(stride(3)) {
         let (sim, came) = stopped(sweep, port, section, stop);
         let outcome = sim.outcome();
-        let counts = (outcome.position_steps == outcome.counted_steps).then_some(());
-        let found = counts.ok_or("the count is not that of the edges".to_owned()).and_then(|()| check(&outcome, came));
-        if let Err(error) = found {
+        let steps = judge::steps(&outcome).map_err(|(promise, found)| format!("{promise}: {found}"));
+        if let Err(error) = steps.and_then(|()| check(&outcome, came)) {
             panic!("{stop:?} at the end of section {section} of {sections} while {} ({port}): {error}", sweep.name);
         }
     }
@@ -213,9 +212,9 @@ fn the_move_after_a_stop_is_as_planned() {
             send(&mut sim, "$X\nG91 G1 X3 Y2 Z1 F1200\n");
             sim.run_until_idle().unwrap();
             let outcome = sim.outcome();
-            let checks: Vec<_> = (before..outcome.moves.len()).map(|index| verify::check(&outcome, index)).collect();
-            let is_good = |check: &MoveCheck| check.exact == Some(true) && check.is_straight() && check.is_equal();
-            assert!(checks.len() == 1 && checks.iter().all(is_good), "section {section} ({port}): {checks:?}");
+            assert_eq!(judge::steps(&outcome), Ok(()), "section {section} ({port})");
+            let finishes: Vec<_> = outcome.moves[before..].iter().map(|record| record.finish).collect();
+            assert_eq!(finishes, [Finish::Done], "section {section} ({port})");
         }
     }
 }

@@ -157,12 +157,7 @@ fn a_raster_that_is_held_or_overridden_goes_on_with_the_power_of_its_lines() {
                     let byte = bench.one_of(&[0x90, 0x91, 0x92, 0x91, 0x92]);
                     bench.override_by(&[byte; 4]);
                 }
-                _ => {
-                    bench.sim.send(b"!");
-                    bench.at_rest();
-                    bench.stays(0.2);
-                    bench.sim.send(b"~");
-                }
+                _ => bench.hold(b'!', "", 0.2),
             }
         }
         bench.sim.run_until_idle().unwrap();

@@ -41,8 +41,6 @@ struct Bench {
 
 /// Where the program ends if no line is discarded, mm.
 type End = Option<i32>;
-/// Brings a fresh machine into a state.
-type Lead = fn(&mut Bench) -> End;
 
 impl Bench {
     fn new() -> Self {
@@ -56,13 +54,13 @@ impl Bench {
     }
 
     /// Sends lines, and lets time pass.
-    fn begin(&mut self, lines: &str, wait_ms: u64) {
+    fn begin(&mut self, lines: &str, wait_ms: u64) -> &mut Self {
         self.lines += lines.lines().count();
-        self.send(format!("{lines}\n").as_bytes(), wait_ms * 1_000);
+        self.send(format!("{lines}\n").as_bytes(), wait_ms * 1_000)
     }
 
     /// Sends bytes, real-time bytes included, and lets time pass.
-    fn send(&mut self, bytes: &[u8], wait_us: u64) {
+    fn send(&mut self, bytes: &[u8], wait_us: u64) -> &mut Self {
         self.hear();
         let resets = bytes.iter().filter(|byte| **byte == RESET).count();
         if resets > 0 {
@@ -71,6 +69,15 @@ impl Bench {
         self.sim.send(bytes);
         self.sim.run_for(Duration::from_micros(wait_us)).unwrap();
         self.hear();
+        self
+    }
+
+    /// Lets time pass in slices until X stands there or beyond.
+    fn comes_to(&mut self, steps: i32, slice_us: u64) -> &mut Self {
+        while self.x() < steps {
+            self.send(b"", slice_us);
+        }
+        self
     }
 
     /// Sends a line, which must be answered once with `ok`, and runs until nothing moves.
@@ -107,10 +114,6 @@ impl Bench {
         let heard = self.sim.replies();
         let word = heard.last().and_then(|report| report.strip_prefix('<')).and_then(|report| report.split('|').next());
         word.unwrap_or_else(|| panic!("`?` was answered with {heard:?}, in {:?}", self.state())).to_owned()
-    }
-
-    fn expect(&self, state: State) {
-        assert_eq!(self.state(), state, "the test's own beginning");
     }
 
     /// Where X stands, steps.
@@ -152,7 +155,7 @@ fn is_answer(line: &str) -> bool {
 }
 
 /// Tries all orders of up to `longest` bytes in the state that `lead` brings about.
-fn all_orders(test: &str, longest: u32, lead: Lead) {
+fn all_orders(test: &str, longest: u32, lead: fn(&mut Bench) -> End) {
     if let Ok(order) = env::var("ORDER") {
         let (bytes, gap_us) = order.split_once('@').expect("ORDER is BYTES@MICROSECONDS");
         let bytes = bytes.split(',').map(|byte| u8::from_str_radix(byte, 16).expect("bytes are hexadecimal"));
@@ -173,14 +176,16 @@ fn all_orders(test: &str, longest: u32, lead: Lead) {
     }
 }
 
-fn carry_out(lead: Lead, bytes: &[u8], gap_us: u64) {
+fn carry_out(lead: fn(&mut Bench) -> End, bytes: &[u8], gap_us: u64) {
     let mut bench = Bench::new();
     let end = lead(&mut bench);
     let (was, homed) = (bench.state(), bench.sim.machine().status().homed);
     if gap_us == 0 {
         bench.send(bytes, 0);
     } else {
-        bytes.iter().for_each(|&byte| bench.send(&[byte], gap_us));
+        for &byte in bytes {
+            bench.send(&[byte], gap_us);
+        }
     }
     bench.rest();
     if bench.resets > 0 {
@@ -212,265 +217,73 @@ fn carry_out(lead: Lead, bytes: &[u8], gap_us: u64) {
 const HELD: State = State::Hold { still: true };
 const BRAKING: State = State::Hold { still: false };
 
-#[test]
-fn idle() {
-    all_orders("idle", 3, |_| Some(0));
+/// A test for each state: its name, the longest orders that are tried in it, where the program ends, the state, and what
+/// brings a fresh machine into it.
+macro_rules! states {
+    ($($(#[$about:meta])* $name:ident, $longest:literal, $end:expr, $state:expr, |$bench:ident| $lead:expr;)*) => {$(
+        $(#[$about])*
+        #[test]
+        fn $name() {
+            all_orders(stringify!($name), $longest, |$bench| {
+                $lead;
+                assert_eq!($bench.state(), $state, "the test's own beginning");
+                $end
+            });
+        }
+    )*};
 }
 
-#[test]
-fn starting() {
-    all_orders("starting", 3, |bench| {
-        bench.begin("G1 X1 F600", 0);
-        bench.send(b"", 200);
-        bench.expect(State::Run);
+states! {
+    idle, 3, Some(0), State::Idle, |bench| bench.send(b"", 0);
+    starting, 3, Some(1), State::Run, |bench| {
+        bench.begin("G1 X1 F600", 0).send(b"", 200);
         assert_eq!(bench.x(), 0);
-        Some(1)
-    });
-}
-
-#[test]
-fn accelerating() {
-    all_orders("accelerating", 3, |bench| {
-        bench.begin(PROGRAM, 100);
-        bench.expect(State::Run);
-        Some(1)
-    });
-}
-
-#[test]
-fn cruising() {
-    all_orders("cruising", 3, |bench| {
-        bench.begin(PROGRAM, 250);
-        bench.expect(State::Run);
-        Some(1)
-    });
-}
-
-#[test]
-fn decelerating() {
-    all_orders("decelerating", 3, |bench| {
-        bench.begin(PROGRAM, 450);
-        bench.expect(State::Run);
-        Some(1)
-    });
-}
-
-#[test]
-fn between_moves() {
-    all_orders("between_moves", 3, |bench| {
-        bench.begin(PROGRAM, 450);
-        while bench.x() < 3 * MM {
-            bench.send(b"", 10);
-        }
-        bench.expect(State::Run);
-        Some(1)
-    });
-}
-
-/// While moving round one of three corners that are taken without a stop.
-#[test]
-fn flowing() {
-    all_orders("flowing", 3, |bench| {
-        bench.begin("G1 X1 F600\nX2\nX2 Y0.5\nX3\nX1 Y0", 200);
-        while bench.x() < 2 * MM {
-            bench.send(b"", 100);
-        }
-        bench.expect(State::Run);
-        Some(1)
-    });
-}
-
-/// More moves follow than fit into the chain.
-#[test]
-fn flowing_from_a_full_queue() {
-    all_orders("flowing_from_a_full_queue", 2, |bench| {
+    };
+    accelerating, 3, Some(1), State::Run, |bench| bench.begin(PROGRAM, 100);
+    cruising, 3, Some(1), State::Run, |bench| bench.begin(PROGRAM, 250);
+    decelerating, 3, Some(1), State::Run, |bench| bench.begin(PROGRAM, 450);
+    between_moves, 3, Some(1), State::Run, |bench| bench.begin(PROGRAM, 450).comes_to(3 * MM, 10);
+    /// While moving round one of three corners that are taken without a stop.
+    flowing, 3, Some(1), State::Run, |bench| {
+        bench.begin("G1 X1 F600\nX2\nX2 Y0.5\nX3\nX1 Y0", 200).comes_to(2 * MM, 100)
+    };
+    /// More moves follow than fit into the chain.
+    flowing_from_a_full_queue, 2, Some(2), State::Run, |bench| {
         let lines: Vec<_> = (1..=90).map(|k| format!("G1 X{:.2} F600", 0.04 * f64::from(k))).collect();
-        bench.begin(&lines.join("\n"), 250);
-        bench.begin("X2", 1);
-        bench.expect(State::Run);
-        Some(2)
-    });
-}
-
-#[test]
-fn ending() {
-    all_orders("ending", 3, |bench| {
-        bench.begin("G1 X1 F600", 0);
-        while bench.x() < MM - 1 {
-            bench.send(b"", 100);
-        }
-        bench.expect(State::Run);
-        Some(1)
-    });
-}
-
-#[test]
-fn dwelling() {
-    all_orders("dwelling", 3, |bench| {
+        bench.begin(&lines.join("\n"), 250).begin("X2", 1)
+    };
+    ending, 3, Some(1), State::Run, |bench| bench.begin("G1 X1 F600", 0).comes_to(MM - 1, 100);
+    dwelling, 3, Some(2), State::Run, |bench| {
         bench.begin(DWELL, 400);
-        bench.expect(State::Run);
         assert_eq!(bench.x(), MM, "it stands still");
-        Some(2)
-    });
-}
-
-#[test]
-fn holding() {
-    all_orders("holding", 3, |bench| {
-        bench.begin(PROGRAM, 250);
-        bench.send(b"!", 10_000);
-        bench.expect(BRAKING);
-        Some(1)
-    });
-}
-
-#[test]
-fn braking() {
-    all_orders("braking", 4, |bench| {
-        bench.begin(PROGRAM, 250);
-        bench.send(b"!", 100_000);
-        bench.expect(BRAKING);
-        Some(1)
-    });
-}
-
-#[test]
-fn held() {
-    all_orders("held", 4, |bench| {
-        bench.begin(PROGRAM, 250);
-        bench.send(b"!", 500_000);
-        bench.expect(HELD);
-        Some(1)
-    });
-}
-
-#[test]
-fn held_while_idle() {
-    all_orders("held_while_idle", 3, |bench| {
-        bench.send(b"!", 1_000);
-        bench.expect(HELD);
-        Some(0)
-    });
-}
-
-#[test]
-fn held_before_a_move() {
-    all_orders("held_before_a_move", 3, |bench| {
-        bench.send(b"!", 1_000);
-        bench.begin(PROGRAM, 1);
-        bench.expect(HELD);
-        Some(1)
-    });
-}
-
-#[test]
-fn held_in_a_dwell() {
-    all_orders("held_in_a_dwell", 3, |bench| {
-        bench.begin(DWELL, 400);
-        bench.send(b"!", 1_000);
-        bench.expect(HELD);
-        Some(2)
-    });
-}
-
-/// Held for longer than the rest of the dwell, which still has to pass after the hold.
-#[test]
-fn held_in_a_dwell_for_long() {
-    all_orders("held_in_a_dwell_for_long", 3, |bench| {
-        bench.begin(DWELL, 400);
-        bench.send(b"!", 500_000);
-        bench.expect(HELD);
-        Some(2)
-    });
-}
-
-/// A dwell so long that only the test that resumes it waits for its end.
-#[test]
-fn held_in_a_long_dwell() {
-    all_orders("held_in_a_long_dwell", 3, |bench| {
-        bench.begin("G1 X1 F600\nG4 P15\nG1 X2", 400);
-        bench.send(b"!", 1_000);
-        bench.expect(HELD);
-        Some(2)
-    });
-}
-
-#[test]
-fn pausing() {
-    all_orders("pausing", 3, |bench| {
-        bench.begin("G1 X1 F600\nM0\nG1 X2", 1_000);
-        bench.expect(HELD);
-        Some(2)
-    });
-}
-
-#[test]
-fn resuming() {
-    all_orders("resuming", 3, |bench| {
-        bench.begin(PROGRAM, 250);
-        bench.send(b"!", 500_000);
-        bench.expect(HELD);
+    };
+    holding, 3, Some(1), BRAKING, |bench| bench.begin(PROGRAM, 250).send(b"!", 10_000);
+    braking, 4, Some(1), BRAKING, |bench| bench.begin(PROGRAM, 250).send(b"!", 100_000);
+    held, 4, Some(1), HELD, |bench| bench.begin(PROGRAM, 250).send(b"!", 500_000);
+    held_while_idle, 3, Some(0), HELD, |bench| bench.send(b"!", 1_000);
+    held_before_a_move, 3, Some(1), HELD, |bench| bench.send(b"!", 1_000).begin(PROGRAM, 1);
+    held_in_a_dwell, 3, Some(2), HELD, |bench| bench.begin(DWELL, 400).send(b"!", 1_000);
+    /// Held for longer than the rest of the dwell, which still has to pass after the hold.
+    held_in_a_dwell_for_long, 3, Some(2), HELD, |bench| bench.begin(DWELL, 400).send(b"!", 500_000);
+    /// A dwell so long that only the test that resumes it waits for its end.
+    held_in_a_long_dwell, 3, Some(2), HELD, |bench| {
+        bench.begin("G1 X1 F600\nG4 P15\nG1 X2", 400).send(b"!", 1_000)
+    };
+    pausing, 3, Some(2), HELD, |bench| bench.begin("G1 X1 F600\nM0\nG1 X2", 1_000);
+    resuming, 3, Some(1), State::Run, |bench| {
+        bench.begin(PROGRAM, 250).send(b"!", 500_000);
+        assert_eq!(bench.state(), HELD);
         bench.send(b"~", 200);
-        bench.expect(State::Run);
-        Some(1)
-    });
-}
-
-#[test]
-fn resetting() {
-    all_orders("resetting", 3, |bench| {
-        bench.begin(PROGRAM, 250);
-        bench.send(&[RESET], 100_000);
-        bench.expect(BRAKING);
-        None
-    });
-}
-
-#[test]
-fn jogging() {
-    all_orders("jogging", 4, |bench| {
-        bench.begin("$J=X3 F600\n$J=X1 F600", 250);
-        bench.expect(State::Jog);
-        None
-    });
-}
-
-#[test]
-fn jogging_along() {
-    all_orders("jogging_along", 3, |bench| {
-        bench.begin("$J=X1 F600\n$J=X1 Y0.5 F600\n$J=X2 F300\n$J=X1 F600", 100);
-        while bench.x() < MM {
-            bench.send(b"", 100);
-        }
-        bench.expect(State::Jog);
-        None
-    });
-}
-
-#[test]
-fn cancelling() {
-    all_orders("cancelling", 3, |bench| {
-        bench.begin("$J=X3 F600\n$J=X1 F600", 250);
-        bench.send(&[0x85], 100_000);
-        bench.expect(State::Jog);
-        None
-    });
-}
-
-#[test]
-fn homing() {
-    all_orders("homing", 3, |bench| {
-        bench.begin("G1 X1 F600", 600);
-        bench.begin("$HX", 50);
-        bench.expect(State::Home);
-        Some(0)
-    });
-}
-
-/// While it is backed off and waits until the switch has come to rest.
-#[test]
-fn homing_and_standing_still() {
-    all_orders("homing_and_standing_still", 3, |bench| {
+    };
+    resetting, 3, None, BRAKING, |bench| bench.begin(PROGRAM, 250).send(&[RESET], 100_000);
+    jogging, 4, None, State::Jog, |bench| bench.begin("$J=X3 F600\n$J=X1 F600", 250);
+    jogging_along, 3, None, State::Jog, |bench| {
+        bench.begin("$J=X1 F600\n$J=X1 Y0.5 F600\n$J=X2 F300\n$J=X1 F600", 100).comes_to(MM, 100)
+    };
+    cancelling, 3, None, State::Jog, |bench| bench.begin("$J=X3 F600\n$J=X1 F600", 250).send(&[0x85], 100_000);
+    homing, 3, Some(0), State::Home, |bench| bench.begin("G1 X1 F600", 600).begin("$HX", 50);
+    /// While it is backed off and waits until the switch has come to rest.
+    homing_and_standing_still, 3, Some(0), State::Home, |bench| {
         bench.begin("$HX", 1);
         while !bench.sim.machine().status().pressed[0] {
             bench.send(b"", 1_000);
@@ -479,25 +292,10 @@ fn homing_and_standing_still() {
         while bench.x() != backed_off {
             bench.send(b"", 1_000);
         }
-        bench.expect(State::Home);
-        Some(0)
-    });
-}
-
-#[test]
-fn checking() {
-    all_orders("checking", 3, |bench| {
+    };
+    checking, 3, Some(0), State::Idle, |bench| {
         bench.begin("$C", 1);
         assert_eq!(bench.word(), "Check");
-        Some(0)
-    });
-}
-
-#[test]
-fn locked() {
-    all_orders("locked", 3, |bench| {
-        bench.begin("G1 X-1 F600", 1);
-        bench.expect(State::Alarm(Alarm::SoftLimit { axis: Axis::X }));
-        Some(0)
-    });
+    };
+    locked, 3, Some(0), State::Alarm(Alarm::SoftLimit { axis: Axis::X }), |bench| bench.begin("G1 X-1 F600", 1);
 }

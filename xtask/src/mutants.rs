@@ -163,7 +163,7 @@ const WHOLE: &[&str] = &["isostep-tests"];
 const PROFILE: &[Suite] = &[
     few_cases(&["isostep-profile"], &["chain", "laws", "papers", "refusals", "shaper"], 120),
     few_cases(&["isostep-profile"], &[], 240),
-    suite(WHOLE, &["corpus", "chains", "hold", "blended"], 600),
+    suite(WHOLE, &["corpus", "chains"], 600),
     suite(&["isostep-profile"], &["chain"], 900),
 ];
 const CONSOLE: &[Suite] = &[
@@ -175,7 +175,7 @@ const SIMULATED: Suite = suite(&["isostep-sim", "isostep-report"], &[], 90);
 const MOTION: &[Suite] = &[
     SIMULATED,
     suite(WHOLE, &["dialogues"], 180),
-    suite(WHOLE, &["chains", "contract", "hold", "homing", "preemption", "step_port", "real_time_orders"], 600),
+    suite(WHOLE, &["chains", "contract", "homing", "preemption", "step_port", "real_time_orders"], 600),
     suite(WHOLE, &["rasters", "squared"], 300),
     suite(&["isostep-motion"], &[], 60),
     four_axes(WHOLE, 180),

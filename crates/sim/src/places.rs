@@ -3,7 +3,7 @@
 //! The plans say where an axis would be unshaped. If the run is shaped, the axis is where the weighted sum of that at
 //! several instants is. Before the first plan an axis stands where that begins, and after the last where that ends.
 
-use isostep_motion::{AXES, Shaping};
+use isostep_motion::{AXES, Finish, Shaping};
 use isostep_profile::SyncMove;
 
 use crate::moves::MoveRecord;
@@ -86,6 +86,7 @@ fn knots_s(run: &[MoveRecord]) -> Vec<f64> {
     for record in run {
         knots_s.extend(record.blend.iter().flat_map(|blend| [blend.begin_s(), blend.corner_begins_s(), blend.end_s()]));
         knots_s.extend(std::iter::once(&record.plan).chain(&record.parts).flat_map(ramp_ends_s));
+        knots_s.extend(record.rests_s());
     }
     knots_s.sort_by(f64::total_cmp);
     knots_s
@@ -115,10 +116,16 @@ impl MoveRecord {
     fn line_place_steps(&self, axis: usize, t_s: f64) -> f64 {
         let plan = self.parts.iter().rfind(|part| part.begin_s() <= t_s).unwrap_or(&self.plan);
         let place = match t_s {
+            _ if self.rests_s().is_some_and(|rests_s| t_s >= rests_s) => self.held_at_steps,
             _ if t_s >= plan.end_s() => plan.end_steps(),
             _ if t_s <= plan.begin_s() => plan.begin_steps(),
             _ => plan.place_at(t_s),
         };
         plan.axis_place(axis, place)
+    }
+
+    /// When it rests, unshaped, if it was held, s from the start of the run: so slow a move rests in the middle of its plan.
+    fn rests_s(&self) -> Option<f64> {
+        (self.finish == Finish::Held).then(|| self.plan_s - self.lasts_s())
     }
 }

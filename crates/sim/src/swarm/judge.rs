@@ -13,20 +13,29 @@ use crate::verify::{self, shaped};
 const OFF_SQUARE_MAX_STEPS: i32 = 1;
 
 /// A broken promise, and what was found instead.
-type Broken = (&'static str, String);
+pub type Broken = (&'static str, String);
 
 /// Judges a run at whose end the axes in `homed` count as homed. If faults of switches or motors have deceived the
 /// machine, it cannot know that its position is wrong.
 pub(super) fn judge(outcome: &Outcome, homed: [bool; AXES], is_deceived: bool) -> Result<(), Broken> {
+    steps(outcome)?;
+    limits(outcome)?;
+    if is_deceived { Ok(()) } else { no_loss(outcome).and_then(|()| positions(outcome, homed)) }
+}
+
+/// Judges the steps of a run: no driver may misread an edge, counts are those of the edges, every edge is where the closed
+/// form has it, paths are straight, axes equal, and moves as long as their plans.
+///
+/// # Errors
+/// The first promise that is broken.
+pub fn steps(outcome: &Outcome) -> Result<(), Broken> {
     timing(outcome)?;
     if outcome.position_steps != outcome.counted_steps {
         let found = format!("says {:?}, made {:?}", outcome.position_steps, outcome.counted_steps);
         return Err(("counts are those of the edges", found));
     }
     moves(outcome)?;
-    shaped_runs(outcome)?;
-    limits(outcome)?;
-    if is_deceived { Ok(()) } else { no_loss(outcome).and_then(|()| positions(outcome, homed)) }
+    shaped_runs(outcome)
 }
 
 /// No driver may misread an edge, at any instant.

@@ -8,7 +8,7 @@
 //! failure completely, in one line.
 
 mod drivers;
-mod judge;
+pub mod judge;
 mod lines;
 mod random;
 mod reset;
