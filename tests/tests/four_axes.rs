@@ -31,7 +31,8 @@ fn all_four_axes_share_the_intervals_of_a_move() {
 #[test]
 fn the_report_has_all_four_axes() {
     let outcome = isostep_sim::run(b"G1 X20 A90 F1200\nG2 X30 I5 A0\nG0 Z5 A-130\n", &Config::default()).unwrap();
-    let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &Figures::new("four axes", &outcome));
+    let page =
+        pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &Figures::new("four axes", &outcome)).html();
     for words in ["X 30.00, Y 0.00, Z 5.00, A -130.00", "the top speed of A ($113)", "var(--a)"] {
         assert!(page.contains(words), "{words}");
     }

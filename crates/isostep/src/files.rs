@@ -1,10 +1,14 @@
 //! The files named by a verb's options. They are checked together before the verb runs: no file may overwrite another,
 //! and each must be writable where it is written, because otherwise the result of a long run would be lost.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
+use isostep_report::pictures::document::Page;
+
+use crate::project;
 
 /// The files that the options of a verb name.
 #[derive(Default)]
@@ -158,6 +162,36 @@ fn is_hard_link(one: &Path, other: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_hard_link(_one: &Path, _other: &Path) -> bool {
     false
+}
+
+/// Writes a file and says so on the screen.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_by(path, |out| out.write_all(bytes))
+}
+
+/// The same piece by piece.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_by(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<()> {
+    let cannot = || format!("{} cannot be written", path.display());
+    let mut out = BufWriter::new(File::create(path).with_context(cannot)?);
+    write(&mut out).with_context(cannot)?;
+    out.flush().with_context(cannot)?;
+    println!("wrote {}", project::shown(path));
+    Ok(())
+}
+
+/// Writes a page and its pictures into a folder, which is made if it does not exist.
+///
+/// # Errors
+/// A folder that cannot be made, or a file that cannot be written.
+pub fn write_page(folder: &Path, page: &Page) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    page.files().iter().try_for_each(|(name, bytes)| write(&folder.join(name), bytes))
 }
 
 #[cfg(test)]

@@ -1,14 +1,12 @@
 //! `isostep papers`: the figures that the three papers print, compared with ours.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use isostep_papers::Report;
 
-use crate::files::Files;
+use crate::files::{self, Files};
 use crate::name::as_called;
-use crate::project;
 
 /// Reproduce what the three papers print, side by side with ours
 #[derive(clap::Args)]
@@ -36,23 +34,8 @@ pub fn run(args: Args) -> Result<()> {
     let report = Report::new()?;
     print!("{}", report.table());
     match &args.report {
-        Some(folder) => write_page(folder, &report)?,
+        Some(folder) => files::write_page(folder, &report.page())?,
         None => println!("\n{}", as_called("pictures: isostep papers --report papers")),
     }
-    args.json.map_or(Ok(()), |path| write(&path, &report.json()?))
-}
-
-fn write_page(folder: &Path, report: &Report) -> Result<()> {
-    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    for (name, picture) in report.pictures() {
-        let path = folder.join(name);
-        fs::write(&path, picture).with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    write(&folder.join("index.html"), &report.html())
-}
-
-fn write(path: &Path, text: &str) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
-    println!("wrote {}", project::shown(path));
-    Ok(())
+    args.json.map_or(Ok(()), |path| files::write(&path, report.json()?.as_bytes()))
 }

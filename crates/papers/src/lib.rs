@@ -12,7 +12,6 @@
 #![forbid(unsafe_code)]
 
 mod choice;
-mod drawing;
 mod frequency;
 mod gantry;
 mod linear;
@@ -24,8 +23,8 @@ mod welch;
 use anyhow::Result;
 use serde::Serialize;
 
-use self::drawing::{Section, Table};
 use self::row::{Paper, Row};
+use isostep_report::pictures::document::{Page, Section, Table};
 
 /// The results for one paper.
 struct Part {
@@ -69,16 +68,10 @@ impl Report {
         screen::table(self)
     }
 
-    /// The page, one HTML file.
+    /// The page of rows, pictures and tables.
     #[must_use]
-    pub fn html(&self) -> String {
-        drawing::page(&page::page(self))
-    }
-
-    /// The pictures of the page as files of their own: name and content.
-    #[must_use]
-    pub fn pictures(&self) -> Vec<(String, String)> {
-        drawing::files(&page::page(self))
+    pub fn page(&self) -> Page {
+        page::page(self)
     }
 
     /// The rows and tables in full precision.
@@ -118,7 +111,7 @@ mod tests {
     #[test]
     fn the_page_has_every_row_and_picture() {
         let report = Report::new().unwrap();
-        let html = report.html();
+        let html = report.page().html();
         let pictures = report.sections().flat_map(|section| &section.pictures).count();
         assert_eq!(html.matches("<svg").count(), pictures);
         assert!(pictures > 10 && !html.contains("NaN") && !html.contains("inf"));

@@ -1,6 +1,6 @@
 //! The HTML page.
 
-use crate::drawing::{Comparison, Page, Section};
+use isostep_report::pictures::document::{Page, Section, Table};
 
 use super::row::Row;
 use super::{BASIS, COMMAND, Part, Report};
@@ -19,23 +19,23 @@ pub fn page(report: &Report) -> Page {
         ],
         command: COMMAND.to_owned(),
         sections: sections.chain([report.choice.clone(), absent()]).collect(),
+        ..Page::default()
     }
 }
 
 fn side_by_side(part: &Part) -> Section {
-    let comparisons = part.rows.iter().map(comparison).collect();
-    Section { heading: part.paper.title().to_owned(), comparisons, ..Section::default() }
+    let table = Table::new(&["figure", "paper", "ours", "difference"], part.rows.iter().map(comparison).collect());
+    Section { heading: part.paper.title().to_owned(), tables: vec![table], ..Section::default() }
 }
 
-fn comparison(row: &Row) -> Comparison {
-    Comparison {
-        figure: row.quantity.clone(),
-        place: row.place.to_owned(),
-        theirs: row.theirs_text(),
-        basis: row.basis.name().to_owned(),
-        ours: row.ours_text(),
-        difference: row.difference_text(),
-    }
+/// A figure and where it is in the paper, the paper's value and how it came to it, ours, and the difference.
+fn comparison(row: &Row) -> Vec<String> {
+    vec![
+        format!("{}\n{}", row.quantity, row.place),
+        format!("{}\n{}", row.theirs_text(), row.basis.name()),
+        row.ours_text(),
+        row.difference_text(),
+    ]
 }
 
 fn absent() -> Section {

@@ -1,6 +1,6 @@
 //! The rows on the screen.
 
-use crate::drawing::Table;
+use isostep_report::pictures::document::Table;
 
 use super::row::Row;
 use super::{BASIS, Report};

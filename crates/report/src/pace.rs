@@ -67,16 +67,6 @@ impl Shares {
     }
 }
 
-/// Only the slowest and the busiest second, as in [`Pace`], which takes longer to compute.
-pub(crate) fn extreme_seconds(outcome: &Outcome, sources: &[Option<Source>]) -> [Option<Second>; 2] {
-    if lines_of_moves::sets_limits_on_the_way(outcome) {
-        return [None; 2];
-    }
-    let mut clock = Clock::default();
-    phases(outcome, sources).for_each(|phase| clock.take(&phase));
-    clock.finish(sources)
-}
-
 /// The pace of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]

@@ -166,7 +166,8 @@ fn a_level_by_speed_follows_the_speed_within_a_hundredth() {
 
 /// The mean grey of each column of the engraved gradient.
 fn columns(outcome: &Outcome) -> Vec<f64> {
-    let files = pictures::files(outcome, &pictures::BothRules::of(outcome, None));
+    let both = pictures::BothRules::of(outcome, None);
+    let files = pictures::page(outcome, &both, &Figures::new("engraved", outcome)).files();
     let (_, picture) = files.iter().find(|(name, _)| name == "engraving.png").unwrap();
     let mut reader = png::Decoder::new(std::io::Cursor::new(picture)).read_info().unwrap();
     let mut greys = vec![0; reader.output_buffer_size().unwrap()];

@@ -7,7 +7,7 @@ use isostep_sim::{Config, run};
 fn files(config: &Config) -> [Vec<u8>; 2] {
     let outcome = run(include_bytes!("../../../programs/parking.nc"), config).unwrap();
     let figures = Figures::new("parking.nc", &outcome);
-    let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &figures);
+    let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &figures).html();
     [serde_json::to_vec(&figures).unwrap(), page.into_bytes()]
 }
 

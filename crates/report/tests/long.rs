@@ -31,7 +31,7 @@ fn of_a_long_program_little_is_written() {
     let json = serde_json::to_string_pretty(&figures).unwrap();
     let (lines, other) = pictures::other_rule(&outcome).expect("its rows end in corners");
     let other = run(&lines.join(&b'\n'), &other).unwrap();
-    let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, Some(other)), &figures);
+    let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, Some(other)), &figures).html();
     assert!(json.len() < BYTES_MAX && page.len() < BYTES_MAX, "{} and {} bytes", json.len(), page.len());
     assert!(page.contains("moves are left out"));
     assert!(page.contains("Blends (G64), this run: at most 1.0"), "though all corners are stops");

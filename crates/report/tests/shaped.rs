@@ -254,7 +254,7 @@ fn the_page_has_what_shaping_costs_and_what_rings_without_it() {
     let outcome = run(b"G1 X10 F6000\nY10\n", &config).unwrap();
     let mut figures = Figures::new("test", &outcome);
     figures.ringing_unshaped = figures.ringing.clone();
-    let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &figures);
-    assert!(page.contains("<h2>Shaping</h2>") && page.contains("s more for 1 stop, "), "{page}");
-    assert!(page.contains("<td>without shapers, for comparison</td>"));
+    let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &figures).html();
+    assert!(page.contains(">Shaping</h2>") && page.contains("s more for 1 stop, "), "{page}");
+    assert!(page.contains(">without shapers, for comparison</td>"));
 }

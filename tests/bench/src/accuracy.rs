@@ -13,7 +13,7 @@ use super::statistics::{DriftFigures, ErrorFigures};
 use super::trial::{AXES, Machine, Trial};
 
 /// Bars of the histogram.
-const BINS: usize = 80;
+const BINS: i64 = 80;
 
 /// The errors at one rate.
 #[derive(Clone, Debug, Serialize)]

@@ -281,19 +281,10 @@ fn conditions(args: &Args, driver: &'static str, miss_cycles: u32) -> Conditions
 
 fn write_files(args: &Args, figures: &Figures) -> Result<()> {
     if let Some(path) = &args.json {
-        write(path, &(serde_json::to_string_pretty(figures)? + "\n"))?;
+        isostep::files::write(path, (serde_json::to_string_pretty(figures)? + "\n").as_bytes())?;
     }
     if let Some(folder) = &args.report {
-        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        for (name, text) in report::files(figures) {
-            write(&folder.join(name), &text)?;
-        }
+        isostep::files::write_page(folder, &report::page(figures))?;
     }
-    Ok(())
-}
-
-fn write(path: &Path, text: &str) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
-    println!("wrote {}", path.display());
     Ok(())
 }

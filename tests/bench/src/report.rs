@@ -1,6 +1,7 @@
 //! Writes the figures as a page of pictures and tables.
 
-use isostep_report::pictures::bench::{self, Picture, Section, Series, Table};
+use isostep_report::pictures::bench::{self, Series};
+use isostep_report::pictures::document::{Page, Picture, Section, Table};
 
 use super::accuracy::MoveErrors;
 use super::beside::beside;
@@ -18,8 +19,8 @@ use isostep::screen::grouped;
 
 const TITLE: &str = "Step ports on the emulated board";
 
-/// The page and each picture as separate files, by name.
-pub fn files(figures: &Figures) -> Vec<(String, String)> {
+/// The page.
+pub fn page(figures: &Figures) -> Page {
     let ports = [
         targets(figures),
         rates(figures),
@@ -34,10 +35,14 @@ pub fn files(figures: &Figures) -> Vec<(String, String)> {
     let mathematics = chip
         .into_iter()
         .flat_map(|one| [costs(one, ideal), laws(one, ideal), flow(one, ideal), generators(one, ideal)]);
-    let sections: Vec<Section> = ports.into_iter().chain(mathematics).collect();
     let conditions = format!("{} {}", table::conditions(&figures.conditions), table::BESIDE);
-    let page = bench::page(TITLE, &conditions, &figures.conditions.command, &sections);
-    [("index.html".to_owned(), page)].into_iter().chain(bench::files(&sections)).collect()
+    Page {
+        title: TITLE.to_owned(),
+        lead: vec![conditions],
+        command: figures.conditions.command.clone(),
+        sections: ports.into_iter().chain(mathematics).collect(),
+        ..Page::default()
+    }
 }
 
 fn targets(figures: &Figures) -> Section {
@@ -50,11 +55,9 @@ fn targets(figures: &Figures) -> Section {
     let head = [["", "figure", "target"], chips].concat();
     Section {
         heading: "Targets".to_owned(),
-        text:
-            "What was aimed at, and what was measured: on the chip as it is, on one whose flash reads like RAM, and on \
-               one on which what flash's cache does not hold takes twice as long to come."
-                .to_owned(),
-        table: Some(rows(&head, figures.chip.targets.iter().map(row).collect())),
+        text: vec!["What was aimed at, and what was measured: on the chip as it is, on one whose flash reads like RAM, and on \
+               one on which what flash's cache does not hold takes twice as long to come.".to_owned()],
+        tables: vec![Table::new(&head, figures.chip.targets.iter().map(row).collect())],
         ..Section::default()
     }
 }
@@ -83,16 +86,17 @@ fn rates(figures: &Figures) -> Section {
     let head = ["port", "axes", "steps/s of each", "max. error, ns", "not", "because"];
     Section {
         heading: "Highest rate sustained".to_owned(),
-        text: "Axes that move at once, all at the same rate, there and back, from rest: no line refused, no alarm, no \
+        text: vec![
+            "Axes that move at once, all at the same rate, there and back, from rest: no line refused, no alarm, no \
                edge nearer to another step's instant than to its own. Found by bisection."
-            .to_owned(),
-        pictures: vec![Picture {
-            name: "rates".to_owned(),
-            svg: bench::bars("Highest rate sustained", "steps/s of each axis", &groups, &series),
-            key: names(&series),
-            caption: "The highest rate of each axis, over a logarithmic scale.".to_owned(),
-        }],
-        table: Some(rows(&head, both(figures, row, 2))),
+                .to_owned(),
+        ],
+        pictures: vec![Picture::new(
+            "rates",
+            bench::bars("Highest rate sustained", "steps/s of each axis", &groups, &series),
+            "The highest rate of each axis, over a logarithmic scale.",
+        )],
+        tables: vec![Table::new(&head, both(figures, row, 2))],
     }
 }
 
@@ -104,18 +108,17 @@ fn accuracy(figures: &Figures) -> Section {
     let pictures = measured().map(|(index, port, edges)| {
         let name = port.port.name();
         let bound_ns = port.port.error_bound_ns();
-        Picture {
-            name: format!("errors-{}", name.to_lowercase()),
-            svg: bench::histogram(&format!("Edge errors of {name}"), &edges.histogram, bound_ns, index),
-            key: Vec::new(),
-            caption: format!(
+        Picture::new(
+            format!("errors-{}", name.to_lowercase()),
+            bench::histogram(&format!("Edge errors of {name}"), &edges.histogram, bound_ns, index),
+            format!(
                 "{name}: {} edges of one move of {:.1} s, {}. Dashed: {} ns.",
                 grouped(edges.errors.edges),
                 edges.move_s,
                 together(port.machine.accuracy.rate_steps_s),
                 grouped(bound_ns as u64),
             ),
-        }
+        )
     });
     let row = |port: &PortFigures| {
         let Some(MoveErrors { errors, drift, .. }) = port.machine.accuracy.edges.figure() else { return Vec::new() };
@@ -135,13 +138,14 @@ fn accuracy(figures: &Figures) -> Section {
         ["port", "steps/s of each", "edges", "median, ns", "p99, ns", "max., ns", "drift, ns/s", "last less first, ns"];
     Section {
         heading: "Edges against the closed form".to_owned(),
-        text:
+        text: vec![
             "Every rising edge of STEP of three axes, through both ramps and the cruise, against the instant that the \
                plan's closed form gives. Instants count from the first edge. Drift is the slope of a line fitted \
                through the errors, and what the last edges are later, on average, than the first."
                 .to_owned(),
+        ],
         pictures: pictures.collect(),
-        table: Some(rows(&head, both(figures, row, 1))),
+        tables: vec![Table::new(&head, both(figures, row, 1))],
     }
 }
 
@@ -165,16 +169,17 @@ fn load(figures: &Figures) -> Section {
     };
     Section {
         heading: "Load of the core".to_owned(),
-        text: "The share of the time that the core is awake while three axes move: planning, compiling, stepping, USB \
+        text: vec![
+            "The share of the time that the core is awake while three axes move: planning, compiling, stepping, USB \
                and status reports. Ramps are from rest to the rate and back without a cruise."
-            .to_owned(),
-        pictures: vec![Picture {
-            name: "load".to_owned(),
-            svg: bench::curves("Load of the core", "steps/s of each of 3 axes", "awake, %", &series),
-            key: names(&series),
-            caption: "Cruising at the rate.".to_owned(),
-        }],
-        table: Some(rows(&["port", "steps/s of each", "cruising", "in ramps"], both(figures, row, 2))),
+                .to_owned(),
+        ],
+        pictures: vec![Picture::new(
+            "load",
+            bench::curves("Load of the core", "steps/s of each of 3 axes", "awake, %", &series),
+            "Cruising at the rate.",
+        )],
+        tables: vec![Table::new(&["port", "steps/s of each", "cruising", "in ramps"], both(figures, row, 2))],
     }
 }
 
@@ -189,11 +194,10 @@ fn stops(figures: &Figures) -> Section {
     };
     Section {
         heading: "Stops".to_owned(),
-        text: "From the edge of an input, or a second reset byte's arrival while the first has the machine brake, to the \
+        text: vec!["From the edge of an input, or a second reset byte's arrival while the first has the machine brake, to the \
                last rising edge of any axis, at random instants of moves of three axes; and whether the position reported after all of them is that of the edges \
-               counted."
-            .to_owned(),
-        table: Some(rows(&["port", "by", "steps/s of each", "to the last edge"], both(figures, row, 2))),
+               counted.".to_owned()],
+        tables: vec![Table::new(&["port", "by", "steps/s of each", "to the last edge"], both(figures, row, 2))],
         ..Section::default()
     }
 }
@@ -206,11 +210,10 @@ fn starts(figures: &Figures) -> Section {
     };
     Section {
         heading: "Starts".to_owned(),
-        text: "From the arrival of a line's last byte in the chip's USB buffer to the first rising edge of any axis, less \
+        text: vec!["From the arrival of a line's last byte in the chip's USB buffer to the first rising edge of any axis, less \
                what the plan itself takes to its first step: moves of three axes after random rests, with flash's cache \
-               empty as the line arrives (cold), and right after a move of the same kind (warm)."
-            .to_owned(),
-        table: Some(rows(&["port", "cache", "what the machine adds"], both(figures, row, 2))),
+               empty as the line arrives (cold), and right after a move of the same kind (warm).".to_owned()],
+        tables: vec![Table::new(&["port", "cache", "what the machine adds"], both(figures, row, 2))],
         ..Section::default()
     }
 }
@@ -221,10 +224,12 @@ fn costs(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
     };
     Section {
         heading: "Mathematics of a move".to_owned(),
-        text: "What planning, compiling and replaying cost on the chip, timed by its own SysTick. Every result was \
+        text: vec![
+            "What planning, compiling and replaying cost on the chip, timed by its own SysTick. Every result was \
                computed on the host too, and is the same to the bit."
-            .to_owned(),
-        table: Some(rows(&["work", "cost"], beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
+                .to_owned(),
+        ],
+        tables: vec![Table::new(&["work", "cost"], beside(of(figures), ideal.map_or(Vec::new(), of), 1))],
         ..Section::default()
     }
 }
@@ -235,10 +240,9 @@ fn laws(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
     let head = [&["law"], laws::HEAD.as_slice()].concat();
     Section {
         heading: "Speed laws".to_owned(),
-        text: "What each law costs on the chip. A plan is of three axes, with and without a cruise; a beginning is the first \
-               segment of each axis, which computes what a ramp needs. Segments are those of ramps; replaying a step costs the same under every law."
-            .to_owned(),
-        table: Some(rows(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
+        text: vec!["What each law costs on the chip. A plan is of three axes, with and without a cruise; a beginning is the first \
+               segment of each axis, which computes what a ramp needs. Segments are those of ramps; replaying a step costs the same under every law.".to_owned()],
+        tables: vec![Table::new(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))],
         ..Section::default()
     }
 }
@@ -252,10 +256,12 @@ fn moves(figures: &Figures) -> Section {
     };
     Section {
         heading: "Short moves carried".to_owned(),
-        text: "A curve of short moves, sent over USB as far ahead as the window of characters allows, at a feed \
+        text: vec![
+            "A curve of short moves, sent over USB as far ahead as the window of characters allows, at a feed \
                that the core can hardly keep: how many a second are made in the middle half of the stream."
-            .to_owned(),
-        table: Some(rows(&["port", "moves", "how many", "carried"], both(figures, row, 2))),
+                .to_owned(),
+        ],
+        tables: vec![Table::new(&["port", "moves", "how many", "carried"], both(figures, row, 2))],
         ..Section::default()
     }
 }
@@ -272,11 +278,10 @@ fn levels(figures: &Figures) -> Section {
     };
     Section {
         heading: "Levels of a laser".to_owned(),
-        text: "Lines of pixels of 0.1 mm: how far the change of a level is from the middle between the two steps that it belongs \
+        text: vec!["Lines of pixels of 0.1 mm: how far the change of a level is from the middle between the two steps that it belongs \
                between, at 1,000 moves a second; and how many pixels a second are carried, with constant levels (M3) and \
-               with levels by speed (M4)."
-            .to_owned(),
-        table: Some(rows(&["port", "from their steps", "carried, M3", "carried, M4", "from a stop to dark"], both(figures, row, 1))),
+               with levels by speed (M4).".to_owned()],
+        tables: vec![Table::new(&["port", "from their steps", "carried, M3", "carried, M4", "from a stop to dark"], both(figures, row, 1))],
         ..Section::default()
     }
 }
@@ -287,11 +292,12 @@ fn flow(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
     let head = [&["case"], flow::HEAD.as_slice()].concat();
     Section {
         heading: "Short moves that flow".to_owned(),
-        text:
+        text: vec![
             "Cycles of a move of 0.2 mm of three axes in a full chain: to read its line, to push it, to plan it, and \
                to compile the segments of all axes; and how many moves a second that is, if the core did nothing else."
                 .to_owned(),
-        table: Some(rows(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))),
+        ],
+        tables: vec![Table::new(&head, beside(of(figures), ideal.map_or(Vec::new(), of), 1))],
         ..Section::default()
     }
 }
@@ -312,26 +318,24 @@ fn generators(figures: &MicroFigures, ideal: Option<&MicroFigures>) -> Section {
     let head = [&["generator"], table::GENERATOR_HEAD.as_slice()].concat();
     Section {
         heading: "Step generators".to_owned(),
-        text: format!(
+        text: vec![format!(
             "Isostep's segments beside the generators of the literature, over the same ramp: {}. Speeds are held \
              against the closed form of the limits each was planned from.",
             table::ramp_words(&figures.ramp)
-        ),
+        )],
         pictures: vec![
-            Picture {
-                name: "speed-errors".to_owned(),
-                svg: bench::bars("Worst speed error", "worst speed error, %", &names, &errors),
-                key: self::names(&errors),
-                caption: "The worst error of one interval's speed.".to_owned(),
-            },
-            Picture {
-                name: "cycles".to_owned(),
-                svg: bench::bars("Cycles a step", "cycles a step", &names, &cycles),
-                key: Vec::new(),
-                caption: "What a step costs on average; isostep's with its share of compiling.".to_owned(),
-            },
+            Picture::new(
+                "speed-errors",
+                bench::bars("Worst speed error", "worst speed error, %", &names, &errors),
+                "The worst error of one interval's speed.",
+            ),
+            Picture::new(
+                "cycles",
+                bench::bars("Cycles a step", "cycles a step", &names, &cycles),
+                "What a step costs on average; isostep's with its share of compiling.",
+            ),
         ],
-        table: Some(rows(&head, beside(all(figures), ideal.map_or(Vec::new(), all), 1))),
+        tables: vec![Table::new(&head, beside(all(figures), ideal.map_or(Vec::new(), all), 1))],
     }
 }
 
@@ -339,16 +343,8 @@ fn each_port<T>(figures: &Figures, values: impl Fn(&PortFigures) -> Vec<T>) -> V
     figures.chip.ports.iter().map(|port| Series { name: port.port.name().to_owned(), values: values(port) }).collect()
 }
 
-fn names<T>(series: &[Series<T>]) -> Vec<String> {
-    series.iter().map(|one| one.name.clone()).collect()
-}
-
 /// The rows of each port, each followed by the ideal chip's row if that differs. The first `key` cells identify a row.
 fn both(figures: &Figures, of: impl Fn(&PortFigures) -> Vec<Vec<String>>, key: usize) -> Vec<Vec<String>> {
     let [chip, ideal] = [&figures.chip, &figures.ideal_flash].map(|chip| chip.ports.iter().flat_map(&of).collect());
     beside(chip, ideal, key)
-}
-
-fn rows(head: &[&str], rows: Vec<Vec<String>>) -> Table {
-    Table { head: head.iter().map(ToString::to_string).collect(), rows }
 }

@@ -1,19 +1,16 @@
-//! Statistics of the errors of many edges in little memory: a histogram with bins of 1 ns, the extremes, and a fitted
-//! drift.
+//! Statistics of the errors of many edges in little memory: how many there are of each, the extremes, and a fitted drift.
 
+use isostep::prove::errors;
 use serde::Serialize;
 
-/// Range of the histogram, ns; the outer bins hold all errors beyond it. No port may be so late and continue.
-const REACH_NS: i64 = 300_000;
 /// Number of edges at the beginning and at the end of a move that are averaged.
 const END_EDGES: u64 = 1_000;
 
 /// The deviations of edges from their instants, ns. Late is positive.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Errors {
-    /// Bins from -REACH_NS to REACH_NS.
-    bins: Vec<u64>,
-    count: u64,
+    /// To whole ns.
+    counted: errors::Errors,
     earliest_ns: f64,
     latest_ns: f64,
 }
@@ -60,26 +57,18 @@ pub struct DriftFigures {
     pub end_edges: u64,
 }
 
-impl Default for Errors {
-    fn default() -> Self {
-        Self { bins: vec![0; 2 * REACH_NS as usize + 1], count: 0, earliest_ns: 0.0, latest_ns: 0.0 }
-    }
-}
-
 impl Errors {
     pub fn add(&mut self, error_ns: f64) {
-        let bin = (error_ns.round() as i64).clamp(-REACH_NS, REACH_NS) + REACH_NS;
-        self.bins[bin as usize] += 1;
-        self.count += 1;
+        self.counted.add(error_ns);
         self.earliest_ns = self.earliest_ns.min(error_ns);
         self.latest_ns = self.latest_ns.max(error_ns);
     }
 
     pub fn figures(&self) -> ErrorFigures {
         ErrorFigures {
-            edges: self.count,
-            median_ns: self.quantile_ns(0.5),
-            p99_ns: self.quantile_ns(0.99),
+            edges: self.counted.count(),
+            median_ns: self.counted.quantile_ns(0.5),
+            p99_ns: self.counted.quantile_ns(0.99),
             max_ns: self.max_ns(),
             earliest_ns: self.earliest_ns,
             latest_ns: self.latest_ns,
@@ -91,28 +80,9 @@ impl Errors {
         self.latest_ns.max(-self.earliest_ns)
     }
 
-    /// The smallest whole number of ns within which that ratio of the edges lies.
-    fn quantile_ns(&self, ratio: f64) -> f64 {
-        let wanted = (self.count as f64 * ratio).ceil() as u64;
-        let mut seen = 0;
-        let within = (0..=REACH_NS).find(|&ns| {
-            let below = if ns == 0 { 0 } else { self.bins[(REACH_NS - ns) as usize] };
-            seen += self.bins[(REACH_NS + ns) as usize] + below;
-            seen >= wanted
-        });
-        within.unwrap_or(REACH_NS) as f64
-    }
-
-    /// A histogram in `bins` equal parts from the earliest to the latest: the middle of each bin, ns, and the fraction
-    /// of the edges in it.
-    pub fn histogram(&self, bins: usize) -> Vec<(f64, f64)> {
-        let (low, high) = (self.earliest_ns.round() as i64, self.latest_ns.round() as i64);
-        let (low, high) = (low.max(-REACH_NS), high.min(REACH_NS));
-        let within = &self.bins[(low + REACH_NS) as usize..=(high + REACH_NS) as usize];
-        let width = within.len().div_ceil(bins);
-        let all = within.chunks(width);
-        let middles = (0..).map(|index| low as f64 + index as f64 * width as f64 + (width - 1) as f64 / 2.0);
-        middles.zip(all.map(|bins| bins.iter().sum::<u64>() as f64 / self.count as f64)).collect()
+    /// At most about `most` bins for a picture: the middle of each, ns, and the fraction of the edges in it.
+    pub fn histogram(&self, most: i64) -> Vec<(f64, f64)> {
+        self.counted.histogram(most)
     }
 }
 
@@ -161,23 +131,11 @@ mod tests {
     }
 
     #[test]
-    fn percentiles_count_both_sides() {
-        let figures = errors((1..=100).map(|n| if n % 2 == 0 { f64::from(n) } else { -f64::from(n) })).figures();
-        assert_eq!((figures.edges, figures.median_ns, figures.p99_ns, figures.max_ns), (100, 50.0, 99.0, 100.0));
-        assert_eq!((figures.earliest_ns, figures.latest_ns), (-99.0, 100.0));
-    }
-
-    #[test]
-    fn an_error_beyond_reach_is_still_the_greatest() {
-        let figures = errors([0.0, 0.0, 1e7]).figures();
-        assert_eq!((figures.median_ns, figures.p99_ns, figures.max_ns), (0.0, REACH_NS as f64, 1e7));
-    }
-
-    #[test]
-    fn a_histogram_has_every_edge() {
-        let histogram = errors([-3.0, -2.0, 0.2, 0.4, 4.0]).histogram(4);
-        assert_eq!(histogram, [(-2.5, 0.4), (-0.5, 0.4), (1.5, 0.0), (3.5, 0.2)]);
-        assert_eq!(errors([0.0; 3]).histogram(50), [(0.0, 1.0)]);
+    fn extremes_are_exact_and_percentiles_whole() {
+        let figures =
+            errors((1..=100).map(|n| if n % 2 == 0 { f64::from(n) } else { -f64::from(n) } * 0.96875)).figures();
+        assert_eq!((figures.edges, figures.median_ns, figures.p99_ns, figures.max_ns), (100, 48.0, 96.0, 96.875));
+        assert_eq!((figures.earliest_ns, figures.latest_ns), (-95.90625, 96.875));
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Says line by line what becomes of the settings of another controller.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
@@ -8,7 +7,7 @@ use isostep_report::listing::Listing;
 use isostep_sim::Config;
 
 use super::print;
-use crate::files::Files;
+use crate::files::{self, Files};
 use crate::{project, sim};
 
 /// Prints it for each file, and writes what is taken of the only one to `out`.
@@ -22,7 +21,7 @@ pub fn run(files: &[PathBuf], out: Option<&PathBuf>) -> Result<()> {
         print!("{name}\n{}", print::listing(&listing.rows()));
         bad += usize::from(!listing.is_good());
         if let Some(out) = out.filter(|_| listing.settings.is_some()) {
-            sim::write_file(out, |file| file.write_all(listing.text().as_bytes()))?;
+            files::write(out, listing.text().as_bytes())?;
         }
     }
     ensure!(bad == 0, "{bad} of {} cannot be set as they are", files.len());

@@ -14,7 +14,7 @@ use isostep_sim::plate::Plate;
 use isostep_sim::{AXES, Config};
 
 use self::look::{Checked, Machine};
-use crate::files::Files;
+use crate::files::{self, Files};
 use crate::{parallel, sim};
 
 const HELP: &str = "\
@@ -89,7 +89,7 @@ pub fn run(args: Args) -> Result<()> {
         _ => print!("{}", print::table(&checked, &machines)),
     }
     if let Some(path) = &args.json {
-        sim::write_file(path, |out| Ok(serde_json::to_writer_pretty(out, &checked)?))?;
+        files::write_by(path, |out| Ok(serde_json::to_writer_pretty(out, &checked)?))?;
     }
     let bad: Vec<_> = checked.iter().filter(|one| !one.is_good()).collect();
     ensure!(bad.is_empty(), "{}", verdict(bad.len(), checked.len()));

@@ -1,12 +1,11 @@
 //! The files that the verb writes: every step as CSV, and the curves as a picture or a page.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use isostep_report::laws::{Curve, Row, rows};
-use isostep_report::pictures::bench::{Picture, Section, Table, page};
+use isostep_report::pictures::document::{Page, Picture, Section, Table};
 use isostep_report::pictures::profile as picture;
 
 use super::kinematics::{Derivatives, curves};
@@ -51,7 +50,9 @@ pub fn plot(kind: &PlotKind, laws: &[Curve], derivatives: Derivatives, summary: 
         PlotKind::Page => {
             let section = section(laws, derivatives, picture::picture(title, &drawn));
             let names: Vec<&str> = laws.iter().map(|law| law.name.as_str()).collect();
-            page(&format!("Speed profiles: {}", names.join(", ")), summary, command, &[section])
+            let title = format!("Speed profiles: {}", names.join(", "));
+            let (lead, command) = (vec![summary.to_owned()], command.to_owned());
+            Page { title, lead, command, sections: vec![section], ..Page::default() }.html()
         }
     }
 }
@@ -66,19 +67,12 @@ fn section(laws: &[Curve], derivatives: Derivatives, svg: String) -> Section {
         "By second-order differences of the step instants, thrice: speed from position, acceleration from speed, jerk from acceleration."
     };
     let figures = rows(laws);
-    let head = [String::new()].into_iter().chain(laws.iter().map(|law| law.name.clone())).collect();
+    let head: Vec<_> = [""].into_iter().chain(laws.iter().map(|law| law.name.as_str())).collect();
     let cells = |row: &Row| [vec![row.name.to_owned()], row.cells.clone()].concat();
     Section {
         heading: "Over time".to_owned(),
-        text: "Planned, not measured.".to_owned(),
-        pictures: vec![Picture { name: "profile".to_owned(), svg, key: Vec::new(), caption: caption.to_owned() }],
-        table: Some(Table { head, rows: figures.iter().map(cells).collect() }),
+        text: vec!["Planned, not measured.".to_owned()],
+        pictures: vec![Picture { name: "profile".to_owned(), svg, caption: caption.to_owned() }],
+        tables: vec![Table::new(&head, figures.iter().map(cells).collect())],
     }
-}
-
-/// Writes a whole file and reports it on the screen.
-pub fn write(path: &Path, text: &[u8]) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("{} cannot be written", path.display()))?;
-    println!("wrote {}", path.display());
-    Ok(())
 }

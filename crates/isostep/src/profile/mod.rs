@@ -91,11 +91,11 @@ pub fn run(args: Args) -> Result<()> {
     if let (Some(path), [curve]) = (&args.csv, curves.as_slice()) {
         let mut text = Vec::new();
         files::write_csv(curve, &mut text)?;
-        files::write(path, &text)?;
+        crate::files::write(path, &text)?;
     }
     if let (Some(path), Some(kind)) = (&args.plot, &kind) {
         let text = files::plot(kind, &curves, args.derivatives, &summary, &command());
-        files::write(path, text.as_bytes())?;
+        crate::files::write(path, text.as_bytes())?;
     }
     Ok(())
 }

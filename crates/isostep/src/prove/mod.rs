@@ -12,7 +12,7 @@ mod board;
 mod compare;
 mod course;
 mod edges;
-mod errors;
+pub mod errors;
 pub mod image;
 mod letter;
 mod link;
@@ -25,7 +25,6 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use std::fs;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -44,7 +43,7 @@ pub use self::stamps::Stamps;
 use self::board::Board;
 use self::measure::Bench;
 use crate::console::port;
-use crate::files::Files;
+use crate::files::{self, Files};
 use crate::name::as_called;
 use crate::project;
 
@@ -192,10 +191,9 @@ pub fn conclude(proof: &Proof, is_quick: bool, folder: &Path) -> Result<()> {
     let proof = Proof { is_quick, ..proof.clone() };
     let emulated = emulated()?;
     print!("{}", table::text(&proof, emulated.as_ref()));
-    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    write(&folder.join("proof.json"), &(serde_json::to_string_pretty(&proof)? + "\n"))?;
-    write(&folder.join("proof.txt"), &letter::text(&proof, emulated.as_ref()))?;
-    write(&folder.join("index.html"), &page::page(&proof, emulated.as_ref()))?;
+    files::write_page(folder, &page::page(&proof, emulated.as_ref()))?;
+    files::write(&folder.join("proof.json"), (serde_json::to_string_pretty(&proof)? + "\n").as_bytes())?;
+    files::write(&folder.join("proof.txt"), letter::text(&proof, emulated.as_ref()).as_bytes())?;
     let broken = proof.broken();
     ensure!(broken.is_empty(), "{} promises are broken: {}", broken.len(), broken.join("; "));
     Ok(())
@@ -207,12 +205,6 @@ fn emulated() -> Result<Option<Proof>> {
         return Ok(None);
     }
     Proof::parse(EMULATED).context("the emulated proof in this tool").map(Some)
-}
-
-fn write(path: &Path, text: &str) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
-    println!("wrote {}", project::shown(path));
-    Ok(())
 }
 
 /// Asks whether the old image is to be put back. Nobody is asked without a terminal.

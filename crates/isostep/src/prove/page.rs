@@ -1,6 +1,7 @@
 //! The page: the table, the histograms of errors emulated and measured, and what a stranger needs to judge them.
 
-use isostep_report::pictures::bench::{self, Picture, Section, Table};
+use isostep_report::pictures::bench;
+use isostep_report::pictures::document::{Page, Picture, Section, Table};
 
 use super::edges::PROMISE_NS;
 use super::proof::{EdgeErrors, Figure, Proof};
@@ -11,27 +12,34 @@ const COMMAND: &str = "isostep prove";
 const BARS: i64 = 60;
 
 /// The whole page.
-pub fn page(proof: &Proof, emulated: Option<&Proof>) -> String {
-    let sections = [figures(proof, emulated), found(proof), edges(proof, emulated), method(proof)];
+pub fn page(proof: &Proof, emulated: Option<&Proof>) -> Page {
     let conditions = format!(
         "{}. Chip {} is SYSINFO's CHIP_ID and the version of the ROM; the image keeps {} stamps of a pad at a time.",
         table::heading(proof),
         proof.board.chip,
         proof.board.window
     );
-    bench::page("Isostep, proved on a board", &conditions, COMMAND, &sections)
+    Page {
+        title: "Isostep, proved on a board".to_owned(),
+        lead: vec![conditions],
+        command: COMMAND.to_owned(),
+        sections: vec![figures(proof, emulated), found(proof), edges(proof, emulated), method(proof)],
+        ..Page::default()
+    }
 }
 
 fn figures(proof: &Proof, emulated: Option<&Proof>) -> Section {
     Section {
         heading: "Figures".to_owned(),
-        text: "Emulated is what the same verb measures on the emulated board, by the same image. A verdict names the tolerance within \
-               which both count as equal."
-            .to_owned(),
-        table: Some(Table {
-            head: ["figure", "emulated", "measured", "verdict"].map(str::to_owned).to_vec(),
-            rows: table::cells(proof, emulated).into_iter().map(|row| row.to_vec()).collect(),
-        }),
+        text: vec![
+            "Emulated is what the same verb measures on the emulated board, by the same image. A verdict names the tolerance within \
+             which both count as equal."
+                .to_owned(),
+        ],
+        tables: vec![Table::new(
+            &["figure", "emulated", "measured", "verdict"],
+            table::cells(proof, emulated).into_iter().map(|row| row.to_vec()).collect(),
+        )],
         ..Section::default()
     }
 }
@@ -49,8 +57,8 @@ fn found(proof: &Proof) -> Section {
     } else {
         "Promises that are broken, each by its edge or figure."
     };
-    let table = (!rows.is_empty()).then(|| Table { head: ["", "what"].map(str::to_owned).to_vec(), rows });
-    Section { heading: "Promises".to_owned(), text: text.to_owned(), table, ..Section::default() }
+    let tables = if rows.is_empty() { Vec::new() } else { vec![Table::new(&["", "what"], rows)] };
+    Section { heading: "Promises".to_owned(), text: vec![text.to_owned()], tables, ..Section::default() }
 }
 
 fn edges(proof: &Proof, emulated: Option<&Proof>) -> Section {
@@ -62,9 +70,11 @@ fn edges(proof: &Proof, emulated: Option<&Proof>) -> Section {
     });
     Section {
         heading: "Edges against the closed form".to_owned(),
-        text: "The closed form is computed by this tool alone, from the settings that the board was sent; the board says only when its \
-               edges came. The start of each move is the one unknown: it is the median of the errors."
-            .to_owned(),
+        text: vec![
+            "The closed form is computed by this tool alone, from the settings that the board was sent; the board says only when its \
+             edges came. The start of each move is the one unknown: it is the median of the errors."
+                .to_owned(),
+        ],
         pictures: pictures.collect(),
         ..Section::default()
     }
@@ -73,17 +83,16 @@ fn edges(proof: &Proof, emulated: Option<&Proof>) -> Section {
 fn picture(index: usize, kind: &str, edges: &EdgeErrors, colour: usize) -> Picture {
     let bound_ns = PROMISE_NS + edges.unit_ns;
     let title = format!("{}, {kind}", edges.what);
-    Picture {
-        name: format!("errors-{index}-{kind}"),
-        svg: bench::histogram(&title, &edges.errors.histogram(BARS), bound_ns, colour),
-        key: Vec::new(),
-        caption: format!(
+    Picture::new(
+        format!("errors-{index}-{kind}"),
+        bench::histogram(&title, &edges.errors.histogram(BARS), bound_ns, colour),
+        format!(
             "{title}: {} of {} edges. Dashed: the promise, {PROMISE_NS} ns, and a stamp of {} ns.",
             crate::screen::grouped(edges.errors.count()),
             crate::screen::grouped(edges.made),
             edges.unit_ns
         ),
-    }
+    )
 }
 
 fn method(proof: &Proof) -> Section {
@@ -91,8 +100,8 @@ fn method(proof: &Proof) -> Section {
     let rows = proof.figures.iter().filter(|figure| figure.value.is_some()).map(row).collect();
     Section {
         heading: "How finely, and what flatters".to_owned(),
-        text: "Every figure's resolution, and what makes it look better than it is.".to_owned(),
-        table: Some(Table { head: ["figure", "resolution", "flattered by"].map(str::to_owned).to_vec(), rows }),
+        text: vec!["Every figure's resolution, and what makes it look better than it is.".to_owned()],
+        tables: vec![Table::new(&["figure", "resolution", "flattered by"], rows)],
         ..Section::default()
     }
 }

@@ -196,7 +196,7 @@ fn table_page_letter_and_comparison_have_every_figure() {
     let proof = proved(Faults::default(), &[], &parts);
     let emulated = proof.clone();
     let shown = table::text(&proof, Some(&emulated));
-    let (letter, html) = (letter::text(&proof, Some(&emulated)), page::page(&proof, Some(&emulated)));
+    let (letter, html) = (letter::text(&proof, Some(&emulated)), page::page(&proof, Some(&emulated)).html());
     for figure in &proof.figures {
         assert!(shown.contains(&figure.what) && letter.contains(&figure.what), "{}", figure.what);
         assert!(html.contains(&figure.what.replace('\'', "&#39;")) || html.contains(&figure.what), "{}", figure.what);

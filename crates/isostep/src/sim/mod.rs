@@ -1,7 +1,7 @@
 //! `isostep sim`: a G-code program on the controller in virtual time, every edge checked.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, ErrorKind, Write};
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -21,7 +21,7 @@ use isostep_sim::{
     AXES, Board, Config, Contact, Fault, Flash, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves, settings,
 };
 
-use crate::files::Files;
+use crate::files::{self, Files};
 use crate::laws::Laws;
 use crate::name::as_called;
 use crate::stopwatch::Stopwatch;
@@ -178,7 +178,7 @@ pub fn run(args: Args) -> Result<()> {
     judge::print(&outcome);
     write_files(&args, &outcome, &figures)?;
     if let Some(path) = &args.flash {
-        write_file(path, |out| out.write_all(&flash.bytes()))?;
+        files::write(path, &flash.bytes())?;
     }
     tell_effort(&stopwatch);
     judge::judge(&figures, &outcome)
@@ -461,42 +461,26 @@ fn other_rule(args: &Args, outcome: &Outcome) -> Result<Option<Outcome>> {
 
 fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> {
     if let Some(path) = &args.trace {
-        write_file(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
+        files::write_by(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
     }
     if let Some(path) = &args.outputs {
-        write_file(path, |out| isostep_sim::tool::trace::write(&outcome.tool, out))?;
+        files::write_by(path, |out| isostep_sim::tool::trace::write(&outcome.tool, out))?;
     }
     if let Some(path) = &args.vcd {
-        write_file(path, |out| {
+        files::write_by(path, |out| {
             isostep_sim::vcd::write(&outcome.waves, &outcome.tool, outcome.limits_high_at_start, out)
         })?;
     }
     if let Some(path) = &args.json {
-        write_file(path, |out| Ok(serde_json::to_writer_pretty(out, figures)?))?;
+        files::write_by(path, |out| Ok(serde_json::to_writer_pretty(out, figures)?))?;
         if figures.moves.len() < figures.moves_total {
             println!("  with {} of its {} moves; --moves has all", figures.moves.len(), figures.moves_total);
         }
     }
     if let Some(folder) = &args.report {
-        let page = folder.join("index.html");
-        fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
         let both = BothRules::of(outcome, other_rule(args, outcome)?);
-        let html = pictures::page(outcome, &both, figures);
-        write_file(&page, |out| out.write_all(html.as_bytes()))?;
-        for (name, picture) in pictures::files(outcome, &both) {
-            write_file(&folder.join(name), |out| out.write_all(&picture))?;
-        }
+        files::write_page(folder, &pictures::page(outcome, &both, figures))?;
     }
-    Ok(())
-}
-
-/// Writes a file and reports it on the screen.
-pub fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
-    let cannot = || format!("{} cannot be written", path.display());
-    let mut out = BufWriter::new(File::create(path).with_context(cannot)?);
-    write(&mut out).with_context(cannot)?;
-    out.flush().with_context(cannot)?;
-    println!("wrote {}", path.display());
     Ok(())
 }
 

@@ -15,7 +15,7 @@ use isostep_sim::Config;
 use self::ratios::{Bounds, Report};
 use self::simulate::{Job, Timed};
 use self::table::Table;
-use crate::files::Files;
+use crate::files::{self, Files};
 use crate::{project, sim};
 
 const HELP: &str = "\
@@ -76,7 +76,7 @@ pub fn run(args: Args) -> Result<()> {
     let report = report(&args)?;
     print!("{}", print::text(&report));
     if let Some(path) = &args.json {
-        sim::write_file(path, |out| Ok(serde_json::to_writer_pretty(out, &report)?))?;
+        files::write_by(path, |out| Ok(serde_json::to_writer_pretty(out, &report)?))?;
     }
     let broken = report.broken();
     ensure!(broken.is_empty(), "{}", broken.join("; "));

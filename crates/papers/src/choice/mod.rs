@@ -2,9 +2,11 @@
 
 mod moves;
 
-use crate::drawing::{Chart, Curve, Picture, Scale, Section, Style, Table, charts};
 use anyhow::Result;
 use isostep_profile::{Profile, SpeedLaw};
+use isostep_report::pictures::chart::{self, Axis, Chart, Curve, Scale};
+use isostep_report::pictures::document::{Picture, Section, Table};
+use isostep_report::pictures::theme::{CURVE, Colour};
 
 use self::moves::{LIMITS, STEPS};
 
@@ -39,7 +41,6 @@ pub fn section() -> Result<Section> {
         ],
         pictures: vec![motion(&plans), resonance(&plans)?],
         tables: vec![figures(&plans)?, advice()],
-        ..Section::default()
     })
 }
 
@@ -71,42 +72,35 @@ fn figures(plans: &[Profile]) -> Result<Table> {
     let caption =
         "Duration, highest acceleration, its greatest jump, highest jerk beside that, ringing of the trapezoid's"
             .to_owned();
-    Ok(Table { caption, head: head.map(str::to_owned).to_vec(), rows })
+    Ok(Table { caption, ..Table::new(&head, rows) })
 }
 
 fn advice() -> Table {
     let rows =
         SpeedLaw::ALL.into_iter().zip(ADVICE).map(|(law, advice)| vec![law.name().to_owned(), advice.to_owned()]);
     let head = ["law", ""];
-    Table { caption: "What each is good for".to_owned(), head: head.map(str::to_owned).to_vec(), rows: rows.collect() }
+    Table { caption: "What each is good for".to_owned(), ..Table::new(&head, rows.collect()) }
 }
 
-fn key() -> Vec<(usize, String)> {
-    SpeedLaw::ALL.into_iter().enumerate().map(|(colour, law)| (colour, law.name().to_owned())).collect()
+fn key() -> Vec<(Colour, String)> {
+    chart::key(SpeedLaw::ALL.map(SpeedLaw::name))
 }
 
 fn motion(plans: &[Profile]) -> Picture {
     let chart = |name: &str, value: fn(&Profile, f64) -> f64| {
         let curve = |(colour, plan): (usize, &Profile)| {
             let inside = moves::instants_s(plan).into_iter().map(|t_s| (t_s, value(plan, t_s)));
-            Curve { colour, style: Style::Line, points: inside.collect() }
+            Curve::line(CURVE[colour], inside)
         };
-        Chart {
-            x_name: "time, s".to_owned(),
-            y_name: name.to_owned(),
-            curves: plans.iter().enumerate().rev().map(curve).collect(),
-            ..Chart::default()
-        }
+        Chart::new("time, s", name, plans.iter().enumerate().rev().map(curve).collect())
     };
     let panels = [chart("speed, steps/s", Profile::speed_at), chart("acceleration, steps/s²", Profile::accel_at)];
-    Picture {
-        name: "laws-motion".to_owned(),
-        svg: charts("Speed and acceleration of the seven laws within the same limits", 1, 300, &panels),
-        key: key(),
-        caption: "All of them touch the limit of acceleration; how much of a ramp is spent there makes a law fast or slow. A \
-                  trapezoid's ramp is nowhere else."
-            .to_owned(),
-    }
+    Picture::new(
+        "laws-motion",
+        chart::picture("Speed and acceleration of the seven laws within the same limits", &key(), 1, 300, &panels),
+        "All of them touch the limit of acceleration; how much of a ramp is spent there makes a law fast or slow. A \
+                  trapezoid's ramp is nowhere else.",
+    )
 }
 
 fn resonance(plans: &[Profile]) -> Result<Picture> {
@@ -116,19 +110,16 @@ fn resonance(plans: &[Profile]) -> Result<Picture> {
         let drive = moves::drive(plan);
         let ringing = |hz: f64| Ok((hz, moves::ringing(&drive, hz, window_s)?));
         let points = (10..=100).map(|hz| ringing(f64::from(hz))).collect::<Result<Vec<_>>>()?;
-        curves.push(Curve { colour, style: Style::Line, points });
+        curves.push(Curve::line(CURVE[colour], points));
     }
-    let chart = Chart {
-        x_name: "natural frequency of the carriage, Hz".to_owned(),
-        y_name: "ringing, steps/s²".to_owned(),
+    let chart = Chart::new(
+        "natural frequency of the carriage, Hz",
+        Axis::scaled("ringing, steps/s²", Scale::Logarithmic),
         curves,
-        scale: Scale::Decades,
-        ..Chart::default()
-    };
+    );
     Ok(Picture {
         name: "laws-ringing".to_owned(),
-        svg: charts("Ringing of the seven laws over the natural frequency of the carriage", 1, 320, &[chart]),
-        key: key(),
+        svg: chart::picture("Ringing of the seven laws over the natural frequency of the carriage", &key(), 1, 320, &[chart]),
         caption:
             "What rings in carriages of 10 to 100 Hz (a model), standard deviation. Above: laws whose acceleration jumps. Far below: \
                   laws where only the jerk does. The S-curve dips where its jerk lasts for whole periods of the \

@@ -1,8 +1,8 @@
 //! How long each law takes, exact and truncated as in the paper, and how much time the logarithmic one saves.
 
-use crate::drawing::Table;
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
+use isostep_report::pictures::document::Table;
 
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLES};
 use crate::row::{Paper, Row};
@@ -93,7 +93,7 @@ pub fn table() -> Result<Table> {
     }
     let head = ["parameters", "N", "p_N", "law", "exact, s", "as printed, s", "runs ahead, us"];
     let caption = "Durations: the sum of all N periods, exact and cut down to even microseconds".to_owned();
-    Ok(Table { caption, head: head.map(str::to_owned).to_vec(), rows })
+    Ok(Table { caption, ..Table::new(&head, rows) })
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! Fonseca-Campos's figures 7, 10, 11 and 12, simulated with the paper's truncation and without it.
 
-use crate::drawing::{Chart, Curve, Picture, Style, Table, charts};
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
+use isostep_report::pictures::chart::{self, Axis, Chart, Curve, Style};
+use isostep_report::pictures::document::{Picture, Table};
+use isostep_report::pictures::theme::{CURVE, Colour};
 
 use super::kinematics::{Kinematics, normalised, peak};
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLE_4};
@@ -97,8 +99,7 @@ pub fn table() -> Result<Table> {
     ];
     Ok(Table {
         caption: "Table 1, figure 7: highest magnitudes, by second-order differences, exact and as printed".to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        rows: rows.collect(),
+        ..Table::new(&head, rows.collect())
     })
 }
 
@@ -107,19 +108,20 @@ pub fn pictures() -> Result<Vec<Picture>> {
     Ok(vec![figure_7()?, figure_10()?, figure_11()?, figure_12()?])
 }
 
-fn key() -> Vec<(usize, String)> {
-    FrequencyLaw::ALL.into_iter().enumerate().map(|(colour, law)| (colour, law.name().to_owned())).collect()
+/// The key: each law's colour and name.
+pub fn key() -> Vec<(Colour, String)> {
+    chart::key(FrequencyLaw::ALL.map(|law| law.name()))
 }
 
 fn figure_7() -> Result<Picture> {
     let laws = simulate(&TABLE_1)?;
     let chart = |name: &str, quantity: Quantity| {
         let curves = laws.iter().enumerate().flat_map(|(colour, law)| {
-            let line = Curve { colour, style: Style::Line, points: law.exact.over_time(quantity(&law.exact)) };
+            let line = Curve::line(CURVE[colour], law.exact.over_time(quantity(&law.exact)));
             let dots = law.truncated.over_time(quantity(&law.truncated));
-            [line, Curve { colour, style: Style::Dots, points: dots }]
+            [line, Curve::dots(CURVE[colour], dots)]
         });
-        Chart { x_name: "time, s".to_owned(), y_name: name.to_owned(), curves: curves.collect(), ..Chart::default() }
+        Chart::new("time, s", name, curves.collect())
     };
     let panels = [
         chart("position, deg", |curve| &curve.position),
@@ -127,61 +129,45 @@ fn figure_7() -> Result<Picture> {
         chart("acceleration, deg/s²", |curve| &curve.accel),
         chart("jerk, deg/s³", |curve| &curve.jerk),
     ];
-    Ok(Picture {
-        name: "fonseca-campos-2023-figure-7".to_owned(),
-        svg: charts("Position, speed, acceleration and jerk of the four laws of Table 1", 2, 300, &panels),
-        key: key(),
-        caption: "Figure 7: Table 1, a ramp of 24 of 120 steps. Lines: exact periods; dots: the program's even \
+    Ok(Picture::new(
+        "fonseca-campos-2023-figure-7",
+        chart::picture("Position, speed, acceleration and jerk of the four laws of Table 1", &key(), 2, 300, &panels),
+        "Figure 7: Table 1, a ramp of 24 of 120 steps. Lines: exact periods; dots: the program's even \
                   microseconds. All four laws rise over the same number of steps, not over the same time: whoever is fast early \
                   is through early, so the logarithmic law is there first, and pays with a jolt at the very start and end. \
                   The quadratic law is slow over most of the ramp and hurries at its top. Only the sinusoidal law's \
-                  acceleration begins and ends without a jump."
-            .to_owned(),
-    })
+                  acceleration begins and ends without a jump.",
+    ))
 }
 
 fn figure_10() -> Result<Picture> {
     let laws = simulate(&TABLE_1)?;
     let charts_of = laws.iter().enumerate().map(|(colour, law)| {
         let points = law.truncated.over_time(&law.truncated.position);
-        Chart {
-            x_name: "time, s".to_owned(),
-            y_name: format!("{}, deg", law.law.name()),
-            curves: vec![Curve { colour, style: Style::Line, points }],
-            ..Chart::default()
-        }
+        Chart::new("time, s", format!("{}, deg", law.law.name()), vec![Curve::line(CURVE[colour], points)])
     });
-    Ok(Picture {
-        name: "fonseca-campos-2023-figure-10".to_owned(),
-        svg: charts("Position over time of the four laws of Table 1", 2, 220, &charts_of.collect::<Vec<_>>()),
-        key: Vec::new(),
-        caption: "Figure 10: position over time by Table 1, the paper's simulated curves. Its measured dots need its \
-                  encoder; the paper finds them \"very similar\", later with MicroPython than with the compiled program."
-            .to_owned(),
-    })
+    Ok(Picture::new(
+        "fonseca-campos-2023-figure-10",
+        chart::picture("Position over time of the four laws of Table 1", &[], 2, 220, &charts_of.collect::<Vec<_>>()),
+        "Figure 10: position over time by Table 1, the paper's simulated curves. Its measured dots need its \
+                  encoder; the paper finds them \"very similar\", later with MicroPython than with the compiled program.",
+    ))
 }
 
 fn figure_11() -> Result<Picture> {
     let laws = simulate(&TABLE_2)?;
     let curves = laws.iter().enumerate().map(|(colour, law)| {
         let points = law.exact.over_time(&normalised(&law.exact.speed));
-        Curve { colour, style: Style::Line, points }
+        Curve::line(CURVE[colour], points)
     });
-    let chart = Chart {
-        x_name: "time, s".to_owned(),
-        y_name: "speed, share of the highest".to_owned(),
-        curves: curves.collect(),
-        ..Chart::default()
-    };
-    Ok(Picture {
-        name: "fonseca-campos-2023-figure-11".to_owned(),
-        svg: charts("Normalised speed of the four laws of Table 2", 1, 320, &[chart]),
-        key: key(),
-        caption: "Figure 11: speed by Table 2, normalised as the paper does, over each other instead of side by side. A move \
+    let chart = Chart::new("time, s", "speed, share of the highest", curves.collect());
+    Ok(Picture::new(
+        "fonseca-campos-2023-figure-11",
+        chart::picture("Normalised speed of the four laws of Table 2", &key(), 1, 320, &[chart]),
+        "Figure 11: speed by Table 2, normalised as the paper does, over each other instead of side by side. A move \
                   does not start from rest: the first period is tau_max, so the speed jumps to a tenth of its top at once, \
-                  which the paper's gyroscope cannot follow either."
-            .to_owned(),
-    })
+                  which the paper's gyroscope cannot follow either.",
+    ))
 }
 
 fn figure_12() -> Result<Picture> {
@@ -191,26 +177,25 @@ fn figure_12() -> Result<Picture> {
         let scaled = |curve: &Kinematics| {
             curve.t_s.iter().zip(&curve.accel).map(|(&t_s, accel)| (t_s, accel * scale)).collect::<Vec<_>>()
         };
-        Chart {
-            x_name: "time, s".to_owned(),
-            y_name: law.law.name().to_owned(),
-            curves: vec![
-                Curve { colour: 4, style: Style::Thin, points: scaled(&law.truncated) },
-                Curve { colour, style: Style::Line, points: scaled(&law.exact) },
-            ],
-            range: Some((-1.8, 1.8)),
-            ..Chart::default()
-        }
+        let curves = vec![
+            Curve::new(Style::Thin, CURVE[4], scaled(&law.truncated)),
+            Curve::line(CURVE[colour], scaled(&law.exact)),
+        ];
+        Chart::new("time, s", Axis::from(law.law.name()).within(-1.8, 1.8), curves)
     });
-    Ok(Picture {
-        name: "fonseca-campos-2023-figure-12".to_owned(),
-        svg: charts("Normalised acceleration of the four laws of Table 4", 2, 260, &charts_of.collect::<Vec<_>>()),
-        key: key().into_iter().chain([(4, "as printed, even microseconds".to_owned())]).collect(),
-        caption: "Figure 12: acceleration by Table 4, in shares of the exact law's highest. At 300 us a microsecond more or \
+    Ok(Picture::new(
+        "fonseca-campos-2023-figure-12",
+        chart::picture(
+            "Normalised acceleration of the four laws of Table 4",
+            &[key(), vec![(CURVE[4], "as printed, even microseconds".to_owned())]].concat(),
+            2,
+            260,
+            &charts_of.collect::<Vec<_>>(),
+        ),
+        "Figure 12: acceleration by Table 4, in shares of the exact law's highest. At 300 us a microsecond more or \
                   less is a third of a percent of the speed, from one step to the next: the derivative turns it into noise. \
-                  Exact instants (coloured) have none."
-            .to_owned(),
-    })
+                  Exact instants (coloured) have none.",
+    ))
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ mod ringing;
 mod straightness;
 pub mod vibration;
 
-use crate::drawing::Section;
 use anyhow::Result;
+use isostep_report::pictures::document::Section;
 
 use super::Part;
 use super::row::Paper;
@@ -32,7 +32,6 @@ fn simulations() -> Result<Section> {
         ],
         pictures: figures::pictures()?,
         tables: vec![durations::table()?, figures::table()?],
-        ..Section::default()
     })
 }
 
@@ -67,6 +66,5 @@ fn vibration() -> Result<Section> {
         ],
         pictures: ringing::pictures()?,
         tables: vec![ringing::table()?],
-        ..Section::default()
     })
 }

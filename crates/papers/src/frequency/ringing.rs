@@ -1,11 +1,14 @@
 //! Fonseca-Campos's Table 7 and figure 13 compared with the model's.
 
-use crate::drawing::{Chart, Curve, Picture, Scale, Style, Table, charts};
 use crate::welch::Spectrum;
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
+use isostep_report::pictures::chart::{self, Axis, Chart, Curve, Scale};
+use isostep_report::pictures::document::{Picture, Table};
+use isostep_report::pictures::theme::CURVE;
 use isostep_sim::analysis::Oscillator;
 
+use super::figures::key;
 use super::vibration::{
     DAMPING_RATIO, Drive, SAMPLE_HZ, deviation, drive, fine_deviation, instants_s, spectrum, waveforms, without_jumps,
 };
@@ -77,8 +80,7 @@ pub fn table() -> Result<Table> {
     let head = ["law", "paper", "model", "model, ramps alone"];
     Ok(Table {
         caption: "Standard deviation as a multiple of the sinusoidal law's".to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        rows: rows.collect(),
+        ..Table::new(&head, rows.collect())
     })
 }
 
@@ -88,34 +90,23 @@ pub fn pictures() -> Result<Vec<Picture>> {
     Ok(vec![waveform_picture(&laws, scale)?, spectrum_picture(&laws, scale)?, sweep_picture(&laws)?])
 }
 
-fn key() -> Vec<(usize, String)> {
-    FrequencyLaw::ALL.into_iter().enumerate().map(|(colour, law)| (colour, law.name().to_owned())).collect()
-}
-
 fn waveform_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
     let oscillator = Oscillator::new(45.0, DAMPING_RATIO)?;
     let one = |(colour, law): (usize, &Modelled)| {
         let readings = waveforms(&law.drive, &oscillator);
         let points = instants_s().zip(&readings[0]).map(|(t_s, reading)| (t_s, reading * scale));
-        Chart {
-            x_name: "time, s".to_owned(),
-            y_name: format!("{}, m/s²", law.law),
-            curves: vec![Curve { colour, style: Style::Line, points: points.collect() }],
-            range: Some((-0.25, 0.25)),
-            ..Chart::default()
-        }
+        let y = Axis::from(format!("{}, m/s²", law.law)).within(-0.25, 0.25);
+        Chart::new("time, s", y, vec![Curve::line(CURVE[colour], points)])
     };
     let panels: Vec<Chart> = laws.iter().enumerate().map(one).collect();
-    Ok(Picture {
-        name: "fonseca-campos-2023-figure-13-time".to_owned(),
-        svg: charts("Modelled vibration of the four laws of Table 6 over time", 2, 240, &panels),
-        key: Vec::new(),
-        caption: "Figure 13, in the model: what a sensor on the carriage reads, 180 samples of 10 ms, here of a carriage of \
+    Ok(Picture::new(
+        "fonseca-campos-2023-figure-13-time",
+        chart::picture("Modelled vibration of the four laws of Table 6 over time", &[], 2, 240, &panels),
+        "Figure 13, in the model: what a sensor on the carriage reads, 180 samples of 10 ms, here of a carriage of \
                   45 Hz. It rings when the move begins, where the paper has its first peak: the speed jumps to tau_max's \
                   whatever the law, and the logarithmic law adds a jolt of its own. Its second peak is where the move ends, \
-                  for the same reason; the paper puts it where the deceleration begins."
-            .to_owned(),
-    })
+                  for the same reason; the paper puts it where the deceleration begins.",
+    ))
 }
 
 fn spectrum_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
@@ -123,26 +114,19 @@ fn spectrum_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
     for (colour, law) in laws.iter().enumerate() {
         let Spectrum { frequencies_hz, densities } = spectrum(&law.drive)?;
         let points = frequencies_hz.into_iter().zip(densities).skip(1);
-        let points = points.map(|(hz, density)| (hz, density * scale * scale)).collect();
-        curves.push(Curve { colour, style: Style::Line, points });
+        let points = points.map(|(hz, density)| (hz, density * scale * scale));
+        curves.push(Curve::line(CURVE[colour], points));
     }
-    let chart = Chart {
-        x_name: "frequency, Hz".to_owned(),
-        y_name: "(m/s²)²/Hz".to_owned(),
-        curves,
-        scale: Scale::Decades,
-        ..Chart::default()
-    };
-    Ok(Picture {
-        name: "fonseca-campos-2023-figure-13-spectrum".to_owned(),
-        svg: charts("Power spectral density of the modelled vibration", 1, 320, &[chart]),
-        key: key(),
-        caption: format!(
+    let chart = Chart::new("frequency, Hz", Axis::scaled("(m/s²)²/Hz", Scale::Logarithmic), curves);
+    Ok(Picture::new(
+        "fonseca-campos-2023-figure-13-spectrum",
+        chart::picture("Power spectral density of the modelled vibration", &key(), 1, 320, &[chart]),
+        format!(
             "Figure 13, in the model: power spectral density by Welch's method with SciPy's defaults at {SAMPLE_HZ:.0} \
              samples a second, the mean over carriages of 40 to 50 Hz and ten waveforms of each. That the power stands \
              at 40 to 50 Hz is put in, not found; how much of it each law wakes is found."
         ),
-    })
+    ))
 }
 
 fn sweep_picture(laws: &[Modelled]) -> Result<Picture> {
@@ -152,25 +136,18 @@ fn sweep_picture(laws: &[Modelled]) -> Result<Picture> {
     let mut curves = Vec::new();
     for (colour, law) in laws.iter().enumerate() {
         let times = all(law)?.into_iter().zip(&least).map(|(deviation, least)| deviation / least);
-        curves.push(Curve { colour, style: Style::Line, points: frequencies().zip(times).collect() });
+        curves.push(Curve::line(CURVE[colour], frequencies().zip(times)));
     }
-    let chart = Chart {
-        x_name: "natural frequency of the carriage, Hz".to_owned(),
-        y_name: "times the sinusoidal law's".to_owned(),
-        curves,
-        ..Chart::default()
-    };
-    Ok(Picture {
-        name: "fonseca-campos-2023-natural-frequency".to_owned(),
-        svg: charts("Vibration over the natural frequency of the carriage", 1, 320, &[chart]),
-        key: key(),
-        caption: "The same moves on carriages of 10 to 100 Hz. The logarithmic law rings most up to about 75 Hz; the paper's four \
+    let chart = Chart::new("natural frequency of the carriage, Hz", "times the sinusoidal law's", curves);
+    Ok(Picture::new(
+        "fonseca-campos-2023-natural-frequency",
+        chart::picture("Vibration over the natural frequency of the carriage", &key(), 1, 320, &[chart]),
+        "The same moves on carriages of 10 to 100 Hz. The logarithmic law rings most up to about 75 Hz; the paper's four \
                   times is what carriages of some 15 to 25 Hz have. Above, a period is as short as its first few steps, and \
                   its jolt comes half a period after the jump to the start speed and works against it. Where the ringing of \
                   one ramp's end meets that of its beginning they add up or cancel, from hertz to hertz: the linear law is now \
-                  above, now below the sinusoidal one, so it is the mean over a band that is compared."
-            .to_owned(),
-    })
+                  above, now below the sinusoidal one, so it is the mean over a band that is compared.",
+    ))
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! Why the linear law's speed over time is not a straight line (Fonseca-Campos 2023, section VI.A).
 
-use crate::drawing::{Chart, Curve, Picture, Style, charts};
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
+use isostep_report::pictures::chart::{self, Chart, Curve};
+use isostep_report::pictures::document::Picture;
+use isostep_report::pictures::theme::CURVE;
 
 use super::parameters::{Parameters, TABLE_1};
 use crate::row::{Paper, Row};
@@ -76,32 +78,32 @@ pub fn picture() -> Result<Picture> {
     let (exact, truncated) = (Ramp::exact(&TABLE_1)?, Ramp::truncated(&TABLE_1)?);
     let chart = |x_name: &str, exact_along: &[f64], truncated_along: &[f64]| {
         let line = exact.over(exact_along);
-        let ends = vec![line[0], line[line.len() - 1]];
-        let curve = |colour, style, points| Curve { colour, style, points };
-        Chart {
-            x_name: x_name.to_owned(),
-            y_name: "frequency, Hz".to_owned(),
-            curves: vec![
-                curve(6, Style::Dashed, ends),
-                curve(0, Style::Line, line),
-                curve(1, Style::Dots, truncated.over(truncated_along)),
-            ],
-            ..Chart::default()
-        }
+        let ends = [line[0], line[line.len() - 1]];
+        let curves = vec![
+            Curve::dashed(CURVE[6], ends),
+            Curve::line(CURVE[0], line),
+            Curve::dots(CURVE[1], truncated.over(truncated_along)),
+        ];
+        Chart::new(x_name, "frequency, Hz", curves)
     };
     let over_time = chart("time, s", &exact.t_s, &truncated.t_s);
     let over_steps = chart("step", &exact.steps(), &truncated.steps());
     let key = [(0, "exact"), (1, "as printed, even microseconds"), (6, "straight line")];
-    Ok(Picture {
-        name: "fonseca-campos-2023-linear-ramp".to_owned(),
-        svg: charts("Acceleration of the linear law over time and over steps", 2, 300, &[over_time, over_steps]),
-        key: key.map(|(colour, name)| (colour, name.to_owned())).to_vec(),
-        caption: "Table 1's linear law while it accelerates. Its frequency rises by the same amount every step (right), and \
+    let key = key.map(|(colour, name)| (CURVE[colour], name.to_owned()));
+    Ok(Picture::new(
+        "fonseca-campos-2023-linear-ramp",
+        chart::picture(
+            "Acceleration of the linear law over time and over steps",
+            &key,
+            2,
+            300,
+            &[over_time, over_steps],
+        ),
+        "Table 1's linear law while it accelerates. Its frequency rises by the same amount every step (right), and \
                   steps come faster and faster, so over time it rises exponentially (left): f' = f df/di. So its acceleration \
                   grows along the ramp, and is no step as a trapezoid's is. The paper lays the bend to periods of whole \
-                  microseconds; exact periods bend as much. Truncation moves a dot by less than its own size."
-            .to_owned(),
-    })
+                  microseconds; exact periods bend as much. Truncation moves a dot by less than its own size.",
+    ))
 }
 
 #[cfg(test)]

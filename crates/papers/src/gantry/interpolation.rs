@@ -1,7 +1,9 @@
 //! Forero's figure 9: two axes at once, and how straight their path is.
 
-use crate::drawing::{Chart, Curve, Picture, Style, charts};
 use anyhow::Result;
+use isostep_report::pictures::chart::{self, Chart, Curve};
+use isostep_report::pictures::document::Picture;
+use isostep_report::pictures::theme::CURVE;
 
 use super::intervals::{ACROSS_STEPS, STEPS, ours, timed};
 use crate::row::{Paper, Row};
@@ -73,43 +75,42 @@ pub fn rows() -> Result<Vec<Row>> {
 /// Position over time, and the distance from the straight line.
 pub fn picture() -> Result<Picture> {
     let (theirs, ours) = (Edges::theirs()?, Edges::ours()?);
-    let curve = |edges: &Edges, colour, value: &dyn Fn(f64) -> f64| Curve {
-        colour,
-        style: Style::Line,
-        points: edges.instants().map(|t_s| (t_s, value(t_s))).collect(),
+    let curve = |edges: &Edges, colour: usize, value: &dyn Fn(f64) -> f64| {
+        Curve::line(CURVE[colour], edges.instants().map(|t_s| (t_s, value(t_s))))
     };
-    let position = Chart {
-        x_name: "time, s".to_owned(),
-        y_name: "position, steps".to_owned(),
-        curves: vec![
-            curve(&theirs, 1, &|t_s| theirs.at(t_s).0),
-            curve(&theirs, 2, &|t_s| theirs.at(t_s).1),
-            curve(&ours, 0, &|t_s| ours.at(t_s).0),
-            curve(&ours, 3, &|t_s| ours.at(t_s).1),
-        ],
-        ..Chart::default()
-    };
-    let error = Chart {
-        x_name: "time, s".to_owned(),
-        y_name: "off the line, steps".to_owned(),
-        curves: vec![curve(&theirs, 1, &|t_s| theirs.error_steps(t_s)), curve(&ours, 0, &|t_s| ours.error_steps(t_s))],
-        ..Chart::default()
-    };
-    Ok(Picture {
-        name: "forero-2023-figure-9".to_owned(),
-        svg: charts("Two axes: position, and distance from the straight line, over time", 1, 300, &[position, error]),
-        key: vec![
-            (1, "paper, 20,000 steps".to_owned()),
-            (2, "paper, 17,500 steps".to_owned()),
-            (0, "Isostep, 20,000 steps".to_owned()),
-            (3, "Isostep, 17,500 steps".to_owned()),
-        ],
-        caption: "Figure 9: both axes of a diagonal. The paper prints no steps; these cross its workspace of 40 x 35 cm. In the \
+    let positions = vec![
+        curve(&theirs, 1, &|t_s| theirs.at(t_s).0),
+        curve(&theirs, 2, &|t_s| theirs.at(t_s).1),
+        curve(&ours, 0, &|t_s| ours.at(t_s).0),
+        curve(&ours, 3, &|t_s| ours.at(t_s).1),
+    ];
+    let position = Chart::new("time, s", "position, steps", positions);
+    let error = Chart::new(
+        "time, s",
+        "off the line, steps",
+        vec![curve(&theirs, 1, &|t_s| theirs.error_steps(t_s)), curve(&ours, 0, &|t_s| ours.error_steps(t_s))],
+    );
+    let key = [
+        (1, "paper, 20,000 steps"),
+        (2, "paper, 17,500 steps"),
+        (0, "Isostep, 20,000 steps"),
+        (3, "Isostep, 17,500 steps"),
+    ];
+    let key = key.map(|(colour, name)| (CURVE[colour], name.to_owned()));
+    Ok(Picture::new(
+        "forero-2023-figure-9",
+        chart::picture(
+            "Two axes: position, and distance from the straight line, over time",
+            &key,
+            1,
+            300,
+            &[position, error],
+        ),
+        "Figure 9: both axes of a diagonal. The paper prints no steps; these cross its workspace of 40 x 35 cm. In the \
                   staircase on timers (a model of truncation alone) each axis loses its own steps and gets them back, slowly, \
                   at its own end: until then the carriage is off the straight line (below). With one profile for both axes \
-                  it never strays by more than a step."
-            .to_owned(),
-    })
+                  it never strays by more than a step.",
+    ))
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! Forero's Table 1: the intervals of the staircase, of the staircase on timers, and ours.
 
-use crate::drawing::{Chart, Curve, Picture, Style, Table, charts};
 use anyhow::Result;
 use isostep_generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+use isostep_report::pictures::chart::{self, Chart, Curve};
+use isostep_report::pictures::document::{Picture, Table};
+use isostep_report::pictures::theme::CURVE;
 
 use crate::row::{Paper, Row};
 
@@ -94,8 +96,7 @@ pub fn reload_table() -> Result<Table> {
     Ok(Table {
         caption: "Table 1 printed 4.5, 4.725 and 6.8 s; the staircase on timers, by what writing a preload costs"
             .to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        rows,
+        ..Table::new(&head, rows)
     })
 }
 
@@ -117,8 +118,7 @@ pub fn tread_table() -> Result<Table> {
     let head = ["speed, of V_c", "from, s", "for, s", "exact preload", "whole preload", "steps due", "steps made"];
     Ok(Table {
         caption: "Accelerating, and the cruise: preloads of TMR1 by eq 14, and what they cost".to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        rows,
+        ..Table::new(&head, rows)
     })
 }
 
@@ -132,25 +132,23 @@ pub fn picture() -> Result<Picture> {
     let (accel_s, total_s) = (ours.t_accel_s(), ours.duration_s());
     let corners = vec![(0.0, 0.0), (accel_s, cruise), (total_s - accel_s, cruise), (total_s, 0.0)];
     let chart = Chart {
-        x_name: "time, s".to_owned(),
-        y_name: "speed, steps/s".to_owned(),
-        curves: vec![
-            Curve { colour: 1, style: Style::Line, points: stairs.collect() },
-            Curve { colour: 0, style: Style::Line, points: corners },
-        ],
-        bands: vec![(0.0, accel_s, 0), (accel_s, total_s - accel_s, 1), (total_s - accel_s, total_s, 2)],
-        ..Chart::default()
+        bands: chart::intervals([(0.0, accel_s), (accel_s, total_s - accel_s), (total_s - accel_s, total_s)]),
+        ..Chart::new("time, s", "speed, steps/s", vec![Curve::line(CURVE[1], stairs), Curve::line(CURVE[0], corners)])
     };
-    Ok(Picture {
-        name: "forero-2023-figure-2".to_owned(),
-        svg: charts("Speed over time: the staircase and ours", 1, 340, &[chart]),
-        key: vec![(1, "the paper's staircase".to_owned()), (0, "Isostep, thirds (shaded)".to_owned())],
-        caption: "Figure 2: 20,000 steps with t_1 = 4.5 s. A stair is as high as the ramp where the ramp is lower, so a ramp of \
+    Ok(Picture::new(
+        "forero-2023-figure-2",
+        chart::picture(
+            "Speed over time: the staircase and ours",
+            &[(CURVE[1], "the paper's staircase".to_owned()), (CURVE[0], "Isostep, thirds (shaded)".to_owned())],
+            1,
+            340,
+            &[chart],
+        ),
+        "Figure 2: 20,000 steps with t_1 = 4.5 s. A stair is as high as the ramp where the ramp is lower, so a ramp of \
                   stairs makes 4,750 steps where a straight one makes 5,000, and the cruise goes on for 21/20 t_1 = 4.725 s \
                   to make up for both. The first and the last stair stand still. A straight ramp needs none of it: three \
-                  equal intervals, 13.5 s instead of 13.725 s."
-            .to_owned(),
-    })
+                  equal intervals, 13.5 s instead of 13.725 s.",
+    ))
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 mod interpolation;
 mod intervals;
 
-use crate::drawing::Section;
 use anyhow::Result;
+use isostep_report::pictures::document::Section;
 
 use super::Part;
 use super::row::Paper;
@@ -29,7 +29,6 @@ fn staircase() -> Result<Section> {
         ],
         pictures: vec![intervals::picture()?],
         tables: vec![intervals::reload_table()?, intervals::tread_table()?],
-        ..Section::default()
     })
 }
 

@@ -6,8 +6,8 @@ mod planning;
 mod sequences;
 mod speed_error;
 
-use crate::drawing::Section;
 use anyhow::Result;
+use isostep_report::pictures::document::Section;
 
 use super::Part;
 use super::row::Paper;
@@ -45,6 +45,5 @@ fn pulses() -> Result<Section> {
         ],
         pictures: vec![sequences::steps()?, sequences::stairs()?, speed_error::picture()?],
         tables: vec![speed_error::table()?],
-        ..Section::default()
     })
 }

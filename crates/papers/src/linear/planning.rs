@@ -1,8 +1,10 @@
 //! Stoychitch 2018, section 2: trajectory planning, following the paper's flow chart step by step.
 
-use crate::drawing::{Chart, Curve, Picture, Style, charts};
 use anyhow::Result;
 use isostep_profile::{IntervalLaw, Profile, SpeedLaw};
+use isostep_report::pictures::chart::{self, Chart, Curve};
+use isostep_report::pictures::document::Picture;
+use isostep_report::pictures::theme::CURVE;
 
 use super::motor::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, limits, steps_per_rad};
 use crate::row::{Paper, Row};
@@ -78,16 +80,14 @@ pub fn picture() -> Result<Picture> {
     }
     let (triangle, trapezoid) = (panels.remove(0), panels.remove(0));
     let rows: Vec<Chart> = triangle.into_iter().zip(trapezoid).flat_map(|(one, other)| [one, other]).collect();
-    Ok(Picture {
-        name: "stoychitch-2018-figures-1-and-3".to_owned(),
-        svg: charts("Position, speed and acceleration of a triangle and a trapezoid", 2, 230, &rows),
-        key: Vec::new(),
-        caption: "Figures 1 and 3: the paper's motor over half a radian (left, a triangle: the top speed is not reached) and over \
+    Ok(Picture::new(
+        "stoychitch-2018-figures-1-and-3",
+        chart::picture("Position, speed and acceleration of a triangle and a trapezoid", &[], 2, 230, &rows),
+        "Figures 1 and 3: the paper's motor over half a radian (left, a triangle: the top speed is not reached) and over \
                   one revolution (right, a trapezoid). Acceleration is twice the deceleration, m = 2, so the motor takes \
                   twice as long to stop as to start; it begins and ends at v_s = 0.5 rad/s. Shaded: accelerating, \
-                  cruising, decelerating."
-            .to_owned(),
-    })
+                  cruising, decelerating.",
+    ))
 }
 
 /// Points per curve.
@@ -99,13 +99,10 @@ fn quantities(plan: &Profile) -> Vec<Chart> {
     let cruise_end_s = total_s - plan.t_decel_s();
     let chart = |name: &str, value: &dyn Fn(f64) -> f64| {
         let instants = (0..=POINTS).map(|k| total_s * f64::from(k) / f64::from(POINTS));
-        let points = instants.map(|t_s| (t_s, value(t_s) * alpha)).collect();
+        let points = instants.map(|t_s| (t_s, value(t_s) * alpha));
         Chart {
-            x_name: "time, s".to_owned(),
-            y_name: name.to_owned(),
-            curves: vec![Curve { colour: 0, style: Style::Line, points }],
-            bands: vec![(0.0, accel_s, 0), (accel_s, cruise_end_s, 1), (cruise_end_s, total_s, 2)],
-            ..Chart::default()
+            bands: chart::intervals([(0.0, accel_s), (accel_s, cruise_end_s), (cruise_end_s, total_s)]),
+            ..Chart::new("time, s", name, vec![Curve::line(CURVE[0], points)])
         }
     };
     vec![

@@ -1,7 +1,9 @@
 //! Stoychitch's figures 2 and 5: the first steps.
 
-use crate::drawing::{Chart, Curve, Picture, Scale, Style, charts};
 use anyhow::Result;
+use isostep_report::pictures::chart::{self, Axis, Chart, Curve, Scale};
+use isostep_report::pictures::document::Picture;
+use isostep_report::pictures::theme::CURVE;
 
 use super::generators::{Generator, generators, law};
 use super::motor::{SLOW_START_RAD_S, steps_per_rad};
@@ -16,25 +18,25 @@ pub fn steps() -> Result<Picture> {
     let accelerating = first_s(&generators(SLOW_START_RAD_S)?[0].edges_s(&law(SLOW_START_RAD_S)?, SHOWN));
     let last_s = accelerating[SHOWN - 1];
     let constant: Vec<f64> = (0..SHOWN).map(|k| last_s * k as f64 / (SHOWN - 1) as f64).collect();
-    let curve =
-        |colour, edges: &[f64], low| Curve { colour, style: Style::Line, points: pulses(edges, low, last_s * 0.012) };
-    let chart = Chart {
-        x_name: "time, s".to_owned(),
-        y_name: "STEP".to_owned(),
-        curves: vec![curve(1, &constant, 1.4), curve(0, &accelerating, 0.0)],
-        scale: Scale::Levels,
-        range: Some((-0.3, 2.6)),
-        ..Chart::default()
-    };
-    Ok(Picture {
-        name: "stoychitch-2018-figure-2".to_owned(),
-        svg: charts("Steps at constant speed and while accelerating", 1, 220, &[chart]),
-        key: vec![(1, "constant speed".to_owned()), (0, "accelerating".to_owned())],
-        caption: "Figure 2: twelve steps in the same time. Speed that rises in a straight line means intervals that shrink, \
+    let curve = |colour, edges: &[f64], low| Curve::line(colour, pulses(edges, low, last_s * 0.012));
+    let chart = Chart::new(
+        "time, s",
+        Axis::scaled("STEP", Scale::Levels).within(-0.3, 2.6),
+        vec![curve(CURVE[1], &constant, 1.4), curve(CURVE[0], &accelerating, 0.0)],
+    );
+    Ok(Picture::new(
+        "stoychitch-2018-figure-2",
+        chart::picture(
+            "Steps at constant speed and while accelerating",
+            &[(CURVE[1], "constant speed".to_owned()), (CURVE[0], "accelerating".to_owned())],
+            1,
+            220,
+            &[chart],
+        ),
+        "Figure 2: twelve steps in the same time. Speed that rises in a straight line means intervals that shrink, \
                   and not in a straight line: that is the whole problem of a step generator. (The paper's motor from 0.08 \
-                  rad/s, where it shows.)"
-            .to_owned(),
-    })
+                  rad/s, where it shows.)",
+    ))
 }
 
 /// The level of STEP over time, from the instants of the rising edges.
@@ -52,24 +54,28 @@ pub fn stairs() -> Result<Picture> {
     let stair = |(colour, generator): (usize, &Generator)| {
         let edges = generator.edges_s(&law, SHOWN + 1);
         let treads = edges.windows(2).map(|pair| (pair[0], pair[1], alpha / (pair[1] - pair[0])));
-        let points = treads.flat_map(|(from_s, to_s, speed)| [(from_s, speed), (to_s, speed)]).collect();
-        Curve { colour, style: Style::Line, points }
+        let points = treads.flat_map(|(from_s, to_s, speed)| [(from_s, speed), (to_s, speed)]);
+        Curve::line(CURVE[colour], points)
     };
     let mut curves: Vec<Curve> = all.iter().enumerate().map(stair).collect();
     let end_s = all[0].edges_s(&law, SHOWN + 1)[SHOWN];
     let line = (0..=100).map(|k| end_s * f64::from(k) / 100.0).map(|t_s| (t_s, law.speed_at(t_s) * alpha));
-    curves.push(Curve { colour: 6, style: Style::Dashed, points: line.collect() });
-    let chart = Chart { x_name: "time, s".to_owned(), y_name: "speed, rad/s".to_owned(), curves, ..Chart::default() };
-    Ok(Picture {
-        name: "stoychitch-2018-figure-5".to_owned(),
-        svg: charts("Speed of the first steps of each generator", 1, 360, &[chart]),
-        key: speed_error::key().into_iter().chain([(6, "the linear law".to_owned())]).collect(),
-        caption: "Figure 5: each stair is an interval, as high as its speed. Exact intervals cross the law in their middle. Time \
+    curves.push(Curve::dashed(CURVE[6], line));
+    let chart = Chart::new("time, s", "speed, rad/s", curves);
+    Ok(Picture::new(
+        "stoychitch-2018-figure-5",
+        chart::picture(
+            "Speed of the first steps of each generator",
+            &[speed_error::key(), vec![(CURVE[6], "the linear law".to_owned())]].concat(),
+            1,
+            360,
+            &[chart],
+        ),
+        "Figure 5: each stair is an interval, as high as its speed. Exact intervals cross the law in their middle. Time \
                   per step gives an interval the speed that the law has at its beginning, and so comes late by half a step; eq 14 \
                   makes the first five longer still. That helps where the recurrence runs ahead, nearly from rest as here; \
-                  at the paper's own v_s = 0.5 rad/s it hardly errs, and the correction is all that is wrong."
-            .to_owned(),
-    })
+                  at the paper's own v_s = 0.5 rad/s it hardly errs, and the correction is all that is wrong.",
+    ))
 }
 
 #[cfg(test)]

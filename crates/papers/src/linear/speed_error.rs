@@ -1,7 +1,9 @@
 //! How closely the generators' speed follows the linear law.
 
-use crate::drawing::{Chart, Curve, Picture, Style, Table, charts};
 use anyhow::Result;
+use isostep_report::pictures::chart::{self, Axis, Chart, Curve};
+use isostep_report::pictures::document::{Picture, Table};
+use isostep_report::pictures::theme::{CURVE, Colour};
 
 use super::generators::{NAMES, generators, law};
 use super::motor::{SLOW_START_RAD_S, START_RAD_S};
@@ -70,8 +72,7 @@ pub fn table() -> Result<Table> {
     let head = ["start", "generator", "worst speed error, %", "rms, %", "last step late, ms"];
     Ok(Table {
         caption: "Speed of each interval against the linear law, one revolution".to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        rows,
+        ..Table::new(&head, rows)
     })
 }
 
@@ -84,34 +85,26 @@ pub fn picture() -> Result<Picture> {
         .rev()
         .map(|(colour, generator)| {
             let errors = generator.errors_percent(&law).into_iter().enumerate();
-            Curve { colour, style: Style::Line, points: errors.map(|(i, error)| (i as f64, error)).collect() }
+            Curve::line(CURVE[colour], errors.map(|(i, error)| (i as f64, error)))
         })
         .collect();
-    let chart = |curves: Vec<Curve>, range| Chart {
-        x_name: "step".to_owned(),
-        y_name: "speed error, %".to_owned(),
-        curves,
-        range,
-        ..Chart::default()
-    };
-    let near = curves.iter().filter(|curve| curve.colour != STEPS_PER_TIME).cloned().collect();
-    let panels = [chart(curves, None), chart(near, Some((-0.3, 0.3)))];
-    Ok(Picture {
-        name: "stoychitch-2018-speed-error".to_owned(),
-        svg: charts("Speed error of each generator over the steps of a revolution", 1, 260, &panels),
-        key: key(),
-        caption: "One revolution of the paper's motor from v_s = 0.5 rad/s; below, the same seen closer. Steps per time can \
+    let near = curves.iter().filter(|curve| curve.colour != CURVE[STEPS_PER_TIME]).cloned().collect();
+    let error = "speed error, %";
+    let panels = [Chart::new("step", error, curves), Chart::new("step", Axis::from(error).within(-0.3, 0.3), near)];
+    Ok(Picture::new(
+        "stoychitch-2018-speed-error",
+        chart::picture("Speed error of each generator over the steps of a revolution", &key(), 1, 260, &panels),
+        "One revolution of the paper's motor from v_s = 0.5 rad/s; below, the same seen closer. Steps per time can \
                   only step on one of its 10,000 services a second: at 1,304 steps/s an interval is 7 or 8 of them, up to a \
                   tenth wrong, though right on average. What is left of ours is the timer's microsecond. Time per step \
                   goes from interval to interval by a recurrence that runs ahead a little everywhere, and keeps what it \
-                  has gained: at the end, where the motor is slow again, it shows."
-            .to_owned(),
-    })
+                  has gained: at the end, where the motor is slow again, it shows.",
+    ))
 }
 
 /// The key: each generator's colour and name.
-pub fn key() -> Vec<(usize, String)> {
-    NAMES.into_iter().enumerate().map(|(colour, name)| (colour, name.to_owned())).collect()
+pub fn key() -> Vec<(Colour, String)> {
+    chart::key(NAMES)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Curve, Exact, differences, peak, peak_mean};
+use crate::pictures::chart::significant;
 use crate::pictures::profile as picture;
 
 /// A row's name and its text for each law.
@@ -74,7 +75,5 @@ fn digits(value: f64) -> String {
     if value.is_infinite() {
         return "unbounded".to_owned();
     }
-    let decimals = if value == 0.0 { 0 } else { (5.0 - value.log10().floor()).clamp(0.0, 9.0) as usize };
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    significant(value, 6.0)
 }

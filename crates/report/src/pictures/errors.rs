@@ -1,9 +1,9 @@
 //! The distance of every step from its closed-form instant.
 
 use isostep_motion::{AXES, Axis};
-use plotters::prelude::*;
 
-use super::theme::{self, AXIS, Area, BOUND, Drawn, GRID, INK};
+use super::chart::{self, Chart, Curve, axes_key};
+use super::theme::{self, AXIS, BOUND};
 use isostep_sim::Outcome;
 use isostep_sim::measure::across;
 use isostep_sim::verify::{self, shaped};
@@ -13,50 +13,33 @@ const COLUMNS: usize = 240;
 
 /// Draws the picture.
 pub fn picture(outcome: &Outcome) -> String {
-    theme::svg((860, 340), "Distance of each step from its closed-form instant", |area| draw(area, outcome))
+    let title = "Distance of each step from its closed-form instant";
+    chart::picture(title, &axes_key(0..AXES), 1, 340, &[chart(outcome)])
 }
 
-fn draw(area: &Area, outcome: &Outcome) -> Drawn {
+fn chart(outcome: &Outcome) -> Chart {
     let (from_s, to_s) = span_s(outcome);
     let columns = columns(outcome, from_s, to_s);
     let (low, high) = theme::range(columns.iter().flatten().flatten().flat_map(|&(low, high)| [low, high]));
     let tick_ns = outcome.config.port.tick_ns();
     let reach = low.abs().max(high.abs()).max(tick_ns) * 1.25;
-    let decimals = theme::decimals_of(to_s - from_s);
-    let mut chart = ChartBuilder::on(area)
-        .margin(8)
-        .margin_right(16)
-        .x_label_area_size(46)
-        .y_label_area_size(68)
-        .build_cartesian_2d(from_s..to_s.max(from_s + 1e-3), -reach..reach)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(INK)
-        .label_style(theme::font(14))
-        .axis_desc_style(theme::font(15))
-        .x_desc("time from power-up, s")
-        .y_desc("late (+) or early (-), ns")
-        .x_label_formatter(&|s| format!("{s:.decimals$}"))
-        .y_label_formatter(&|ns| format!("{ns:.0}"))
-        .y_labels(7)
-        .draw()?;
-    for side in [-1.0, 1.0] {
-        let line = [(from_s, side * tick_ns), (to_s, side * tick_ns)];
-        chart.draw_series(DashedLineSeries::new(line, 6, 5, BOUND.stroke_width(2)))?;
-    }
+    let bounds = [-tick_ns, tick_ns].map(|side_ns| Curve::dashed(BOUND, [(from_s, side_ns), (to_s, side_ns)]));
     let width_s = (to_s - from_s).max(1e-9) / COLUMNS as f64;
     // The height that makes a single step visible.
     let least_ns = tick_ns / 100.0;
-    for (columns, colour) in columns.iter().zip(AXIS) {
-        let spans = columns.iter().enumerate().filter_map(|(number, span)| span.map(|span| (number, span)));
-        chart.draw_series(spans.map(|(number, (low, high))| {
+    let bars = columns.iter().zip(AXIS).map(|(columns, colour)| {
+        let spans = columns.iter().enumerate().filter_map(|(number, span)| Some((number, (*span)?)));
+        let corners = spans.map(|(number, (low, high))| {
             let left_s = from_s + number as f64 * width_s;
-            Rectangle::new([(left_s, low - least_ns), (left_s + width_s, high + least_ns)], colour.mix(0.55).filled())
-        }))?;
-    }
-    Ok(())
+            [(left_s, low - least_ns), (left_s + width_s, high + least_ns)]
+        });
+        Curve::bars(colour, corners).faint(0.55)
+    });
+    Chart::new(
+        chart::Axis::from("time from power-up, s").within(from_s, to_s.max(from_s + 1e-3)),
+        chart::Axis::from("late (+) or early (-), ns").within(-reach, reach),
+        bounds.into_iter().chain(bars).collect(),
+    )
 }
 
 /// From the beginning of the first move of the program to the end of the last one, s since power-up.
@@ -92,4 +75,24 @@ fn columns(outcome: &Outcome, from_s: f64, to_s: f64) -> [[Option<(f64, f64)>; C
         }
     }
     columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isostep_sim::{Config, run};
+
+    /// The bars reach as far as the worst step, and there is none of an axis that rests.
+    #[test]
+    fn bars_span_the_errors_of_their_axis() {
+        let outcome = run(b"G1 X20 Y10 F1200\n", &Config::default()).unwrap();
+        let chart = chart(&outcome);
+        let worst = verify::moves(&outcome).map(|check| check.error_max_ns()).fold(0.0, f64::max);
+        let least_ns = outcome.config.port.tick_ns() / 100.0;
+        let reach = |curve: &Curve| curve.points.iter().map(|point| point.1.abs()).fold(0.0, f64::max);
+        assert_eq!(chart.curves[..2].iter().map(reach).collect::<Vec<_>>(), [8.0, 8.0], "one tick");
+        let found = chart.curves[2..].iter().map(reach).fold(0.0, f64::max) - least_ns;
+        assert!((found - worst).abs() < 1e-6, "{found} is not {worst}");
+        assert!(!chart.curves[2].points.is_empty() && chart.curves[4].points.is_empty());
+    }
 }

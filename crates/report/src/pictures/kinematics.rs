@@ -1,9 +1,8 @@
 //! Speed and acceleration of each axis over time: planned values as lines, values measured from the edges as dots. A blend
 //! at the beginning is drawn with the move.
 
-use plotters::prelude::*;
-
-use super::theme::{self, AXIS, Area, Drawn, GRID, INK, INTERVAL};
+use super::chart::{self, Axis, Chart, Curve, Label, Place, axes_key, over_one_x, picture};
+use super::theme::{self, AXIS};
 use isostep_motion::AXES;
 use isostep_profile::{Blend, Profile};
 use isostep_sim::MoveRecord;
@@ -17,35 +16,16 @@ const CURVE_POINTS: u32 = 400;
 /// The picture of one move: speed above, acceleration below, with the three intervals shaded.
 pub fn of_move(outcome: &Outcome, record: &MoveRecord) -> String {
     let axes = moving(outcome, record);
-    theme::svg((860, 560), "Speed and acceleration of each axis over time", |area| {
-        let (upper, lower) = area.split_vertically(296);
-        panel(&upper, record, &axes, &Quantity::SPEED)?;
-        panel(&lower, record, &axes, &Quantity::ACCELERATION)
-    })
+    let key = axes_key(axes.iter().map(|axis| axis.index));
+    picture("Speed and acceleration of each axis over time", &key, 1, 290, &charts(record, &axes))
 }
 
-/// The quantity that a panel shows.
-struct Quantity {
-    name: &'static str,
-    planned: fn(&MovingAxis, f64) -> f64,
-    measured: fn(&MovingAxis) -> &[(f64, f64)],
-    /// Whether it is the upper panel, which names the intervals. The lower one names the time axis.
-    upper: bool,
-}
-
-impl Quantity {
-    const SPEED: Self = Self {
-        name: "speed, mm/s",
-        planned: |axis, t_s| axis.speed_mm_s(t_s),
-        measured: |axis| &axis.speeds,
-        upper: true,
-    };
-    const ACCELERATION: Self = Self {
-        name: "acceleration, mm/s²",
-        planned: |axis, t_s| axis.accel_mm_s2(t_s),
-        measured: |axis| &axis.accelerations,
-        upper: false,
-    };
+fn charts(record: &MoveRecord, axes: &[MovingAxis]) -> Vec<Chart> {
+    let mut speed = chart_of(record, axes, "speed, mm/s", MovingAxis::speed_mm_s, |axis| &axis.speeds);
+    let acceleration =
+        chart_of(record, axes, "acceleration, mm/s²", MovingAxis::accel_mm_s2, |axis| &axis.accelerations);
+    speed.labels = names(record, speed.y.range.unwrap_or_default());
+    over_one_x(vec![speed, acceleration])
 }
 
 /// An axis that moves.
@@ -137,45 +117,34 @@ fn slopes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     pairs.map(|pair| ((pair[0].0 + pair[1].0) / 2.0, (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0))).collect()
 }
 
-fn panel(area: &Area, record: &MoveRecord, axes: &[MovingAxis], quantity: &Quantity) -> Drawn {
+/// A quantity of all axes over time: planned as lines, measured as dots.
+fn chart_of(
+    record: &MoveRecord,
+    axes: &[MovingAxis],
+    name: &str,
+    planned_at: fn(&MovingAxis, f64) -> f64,
+    measured: fn(&MovingAxis) -> &[(f64, f64)],
+) -> Chart {
     let duration_s = duration_s(record);
-    let (low, high) = extent(axes, duration_s, quantity);
-    let mut chart = ChartBuilder::on(area)
-        .margin(8)
-        .margin_right(16)
-        .x_label_area_size(if quantity.upper { 24 } else { 46 })
-        .y_label_area_size(68)
-        .build_cartesian_2d(0.0..duration_s, low..high)?;
-    chart.draw_series(intervals(record, low, high))?;
-    let mut mesh = chart.configure_mesh();
-    mesh.light_line_style(TRANSPARENT).bold_line_style(GRID).axis_style(INK);
-    mesh.label_style(theme::font(14)).axis_desc_style(theme::font(15)).y_desc(quantity.name);
-    let decimals = theme::decimals_of(high - low);
-    let label = move |value: &f64| format!("{value:.decimals$}");
-    mesh.y_label_formatter(&label).y_labels(7);
-    let seconds = theme::decimals_of(duration_s);
-    let x_label = move |value: &f64| format!("{value:.seconds$}");
-    mesh.x_label_formatter(&x_label);
-    if !quantity.upper {
-        mesh.x_desc("time from the start of the move, s");
-    }
-    mesh.draw()?;
-    for axis in axes {
+    let lines: Vec<_> = axes.iter().map(|axis| planned(axis, duration_s, planned_at)).collect();
+    let (low, high) = extent(lines.iter().flatten().map(|point| point.1));
+    let curves = axes.iter().zip(lines).flat_map(|(axis, line)| {
         let colour = AXIS[axis.index];
-        let line = planned(axis, duration_s, quantity.planned);
-        chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
-        let dots = (quantity.measured)(axis).iter().filter(|dot| (low..=high).contains(&dot.1));
-        chart.draw_series(dots.map(|&dot| Circle::new(dot, 2, colour.filled())))?;
-    }
-    if quantity.upper {
-        let names = ["accelerate", "cruise", "decelerate"].into_iter().zip(spans(record));
-        let wide = names.filter(|(_, (from_s, to_s))| to_s - from_s > duration_s * 0.12);
-        let names = wide.map(|(name, (from_s, to_s))| {
-            Text::new(name, ((from_s + to_s) / 2.0, high - 0.05 * (high - low)), theme::centred(14))
-        });
-        chart.draw_series(names)?;
-    }
-    Ok(())
+        [Curve::line(colour, line), Curve::dots(colour, measured(axis).iter().copied())]
+    });
+    let x = Axis::from("time from the start of the move, s").within(0.0, duration_s);
+    let chart = Chart::new(x, Axis::from(name).within(low, high), curves.collect());
+    Chart { bands: chart::intervals(spans(record)), ..chart }
+}
+
+/// The names of the intervals that are wide enough for them.
+fn names(record: &MoveRecord, (low, high): (f64, f64)) -> Vec<Label> {
+    let names = ["accelerate", "cruise", "decelerate"].into_iter().zip(spans(record));
+    let wide = names.filter(|(_, (from_s, to_s))| to_s - from_s > duration_s(record) * 0.12);
+    let label = |(name, (from_s, to_s)): (&str, (f64, f64))| {
+        Label::new(((from_s + to_s) / 2.0, high - 0.05 * (high - low)), Place::Centre, name)
+    };
+    wide.map(label).collect()
 }
 
 /// The planned line: at equidistant instants, and on both sides of the ends of each interval, where it has corners.
@@ -198,15 +167,45 @@ fn spans(record: &MoveRecord) -> [(f64, f64); 3] {
     [(begin_s, accel_s), (accel_s, decel_s), (decel_s, end_s)]
 }
 
-fn intervals(record: &MoveRecord, low: f64, high: f64) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
-    let coloured = spans(record).into_iter().zip(INTERVAL);
-    coloured.map(move |((from_s, to_s), colour)| Rectangle::new([(from_s, low), (to_s, high)], colour.filled()))
-}
-
 /// A range with room for all values, and for the names above.
-fn extent(axes: &[MovingAxis], duration_s: f64, quantity: &Quantity) -> (f64, f64) {
-    let values = axes.iter().flat_map(|axis| planned(axis, duration_s, quantity.planned)).map(|(_, value)| value);
+fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = theme::range(values.chain([0.0]));
     let room = (high - low).max(1e-6) * 0.14;
     (low - room, high + room)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::chart::Style;
+    use super::*;
+    use isostep_sim::{Config, run};
+
+    /// By hand: X goes 20 mm from and to rest at 50 mm/s2, so it reaches sqrt(50 x 20) mm/s in the middle, and Y half of it.
+    #[test]
+    fn lines_are_the_plan_and_dots_the_edges() {
+        let outcome = run(b"G1 X20 Y10 F2400\n", &Config::default()).unwrap();
+        let record = &outcome.moves[0];
+        let charts = charts(record, &moving(&outcome, record));
+        let duration_s = record.plan_s;
+        for (chart, peaks) in charts.iter().zip([[31.623, 15.811], [50.0, 25.0]]) {
+            assert_eq!(chart.x.range.map(|range| (range.1 - duration_s).abs() < 1e-9), Some(true));
+            assert_eq!(chart.bands.len(), 3);
+            assert!((chart.bands[2].to - duration_s).abs() < 1e-9);
+            for (curves, peak) in chart.curves.chunks(2).zip(peaks) {
+                let [line, dots] = curves else { panic!("{curves:?}") };
+                let highest = line.points.iter().map(|point| point.1).fold(0.0, f64::max);
+                assert!((highest / peak - 1.0).abs() < 1e-3, "{highest} is not {peak}");
+                assert!((dots.style, dots.points.len() > 40) == (Style::Dots(2), true));
+            }
+        }
+        let [line, dots] = &charts[0].curves[..2] else { panic!() };
+        for &(t_s, speed) in &dots.points[1..dots.points.len() - 1] {
+            let at = line.points.partition_point(|point| point.0 < t_s);
+            assert!((line.points[at].1 - speed).abs() < 0.5, "at {t_s} s: {speed}, not {}", line.points[at].1);
+        }
+        assert_eq!(
+            charts[0].labels.iter().map(|label| label.text.as_str()).collect::<Vec<_>>(),
+            ["accelerate", "decelerate"]
+        );
+    }
 }

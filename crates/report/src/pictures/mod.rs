@@ -4,6 +4,8 @@
 pub mod bench;
 mod both_rules;
 mod by_accel;
+pub mod chart;
+pub mod document;
 mod engraving;
 mod errors;
 mod kinematics;
@@ -24,5 +26,4 @@ mod time;
 
 pub use both_rules::BothRules;
 pub use other_rule::other_rule;
-pub use page::{files, page};
-pub use profile::thin::thin;
+pub use page::page;

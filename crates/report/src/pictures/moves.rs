@@ -1,7 +1,6 @@
 //! The table of moves: all of them, or a selection of the most interesting if there are many.
 
-use maud::{Markup, html};
-
+use super::document::{Section, Table};
 use super::theme::AXIS_NAMES;
 use crate::figures::{Figures, MoveFigures};
 use isostep_motion::AXES;
@@ -14,28 +13,26 @@ const ALL_MAX: usize = 100;
 const SOME: usize = 20;
 
 /// The tables of moves.
-pub fn table(figures: &Figures) -> Markup {
-    html! {
-        h2 { "Moves" }
-        p { "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and its cruise; a dash stands for an axis at rest or with too few edges to fit." }
-        @if figures.moves_total <= ALL_MAX {
-            (rows(figures.moves.iter()))
-        } @else {
-            @let (longest, latest) = (most(&figures.moves, MoveFigures::duration_s), most(&figures.moves, MoveFigures::error_max_ns));
-            p {
-                (figures.moves_total) " moves: here are the first " (SOME) ", and the " (SOME)
-                " each that last longest and whose steps are farthest from their instants. "
-                (figures.moves_total - shown(&figures.moves, &[&longest, &latest])) " moves are left out: "
-                code { "--moves" } " lists them all."
-            }
-            h3 { "The first" }
-            (rows(figures.moves.iter().take(SOME)))
-            h3 { "The longest" }
-            (rows(longest.into_iter()))
-            h3 { "The largest errors" }
-            (rows(latest.into_iter()))
-        }
+pub fn section(figures: &Figures) -> Section {
+    let about = "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and \
+                 its cruise; a dash stands for an axis at rest or with too few edges to fit.";
+    let (mut text, mut tables) = (vec![about.to_owned()], Vec::new());
+    if figures.moves_total <= ALL_MAX {
+        tables.push(table("", figures.moves.iter()));
+    } else {
+        let longest = most(&figures.moves, MoveFigures::duration_s);
+        let latest = most(&figures.moves, MoveFigures::error_max_ns);
+        text.push(format!(
+            "{} moves: here are the first {SOME}, and the {SOME} each that last longest and whose steps are farthest from their \
+             instants. {} moves are left out: --moves lists them all.",
+            figures.moves_total,
+            figures.moves_total - shown(&figures.moves, &[&longest, &latest])
+        ));
+        tables.push(table("The first", figures.moves.iter().take(SOME)));
+        tables.push(table("The longest", longest.into_iter()));
+        tables.push(table("The largest errors", latest.into_iter()));
     }
+    Section { heading: "Moves".to_owned(), text, tables, ..Section::default() }
 }
 
 /// The moves with the greatest `value`, the greatest first.
@@ -60,45 +57,37 @@ fn shown(moves: &[MoveFigures], others: &[&[&MoveFigures]]) -> usize {
     numbers.len()
 }
 
-fn rows<'a>(moves: impl Iterator<Item = &'a MoveFigures>) -> Markup {
-    html! {
-        div.scroll { table {
-            thead { tr {
-                th { "#" } th { "line" } th { "to, mm" } th { "steps" } th { "" }
-                th { "accelerate, s" } th { "cruise, s" } th { "decelerate, s" } th { "±, ns" } th { "max. error, ns" }
-            } }
-            tbody { @for one in moves { (move_rows(one)) } }
-        } }
-    }
+fn table<'a>(caption: &str, moves: impl Iterator<Item = &'a MoveFigures>) -> Table {
+    let head =
+        ["#", "line", "to, mm", "steps", "", "accelerate, s", "cruise, s", "decelerate, s", "±, ns", "max. error, ns"];
+    Table { caption: caption.to_owned(), ..Table::new(&head, moves.flat_map(rows).collect()) }
 }
 
-fn move_rows(one: &MoveFigures) -> Markup {
-    let axes = (0..AXES).filter(|&axis| one.steps[axis] != 0);
-    html! {
-        tr.first {
-            td { (one.number) } td { (one.line.map_or("-".to_owned(), |line| line.to_string())) }
-            td { (one.to_mm.map(|mm| format!("{mm:.2}")).join(", ")) } td { (one.steps.map(|n| n.to_string()).join(", ")) }
-            td { "planned" } (interval_cells(Some(one.planned))) td {} td {}
-        }
-        @for axis in axes {
-            tr {
-                td {} td {} td {} td {}
-                td { (AXIS_NAMES[axis]) " measured" } (interval_cells(one.measured[axis].map(|measured| measured.intervals)))
-                td { (one.measured[axis].map_or("-".to_owned(), |measured| format!("{:.0}", measured.resolution_s * 1e9))) }
-                td { (one.error_max_ns[axis].map_or("-".to_owned(), |ns| format!("{ns:.0}"))) }
-            }
-        }
-    }
+/// A row of the plan, and one of each axis that moves.
+fn rows(one: &MoveFigures) -> Vec<Vec<String>> {
+    let or_dash = |text: Option<String>| text.unwrap_or("-".to_owned());
+    let planned = [
+        one.number.to_string(),
+        or_dash(one.line.map(|line| line.to_string())),
+        one.to_mm.map(|mm| format!("{mm:.2}")).join(", "),
+        one.steps.map(|n| n.to_string()).join(", "),
+        "planned".to_owned(),
+    ];
+    let planned = [&planned[..], &interval_cells(Some(one.planned)), &[String::new(), String::new()]].concat();
+    let axes = (0..AXES).filter(|&axis| one.steps[axis] != 0).map(|axis| {
+        let measured = one.measured[axis];
+        let name = format!("{} measured", AXIS_NAMES[axis]);
+        let ends = [measured.map(|measured| measured.resolution_s * 1e9), one.error_max_ns[axis]];
+        let ends = ends.map(|ns| or_dash(ns.map(|ns| format!("{ns:.0}"))));
+        let blank = [const { String::new() }; 4];
+        [&blank[..], &[name], &interval_cells(measured.map(|measured| measured.intervals)), &ends].concat()
+    });
+    [planned].into_iter().chain(axes).collect()
 }
 
-fn interval_cells(intervals: Option<Intervals>) -> Markup {
+fn interval_cells(intervals: Option<Intervals>) -> [String; 3] {
     let cells = intervals.map(|intervals| [intervals.accel_s, intervals.cruise_s, intervals.decel_s]);
-    html! {
-        @match cells {
-            Some(cells) => { @for s in cells { td { (format!("{:.6}", s.abs())) } } }
-            None => { td { "-" } td { "-" } td { "-" } }
-        }
-    }
+    cells.map_or([const { "-" }; 3].map(str::to_owned), |cells| cells.map(|s| format!("{:.6}", s.abs())))
 }
 
 #[cfg(test)]
@@ -111,23 +100,23 @@ mod tests {
         let mut config = Config::default();
         config.settings.soft_limits = false;
         let outcome = run(program.as_bytes(), &config).unwrap();
-        pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &Figures::new("many", &outcome))
+        pictures::page(&outcome, &pictures::BothRules::of(&outcome, None), &Figures::new("many", &outcome)).html()
     }
 
     #[test]
     fn of_many_moves_the_table_has_those_that_tell_most() {
         let page = page(300);
-        let moves = page.split("<h2>Moves</h2>").nth(1).unwrap();
-        let moves = moves.split("<h2>").next().unwrap();
+        let moves = page.split(">Moves</h2>").nth(1).unwrap();
+        let moves = moves.split("<h2").next().unwrap();
         assert_eq!(moves.matches("tr class=\"first\"").count(), 60);
-        assert!(moves.contains("<td>301</td>") && moves.contains("301 moves: here are the first 20"), "{moves}");
+        assert!(moves.contains(">301</td>") && moves.contains("301 moves: here are the first 20"), "{moves}");
         assert!(moves.contains("--moves"));
     }
 
     #[test]
     fn of_few_moves_the_table_has_all() {
         let page = page(60);
-        let moves = page.split("<h2>Moves</h2>").nth(1).unwrap();
+        let moves = page.split(">Moves</h2>").nth(1).unwrap();
         assert_eq!(moves.matches("tr class=\"first\"").count(), 61);
         assert!(!moves.contains("left out"));
     }

@@ -1,14 +1,15 @@
 //! The HTML page with the pictures.
 
-use isostep_console::{SETTING_TABLE, report};
-use maud::{Markup, PreEscaped, html};
+use std::fmt::Display;
 
-use super::theme::{self, AXIS_NAMES};
+use isostep_console::{SETTING_TABLE, report};
+
+use super::document::{Page, Picture, Section, Table};
+use super::theme::AXIS_NAMES;
 use super::{BothRules, engraving, errors, kinematics, moves, path, plane, ringing, speed, time};
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
-use crate::pace;
-use isostep_motion::{AXES, Axis};
+use isostep_motion::Axis;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves;
 use isostep_sim::{Board, MoveRecord};
@@ -20,21 +21,27 @@ const PICTURES_OF_LONG: usize = 4;
 /// A program with more moves than this is long.
 const LONG: usize = 100;
 
+/// The largest number of losses and of violations listed.
+const LINES: usize = 20;
+
 /// File name of the picture of what a laser engraved, which is stored beside the page.
 const ENGRAVING: &str = "engraving.png";
 
-/// The whole page.
-pub fn page(outcome: &Outcome, both: &BothRules, figures: &Figures) -> String {
-    let title = format!("{}: simulated", figures.program);
-    let body = html! {
-        h1 { (figures.program) }
-        p { "Run on the controller in virtual time: " (summary(figures)) }
-        p { code { (figures.replay) } }
-        (verdicts(figures))
-        @if !figures.moves.is_empty() { (body_of_moves(outcome, both, figures)) }
-        (settings(outcome))
+/// The whole page, with its pictures and the picture of what a laser engraved, an image beside it.
+pub fn page(outcome: &Outcome, both: &BothRules, figures: &Figures) -> Page {
+    let engraved = engraving::picture(outcome).filter(|_| !figures.moves.is_empty());
+    let of_moves = if figures.moves.is_empty() {
+        Vec::new()
+    } else {
+        of_moves(outcome, both, figures, engraved.as_ref().map(engraving::Picture::caption))
     };
-    theme::document(&title, &body)
+    Page {
+        title: format!("{}: simulated", figures.program),
+        lead: vec![format!("Run on the controller in virtual time: {}", summary(figures))],
+        command: figures.replay.clone(),
+        sections: [checks(figures)].into_iter().chain(of_moves).chain([settings(outcome)]).collect(),
+        images: engraved.map(|picture| (ENGRAVING.to_owned(), picture.png)).into_iter().collect(),
+    }
 }
 
 fn summary(figures: &Figures) -> String {
@@ -53,97 +60,105 @@ fn summary(figures: &Figures) -> String {
     )
 }
 
-fn verdicts(figures: &Figures) -> Markup {
-    html! {
-        h2 { "Checks" }
-        div.scroll { table {
-            thead { tr { th { "" } th { "promise" } th { "found" } } }
-            tbody {
-                @for verdict in &figures.verdicts {
-                    tr {
-                        td class=(if verdict.kept { "kept" } else { "broken" }) { (if verdict.kept { "kept" } else { "broken" }) }
-                        td { (verdict.promise) }
-                        td.found { (verdict.detail) }
-                    }
-                }
-            }
-        } }
-        @if !figures.losses.is_empty() {
-            h3 { "Steps lost" }
-            ul { @for loss in figures.losses.iter().take(20) { li { (loss) } } }
-        }
-        @if !figures.violations.is_empty() {
-            h3 { "Driver timing not kept" }
-            ul { @for violation in figures.violations.iter().take(20) { li { (violation) } } }
-        }
+fn checks(figures: &Figures) -> Section {
+    let rows = figures.verdicts.iter().map(|verdict| {
+        let kept = if verdict.kept { "kept" } else { "broken" };
+        vec![kept.to_owned(), verdict.promise.to_owned(), verdict.detail.clone()]
+    });
+    let lists = [list("Steps lost", &figures.losses), list("Driver timing not kept", &figures.violations)];
+    let table = Table::new(&["", "promise", "found"], rows.collect());
+    Section {
+        heading: "Checks".to_owned(),
+        tables: [table].into_iter().chain(lists.into_iter().flatten()).collect(),
+        ..Section::default()
     }
 }
 
-fn body_of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures) -> Markup {
+/// A table of the first of these lines; `None` if there is none.
+fn list(caption: &str, lines: &[impl Display]) -> Option<Table> {
+    let rows = lines.iter().take(LINES).map(|line| vec![line.to_string()]).collect();
+    (!lines.is_empty()).then(|| Table { caption: caption.to_owned(), ..Table::new(&[""], rows) })
+}
+
+fn of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures, engraved: Option<String>) -> Vec<Section> {
     let sources = lines_of_moves::of_moves(outcome);
-    html! {
-        h2 { "Path" }
-        (path_of(plane::XY, path::picture(outcome, &sources, plane::XY), figures))
-        @if path::has_sides(outcome) {
-            @for axes in path::SIDES { (path_of(axes, path::picture(outcome, &sources, axes), figures)) }
-        }
-        @if let Some(picture) = &both.by_accel {
-            h2 { "Acceleration over its limit" }
-            figure { (PreEscaped(&picture.svg)) figcaption { (picture.caption) } }
-        }
-        @if let Some(picture) = engraving::picture(outcome) {
-            h2 { "Engraving" }
-            figure { img src=(ENGRAVING) alt="What the laser engraved"; figcaption { (picture.caption()) } }
-        }
-        h2 { "Speed along the program" }
-        figure { (PreEscaped(speed::picture(outcome, &sources, [figures.pace.slowest_second, figures.pace.busiest_second]))) figcaption {
-            span.key style="background: var(--x)" {} "planned speed along the path: the line is the mean of each span of time, the band its lowest to highest. "
-            span.key style="background: var(--bound)" {} "asked for: the feed, or what the top speeds of the axes allow."
-        } }
-        (time::shares(&figures.pace))
-        (time::slow_places(&figures.pace))
-        (axes(figures))
-        @if let Some(shaping) = &figures.shaping { h2 { "Shaping" } p { (shaping) "." } }
-        @if let Some(section) = ringing::section(outcome, &both.ringing, &figures.ringing_unshaped) { (section) }
-        (moves::table(figures))
-        (pictures(outcome, figures))
-    }
+    let with = |heading: &str, picture: Picture| Section {
+        heading: heading.to_owned(),
+        pictures: vec![picture],
+        ..Section::default()
+    };
+    let sides = path::SIDES.into_iter().filter(|_| path::has_sides(outcome));
+    let planes = [plane::XY].into_iter().chain(sides);
+    let paths = planes.map(|axes| path_of(axes, path::picture(outcome, &sources, axes), figures));
+    let path = Section { heading: "Path".to_owned(), pictures: paths.collect(), ..Section::default() };
+    let by_accel = both.by_accel.as_ref().map(|drawn| {
+        let picture = Picture::new("path-by-acceleration", drawn.svg.clone(), drawn.caption.clone());
+        with("Acceleration over its limit", picture)
+    });
+    let engraving = engraved.map(|caption| {
+        let image = format!("<img src=\"{ENGRAVING}\" alt=\"What the laser engraved\">");
+        with("Engraving", Picture::new("engraving", image, caption))
+    });
+    let seconds = [figures.pace.slowest_second, figures.pace.busiest_second];
+    let caption = "The line is the mean of each span of time, the band its lowest to highest.";
+    let speed = Picture::new("speed", speed::picture(outcome, &sources, seconds), caption);
+    let speed = with("Speed along the program", speed);
+    let shaping = figures.shaping.as_ref().map(|shaping| Section {
+        heading: "Shaping".to_owned(),
+        text: vec![format!("{shaping}.")],
+        ..Section::default()
+    });
+    let ringing = ringing::section(outcome, &both.ringing, &figures.ringing_unshaped);
+    let caption = "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. \
+                   Dashed: one tick of the step port.";
+    let errors = with("Step instants", Picture::new("errors", errors::picture(outcome), caption));
+    [Some(path), by_accel, engraving, Some(speed), Some(time::shares(&figures.pace)), time::slow_places(&figures.pace)]
+        .into_iter()
+        .chain([Some(axes(figures)), shaping, ringing, Some(moves::section(figures))])
+        .chain([Some(kinematics(outcome, figures)), Some(errors)])
+        .flatten()
+        .collect()
 }
 
-fn path_of(axes: plane::Axes, path: path::Picture, figures: &Figures) -> Markup {
+fn path_of(axes: plane::Axes, path: path::Picture, figures: &Figures) -> Picture {
     let plane = plane::letters(axes);
     let [right, up] = axes.map(|axis| AXIS_NAMES[axis]);
     let [x, y] = path.extent_mm.map(|(low, high)| format!("{:.2} to {:.2}", low + 0.0, high + 0.0));
-    html! {
-        figure { (PreEscaped(path.svg)) figcaption {
-            (if path.by_edges { "Where the edges say the carriage went, in the " } else { "The path as planned, in the " })
-            (plane) " plane, coloured by the planned speed along it; slow places are drawn over fast ones. "
-            (right) " " (x) ", " (up) " " (y) " mm."
-            @if path.with_rapids { " Dashed lines are rapids." }
-            @if path.with_dots { " Dots end lines of the program." }
-            @if figures.homing_ns > 0 { " The dashed frame is the travel." }
-            @if let Some(simplified) = path.simplified { " " (simplified) }
-        } }
+    let what =
+        if path.by_edges { "Where the edges say the carriage went, in the" } else { "The path as planned, in the" };
+    let mut caption = format!(
+        "{what} {plane} plane, coloured by the planned speed along it; slow places are drawn over fast ones. {right} {x}, {up} {y} mm."
+    );
+    for (holds, text) in [
+        (path.with_rapids, " Dashed lines are rapids."),
+        (path.with_dots, " Dots end lines of the program."),
+        (figures.homing_ns > 0, " The dashed frame is the travel."),
+    ] {
+        caption += if holds { text } else { "" };
     }
+    caption.extend(path.simplified.map(|simplified| format!(" {simplified}")));
+    let name = if axes == plane::XY { "path".to_owned() } else { format!("path-{}", plane.to_lowercase()) };
+    Picture { name, svg: path.svg, caption }
 }
 
-fn pictures(outcome: &Outcome, figures: &Figures) -> Markup {
-    html! {
-        h2 { "Speed and acceleration" }
-        p { "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded." @if figures.moves_total > LONG { " Here are the longest moves." } }
-        @for (number, record) in shown(outcome) {
-            figure {
-                figcaption {
-                    "Move " (number) ", " (steps_text(record.plan.steps)) " steps. "
-                    (key(&moving(record.plan.steps))) "Lines are planned, dots measured from the edges."
-                }
-                (PreEscaped(kinematics::of_move(outcome, record)))
-            }
-        }
-        h2 { "Step instants" }
-        figure { (PreEscaped(errors::picture(outcome))) figcaption {
-            (key(&Axis::ALL.map(|axis| axis as usize))) "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. Dashed: one tick of the step port."
-        } }
+fn kinematics(outcome: &Outcome, figures: &Figures) -> Section {
+    let longest = if figures.moves_total > LONG { " Here are the longest moves." } else { "" };
+    let about = "One profile drives every axis of a move, so all accelerate, cruise and decelerate over the same intervals, shaded.";
+    let pictures = shown(outcome).into_iter().map(|(number, record)| {
+        Picture::new(
+            format!("move-{number}"),
+            kinematics::of_move(outcome, record),
+            format!(
+                "Move {number}, {} steps. Lines are planned, dots measured from the edges.",
+                record.plan.steps.map(|n| n.to_string()).join(", ")
+            ),
+        )
+    });
+    Section {
+        heading: "Speed and acceleration".to_owned(),
+        text: vec![format!("{about}{longest}")],
+        pictures: pictures.collect(),
+        ..Section::default()
     }
 }
 
@@ -164,79 +179,48 @@ fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
     longest
 }
 
-/// The page's pictures of path, speed and moves as separate files, by name: SVG in light colours. Also the picture of
-/// what a laser engraved, a PNG that the page shows.
-pub fn files(outcome: &Outcome, both: &BothRules) -> Vec<(String, Vec<u8>)> {
-    let moves = shown(outcome).into_iter();
-    let moves = moves.map(|(number, record)| (format!("move-{number}.svg"), kinematics::of_move(outcome, record)));
-    let sources = lines_of_moves::of_moves(outcome);
-    let path = ("path.svg".to_owned(), path::picture(outcome, &sources, plane::XY).svg);
-    let sides = path::SIDES.into_iter().filter(|_| path::has_sides(outcome)).map(|axes| {
-        let name = format!("path-{}.svg", plane::letters(axes).to_lowercase());
-        (name, path::picture(outcome, &sources, axes).svg)
-    });
-    let seconds = pace::extreme_seconds(outcome, &sources);
-    let speed = ("speed.svg".to_owned(), speed::picture(outcome, &sources, seconds));
-    let swings = ringing::picture(outcome).map(|picture| ("ringing.svg".to_owned(), picture));
-    let by_accel = both.by_accel.as_ref().map(|picture| ("path-by-acceleration.svg".to_owned(), picture.svg.clone()));
-    let drawn = moves
-        .chain([path, speed])
-        .chain(sides)
-        .chain(by_accel)
-        .chain(swings)
-        .map(|(name, picture)| (name, theme::standalone(&picture).into_bytes()));
-    drawn.chain(engraving::picture(outcome).map(|picture| (ENGRAVING.to_owned(), picture.png))).collect()
-}
-
-/// The key of axes and colours.
-fn key(axes: &[usize]) -> Markup {
-    html! {
-        @for &axis in axes {
-            span.key style=(format!("background: var(--{})", AXIS_NAMES[axis].to_lowercase())) {} (AXIS_NAMES[axis]) " "
-        }
-    }
-}
-
-fn moving(steps: [i32; AXES]) -> Vec<usize> {
-    (0..AXES).filter(|&axis| steps[axis] != 0).collect()
-}
-
-fn axes(figures: &Figures) -> Markup {
+fn axes(figures: &Figures) -> Section {
     let of = |OfLimit { found, limit }: OfLimit| format!("{found:.2} of {limit:.2}");
-    html! {
-        h2 { "Axes and their limits" }
-        p { "Within moves, from the edges of each axis alone, up to 1 % high. At a corner the speed of an axis jumps, as planned; at most by sqrt(8 x acceleration x $11), or twice the start speed." }
-        div.scroll { table {
-            thead { tr {
-                th { "" } th { "speed, mm/s" } th { "accelerates, mm/s²" } th { "decelerates, mm/s²" }
-                th { "jumps, mm/s" } th { "mm/min" } th { "to move" } th { "line" }
-            } }
-            tbody { @for one in &figures.axes {
-                @let jump = one.jump.map(|jump| OfLimit { found: jump.mm_s, limit: one.jump_limit_mm_s });
-                tr {
-                    td { (one.axis) } td { (of(one.speed_mm_s)) } td { (of(one.accel_mm_s2)) } td { (of(one.decel_mm_s2)) }
-                    td { (jump.map_or("-".to_owned(), of)) }
-                    td { (one.jump.map_or("-".to_owned(), |jump| format!("{:.0}", jump.mm_min))) }
-                    td { (one.jump.map_or("-".to_owned(), |jump| jump.move_number.to_string())) }
-                    td { (one.jump.and_then(|jump| jump.line).map_or("-".to_owned(), |line| line.to_string())) }
-                }
-            } }
-        } }
+    let or_dash = |text: Option<String>| text.unwrap_or("-".to_owned());
+    let rows = figures.axes.iter().map(|one| {
+        vec![
+            one.axis.to_string(),
+            of(one.speed_mm_s),
+            of(one.accel_mm_s2),
+            of(one.decel_mm_s2),
+            or_dash(one.jump.map(|jump| of(OfLimit { found: jump.mm_s, limit: one.jump_limit_mm_s }))),
+            or_dash(one.jump.map(|jump| format!("{:.0}", jump.mm_min))),
+            or_dash(one.jump.map(|jump| jump.move_number.to_string())),
+            or_dash(one.jump.and_then(|jump| jump.line).map(|line| line.to_string())),
+        ]
+    });
+    let head =
+        ["", "speed, mm/s", "accelerates, mm/s²", "decelerates, mm/s²", "jumps, mm/s", "mm/min", "to move", "line"];
+    Section {
+        heading: "Axes and their limits".to_owned(),
+        text: vec![
+            "Within moves, from the edges of each axis alone, up to 1 % high. At a corner the speed of an axis jumps, as planned; at \
+             most by sqrt(8 x acceleration x $11), or twice the start speed."
+                .to_owned(),
+        ],
+        tables: vec![Table::new(&head, rows.collect())],
+        ..Section::default()
     }
 }
 
-fn settings(outcome: &Outcome) -> Markup {
-    html! {
-        h2 { "Settings at power-up" }
-        div.scroll { table {
-            thead { tr { th { "setting" } th { "value" } th { "unit" } th { "meaning" } } }
-            tbody { @for row in SETTING_TABLE.iter().filter(|row| !row.is_trinamic() || outcome.config.board == Board::SkrPico) {
-                @for line in setting_lines(row, outcome).lines() {
-                    @let (number, value) = line.split_once('=').unwrap_or((line, ""));
-                    tr { td { code { (number) } } td { (value) } td { (row.unit) } td { (row.meaning()) } }
-                }
-            } }
-        } }
+fn settings(outcome: &Outcome) -> Section {
+    let of_board = |row: &&isostep_console::Setting| !row.is_trinamic() || outcome.config.board == Board::SkrPico;
+    let rows = SETTING_TABLE.iter().filter(of_board).flat_map(|row| {
+        let cells = |line: &str| {
+            let (number, value) = line.split_once('=').unwrap_or((line, ""));
+            [number, value, row.unit, row.meaning()].map(str::to_owned).to_vec()
+        };
+        setting_lines(row, outcome).lines().map(cells).collect::<Vec<_>>()
+    });
+    Section {
+        heading: "Settings at power-up".to_owned(),
+        tables: vec![Table::new(&["setting", "value", "unit", "meaning"], rows.collect())],
+        ..Section::default()
     }
 }
 
@@ -244,10 +228,6 @@ fn setting_lines(row: &isostep_console::Setting, outcome: &Outcome) -> String {
     let mut lines = String::new();
     report::setting(&mut lines, row, &outcome.config.settings).expect("a String takes any text");
     lines
-}
-
-fn steps_text(steps: [i32; AXES]) -> String {
-    steps.map(|n| n.to_string()).join(", ")
 }
 
 #[cfg(test)]
@@ -262,8 +242,9 @@ mod tests {
         for (program, expected) in [("G1 X10 Z1 F600\n", [true; 3]), ("G1 X10 Y5 F600\n", [true, false, false])] {
             let outcome = run(program.as_bytes(), &Config::default()).unwrap();
             let both = BothRules::of(&outcome, None);
-            let (page, files) = (page(&outcome, &both, &Figures::new("a.nc", &outcome)), files(&outcome, &both));
-            let on_page = PLANES.map(|plane| page.contains(&format!("Path in the {plane} plane, coloured by speed")));
+            let page = page(&outcome, &both, &Figures::new("a.nc", &outcome));
+            let (html, files) = (page.html(), page.files());
+            let on_page = PLANES.map(|plane| html.contains(&format!("Path in the {plane} plane, coloured by speed")));
             let beside = FILES.map(|wanted| files.iter().any(|(name, _)| name == wanted));
             assert_eq!([on_page, beside], [expected; 2], "{program}");
         }

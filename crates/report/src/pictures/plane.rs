@@ -1,21 +1,14 @@
 //! The plane of two axes as a picture: its frame with labels, and where places are in it, with the travel where the machine
 //! was homed.
 
-use plotters::prelude::*;
-
+use super::chart::{Axis, Chart, Curve, FRAME};
 use super::rack;
 use super::strokes::Point;
-use super::theme::{self, AXIS_NAMES, Area, BOUND, Drawn, GRID, INK};
+pub use super::theme::FINE;
+use super::theme::{self, AXIS_NAMES, Area, BOUND, Drawn};
 use isostep_motion::AXES;
 use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
-
-/// plotters rounds points to whole pixels, which would distort straight lines. Drawn at this scale, the error is not
-/// visible.
-pub const FINE: u32 = 4;
-/// What the margins and the labels below and to the left take, pixels.
-const MARGIN: u32 = 12;
-const LABELS: (u32, u32) = (60, 48);
 
 /// The axes of a plane: to the right, and upwards.
 pub type Axes = [usize; 2];
@@ -92,13 +85,13 @@ impl Plane {
     /// The size of the picture, fine pixels.
     pub fn size(&self) -> (u32, u32) {
         let (wide, high) = self.room.inner;
-        let around = (2 * MARGIN + LABELS.0, 2 * MARGIN + LABELS.1 + self.room.above);
+        let around = (FRAME.left + FRAME.right, FRAME.above + FRAME.below + self.room.above);
         (wide as u32 + around.0 * FINE, high as u32 + around.1 * FINE)
     }
 
     /// The upper left corner inside the labels, in fine pixels.
     pub fn corner(&self) -> Point {
-        [MARGIN + LABELS.0, MARGIN + self.room.above].map(|pixels| f64::from(pixels * FINE))
+        [FRAME.left, FRAME.above + self.room.above].map(|pixels| f64::from(pixels * FINE))
     }
 
     /// How many fine pixels a millimetre has.
@@ -113,45 +106,26 @@ impl Plane {
         [left + (right - self.right_mm.0) * scale, top + (self.up_mm.1 - up) * scale]
     }
 
-    /// Draws the frame.
+    /// Draws the frame below what is kept free.
     pub fn draw(&self, area: &Area, outcome: &Outcome) -> Drawn {
-        let (x, y) = (self.right_mm, self.up_mm);
+        let (_, own) = area.split_vertically(self.room.above * FINE);
+        self.chart(outcome).draw(&own)
+    }
+
+    fn chart(&self, outcome: &Outcome) -> Chart {
         let [right, up] = self.axes;
-        let decimals = theme::decimals_of(x.1 - x.0);
-        let label = |mm: &f64| format!("{mm:.decimals$}");
-        let mut chart = ChartBuilder::on(area)
-            .margin(MARGIN * FINE)
-            .margin_top((MARGIN + self.room.above) * FINE)
-            .x_label_area_size(LABELS.1 * FINE)
-            .y_label_area_size(LABELS.0 * FINE)
-            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(GRID.stroke_width(FINE))
-            .axis_style(INK.stroke_width(FINE))
-            .label_style(theme::font(14 * FINE))
-            .axis_desc_style(theme::font(15 * FINE))
-            .set_all_tick_mark_size(5 * FINE)
-            .x_desc(format!("{}, mm", AXIS_NAMES[right]))
-            .y_desc(format!("{}, mm", AXIS_NAMES[up]))
-            .x_label_formatter(&label)
-            .y_label_formatter(&label)
-            .draw()?;
+        let axis =
+            |axis: usize, (low, high): (f64, f64)| Axis::from(format!("{}, mm", AXIS_NAMES[axis])).within(low, high);
+        let mut chart = Chart::new(axis(right, self.right_mm), axis(up, self.up_mm), Vec::new());
         if self.has_rack {
-            chart.draw_series(rack::bays(FINE))?;
-            chart.draw_series(rack::names(FINE))?;
+            chart.curves.extend(rack::bays());
+            chart.labels.extend(rack::names());
         }
         if self.homed {
             let far = (outcome.travel_mm[right], outcome.travel_mm[up]);
-            chart.draw_series(DashedLineSeries::new(
-                [(0.0, 0.0), (far.0, 0.0), far, (0.0, far.1), (0.0, 0.0)],
-                6 * FINE,
-                5 * FINE,
-                BOUND.stroke_width(FINE),
-            ))?;
+            chart.curves.push(Curve::dashed(BOUND, [(0.0, 0.0), (far.0, 0.0), far, (0.0, far.1), (0.0, 0.0)]));
         }
-        Ok(())
+        chart
     }
 
     /// A dot where the program starts, in the colour of a CSS variable.

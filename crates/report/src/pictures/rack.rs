@@ -1,9 +1,9 @@
 //! The rack of the papers' parking gantry, drawn behind the path of a program that parks cars.
 
 use isostep_console::Settings;
-use plotters::prelude::*;
 
-use super::theme::{self, RACK};
+use super::chart::{Curve, Label, Place, Style};
+use super::theme::RACK;
 use isostep_sim::Outcome;
 
 /// Centres of its bays, mm.
@@ -29,20 +29,21 @@ fn middles_mm() -> impl Iterator<Item = (f64, f64)> {
     ROWS_MM.into_iter().flat_map(|y| COLUMNS_MM.into_iter().map(move |x| (x, y)))
 }
 
-/// The bays, for a picture drawn larger by the factor `fine`.
-pub fn bays(fine: u32) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
-    let (width, height) = BAY_MM;
-    middles_mm().flat_map(move |(x, y)| {
-        let corners = [(x - width / 2.0, y - height / 2.0), (x + width / 2.0, y + height / 2.0)];
-        [Rectangle::new(corners, RACK.mix(0.12).filled()), Rectangle::new(corners, RACK.stroke_width(fine))]
-    })
+/// The bays.
+pub fn bays() -> impl Iterator<Item = Curve> {
+    let (half_wide, half_high) = (BAY_MM.0 / 2.0, BAY_MM.1 / 2.0);
+    let corners = move |(x, y): (f64, f64)| [(x - half_wide, y - half_high), (x + half_wide, y + half_high)];
+    let outline = move |middle| {
+        let [low, high] = corners(middle);
+        Curve::new(Style::Thin, RACK, [low, (high.0, low.1), high, (low.0, high.1), low])
+    };
+    [Curve::bars(RACK, middles_mm().map(corners)).faint(0.12)].into_iter().chain(middles_mm().map(outline))
 }
 
 /// The names of the bays.
-pub fn names(fine: u32) -> impl Iterator<Item = Text<'static, (f64, f64), String>> {
-    let bays = middles_mm().enumerate().map(move |(index, (x, y))| {
-        Text::new(format!("bay {}", index + 1), (x, y - BAY_MM.1 * 0.36), theme::centred(14 * fine).color(&RACK))
-    });
+pub fn names() -> impl Iterator<Item = Label> {
+    let bays = (1..).zip(middles_mm()).map(|(number, (x, y))| (format!("bay {number}"), (x, y - BAY_MM.1 * 0.36)));
     let (x, y) = PICK_UP_MM;
-    bays.chain([Text::new("pick-up point".to_owned(), (x, y - 16.0), theme::centred(14 * fine).color(&RACK))])
+    let names = bays.chain([("pick-up point".to_owned(), (x, y - 16.0))]);
+    names.map(|(text, at)| Label { colour: RACK, ..Label::new(at, Place::Centre, text) })
 }

@@ -1,11 +1,11 @@
 //! How the loads on springs swing: a table, and the deviation of each load over time.
 
 use isostep_motion::Axis;
-use maud::{Markup, html};
-use plotters::prelude::*;
 
+use super::chart::{self, Chart, Curve, Style};
+use super::document::{Picture, Section, Table};
 use super::other_rule::Rule;
-use super::theme::{self, AXIS, AXIS_NAMES, Area, Drawn, GRID, INK};
+use super::theme::{AXIS, AXIS_NAMES};
 use crate::ringing::{self, Deviation, RingingFigures, swings};
 use isostep_sim::Outcome;
 use isostep_sim::analysis::Oscillator;
@@ -13,11 +13,6 @@ use isostep_sim::lines_of_moves;
 
 /// Number of time spans, each with its least and its greatest deviation.
 const SPANS: usize = 760;
-/// plotters rounds points to whole pixels. Drawn at this scale, the error is not visible.
-const FINE: u32 = 4;
-/// Size of the chart of one load, pixels, and what the name of the time axis takes below the last.
-const PANEL: (u32, u32) = (860, 150);
-const TIME: u32 = 30;
 /// How many periods are shown after the last plan.
 const PERIODS_AFTER: f64 = 8.0;
 
@@ -35,38 +30,39 @@ pub fn rows(rule: &Rule, outcome: &Outcome) -> Vec<Row> {
 }
 
 /// The table, with rows of the same program without shapers, and the picture; `None` if no axis has a spring, or nothing moves.
-pub fn section(outcome: &Outcome, rows: &[Row], unshaped: &[RingingFigures]) -> Option<Markup> {
-    let picture = picture(outcome)?;
-    Some(html! {
-        h2 { "Ringing" }
-        div.scroll { table {
-            thead { tr {
-                th { "load" } th { "corners" } th { "after stops: amplitude, mm" } th { "after corners: deviation, mm" } th { "anywhere, mm" }
-            } }
-            tbody {
-                @for Row { rule, load } in rows { (row(rule, load)) }
-                @for load in unshaped { (row("without shapers, for comparison", load)) }
-            }
-        } }
-        figure { (maud::PreEscaped(picture)) figcaption {
-            "How far each load on a spring is from where the edges have put its axis, in this run: the band is the least to the greatest \
-             deviation of each span of time, good to half a step. While an axis accelerates its load lags, so a deviation is not 0 \
-             where nothing rings; what is left after a stop is ringing alone."
-        } }
+pub fn section(outcome: &Outcome, rows: &[Row], unshaped: &[RingingFigures]) -> Option<Section> {
+    let head = ["load", "corners", "after stops: amplitude, mm", "after corners: deviation, mm", "anywhere, mm"];
+    let shaped = rows.iter().map(|Row { rule, load }| row(rule, load));
+    let all = shaped.chain(unshaped.iter().map(|load| row("without shapers, for comparison", load)));
+    let table = Table::new(&head, all.collect());
+    Some(Section {
+        heading: "Ringing".to_owned(),
+        pictures: vec![Picture::new(
+            "ringing",
+            picture(outcome)?,
+            "How far each load on a spring is from where the edges have put its axis, in this run: the band is the least to \
+                      the greatest deviation of each span of time, good to half a step. While an axis accelerates its load lags, so \
+                      a deviation is not 0 where nothing rings; what is left after a stop is ringing alone.",
+        )],
+        tables: vec![table],
+        ..Section::default()
     })
 }
 
-fn row(rule: &str, one: &RingingFigures) -> Markup {
+fn row(rule: &str, one: &RingingFigures) -> Vec<String> {
     let cell = |found: Option<Deviation>| {
         let line = |line: usize| format!(", line {line}");
         found.map_or("-".to_owned(), |Deviation { mm, move_number, line: at }| {
             format!("{mm:.4}: move {move_number}{}", at.map_or(String::new(), line))
         })
     };
-    html! { tr {
-        td { (one.axis) " " (one.natural_hz) " Hz, " (one.damping_ratio) } td { (rule) }
-        td { (cell(one.after_stops)) } td { (cell(one.after_corners)) } td { (format!("{:.4}", one.anywhere_mm)) }
-    } }
+    vec![
+        format!("{} {} Hz, {}", one.axis, one.natural_hz, one.damping_ratio),
+        rule.to_owned(),
+        cell(one.after_stops),
+        cell(one.after_corners),
+        format!("{:.4}", one.anywhere_mm),
+    ]
 }
 
 /// The deviation of each load over time; `None` if no axis has a spring, or nothing moves.
@@ -81,8 +77,7 @@ pub fn picture(outcome: &Outcome) -> Option<String> {
     let end_s = last.start_ns as f64 * 1e-9 + last.plan_s + PERIODS_AFTER / slowest_hz;
     let bands: Vec<_> =
         loads.iter().map(|&(axis, spring)| (axis, Band::of(outcome, axis, spring, [begin_s, end_s]))).collect();
-    let size = (PANEL.0 * FINE, (PANEL.1 * bands.len() as u32 + TIME) * FINE);
-    Some(theme::svg(size, "Deviation of the loads on springs over time", |area| draw(area, &bands)))
+    Some(chart::picture("Deviation of the loads on springs over time", &[], 1, 180, &charts(&bands)))
 }
 
 /// The deviation of a load from the start of the first move on.
@@ -129,47 +124,25 @@ impl Band {
     }
 }
 
-fn draw(area: &Area, bands: &[(Axis, Band)]) -> Drawn {
-    // All loads have one scale, so that they can be compared.
+/// A chart of each load. All have one scale, so that they can be compared.
+fn charts(bands: &[(Axis, Band)]) -> Vec<Chart> {
     let top_mm = 1.1 * bands.iter().map(|(_, band)| band.highest_mm()).fold(1e-6, f64::max);
-    let mut rest = area.clone();
-    for (number, (axis, band)) in bands.iter().enumerate() {
-        let is_last = number + 1 == bands.len();
-        let (own, below) = rest.split_vertically((PANEL.1 + if is_last { TIME } else { 0 }) * FINE);
-        rest = below;
-        panel(&own, *axis, band, top_mm, is_last)?;
-    }
-    Ok(())
-}
-
-fn panel(area: &Area, axis: Axis, band: &Band, top_mm: f64, names_time: bool) -> Drawn {
-    let end_s = band.span_s * SPANS as f64;
-    let mut chart = ChartBuilder::on(area)
-        .margin(8 * FINE)
-        .margin_right(16 * FINE)
-        .x_label_area_size(if names_time { 46 } else { 16 } * FINE)
-        .y_label_area_size(76 * FINE)
-        .build_cartesian_2d(0.0..end_s, -top_mm..top_mm)?;
-    let [seconds, decimals] = [end_s, 2.0 * top_mm].map(theme::decimals_of);
-    let x_label = |s: &f64| if names_time { format!("{s:.seconds$}") } else { String::new() };
-    let y_label = |mm: &f64| format!("{mm:.decimals$}");
-    let mut mesh = chart.configure_mesh();
-    mesh.light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(FINE)).axis_style(INK.stroke_width(FINE));
-    mesh.label_style(theme::font(14 * FINE)).axis_desc_style(theme::font(15 * FINE)).set_all_tick_mark_size(5 * FINE);
-    mesh.x_label_formatter(&x_label).y_label_formatter(&y_label).y_labels(5);
-    mesh.y_desc(format!("{}, mm", AXIS_NAMES[axis as usize]));
-    if names_time {
-        mesh.x_desc("time from the start of the first move, s");
-    }
-    mesh.draw()?;
-    let colour = AXIS[axis as usize];
-    let at = |number: usize| (number as f64 + 0.5) * band.span_s;
-    let above = band.ranges_mm.iter().enumerate().map(|(number, range)| (at(number), range.1));
-    let below = band.ranges_mm.iter().enumerate().rev().map(|(number, range)| (at(number), range.0));
-    let outline: Vec<_> = above.chain(below).collect();
-    chart.draw_series([Polygon::new(outline.clone(), colour.mix(0.5))])?;
-    chart.draw_series([PathElement::new(outline, colour.stroke_width(FINE))])?;
-    Ok(())
+    let chart = |(axis, band): &(Axis, Band)| {
+        let at = |number: usize| (number as f64 + 0.5) * band.span_s;
+        let above = band.ranges_mm.iter().enumerate().map(|(number, range)| (at(number), range.1));
+        let below = band.ranges_mm.iter().enumerate().rev().map(|(number, range)| (at(number), range.0));
+        let outline: Vec<_> = above.chain(below).collect();
+        let colour = AXIS[*axis as usize];
+        let area = Curve::new(Style::Area, colour, outline.iter().copied()).faint(0.5);
+        let x = chart::Axis::from("time from the start of the first move, s");
+        let y = chart::Axis::from(format!("{}, mm", AXIS_NAMES[*axis as usize]));
+        Chart::new(
+            x.within(0.0, band.span_s * SPANS as f64),
+            y.within(-top_mm, top_mm),
+            vec![area, Curve::new(Style::Thin, colour, outline)],
+        )
+    };
+    chart::over_one_x(bands.iter().map(chart).collect())
 }
 
 #[cfg(test)]
@@ -202,16 +175,18 @@ mod tests {
     fn every_load_has_its_row_and_its_chart_and_a_rigid_machine_has_none() {
         let page = |outcome: &Outcome, other: Option<Outcome>| {
             let both = BothRules::of(outcome, other);
-            section(outcome, &both.ringing, &[]).map(Markup::into_string)
+            section(outcome, &both.ringing, &[])
         };
         assert!(page(&outcome(""), None).is_none());
         let ringing = outcome("X:8:0.05,Y:6:0.05");
-        let alone = page(&ringing, None).unwrap();
-        assert_eq!(alone.matches("<td>X 8 Hz, 0.05</td>").count(), 1, "{alone}");
-        assert_eq!(alone.matches("<polygon").count(), 2);
-        let both = page(&ringing, Some(ringing.clone())).unwrap();
-        assert_eq!(both.matches("<td>Y 6 Hz, 0.05</td>").count(), 2, "{both}");
-        assert_eq!(both.matches("<polygon").count(), 2);
+        for (other, loads) in [
+            (None, vec!["X 8 Hz, 0.05", "Y 6 Hz, 0.05"]),
+            (Some(ringing.clone()), vec!["X 8 Hz, 0.05", "Y 6 Hz, 0.05", "X 8 Hz, 0.05", "Y 6 Hz, 0.05"]),
+        ] {
+            let section = page(&ringing, other).unwrap();
+            assert_eq!(section.tables[0].rows.iter().map(|row| row[0].as_str()).collect::<Vec<_>>(), loads);
+            assert_eq!(section.pictures[0].svg.matches("<polygon").count(), 2);
+        }
     }
 
     /// The chart has what the table says, and comes to rest as the load does.
@@ -224,7 +199,10 @@ mod tests {
         let band = Band::of(&outcome, Axis::X, spring, [0.0, end_s]);
         let more_steps = (band.highest_mm() - residual.anywhere_mm) * outcome.steps_per_mm[0];
         assert!((-1e-9..=0.5).contains(&more_steps), "{more_steps} steps, {residual:?}");
-        let (low, high) = band.ranges_mm[SPANS - 1];
+        let (highest_mm, (low, high)) = (band.highest_mm(), band.ranges_mm[SPANS - 1]);
+        let drawn = &charts(&[(Axis::X, band)])[0].curves[0].points;
+        assert_eq!(drawn.len(), 2 * SPANS);
+        assert_eq!(drawn.iter().map(|point| point.1.abs()).fold(0.0, f64::max), highest_mm);
         assert!(high - low < 0.1 * residual.anywhere_mm, "{low} to {high}");
     }
 }

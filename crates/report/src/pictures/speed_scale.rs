@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::chart::short;
 use super::strokes::Scale;
 use crate::pace::course::Phase;
 
@@ -105,17 +106,6 @@ fn bin(mm_s: f64) -> usize {
     (((mm_s.log2() + 16.0) * 8.0).max(0.0) as usize).min(BINS - 1)
 }
 
-/// A speed with about three digits.
-fn short(mm_s: f64) -> String {
-    let decimals = match mm_s {
-        0.0..1.0 => 2,
-        1.0..20.0 => 1,
-        _ => 0,
-    };
-    let text = format!("{mm_s:.decimals$}");
-    if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,6 +116,5 @@ mod tests {
         assert_eq!([0.0, 10.0, 10.1, 79.0, 81.0].map(|mm_s| even.class_of(mm_s)), [0, 0, 1, 7, 7]);
         let doubling = SpeedScale::new(128.0, true);
         assert_eq!([0.5, 1.5, 63.0, 65.0].map(|mm_s| doubling.class_of(mm_s)), [0, 1, 6, 7]);
-        assert_eq!([0.78125, 12.5, 15.0, 200.0].map(short), ["0.78", "12.5", "15", "200"]);
     }
 }

@@ -3,10 +3,15 @@
 //! The pictures are inline in the page and take their colours from its style sheet, so they follow the reader's light
 //! or dark mode. plotters draws in a few signal colours, which [`svg`] replaces with CSS variables.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// A colour of the style sheet.
+pub type Colour = RGBColor;
+
+/// plotters rounds points to whole pixels, which would distort smooth curves. Drawn at this scale, the error is not
+/// visible.
+pub const FINE: u32 = 4;
 
 /// Text and frames.
 pub const INK: RGBColor = RGBColor(1, 0, 1);
@@ -24,7 +29,10 @@ pub(crate) const RACK: RGBColor = RGBColor(1, 0, 11);
 pub const CURVE: [RGBColor; 7] =
     [AXIS[0], AXIS[1], AXIS[2], RACK, RGBColor(1, 0, 12), RGBColor(1, 0, 13), RGBColor(1, 0, 14)];
 
-const VARIABLES: [(RGBColor, &str); 14] = [
+/// Two of the scale of speeds, where more colours are needed.
+pub(super) const SPEED: [RGBColor; 2] = [RGBColor(1, 0, 16), RGBColor(1, 0, 17)];
+
+const VARIABLES: [(RGBColor, &str); 16] = [
     (INK, "--ink"),
     (GRID, "--grid"),
     (AXIS[0], "--x"),
@@ -39,12 +47,14 @@ const VARIABLES: [(RGBColor, &str); 14] = [
     (CURVE[4], "--curve-5"),
     (CURVE[5], "--curve-6"),
     (CURVE[6], "--curve-7"),
+    (SPEED[0], "--speed-4"),
+    (SPEED[1], "--speed-5"),
 ];
 
 pub use isostep_console::AXIS_NAMES;
 
 /// The page's style sheet, which defines the colours.
-const STYLE_SHEET: &str = include_str!("style.css");
+pub(super) const STYLE_SHEET: &str = include_str!("style.css");
 
 /// A drawing into memory.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -73,11 +83,6 @@ pub fn svg(size: (u32, u32), title: &str, draw: impl FnOnce(&Area) -> Drawn) -> 
     )
 }
 
-/// The CSS variable of one of these colours, for a key outside a picture.
-pub fn variable(colour: RGBColor) -> &'static str {
-    VARIABLES.iter().find(|known| known.0 == colour).map_or("--ink", |known| known.1)
-}
-
 /// A picture as a separate file, in the light colours of the page's style sheet.
 pub fn standalone(picture: &str) -> String {
     let text = picture.replacen('>', "><rect width=\"100%\" height=\"100%\" fill=\"var(--paper)\"/>", 1);
@@ -98,16 +103,6 @@ pub fn font<'a>(size: u32) -> TextStyle<'a> {
     ("sans-serif", size).into_font().color(&INK)
 }
 
-/// A text style centred on its position.
-pub(crate) fn centred<'a>(size: u32) -> TextStyle<'a> {
-    font(size).pos(Pos::new(HPos::Center, VPos::Center))
-}
-
-/// A text position below a point; the text begins there if `left`, otherwise it ends there.
-pub fn beside(left: bool) -> Pos {
-    Pos::new(if left { HPos::Left } else { HPos::Right }, VPos::Top)
-}
-
 /// The range from the least to the greatest of `values`, or 0 to 1 if there are none.
 pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values
@@ -121,21 +116,4 @@ pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 /// Number of decimals that resolve a tenth of `span`.
 pub fn decimals_of(span: f64) -> usize {
     (1.0 - span.log10()).ceil().clamp(0.0, 6.0) as usize
-}
-
-/// A complete page around `body`.
-pub fn document(title: &str, body: &Markup) -> String {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { (title) }
-                style { (PreEscaped(STYLE_SHEET)) }
-            }
-            body { (body) }
-        }
-    }
-    .into_string()
 }

@@ -1,148 +1,176 @@
 //! Tables of how the time of a program is spent, and where it is lost.
 
 use isostep_motion::{AXES, BLEND_S, STRAIGHT_S};
-use maud::{Markup, html};
 
-use super::theme::AXIS_NAMES;
+use super::chart::{Axis, Chart, Curve, Scale, picture};
+use super::document::{Picture, Section, Table};
+use super::theme::{AXIS, AXIS_NAMES, BOUND, CURVE, Colour, RACK, SPEED};
 use crate::pace::{LEAST_SHOWN_S, Pace, Second, SlowPlace, Why};
 
 /// A fraction of the time: its name, its colour and its duration, s.
 struct Share {
     name: String,
-    colour: &'static str,
+    colour: Colour,
     s: f64,
 }
 
-/// The table of how the time is spent.
-pub fn shares(pace: &Pace) -> Markup {
+/// How the time is spent.
+pub fn shares(pace: &Pace) -> Section {
     let total_s = pace.total_s().max(1e-9);
     let shares: Vec<_> = of(pace).into_iter().filter(|share| share.s > 0.0).collect();
-    html! {
-        h2 { "Where time goes" }
-        p {
-            @if !pace.limits_changed { (format!("{:.1} mm in ", pace.distance_mm)) }
-            (format!("{}: {} in motion, {} standing", duration(pace.total_s()), duration(pace.moving_s), duration(pace.standing_s)))
-            @if pace.moving_s > 0.0 && !pace.limits_changed { (format!("; {:.2} mm/s on the mean while it moves", pace.distance_mm / pace.moving_s)) }
-            ". A ramp counts to the slow place that it leads to or comes from. Homing is left out."
-            @if pace.limits_changed { " The program changes its limits on the way, so what limits it is not reported." }
-        }
-        div.shares { @for share in &shares {
-            div style=(format!("width: {:.3}%; background: var({})", 100.0 * share.s / total_s, share.colour)) title=(share.name) {}
-        } }
-        div.scroll { table {
-            thead { tr { th { "limited by" } th { "s" } th { "%" } } }
-            tbody { @for share in &shares { tr {
-                td { span.key style=(format!("background: var({})", share.colour)) {} (share.name) }
-                td.number { (format!("{:.3}", share.s)) }
-                td.number { (format!("{:.1}", 100.0 * share.s / total_s)) }
-            } } }
-        } }
-        (ramps(pace))
+    let row = |share: &Share| {
+        vec![share.name.clone(), format!("{:.3}", share.s), format!("{:.1}", 100.0 * share.s / total_s)]
+    };
+    let key: Vec<_> = shares.iter().map(|share| (share.colour, share.name.clone())).collect();
+    Section {
+        heading: "Where time goes".to_owned(),
+        text: [vec![how_spent(pace)], ramps(pace)].concat(),
+        pictures: vec![Picture::new("time", picture("Shares of the time", &key, 1, 100, &[bar(&shares)]), "")],
+        tables: vec![Table::new(&["limited by", "s", "%"], shares.iter().map(row).collect())],
     }
+}
+
+/// All shares in a row.
+fn bar(shares: &[Share]) -> Chart {
+    let total_s: f64 = shares.iter().map(|share| share.s).sum();
+    let mut end_s = 0.0;
+    let curves = shares.iter().map(|share| {
+        let begin_s = end_s;
+        end_s += share.s;
+        Curve::bars(share.colour, [[(begin_s, 0.0), (end_s, 1.0)]])
+    });
+    let curves = curves.collect();
+    Chart::new(Axis::from("s").within(0.0, total_s.max(1e-9)), Axis::scaled("", Scale::Levels).within(0.0, 1.0), curves)
+}
+
+fn how_spent(pace: &Pace) -> String {
+    let [total, moving, standing] = [pace.total_s(), pace.moving_s, pace.standing_s].map(duration);
+    let (length, mean, limits) = if pace.limits_changed {
+        let limits = " The program changes its limits on the way, so what limits it is not reported.";
+        (String::new(), String::new(), limits)
+    } else if pace.moving_s > 0.0 {
+        let mean_mm_s = pace.distance_mm / pace.moving_s;
+        (format!("{:.1} mm in ", pace.distance_mm), format!("; {mean_mm_s:.2} mm/s on the mean while it moves"), "")
+    } else {
+        (format!("{:.1} mm in ", pace.distance_mm), String::new(), "")
+    };
+    format!(
+        "{length}{total}: {moving} in motion, {standing} standing{mean}. A ramp counts to the slow place that it leads to or comes \
+         from. Homing is left out.{limits}"
+    )
 }
 
 fn of(pace: &Pace) -> Vec<Share> {
     let share = |name: &str, colour, s| Share { name: name.to_owned(), colour, s };
     let shares = &pace.shares;
-    let feed = share("the feed asked for", "--z", shares.feed_s);
+    let feed = share("the feed asked for", AXIS[2], shares.feed_s);
     let axes = (0..AXES).map(|axis| Share {
         name: format!("the top speed of {} ($11{axis})", AXIS_NAMES[axis]),
-        colour: ["--speed-4", "--x", "--curve-6", "--a"][axis],
+        colour: [SPEED[0], AXIS[0], CURVE[5], AXIS[3]][axis],
         s: shares.top_speed_s[axis],
     });
     let others = [
-        share("acceleration, from and to corners", "--y", shares.corners_s),
-        share("acceleration, from and to standstill", "--curve-5", shares.standstill_s),
-        share("acceleration, by a curved law over short moves", "--rack", shares.speed_law_s),
-        share("the board's time for short moves", "--speed-5", shares.short_moves_s),
-        share("acceleration, from and to the end of the look-ahead", "--curve-7", shares.look_ahead_s),
-        share("shapers, at stops", "--rack", shares.shaping_s),
-        share("standing", "--bound", shares.standing_s),
-        share("not known: limits change on the way", "--z", shares.unknown_s),
+        share("acceleration, from and to corners", AXIS[1], shares.corners_s),
+        share("acceleration, from and to standstill", CURVE[4], shares.standstill_s),
+        share("acceleration, by a curved law over short moves", RACK, shares.speed_law_s),
+        share("the board's time for short moves", SPEED[1], shares.short_moves_s),
+        share("acceleration, from and to the end of the look-ahead", CURVE[6], shares.look_ahead_s),
+        share("shapers, at stops", RACK, shares.shaping_s),
+        share("standing", BOUND, shares.standing_s),
+        share("not known: limits change on the way", AXIS[2], shares.unknown_s),
     ];
     [feed].into_iter().chain(axes).chain(others).collect()
 }
 
-/// A sentence on the axes that limit the acceleration.
-fn ramps(pace: &Pace) -> Markup {
+/// A sentence on the axes that limit the acceleration, and one on the fastest.
+fn ramps(pace: &Pace) -> Vec<String> {
     let ramps_s: f64 = pace.axes.iter().map(|axis| axis.ramps_s).sum();
     let axes = pace.axes.iter().zip(AXIS_NAMES).filter(|(axis, _)| axis.ramps_s > 0.0);
     let axes: Vec<_> = axes.map(|(axis, name)| format!("{name} {:.3} s", axis.ramps_s)).collect();
+    let ramps = (ramps_s > 0.0).then(|| {
+        format!("Ramps take {ramps_s:.3} s, by the axis whose acceleration limits them: {}.", axes.join(", "))
+    });
     let fastest = pace.fastest_axis.map(|axis| {
         let own = &pace.axes[axis];
         let (found, top) = (own.highest_mm_s, own.top_mm_s);
         format!("{} comes nearest to its top speed: {found:.2} of {top:.2} mm/s.", AXIS_NAMES[axis])
     });
-    html! {
-        p {
-            @if ramps_s > 0.0 { "Ramps take " (format!("{ramps_s:.3} s")) ", by the axis whose acceleration limits them: " (axes.join(", ")) ". " }
-            @if let Some(fastest) = fastest { (fastest) }
-        }
-    }
+    ramps.into_iter().chain(fastest).collect()
 }
 
-fn seconds(pace: &Pace) -> Markup {
-    let text = |second: &Second| {
+fn seconds(pace: &Pace) -> impl Iterator<Item = String> {
+    let text = |name: &str, second: &Second| {
         format!(
-            "{:.1} s after the first start, {:.2} mm/s on the mean, {} moves begin, {}",
+            "{name} second: {:.1} s after the first start, {:.2} mm/s on the mean, {} moves begin, {}.",
             second.start_s,
             second.mean_mm_s,
             second.moves_begun,
             lines(second.lines)
         )
     };
-    html! {
-        @if let Some(second) = &pace.slowest_second { p { b { "Slowest second: " } (text(second)) "." } }
-        @if let Some(second) = &pace.busiest_second { p { b { "Busiest second: " } (text(second)) "." } }
-    }
+    let both = [("Slowest", &pace.slowest_second), ("Busiest", &pace.busiest_second)];
+    both.into_iter().filter_map(move |(name, second)| Some(text(name, second.as_ref()?)))
 }
 
-/// The tables of where time is lost; empty if limits changed.
-pub fn slow_places(pace: &Pace) -> Markup {
+/// Where time is lost; `None` if limits changed.
+pub fn slow_places(pace: &Pace) -> Option<Section> {
+    if pace.limits_changed {
+        return None;
+    }
     let kinds: Vec<_> = pace.slow.kinds.iter().filter(|kind| kind.lost_s >= LEAST_SHOWN_S).collect();
     let worst: Vec<_> = pace.slow.worst.iter().filter(|place| place.lost_s >= LEAST_SHOWN_S).collect();
-    html! { @if !pace.limits_changed {
-        h2 { "Time lost at slow places" }
-        p {
-            "Lost is what ramps take longer than the same way at the speed asked for. Less than 0.5 ms is left out."
-            @if pace.slow.of(Why::LookAhead).count > 0 { " Where the look-ahead ends the moves that were known were too short to brake on from a higher speed, or came too late." }
-            @if pace.slow.of(Why::ShortMoves).count > 0 { " A short move lasts " (format!("{:.2}", STRAIGHT_S * 1e3)) " ms, with a blend " (format!("{:.2}", BLEND_S * 1e3)) ", which the board takes for it: longer moves are faster." }
-        }
-        div.scroll { table {
-            thead { tr { th { "why" } th { "places" } th { "ramps, s" } th { "lost, s" } } }
-            tbody { @for kind in &kinds { tr {
-                td { (kind.why.words()) }
-                td.number { (kind.count) }
-                td.number { (format!("{:.3}", kind.ramps_s)) }
-                td.number { (format!("{:.3}", kind.lost_s)) }
-            } } }
-        } }
-        @if !worst.is_empty() {
-            @let of: usize = kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.count).sum();
-            h3 { (if of > worst.len() { format!("The {} that cost most, of {of}", worst.len()) } else { "All of them".to_owned() }) }
-            div.scroll { table {
-                thead { tr {
-                    th { "lost, s" } th { "why" } th { "lines" } th { "X, Y, Z mm" } th { "turns by" } th { "taken at, mm/s" } th { "asked, mm/s" } th { "at, s" } th { "stands, s" }
-                } }
-                tbody { @for place in &worst { (slow_place(place)) } }
-            } }
-        }
-        (seconds(pace))
-    } }
+    let of: usize = kinds.iter().filter(|kind| kind.why != Why::Ends).map(|kind| kind.count).sum();
+    let rows = kinds.iter().map(|kind| {
+        let times = [kind.ramps_s, kind.lost_s].map(|s| format!("{s:.3}"));
+        [vec![kind.why.words().to_owned(), kind.count.to_string()], times.to_vec()].concat()
+    });
+    let kinds = Table::new(&["why", "places", "ramps, s", "lost, s"], rows.collect());
+    let head =
+        ["lost, s", "why", "lines", "X, Y, Z mm", "turns by", "taken at, mm/s", "asked, mm/s", "at, s", "stands, s"];
+    let caption = if of > worst.len() {
+        format!("The {} that cost most, of {of}", worst.len())
+    } else {
+        "All of them".to_owned()
+    };
+    let worst = (!worst.is_empty())
+        .then(|| Table { caption, ..Table::new(&head, worst.into_iter().map(slow_place).collect()) });
+    Some(Section {
+        heading: "Time lost at slow places".to_owned(),
+        text: [what_is_lost(pace)].into_iter().chain(seconds(pace)).collect(),
+        tables: [kinds].into_iter().chain(worst).collect(),
+        ..Section::default()
+    })
 }
 
-fn slow_place(place: &SlowPlace) -> Markup {
-    html! { tr {
-        td.number { (format!("{:.4}", place.lost_s)) }
-        td { (place.why.words()) }
-        td { (place_lines(place.lines)) }
-        td { (place.place_mm.map(|mm| format!("{:.2}", mm + 0.0)).join(", ")) }
-        td.number { (format!("{:.1}°", place.turn_deg)) }
-        td.number { (format!("{:.2}", place.taken_mm_s)) }
-        td.number { (format!("{:.2}", place.asked_mm_s)) }
-        td.number { (format!("{:.3}", place.at_s)) }
-        td.number { (if place.standing_s > 0.0 { format!("{:.3}", place.standing_s) } else { "-".to_owned() }) }
-    } }
+fn what_is_lost(pace: &Pace) -> String {
+    let mut text =
+        "Lost is what ramps take longer than the same way at the speed asked for. Less than 0.5 ms is left out."
+            .to_owned();
+    if pace.slow.of(Why::LookAhead).count > 0 {
+        text += " Where the look-ahead ends the moves that were known were too short to brake on from a higher speed, or came too late.";
+    }
+    if pace.slow.of(Why::ShortMoves).count > 0 {
+        text += &format!(
+            " A short move lasts {:.2} ms, with a blend {:.2}, which the board takes for it: longer moves are faster.",
+            STRAIGHT_S * 1e3,
+            BLEND_S * 1e3
+        );
+    }
+    text
+}
+
+fn slow_place(place: &SlowPlace) -> Vec<String> {
+    vec![
+        format!("{:.4}", place.lost_s),
+        place.why.words().to_owned(),
+        place_lines(place.lines),
+        place.place_mm.map(|mm| format!("{:.2}", mm + 0.0)).join(", "),
+        format!("{:.1}°", place.turn_deg),
+        format!("{:.2}", place.taken_mm_s),
+        format!("{:.2}", place.asked_mm_s),
+        format!("{:.3}", place.at_s),
+        if place.standing_s > 0.0 { format!("{:.3}", place.standing_s) } else { "-".to_owned() },
+    ]
 }
 
 fn place_lines([before, after]: [Option<usize>; 2]) -> String {
@@ -186,27 +214,35 @@ mod tests {
         let pace = pace("G91 G0 X20\nG1 F600 X10\nY10\nG4 P0.5\nG2 X10 I5\n");
         let sum_s: f64 = of(&pace).iter().map(|share| share.s).sum();
         assert!((sum_s / pace.total_s() - 1.0).abs() < 1e-9);
-        let html = shares(&pace).into_string();
-        assert!(html.contains("the feed asked for") && html.contains("standing"), "{html}");
-        assert!(!html.contains("the top speed of Z"), "{html}");
+        let section = shares(&pace);
+        let names: Vec<_> = section.tables[0].rows.iter().map(|row| row[0].as_str()).collect();
+        assert!(names.contains(&"the feed asked for") && names.contains(&"standing"), "{names:?}");
+        assert!(!names.contains(&"the top speed of Z ($112)"), "{names:?}");
+        assert!(names.iter().all(|name| section.pictures[0].svg.contains(name)));
+        let bar = bar(&of(&pace));
+        let spans_s: Vec<_> = bar.curves.iter().map(|bars| bars.points[1].0 - bars.points[0].0).collect();
+        assert!(spans_s.iter().zip(of(&pace)).all(|(s, share)| (s - share.s).abs() < 1e-9), "{spans_s:?}");
     }
 
     #[test]
     fn the_worst_places_say_where_and_why() {
-        let html = slow_places(&pace("G91 G1 F600 X10\nY10\n")).into_string();
-        assert!(html.contains("1 to 2") && html.contains("90.0°") && html.contains("10.00, 0.00, 0.00"), "{html}");
-        assert!(html.contains("<td>corner</td>") && html.contains("All of them"), "{html}");
+        let section = slow_places(&pace("G91 G1 F600 X10\nY10\n")).unwrap();
+        let [kinds, worst] = &section.tables[..] else { panic!("{section:?}") };
+        assert!(kinds.rows.iter().any(|row| row[0] == "corner"), "{kinds:?}");
+        assert_eq!((worst.caption.as_str(), worst.rows.len()), ("All of them", 1));
+        assert_eq!(worst.rows[0][1..5], ["corner", "1 to 2", "10.00, 0.00, 0.00", "90.0°"]);
     }
 
     #[test]
     fn of_changed_limits_only_the_time_is_reported() {
         let pace = pace("G0 X20\nG4 P0\n$100=100\nG0 X0\n");
-        let html = shares(&pace).into_string() + &slow_places(&pace).into_string();
+        let (section, slow) = (shares(&pace), slow_places(&pace));
+        let text = section.text.join(" ");
         assert!(
-            html.contains("The program changes its limits on the way, so what limits it is not reported."),
-            "{html}"
+            text.contains("The program changes its limits on the way, so what limits it is not reported."),
+            "{text}"
         );
-        assert!(!html.contains(" mm") && !html.contains("top speed") && !html.contains("lost"), "{html}");
+        assert!(!text.contains(" mm") && !text.contains("top speed") && slow.is_none(), "{text} {slow:?}");
     }
 
     #[test]
@@ -214,8 +250,11 @@ mod tests {
         let mut pace = pace("G91 G1 F600 X10\nY10\n");
         pace.slow.kinds[Why::Corner as usize].lost_s = 0.0004;
         pace.slow.worst[0].lost_s = 0.0004;
-        let html = slow_places(&pace).into_string();
-        assert!(!html.contains("<td>corner</td>") && !html.contains("All of them"), "{html}");
+        let section = slow_places(&pace).unwrap();
+        assert!(
+            section.tables.len() == 1 && section.tables[0].rows.iter().all(|row| row[0] != "corner"),
+            "{section:?}"
+        );
     }
 
     #[test]
