@@ -7,6 +7,7 @@ pub mod axes;
 pub mod bench;
 pub mod cases;
 pub mod contract;
+pub mod dialogue;
 pub mod emulated;
 pub mod fuzz;
 pub mod laws;

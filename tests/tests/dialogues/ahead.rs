@@ -9,6 +9,7 @@ use crate::talk::{powered_up, say};
 const WELCOME: &str = "Grbl 1.1h ['$' for help]";
 const LOST: &str = "[MSG:This line is lost, because more was sent ahead than the console keeps: reset (ctrl-x), then send no more \
                     than Bf: says]";
+const ELSEWHERE: &str = "[MSG:Reset from elsewhere: all lines sent before are forgotten]";
 /// USB, which has its host wait, and a UART, which cannot.
 const LINKS: [Option<u32>; 2] = [None, Some(115_200)];
 
@@ -84,15 +85,6 @@ fn a_reset_is_heard_however_many_lines_wait() {
     }
 }
 
-/// While the machine works, USB has its host wait: nothing is lost.
-#[test]
-fn a_host_with_flow_control_loses_no_line_while_the_machine_works() {
-    let mut sim = two_consoles(None);
-    let heard = tell(&mut sim, 0, moves(300).as_bytes(), 60_000);
-    assert_eq!(heard, vec!["ok"; 300]);
-    assert_eq!(sim.counted_steps(), [15_000, 0, 0]);
-}
-
 /// What a console has received behind a line that resets is forgotten, to the end of a line, also what it has not kept yet.
 #[test]
 fn no_line_is_cut_where_a_reset_comes_while_bytes_wait_for_room() {
@@ -106,18 +98,6 @@ fn no_line_is_cut_where_a_reset_comes_while_bytes_wait_for_room() {
         assert!((50..70).contains(&made), "{begins}: {made}");
         assert_eq!(sim.counted_steps(), [50 * made as i32, 0, 0], "{begins}");
     }
-}
-
-/// A UART would lose bytes itself, in the middle of lines and in silence: lines are lost whole, reported, and a hold is heard.
-#[test]
-fn without_flow_control_a_hold_is_heard_in_motion_too() {
-    let mut sim = two_consoles(LINKS[1]);
-    let slow = "G91 G1 X5 F300\n".repeat(200);
-    let heard = tell(&mut sim, 0, slow.as_bytes(), 600);
-    assert_eq!(heard, vec!["ok"; 79], "those behind them wait, or are lost");
-    assert_eq!(tell(&mut sim, 0, b"!", 1_000), [""; 0]);
-    let heard = tell(&mut sim, 0, b"?", 20);
-    assert!(heard.iter().any(|line| line.starts_with("<Hold:0|MPos:")), "{heard:?}");
 }
 
 /// Jogs that come while M0 or M6 waits are answered in order, and are not made after the resume, whoever gives it.
@@ -151,48 +131,6 @@ fn a_jog_sent_in_a_pause_is_refused() {
             }
         }
     }
-}
-
-/// In a hold by hand too, if its line waits behind another.
-#[test]
-fn a_jog_that_waits_in_a_hold_is_refused() {
-    let mut sim = two_consoles(None);
-    tell(&mut sim, 0, b"G4 P1\n", 50);
-    tell(&mut sim, 0, b"!", 50);
-    assert_eq!(tell(&mut sim, 0, b"$J=G91 X5 F600\n", 50), [""; 0]);
-    assert_eq!(tell(&mut sim, 0, b"~", 2_000), ["ok", "error:8"]);
-    assert_eq!((tell(&mut sim, 0, b"$J=G91 X1 F600\n", 500), sim.counted_steps()), (vec!["ok".to_owned()], [50, 0, 0]));
-}
-
-/// Another console's jogs and probes are refused at once: its lines would wait for the resume, and then move.
-#[test]
-fn jogs_and_probes_of_the_other_console_are_refused_in_a_pause() {
-    for pause in ["M0\n", "M6\n"] {
-        let mut sim = two_consoles(None);
-        tell(&mut sim, 0, pause.as_bytes(), 50);
-        for line in ["$J=G91 X5 F600\n", "G91 G38.3 Z1 F100\n"] {
-            assert_eq!(tell(&mut sim, 1, line.as_bytes(), 5), ["error:8"], "{pause:?} {line:?}");
-        }
-        tell(&mut sim, 1, b"G21\n$J=G91 X5 F600\n", 50);
-        assert_eq!(tell(&mut sim, 0, b"~", 1_000), ["ok"], "{pause:?}");
-        assert_eq!((sim.replies_of(1), sim.counted_steps()), (vec!["ok".to_owned(), "error:8".to_owned()], [0; 3]));
-        assert_eq!(tell(&mut sim, 1, b"$J=G91 X1 F600\n", 500), ["ok"], "{pause:?}");
-    }
-    // It came while console 0 moved, and waits for its turn, which comes after the pause.
-    let mut sim = two_consoles(None);
-    tell(&mut sim, 0, b"G91 G1 X5 F600\nM0\n", 100);
-    tell(&mut sim, 1, b"$J=G91 X5 F600\n", 2_000);
-    assert_eq!(tell(&mut sim, 0, b"~", 1_000), ["ok"]);
-    assert_eq!((sim.replies_of(1), sim.counted_steps()), (vec!["error:8".to_owned()], [250, 0, 0]));
-}
-
-/// A program may measure its new tool: a probe behind M6 is its next line.
-#[test]
-fn a_probe_behind_the_pause_of_its_own_program_is_made() {
-    let mut sim = two_consoles(None);
-    tell(&mut sim, 0, b"M6\nG91 G38.3 Z1 F300\n", 50);
-    let heard = tell(&mut sim, 0, b"~", 2_000);
-    assert!(heard[0] == "ok" && heard[1].starts_with("[PRB:") && heard[2] == "ok", "{heard:?}");
 }
 
 /// Two real-time bytes while lines wait, in each order and in one packet or apart, and then a line that must act: what
@@ -235,5 +173,33 @@ fn a_line_behind_two_real_time_bytes_acts() {
                 }
             }
         }
+    }
+}
+
+/// What else there is to say after the welcome, and to store, takes time, in which the host's lines count already.
+#[test]
+fn a_line_counts_as_soon_as_its_host_has_read_that_all_is_forgotten() {
+    let config = Config { second_console: true, baud: Some(115_200), ..Config::default() };
+    // An alarm, which takes one more message, and a work offset that was not stored before the reset.
+    for (before, last) in [("$H\n", "[MSG:'$H'|'$X' to unlock]"), ("G1 F300 X5\nG10 L2 P1 X1\n", ELSEWHERE)] {
+        let mut sim = powered_up(&config);
+        sim.replies_of(1);
+        sim.send_to(0, before.as_bytes());
+        wait(&mut sim, 300);
+        sim.replies_of(0);
+        sim.send_to(0, b"\x18");
+        let mut heard = Vec::new();
+        for _ in 0..10_000 {
+            sim.run_for(Duration::from_micros(100)).unwrap();
+            heard.extend(sim.replies_of(1));
+            if heard.iter().any(|line| line == ELSEWHERE) {
+                break;
+            }
+        }
+        assert_eq!(heard.last().map(String::as_str), Some(ELSEWHERE), "{before:?}");
+        sim.send_to(1, b"\n");
+        wait(&mut sim, 200);
+        heard.extend(sim.replies_of(1));
+        assert_eq!(heard[heard.len() - 2..], [last, "ok"], "{before:?}: {heard:?}");
     }
 }

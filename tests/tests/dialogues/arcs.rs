@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use embassy_time::Duration;
 use isostep_motion::State;
-use isostep_sim::{Config, Sim, SwitchFault};
+use isostep_sim::{Config, Sim};
 
 use crate::talk::{begin, field, homed, powered_up, say, status};
 
@@ -157,22 +157,6 @@ fn a_reset_ends_an_arc_where_it_brakes() {
         assert_eq!(say(&mut sim, "G91 G1 X1 F600"), ["ok"]);
         assert_eq!(sim.counted_steps(), [x + 50, y, z], "the program goes on from there");
     }
-}
-
-#[test]
-fn an_alarm_ends_an_arc() {
-    let mut sim = homed();
-    assert_eq!(say(&mut sim, "G0 X100 Y100\nF1200"), ["ok", "ok"]);
-    begin(&mut sim, "G2 X100 Y100 I20", Duration::from_secs(3));
-    sim.set_switch(isostep_motion::Axis::X, SwitchFault::StuckClosed);
-    sim.run_until_idle().unwrap();
-    let heard = sim.replies();
-    assert!(heard.contains(&"ALARM:1".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
-    let stopped_at = sim.counted_steps();
-    sim.set_switch(isostep_motion::Axis::X, SwitchFault::None);
-    say(&mut sim, "$X");
-    assert_eq!(say(&mut sim, "G91 G0 Y1"), ["ok"]);
-    assert_eq!(sim.counted_steps(), [stopped_at[0], stopped_at[1] + 50, stopped_at[2]]);
 }
 
 #[test]

@@ -53,16 +53,6 @@ fn laser_words_between_moves_stop_nothing() {
     assert!(plain == edges(["M4 S1000 ", "S1 ", "M3 ", "M5 ", "M4 ", "S20 "]), "on the lines of the moves");
 }
 
-/// S0 is a dark pixel: it does not switch the laser's supply.
-#[test]
-fn s0_leaves_the_enable_output_of_a_laser_on() {
-    let mut sim = laser();
-    for line in ["M3 S0", "M4", "S500", "S0"] {
-        assert_eq!(say(&mut sim, line), ["ok"]);
-        assert_eq!(sim.tool(), DARK, "{line}");
-    }
-}
-
 /// The level is constant during feed moves. The laser is dark between runs, in rapids and at rest. Every
 /// change is on time.
 #[test]
@@ -171,15 +161,6 @@ fn a_held_laser_is_off() {
     }
 }
 
-#[test]
-fn a_jog_with_a_laser_is_dark() {
-    let mut sim = laser();
-    assert_eq!(say(&mut sim, "M3 S1000"), ["ok"]);
-    sim.send(b"$J=X10 F1200\n$BUZZ=Y\n$H\nG38.3 X1 F600\n");
-    assert_eq!(watch(&mut sim, Duration::from_secs(40)), []);
-    assert_eq!((sim.tool(), state(&mut sim).as_str()), (DARK, "Idle"));
-}
-
 /// M5 after moves: the laser stays on until they end and is then off, unless M3 comes before that. Coolant has no
 /// effect on it.
 #[test]
@@ -226,46 +207,4 @@ fn an_arc_is_lit_without_a_gap() {
         let lit_s = (changes[1].0 - changes[0].0) as f64 * 1e-6;
         assert!((lit_s - sim.outcome().motion_s).abs() < 3.0 * LOOK_US as f64 * 1e-6, "{lit_s} s");
     }
-}
-
-/// A laser that was stopped and is switched on again within milliseconds must not emit the strokes that had been
-/// planned.
-#[test]
-fn a_stopped_laser_is_dark_and_stays_so() {
-    for stop in [b"\x18".as_slice(), b"\x18\x18"] {
-        let mut sim = laser();
-        begin(&mut sim, "M3 S1000\nG1 X60 F600", Duration::from_secs(1));
-        let before_ns = sim.now_ns();
-        sim.send(stop);
-        let changes = watch(&mut sim, Duration::from_millis(2));
-        assert_eq!(outputs(&changes), [OFF]);
-        assert_at(changes[0].0, before_ns, "at once");
-        sim.run_for(Duration::from_millis(1)).unwrap();
-        assert_eq!(watch(&mut sim, Duration::from_millis(500)), []);
-        sim.send(b"$X\nM3 S1000\nG0 X0\n");
-        let changes = watch(&mut sim, Duration::from_secs(3));
-        assert_eq!(outputs(&changes), [DARK]);
-    }
-    // The machine is unlocked at once, before the time of the committed strokes has passed.
-    let mut sim = laser();
-    begin(&mut sim, "M3 S1000\nG1 X60 F600", Duration::from_secs(1));
-    sim.set_switch(isostep_motion::Axis::Y, isostep_sim::SwitchFault::StuckClosed);
-    sim.run_for(Duration::from_micros(100)).unwrap();
-    sim.set_switch(isostep_motion::Axis::Y, isostep_sim::SwitchFault::None);
-    assert_eq!(sim.tool(), OFF);
-    sim.send(b"$X\nM3 S1000\nG0 X0\n");
-    let changes = watch(&mut sim, Duration::from_millis(100));
-    assert_eq!(outputs(&changes), [DARK]);
-}
-
-/// A laser shines only during moves; in the same modal state a spindle would start at once.
-#[test]
-fn setting_32_changed_puts_the_spindle_off() {
-    let mut sim = laser();
-    assert_eq!(say(&mut sim, "M3 S1000"), ["ok"]);
-    assert_eq!(say(&mut sim, "$32=0"), ["ok"]);
-    assert_eq!(sim.tool(), OFF);
-    assert!(say(&mut sim, "$G")[0].contains(" M5 "));
-    assert_eq!(say(&mut sim, "M3\n$32=1"), ["ok", "ok"]);
-    assert_eq!(sim.tool(), OFF);
 }

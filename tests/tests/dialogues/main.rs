@@ -2,17 +2,13 @@
 //! They follow the tables of docs/console.md.
 
 mod ahead;
-mod alarms;
 mod arcs;
 mod blends;
 mod blends_beside;
 mod blends_in_hand;
 mod commands;
 mod consoles;
-mod door;
 mod drivers;
-mod dwell;
-mod errors;
 mod feeds;
 mod heard;
 mod homing;
@@ -22,16 +18,17 @@ mod motion;
 mod probe;
 mod real_time;
 mod reports;
-mod resets;
 mod senders;
 mod settings;
 mod shapers;
 mod stall;
-mod states;
 mod stops;
-mod stored;
 mod tables;
 mod talk;
 mod tool;
 mod unlike_axes;
-mod words;
+
+/// The dialogues of `tests/dialogues`.
+mod text {
+    include!(concat!(env!("OUT_DIR"), "/dialogues.rs"));
+}

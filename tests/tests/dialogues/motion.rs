@@ -9,16 +9,6 @@ use isostep_trials::stride;
 use crate::talk::{begin, homed, powered_up, report, say, status, switched_on};
 
 #[test]
-fn a_bare_machine_is_idle_and_moves() {
-    let mut sim = powered_up(&Config::default());
-    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
-    // The machine is not homed, so the travel is not known.
-    assert_eq!(say(&mut sim, "G0 X-1 Y2.5"), ["ok"]);
-    assert_eq!(status(&mut sim), "<Idle|MPos:-1.000,2.500,0.000");
-    assert_eq!(sim.counted_steps(), [-50, 125, 0]);
-}
-
-#[test]
 fn homing_finds_every_zero_in_the_configured_order() {
     let mut sim = homed();
     assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
@@ -42,39 +32,6 @@ fn homing_finds_every_zero_in_the_configured_order() {
 }
 
 #[test]
-fn homing_one_axis_from_an_alarm_trusts_it_alone() {
-    let mut sim = homed();
-    begin(&mut sim, "G0 X100 Y50", Duration::from_secs(1));
-    sim.send(b"\x18\x18");
-    sim.run_until_idle().unwrap();
-    assert!(sim.replies().contains(&"ALARM:3".to_owned()));
-    let [_, y, z] = sim.machine().status().position_steps;
-    assert_eq!(say(&mut sim, "$HX"), ["ok"]);
-    let now = sim.machine().status();
-    assert_eq!((now.state, now.homed, now.position_steps), (State::Idle, [true, false, false], [0, y, z]));
-    assert!((99..=100).contains(&sim.places_steps()[0]));
-}
-
-#[test]
-fn homing_one_axis_that_fails_trusts_none() {
-    let mut sim = homed();
-    assert_eq!(say(&mut sim, "G0 X5 Y7"), ["ok"]);
-    sim.set_switch(Axis::X, SwitchFault::StuckOpen);
-    assert!(say(&mut sim, "$HX").contains(&"ALARM:9".to_owned()));
-    assert_eq!(sim.machine().status().homed, [false; 3]);
-}
-
-#[test]
-fn homing_is_repeatable_to_the_step() {
-    let mut sim = homed();
-    let first = sim.places_steps();
-    for line in ["G0 X120 Y33 Z7", "$H", "G0 X3 Y350 Z100", "$H"] {
-        assert_eq!(say(&mut sim, line), ["ok"]);
-    }
-    assert_eq!(sim.places_steps(), first);
-}
-
-#[test]
 fn homing_from_a_pressed_switch_backs_off_first() {
     let mut sim = switched_on(&Config { start_mm: [0.0, 40.0, -1.0], ..Config::default() });
     assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", "[MSG:Check Limits]"]);
@@ -87,47 +44,6 @@ fn homing_from_a_pressed_switch_backs_off_first() {
         .filter(|(_, event)| matches!(event, Event::Homing { phase: HomingPhase::Seek, .. }))
         .count();
     assert_eq!(phases, 1, "only Y had to seek");
-}
-
-#[test]
-fn a_switch_that_never_closes_is_named() {
-    let switches = [SwitchFault::None, SwitchFault::None, SwitchFault::StuckOpen];
-    let mut sim = powered_up(&Config { switches, ..Config::default() });
-    let heard = say(&mut sim, "$H");
-    assert_eq!(heard[..1], ["error:9"], "{heard:?}");
-    assert!(heard.contains(&"ALARM:9".to_owned()), "{heard:?}");
-    assert!(heard.iter().any(|line| line.contains("Z limit switch never closed")), "{heard:?}");
-    assert!(status(&mut sim).starts_with("<Alarm|"));
-    assert_eq!(sim.counted_steps()[..2], [0, 0], "Z is first, so X and Y never moved");
-    assert_eq!(sim.counted_steps()[2], -(100.0 * 50.0 * 1.5) as i32, "one and a half times the travel");
-    assert_eq!(say(&mut sim, "G0 X1"), ["error:9"]);
-    assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
-    assert_eq!(say(&mut sim, "G0 X1"), ["ok"]);
-}
-
-#[test]
-fn a_switch_that_never_opens_is_named() {
-    let switches = [SwitchFault::StuckClosed, SwitchFault::None, SwitchFault::None];
-    let mut sim = switched_on(&Config { switches, ..Config::default() });
-    let heard = say(&mut sim, "$H");
-    assert!(heard.contains(&"ALARM:8".to_owned()), "{heard:?}");
-    assert!(heard.iter().any(|line| line.contains("X limit switch still closed")), "{heard:?}");
-    assert_eq!(sim.counted_steps(), [100, 0, 0], "Z is homed; X went one pull-off away and no further");
-}
-
-#[test]
-fn a_target_outside_the_travel_moves_nothing() {
-    let mut sim = homed();
-    assert_eq!(say(&mut sim, "G0 X10 Y10"), ["ok"]);
-    let heard = say(&mut sim, "G0 X350.02 Y20");
-    let words = "[MSG:X350.020 is outside the travel, 0.000 to 350.000 mm: correct the program, then $X]";
-    assert!(heard.contains(&"ALARM:2".to_owned()) && heard.contains(&words.to_owned()), "{heard:?}");
-    assert_eq!(status(&mut sim), "<Alarm|MPos:10.000,10.000,0.000");
-    say(&mut sim, "$X");
-    // Nothing was lost: the position is trusted, the travel is still known, and relative moves continue from here.
-    assert_eq!(say(&mut sim, "G91 G0 X340"), ["ok"]);
-    assert_eq!(status(&mut sim), "<Idle|MPos:350.000,10.000,0.000");
-    assert!(say(&mut sim, "G0 X-350.02").contains(&"ALARM:2".to_owned()));
 }
 
 #[test]
@@ -177,18 +93,6 @@ fn a_rate_the_pulses_cannot_carry_is_refused_with_the_one_that_works() {
         assert_eq!(say(&mut sim, "$120=0").last().unwrap(), "error:2");
         assert!(say(&mut sim, "$$").contains(&"$120=50.000".to_owned()));
     }
-}
-
-#[test]
-fn a_reset_at_rest_keeps_everything_but_the_modal_state() {
-    let mut sim = homed();
-    assert_eq!(say(&mut sim, "G91 G0 X10"), ["ok"]);
-    sim.send(b"G0 X1\x18");
-    sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "an unfinished line is forgotten");
-    assert_eq!(status(&mut sim), "<Idle|MPos:10.000,0.000,0.000");
-    assert_eq!(say(&mut sim, "G0 X11"), ["ok"]);
-    assert_eq!(status(&mut sim), "<Idle|MPos:11.000,0.000,0.000");
 }
 
 /// The resets come at 200 instants, a fixed interval apart, during a diagonal move. So no seed is needed.
@@ -242,72 +146,6 @@ fn a_reset_in_a_dwell_forgets_what_waits_and_keeps_the_position() {
 }
 
 #[test]
-fn a_reset_before_anything_moved_keeps_the_position() {
-    let mut sim = homed();
-    sim.send(b"G0 X10\n\x18");
-    sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "the line was forgotten unread");
-    assert_eq!(sim.machine().status().homed, [true; 3]);
-    assert_eq!(sim.counted_steps(), [0; 3]);
-}
-
-#[test]
-fn a_reset_while_homing_is_its_own_alarm() {
-    let mut sim = powered_up(&Config::default());
-    begin(&mut sim, "$H", Duration::from_secs(1));
-    assert!(status(&mut sim).starts_with("<Home|"));
-    sim.send(b"\x18");
-    sim.run_until_idle().unwrap();
-    assert!(sim.replies().contains(&"ALARM:6".to_owned()));
-    assert!(!sim.machine().status().homed.contains(&true));
-    assert_eq!(say(&mut sim, "$H"), ["ok"]);
-    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
-}
-
-#[test]
-fn a_limit_switch_stops_a_move_at_once() {
-    let mut sim = powered_up(&Config { start_mm: [5.0, 40.0, 15.0], ..Config::default() });
-    let heard = say(&mut sim, "G1 X-8 F600");
-    assert!(heard.contains(&"ALARM:1".to_owned()), "{heard:?}");
-    assert!(heard.iter().any(|line| line.contains("X limit switch closed")), "{heard:?}");
-    assert_eq!(sim.places_steps()[0], 0, "it stands where the switch closes: not one step further");
-    assert_eq!(sim.counted_steps(), [-250, 0, 0]);
-}
-
-/// The switch is closed already and gives no edge. Without this check the carriage would run into its end.
-#[test]
-fn a_move_onto_a_closed_limit_switch_never_begins() {
-    let mut sim = switched_on(&Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() });
-    for line in ["G91 G0 X-1", "$J=G91 X-1 F600", "G91 G0 X-1 Y5"] {
-        let heard = say(&mut sim, line);
-        assert!(heard.contains(&"ALARM:1".to_owned()), "{line}: {heard:?}");
-        assert_eq!(sim.counted_steps(), [0; 3], "{line}");
-        say(&mut sim, "$X");
-    }
-    assert_eq!(say(&mut sim, "G91 G0 X2 Y-5\nG0 X-1"), ["ok", "ok"], "off it, and then towards it");
-    assert_eq!(sim.counted_steps(), [50, -250, 0]);
-    assert_eq!(say(&mut sim, "$21=0\nG0 X-2"), ["ok", "ok"], "as asked for");
-    assert_eq!(sim.counted_steps(), [-50, -250, 0]);
-}
-
-#[test]
-fn the_emergency_stop_stops_locks_and_must_be_released() {
-    let mut sim = homed();
-    begin(&mut sim, "G0 X100 Y100", Duration::from_secs(1));
-    sim.set_emergency_stop(true);
-    sim.run_until_idle().unwrap();
-    assert!(sim.replies().contains(&"ALARM:10".to_owned()));
-    let outcome = sim.outcome();
-    assert_eq!(outcome.position_steps, outcome.counted_steps);
-    assert_eq!(say(&mut sim, "$X"), ["error:9"]);
-    assert_eq!(say(&mut sim, "$H"), ["error:9"]);
-    sim.set_emergency_stop(false);
-    sim.run_until_idle().unwrap();
-    assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
-    assert_eq!(say(&mut sim, "$H"), ["ok"]);
-}
-
-#[test]
 fn an_emergency_stop_around_the_end_of_a_move_locks_whenever_it_comes() {
     // 1 mm at 50 mm/s2 takes 282.8 ms without a cruise, from 500 us after the line.
     for at_us in (263_000..285_000).step_by(131 * stride(3)) {
@@ -331,83 +169,6 @@ fn an_emergency_stop_is_not_lost_behind_a_reset() {
     sim.run_until_idle().unwrap();
     assert_eq!(sim.machine().state(), State::Alarm(Alarm::EmergencyStop));
     assert_eq!(say(&mut sim, "$X").last().unwrap(), "error:9");
-}
-
-#[test]
-fn lines_queue_up_and_run_in_order() {
-    let mut sim = homed();
-    sim.send(b"G0X10\nG0Y10\nG0X0\nG4P0.5\n");
-    sim.run_for(Duration::from_millis(100)).unwrap();
-    assert_eq!(sim.replies(), ["ok"; 3], "accepted at once; the dwell answers when it is over");
-    assert!(matches!(sim.machine().state(), State::Run));
-    sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["ok"]);
-    assert_eq!(sim.counted_steps(), [0, 500, 0]);
-    assert_eq!(say(&mut sim, "M2"), ["[MSG:Pgm End]", "ok"]);
-}
-
-#[test]
-fn more_lines_than_the_queue_holds_wait_their_turn() {
-    let mut sim = homed();
-    for i in 0..120 {
-        sim.send(format!("G0X{}\n", i % 2).as_bytes());
-    }
-    sim.run_for(Duration::from_millis(10)).unwrap();
-    let accepted = sim.replies().len();
-    assert_eq!(accepted, 1 + isostep_motion::MOVES_AHEAD, "the first is no move");
-    sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies().len() + accepted, 120);
-    assert_eq!(sim.outcome().moves.iter().filter(|record| !record.homing).count(), 119);
-}
-
-#[test]
-fn a_reset_forgets_the_lines_that_wait() {
-    let mut sim = homed();
-    for i in 0..40 {
-        // The direction alternates, because the machine would brake within moves that lie straight ahead.
-        sim.send(format!("G0X{}\n", 10 - i % 2).as_bytes());
-    }
-    sim.run_for(Duration::from_millis(300)).unwrap();
-    sim.send(b"\x18");
-    sim.run_until_idle().unwrap();
-    let moves = sim.outcome().moves.iter().filter(|record| !record.homing).count();
-    assert_eq!(moves, 1, "only the one under way had begun");
-    assert_eq!(sim.machine().status().queue_free, isostep_motion::MOVES_AHEAD);
-}
-
-#[test]
-fn the_status_tells_speed_and_switches_while_moving() {
-    let mut sim = homed();
-    // 50 mm/s2 to 30 mm/s (1,800 mm/min) takes 0.6 s.
-    begin(&mut sim, "G1 X100 F1800", Duration::from_secs(1));
-    sim.send(b"?");
-    sim.run_for(Duration::from_millis(1)).unwrap();
-    let report = sim.replies().pop().unwrap();
-    assert!(report.starts_with("<Run|MPos:2") && report.contains("|FS:1800,0"), "{report}");
-}
-
-/// Many more reports than fit in the console's output.
-#[test]
-fn every_status_report_is_whole() {
-    let mut sim = powered_up(&Config::default());
-    for i in 0..100 {
-        sim.send(b"?");
-        sim.run_for(Duration::from_millis(1)).unwrap();
-        let replies = sim.replies();
-        let [report] = &replies[..] else { panic!("report {i}: {replies:?}") };
-        assert!(report.starts_with("<Idle|MPos:0.000,0.000,0.000|") && report.ends_with('>'), "report {i}: {report}");
-    }
-}
-
-#[test]
-fn a_direction_can_be_inverted() {
-    let mut sim = powered_up(&Config::default());
-    assert_eq!(say(&mut sim, "$3=1"), ["ok"]);
-    let before = sim.places_steps();
-    assert_eq!(say(&mut sim, "G0 X1 Y1"), ["ok"]);
-    let after = sim.places_steps();
-    assert_eq!([after[0] - before[0], after[1] - before[1]], [-50, 50]);
-    assert_eq!(status(&mut sim), "<Idle|MPos:1.000,1.000,0.000");
 }
 
 #[test]
@@ -512,19 +273,4 @@ fn an_axis_brakes_by_its_own_limit() {
             assert!((found - ratio).abs() < 1e-6, "{axis}, $92{number}={decel_mm_s2}: it brakes {found} times as long");
         }
     }
-}
-
-/// At 50 steps/mm a step is 0.02 mm.
-#[test]
-fn jogs_and_settings_between_moves_lose_no_part_of_a_step() {
-    let mut sim = homed();
-    for _ in 0..100 {
-        assert_eq!(say(&mut sim, "$J=G91 X0.005 F600"), ["ok"]);
-    }
-    assert_eq!(status(&mut sim), "<Idle|MPos:0.500,0.000,0.000");
-    for _ in 0..100 {
-        assert_eq!(say(&mut sim, "G91 G0 Y0.005"), ["ok"]);
-        assert_eq!(say(&mut sim, "$11=0.01"), ["ok"]);
-    }
-    assert_eq!(status(&mut sim), "<Idle|MPos:0.500,0.500,0.000");
 }

@@ -8,7 +8,7 @@ use isostep_sim::world::Wire;
 use isostep_sim::{Config, Fault, Port, Sim};
 use isostep_trials::stride;
 
-use crate::talk::{begin, bytes, field, homed, powered_up, refused, say, state, status};
+use crate::talk::{begin, bytes, field, homed, powered_up, say, state, status};
 
 /// A plate that Z reaches from below, `place_mm` above its switch.
 fn plate(place_mm: f64) -> Option<Plate> {
@@ -76,124 +76,6 @@ fn a_contact_is_exact_to_the_step() {
             assert_eq!(say(&mut sim, "G0 X0 Y0 Z0"), ["ok"]);
         }
     }
-}
-
-#[test]
-fn g38_3_needs_no_contact() {
-    let mut sim = with_plate(20.0);
-    assert_eq!(say(&mut sim, "G38.3 Z19.98 F600"), ["[PRB:0.000,0.000,19.980:0]", "ok"]);
-    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,19.980");
-    assert_eq!(say(&mut sim, "Z25"), ["[PRB:0.000,0.000,20.000:1]", "ok"], "the mode stays in force");
-    assert_eq!(say(&mut sim, "$G")[0], "[GC:G38.3 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0]");
-}
-
-#[test]
-fn g38_4_stops_where_the_contact_ends() {
-    let mut sim = with_plate(20.0);
-    assert_eq!(say(&mut sim, "G0 Z25"), ["ok"]);
-    assert_eq!(say(&mut sim, "G38.4 Z0 F300"), ["[PRB:0.000,0.000,19.980:1]", "ok"]);
-    assert!(!crate::talk::report(&mut sim).contains("Pn:"));
-    assert_eq!(say(&mut sim, "G0 Z25"), ["ok"]);
-    alarmed(&mut sim, "G38.4 Z24", 5, Some("[PRB:0.000,0.000,24.000:0]"));
-}
-
-#[test]
-fn g38_5_needs_no_end_of_the_contact() {
-    let mut sim = with_plate(20.0);
-    assert_eq!(say(&mut sim, "G0 Z25"), ["ok"]);
-    assert_eq!(say(&mut sim, "G38.5 Z24 F300"), ["[PRB:0.000,0.000,24.000:0]", "ok"]);
-    assert_eq!(say(&mut sim, "G38.5 Z0"), ["[PRB:0.000,0.000,19.980:1]", "ok"]);
-}
-
-/// The line is accepted, as by Grbl. The machine is locked and its position is trusted.
-fn alarmed(sim: &mut Sim, line: &str, code: u8, reported: Option<&str>) {
-    let heard = say(sim, line);
-    let alarm = format!("ALARM:{code}");
-    let of_alarm: Vec<_> = heard.iter().filter(|line| !line.starts_with("[MSG:")).map(String::as_str).collect();
-    let expected: Vec<_> = [Some(alarm.as_str()), reported, Some("ok")].into_iter().flatten().collect();
-    assert_eq!(of_alarm, expected, "{line}: {heard:?}");
-    assert_eq!(state(sim), "Alarm");
-    refused(sim, "G0 X1", 9);
-    assert_eq!(sim.machine().status().homed, [true; 3]);
-    assert_eq!(say(sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
-}
-
-/// The probe already touches when it should look for a contact, or does not touch when it should lose contact.
-#[test]
-fn alarm_4_probe_initial() {
-    let mut sim = with_plate(20.0);
-    assert_eq!(say(&mut sim, "G0 Z25 F600"), ["ok"]);
-    for line in ["G38.2 Z30", "G38.3 Z30"] {
-        alarmed(&mut sim, line, 4, None);
-    }
-    assert_eq!(say(&mut sim, "G0 Z5"), ["ok"]);
-    for line in ["G38.4 Z0", "G38.5 Z0"] {
-        alarmed(&mut sim, line, 4, None);
-    }
-    assert_eq!(sim.counted_steps(), [0, 0, 250], "nothing moved");
-    assert_eq!(say(&mut sim, "G91 G0 Z1\n$E22").first().map(String::as_str), Some("ok"));
-    assert_eq!(sim.counted_steps(), [0, 0, 300]);
-}
-
-#[test]
-fn alarm_5_probe_contact() {
-    let mut sim = with_plate(20.0);
-    alarmed(&mut sim, "G38.2 Z19 F600", 5, Some("[PRB:0.000,0.000,19.000:0]"));
-    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,19.000");
-    assert_eq!(say(&mut sim, "G91 G38.2 Z2"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
-}
-
-#[test]
-fn a_probe_is_refused_as_grbl_does() {
-    let mut sim = with_plate(20.0);
-    refused(&mut sim, "G38.2 Z10", 22);
-    assert_eq!(say(&mut sim, "F100"), ["ok"]);
-    for (line, code) in [
-        ("G38.2", 26),
-        ("G38.2 Z0", 33),
-        ("G53 G38.2 Z10", 30),
-        ("G38.2 Z10 P1", 36),
-        ("G38.2 G0 Z10", 24),
-        ("G38.6 Z10", 20),
-        ("$J=G38.2 Z10 F100", 16),
-        ("G93 G38.2 Z10", 22),
-    ] {
-        refused(&mut sim, line, code);
-    }
-    assert_eq!((sim.counted_steps(), state(&mut sim).as_str()), ([0; 3], "Idle"));
-}
-
-/// The soft limits apply to the target of the probing move, whatever it touches before that.
-#[test]
-fn a_probe_keeps_to_the_travel() {
-    let mut sim = with_plate(20.0);
-    let heard = say(&mut sim, "G38.2 Z100.02 F600");
-    assert!(heard.contains(&"ALARM:2".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
-    assert_eq!(sim.counted_steps(), [0; 3]);
-}
-
-/// A closed limit switch gives no edge when a move goes towards it.
-#[test]
-fn a_probe_onto_a_closed_limit_switch_never_begins() {
-    let mut sim = crate::talk::switched_on(&Config { start_mm: [-0.5, 40.0, 15.0], ..Config::default() });
-    sim.replies();
-    let heard = say(&mut sim, "G91 G38.2 X-1 F100");
-    assert!(heard.contains(&"ALARM:1".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
-    assert_eq!(sim.counted_steps(), [0; 3]);
-}
-
-#[test]
-fn the_probe_may_be_inverted() {
-    let mut config = Config { plate: plate(22.0), ..Config::default() };
-    config.settings.probe_mask = 1;
-    let mut sim = powered_up(&config);
-    assert_eq!(say(&mut sim, "$H"), ["ok"]);
-    assert!(!crate::talk::report(&mut sim).contains("Pn:"));
-    assert_eq!(say(&mut sim, "G38.2 Z40 F600"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
-    assert_eq!(field(&mut sim, "Pn"), "P");
-    // With this setting the wiring is read as inverted.
-    assert_eq!(say(&mut sim, "$6=0"), ["ok"]);
-    alarmed(&mut sim, "G38.4 Z0", 4, None);
 }
 
 /// The probing move is held and resumed at several instants. The reported place is always the same.
@@ -273,25 +155,6 @@ fn a_reset_ends_a_probe() {
     assert_eq!(sim.counted_steps()[2], stands + 50);
 }
 
-#[test]
-fn an_emergency_stop_ends_a_probe() {
-    let mut sim = with_plate(20.0);
-    assert_eq!(begin(&mut sim, "G38.2 Z40 F600", Duration::from_secs(1)), [""; 0]);
-    sim.set_emergency_stop(true);
-    sim.run_until_idle().unwrap();
-    let heard = sim.replies();
-    assert!(heard.contains(&"ALARM:10".to_owned()) && heard.contains(&"error:9".to_owned()), "{heard:?}");
-    assert!(!heard.iter().any(|line| line.starts_with("[PRB")), "{heard:?}");
-    assert_eq!(sim.machine().status().homed, [false; 3]);
-}
-
-#[test]
-fn a_probe_in_check_mode_moves_nothing() {
-    let mut sim = with_plate(20.0);
-    assert_eq!(say(&mut sim, "$C\nG38.2 Z40 F600\nG38.4 Z10\nG0 X1"), ["[MSG:Enabled]", "ok", "ok", "ok", "ok"]);
-    assert_eq!((state(&mut sim).as_str(), sim.counted_steps()), ("Check", [0; 3]));
-}
-
 /// The probing move waits for the moves before it, ignores the feed override, and its line number is reported.
 #[test]
 fn a_probe_comes_behind_the_moves_before_it() {
@@ -304,12 +167,6 @@ fn a_probe_comes_behind_the_moves_before_it() {
     let heard = sim.replies();
     assert_eq!((heard.len(), heard[0].as_str()), (3, prb(steps_at_contact(&sim, true), 1).as_str()), "{heard:?}");
     assert_eq!(sim.counted_steps()[0], 250);
-}
-
-#[test]
-fn a_startup_line_may_probe() {
-    let mut sim = with_plate(20.0);
-    assert_eq!(say(&mut sim, "$N0=G38.2 Z40 F600"), ["[PRB:0.000,0.000,20.000:1]", "ok"]);
 }
 
 /// A contact bounces before the coordinator gets time to look at it. What counts is the first touch.

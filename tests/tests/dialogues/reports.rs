@@ -1,25 +1,10 @@
 //! Each field of the status reports, as listed in docs/console.md.
 
 use embassy_time::Duration;
-use isostep_motion::{Axis, State};
-use isostep_sim::world::Wire;
-use isostep_sim::{Config, Sim, SwitchFault};
+use isostep_motion::State;
+use isostep_sim::{Config, Sim};
 
-use crate::talk::{begin, bytes, field, homed, powered_up, report, say, state};
-
-#[test]
-fn report_positions_go_by_the_mask() {
-    let mut sim = homed();
-    assert_eq!(say(&mut sim, "G10 L2 P1 X1 Y2\nG92 Z-3\nG43.1 Z0.5\nG0 X10"), ["ok"; 4]);
-    // Machine X is 11. WCO is the sum of G54, G92 (Z was 0 and became 3) and the tool's length.
-    assert_eq!(field(&mut sim, "MPos"), "11.000,0.000,0.000");
-    assert_eq!(field(&mut sim, "WCO"), "1.000,2.000,3.500");
-    assert_eq!(say(&mut sim, "$10=0"), ["ok"]);
-    assert_eq!(field(&mut sim, "WPos"), "10.000,-2.000,-3.500");
-    assert_eq!(say(&mut sim, "$13=1"), ["ok"]);
-    assert_eq!(field(&mut sim, "WPos"), "0.3937,-0.0787,-0.1378");
-    assert_eq!(field(&mut sim, "WCO"), "0.0394,0.0787,0.1378");
-}
+use crate::talk::{begin, bytes, field, homed, powered_up, report, say};
 
 /// The moves with the old offset end first, so the work position never jumps.
 #[test]
@@ -66,23 +51,6 @@ fn report_buffers_when_asked() {
     sim.run_for(Duration::from_millis(10)).unwrap();
     let bytes: u16 = field(&mut sim, "Bf").split(',').nth(1).unwrap().parse().unwrap();
     assert!(bytes < 128, "{bytes}");
-}
-
-/// Waiting moves are not planned during a hold, so there is room only in the queue.
-#[test]
-fn report_buffers_in_a_hold() {
-    let mut sim = homed();
-    assert_eq!(say(&mut sim, "$10=3"), ["ok"]);
-    begin(&mut sim, "G0 X100", Duration::from_millis(800));
-    for state_now in ["Hold:1", "Hold:0"] {
-        sim.send(b"!");
-        sim.run_for(Duration::from_millis(100)).unwrap();
-        assert_eq!((state(&mut sim).as_str(), field(&mut sim, "Bf").as_str()), (state_now, "15,128"));
-        sim.run_until_idle().unwrap();
-    }
-    (0..20).for_each(|_| sim.send(b"G0 X1\nX2\n"));
-    sim.run_for(Duration::from_millis(10)).unwrap();
-    assert_eq!(sim.replies().len(), 15);
 }
 
 #[test]
@@ -142,44 +110,6 @@ fn report_line_number_of_the_part_of_a_move_that_is_under_way() {
     assert!(heard > 60, "{heard} reports");
 }
 
-#[test]
-fn report_speed_along_the_path() {
-    let mut sim = homed();
-    assert_eq!(field(&mut sim, "FS"), "0,0");
-    begin(&mut sim, "M3 S1000 G1 X60 Y80 F1200", Duration::from_secs(1));
-    assert_eq!(field(&mut sim, "FS"), "1200,1000");
-    bytes(&mut sim, &[0x9B]);
-    assert_eq!(field(&mut sim, "FS"), "1200,900", "as overridden");
-}
-
-#[test]
-fn report_pins_when_pressed() {
-    let mut sim = homed();
-    let pins = |sim: &mut Sim| {
-        sim.run_for(Duration::from_millis(20)).unwrap();
-        field(sim, "Pn")
-    };
-    assert!(!report(&mut sim).contains("Pn:"));
-    sim.set_switch(Axis::X, SwitchFault::StuckClosed);
-    assert_eq!(pins(&mut sim), "X");
-    sim.set_switch(Axis::Y, SwitchFault::StuckClosed);
-    sim.set_switch(Axis::Z, SwitchFault::StuckClosed);
-    assert_eq!(pins(&mut sim), "XYZ");
-    sim.set_emergency_stop(true);
-    assert_eq!(pins(&mut sim), "XYZR");
-    let inputs = [Wire::Probe, Wire::Hold, Wire::Start];
-    inputs.iter().for_each(|&wire| sim.set_hand_input(wire, true));
-    assert_eq!(pins(&mut sim), "PXYZRHS");
-    inputs.iter().for_each(|&wire| sim.set_hand_input(wire, false));
-    for axis in Axis::ALL {
-        sim.set_switch(axis, SwitchFault::None);
-    }
-    assert_eq!(pins(&mut sim), "R");
-    sim.set_emergency_stop(false);
-    sim.run_for(Duration::from_millis(20)).unwrap();
-    assert!(!report(&mut sim).contains("Pn:"));
-}
-
 /// One letter per report: w for the work offset, o for the overrides, a dot for neither.
 fn extras(sim: &mut Sim, count: usize) -> String {
     let kind = |report: String| match (report.contains("|WCO:"), report.contains("|Ov:")) {
@@ -211,24 +141,6 @@ fn report_offset_and_overrides_take_turns() {
         (busy.match_indices('w').map(|(at, _)| at).collect(), busy.match_indices('o').map(|(at, _)| at).collect());
     assert_eq!(offsets[1] - offsets[0], 30, "{busy}");
     assert_eq!(overrides[2] - overrides[1], 20, "{busy}");
-}
-
-/// Accessories are reported in the very next report, and then together with the overrides.
-#[test]
-fn report_accessories_that_are_on() {
-    let mut sim = homed();
-    extras(&mut sim, 2);
-    for (line, reported) in
-        [("M3 S1000", "|A:S>"), ("M8", "|A:SF>"), ("M4 M7", "|A:CFM>"), ("M5", "|A:FM>"), ("M9", "0>")]
-    {
-        assert_eq!(say(&mut sim, line), ["ok"]);
-        let report = report(&mut sim);
-        assert!(report.contains("|Ov:100,100,100") && report.ends_with(reported), "{line}: {report}");
-    }
-    assert_eq!(say(&mut sim, "M3"), ["ok"]);
-    let reports: Vec<_> = (0..21).map(|_| report(&mut sim)).collect();
-    assert_eq!(reports.iter().filter(|report| report.contains("|A:S")).count(), 3, "{reports:?}");
-    assert!(reports.iter().all(|report| report.contains("|A:S") == report.contains("|Ov:")), "{reports:?}");
 }
 
 /// As many motions are taken at once as a report says there is room for, whatever waits behind the moves: a dwell, a probe

@@ -1,5 +1,7 @@
-//! From settings to the machine's configuration: what reaches it, and that nothing is refused twice.
+//! From settings to the machine's configuration: what reaches it, and that nothing is refused twice. What was answered `ok`
+//! is there after a power cycle, however soon the power fails.
 
+use embassy_time::Duration;
 use isostep_console::{SETTING_TABLE, Settings, report};
 use isostep_motion::{AXES, Capabilities, DriverTiming, Wiring};
 use isostep_profile::SpeedLaw;
@@ -9,7 +11,7 @@ use isostep_trials::cases;
 use oorandom::Rand32;
 
 use crate::drivers::{self, skr_pico};
-use crate::talk::{powered_up, say, state, switched_on};
+use crate::talk::{say, state, switched_on};
 
 /// The ports of these tests, which carry the driver's 250,000 steps/s.
 const PORT: Capabilities = Capabilities::new(125_000_000, DriverTiming::DRV8825);
@@ -84,16 +86,6 @@ fn the_machine_refuses_nothing_that_the_console_accepts() {
         assert_eq!(checked, Ok(()), "{settings:?}");
         count += 1;
     }
-}
-
-/// Wide pulses leave less room for steps.
-#[test]
-fn the_width_of_the_pulses_limits_the_rate() {
-    let mut sim = powered_up(&Config::default());
-    assert_eq!(say(&mut sim, "$110=60000\n$110=2880\n$0=20\n$110=50000"), ["ok"; 4]);
-    let heard = say(&mut sim, "$110=60000\nG0 X1");
-    assert!(heard[0].starts_with("[MSG:$110=60000 is above the"), "{heard:?}");
-    assert_eq!(heard.last().unwrap(), "error:9");
 }
 
 /// Settings that work together on a machine with these ports, some steps away from `settings`.
@@ -178,50 +170,88 @@ fn a_listing_with_other_microsteps_comes_back() {
     assert_eq!(listed, saved);
 }
 
-/// It is reported at once, before every motion and after every welcome, also of the next power-up; and setting it right is all
-/// that it takes.
-#[test]
-fn nothing_moves_while_settings_do_not_work_together() {
-    let flash = Flash::blank();
+/// The replies that list all that is stored.
+const LISTINGS: [&str; 4] = ["$$", "$#", "$N", "$I"];
+
+fn listed(sim: &mut Sim) -> Vec<Vec<String>> {
+    LISTINGS.map(|line| say(sim, line).into_iter().collect()).into()
+}
+
+fn powered(flash: &Flash) -> Sim {
     let mut sim = Sim::with_flash(&Config::default(), flash.clone());
-    assert_eq!(say(&mut sim, "$H\nM3 S500\nM8\n$N0=G91").last_line(), "ok");
-    let reported = "[MSG:$31=2000 is not below the S at full duty, $30=1000 rpm: lower $31 or raise $30; until then nothing moves]";
-    assert_eq!(say(&mut sim, "$31=2000"), [reported, "ok"]);
-    assert_eq!(sim.tool(), [0; 5]);
-    let refused = |sim: &mut Sim| {
-        assert_eq!(state(sim), "Alarm");
-        for (line, error) in [
-            ("G0 X5", "error:9"),
-            ("M3 S100", "error:9"),
-            ("$J=X5 F100", "error:8"),
-            ("$BUZZ=X", "error:8"),
-            ("$N1=G0 X5", "error:8"),
-            ("$C", "error:8"),
-            ("$H", "error:2"),
-            ("$HX", "error:2"),
-            ("$X", "error:2"),
-        ] {
-            assert_eq!(say(sim, line), [reported, error], "{line}");
-        }
-        assert_eq!(say(sim, "$33=4000"), [reported, "ok"], "others may be set");
-        assert_eq!(say(sim, "\n%"), ["ok", "ok"]);
-        assert_eq!(sim.tool(), [0; 5]);
-    };
-    refused(&mut sim);
-    sim.send(b"\x18");
     sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]", reported]);
-    refused(&mut sim);
-    let steps = sim.counted_steps();
-    let mut next = Sim::with_flash(&Config::default(), flash);
-    next.run_until_idle().unwrap();
-    assert_eq!(next.replies(), ["Grbl 1.1h ['$' for help]", reported]);
-    refused(&mut next);
-    assert_eq!((sim.counted_steps(), next.counted_steps()), (steps, [0; AXES]));
-    for sim in [&mut sim, &mut next] {
-        assert_eq!(say(sim, "$30=3000"), ["ok"]);
-        assert_eq!(state(sim), "Idle");
-        assert_eq!(say(sim, "G91 G0 X5"), ["ok"]);
+    sim.replies();
+    sim
+}
+
+#[test]
+fn what_was_answered_ok_is_there_after_a_power_cycle() {
+    const BEFORE: [&str; 8] =
+        ["$110=1234", "$13=0", "$I=MILL", "$N0=G55", "G10 L2 P1 X1 Y2 Z3", "G10 L2 P3 X4", "G0 X2 Y1", "G28.1"];
+    for line in [
+        "$130=250.5",
+        "$22=0",
+        "$110=2000",
+        "$13=1",
+        "$I=LATHE",
+        "$I=",
+        "$N0=",
+        "$N1=G21",
+        "$N0=G91",
+        "G10 L2 P1 X7",
+        "G10 L2 P0 Y7",
+        "G10 L2 P6 Z-7",
+        "G10 L20 P2 X5 Y5",
+        "G10 L20 P0 Z5",
+        "G28.1",
+        "G30.1",
+        "$RST=$",
+        "$RST=#",
+        "$RST=*",
+    ] {
+        let flash = Flash::blank();
+        let mut sim = powered(&flash);
+        for line in BEFORE {
+            assert_eq!(say(&mut sim, line), ["ok"], "{line}");
+        }
+        let mut sim = powered(&flash);
+        say(&mut sim, "G0 X5 Y6 Z7");
+        say(&mut sim, line);
+        // G54 to G59, G28 and G30 of `$#` are stored. The others are not.
+        let stored = |mut listed: Vec<Vec<String>>| {
+            listed[1].truncate(8);
+            listed
+        };
+        let expected = stored(listed(&mut sim));
+        let found = stored(listed(&mut powered(&flash)));
+        assert_eq!(found, expected, "{line}");
     }
-    assert_eq!(next.counted_steps(), [250, 0, 0]);
+}
+
+/// The power fails in the instant in which `ok` comes.
+#[test]
+fn what_is_answered_ok_is_stored_by_then() {
+    for (line, listing, expected) in [
+        ("$130=250.5", "$$", "$130=250.500"),
+        ("$N1=G21", "$N", "$N1=G21"),
+        ("$I=LATHE", "$I", "[VER:1.1h.20190830:LATHE]"),
+        ("G10 L2 P2 X7", "$#", "[G55:7.000,0.000,0.000]"),
+        ("G10 L20 P2 X7", "$#", "[G55:-7.000,0.000,0.000]"),
+        ("G0 X1\nG28.1", "$#", "[G28:1.000,0.000,0.000]"),
+        ("G0 X1\nG30.1", "$#", "[G30:1.000,0.000,0.000]"),
+        ("G10 L2 P1 X9\n$RST=#", "$#", "[G54:0.000,0.000,0.000]"),
+        ("$130=200\n$RST=$", "$$", "$130=350.000"),
+        ("$130=200\n$RST=*", "$$", "$130=350.000"),
+    ] {
+        let flash = Flash::blank();
+        let mut sim = powered(&flash);
+        sim.send(format!("{line}\n").as_bytes());
+        let mut left = line.lines().count();
+        while left > 0 {
+            sim.run_for(Duration::from_micros(20)).unwrap();
+            left -= sim.replies().iter().filter(|heard| *heard == "ok").count();
+        }
+        let heard = say(&mut powered(&flash), listing);
+        assert!(heard.iter().any(|heard| heard == expected), "{line}: {heard:?}, {expected} expected");
+    }
 }

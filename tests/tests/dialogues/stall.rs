@@ -2,11 +2,10 @@
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_motion::{Alarm, Axis, Motor, State};
-use isostep_sim::drivers::DriverFault;
+use isostep_motion::Axis;
 use isostep_sim::{Board, Config, Sim};
 
-use crate::talk::{begin, bytes, say, state, status};
+use crate::talk::{begin, bytes, say, state};
 
 /// Longer than a driver is left alone, with its datagrams.
 const ROUND: Duration = Duration::from_millis(300);
@@ -47,27 +46,6 @@ type Change = fn(&mut Config);
 /// How far an axis is from where it should be after homing, steps.
 fn off_steps(sim: &Sim, axis: usize) -> i32 {
     sim.places_steps()[axis] - (HOME_MM * STEPS_PER_MM) as i32
-}
-
-#[test]
-fn an_axis_homes_by_a_stall() {
-    let mut sim = powered_up(&config());
-    let heard = say(&mut sim, "$H");
-    let words = |axis: &str| format!("[MSG:{axis} has stalled twice, 0 steps apart]");
-    assert_eq!(heard, [words("X"), words("Y"), words("Z"), "ok".into()]);
-    for axis in 0..3 {
-        // The field was ahead of the rotor when the driver reported, and comes back by as much.
-        assert!((-2 * MICROSTEPS..=0).contains(&off_steps(&sim, axis)), "{axis}: {}", off_steps(&sim, axis));
-    }
-    assert_eq!(sim.machine().homed(), [true; 3]);
-    assert_eq!(status(&mut sim), "<Idle|MPos:0.000,0.000,0.000");
-    assert!(!looks(&mut sim), "it tells stalls while homing alone");
-    // Against their ends, and not farther: the limit inputs stop nothing else.
-    assert_eq!(say(&mut sim, "G0 X100 Y100 Z50"), ["ok"]);
-    let before = off_steps(&sim, 0);
-    assert_eq!(say(&mut sim, "$HX"), [words("X"), "ok".into()]);
-    assert_eq!(off_steps(&sim, 0), before - 100 * STEPS_PER_MM as i32, "where it was");
-    assert_eq!(sim.outcome().violations, []);
 }
 
 #[test]
@@ -166,78 +144,6 @@ fn an_axis_that_has_homed_by_a_stall_is_where_it_says() {
     }
 }
 
-/// An axis with a switch needs none of this, beside one that homes by stall.
-#[test]
-fn some_axes_may_home_by_stall_and_others_by_switch() {
-    let mut config = config();
-    (config.settings.stall_homing_mask, config.diag) = (0b001, [true, false, false]);
-    let mut sim = powered_up(&config);
-    assert_eq!(say(&mut sim, "$H"), ["[MSG:X has stalled twice, 0 steps apart]", "ok"]);
-    let places_steps = sim.places_steps();
-    assert!((1..=2).all(|axis| places_steps[axis] > 0), "{places_steps:?}");
-    assert_eq!(say(&mut sim, "$339=0"), ["ok"]);
-    let heard = say(&mut sim, "$HX");
-    assert!(heard.contains(&"ALARM:8".into()), "its switch is wired to nothing: {heard:?}");
-}
-
-#[test]
-fn a_threshold_is_proposed() {
-    let mut config = config();
-    config.settings.stall_threshold = [0; 3];
-    let mut sim = powered_up(&config);
-    let start = sim.places_steps();
-    let heard = say(&mut sim, "$STALL=X");
-    assert_eq!((heard.len(), heard[1].as_str()), (2, "ok"));
-    // A quarter of the load of a stall leaves 300 of 400, and noise takes 10 at most.
-    let words = heard[0].strip_prefix("[MSG:X turns freely at SG_RESULT 29").unwrap_or_else(|| panic!("{heard:?}"));
-    assert!(words.contains(" to 3") && words.contains(", mean 29"), "{words}");
-    let proposed = words.split("try ").nth(1).unwrap().split(',').next().unwrap().to_owned();
-    assert_eq!(proposed, "$200=72");
-    assert_eq!(sim.places_steps(), start, "it ends where it began");
-    assert_eq!(say(&mut sim, &proposed), ["ok"]);
-    assert_eq!(say(&mut sim, "$HX"), ["[MSG:X has stalled twice, 0 steps apart]", "ok"]);
-    // Homed, it stands where its travel begins. Feed override does not slow it, and a jog cancel ends it.
-    bytes(&mut sim, b"\x92\x92\x92\x92\x92");
-    assert!(say(&mut sim, "$STALL=X")[0].starts_with("[MSG:X turns freely"));
-    sim.send(b"$STALL=X\n");
-    sim.run_for(ROUND).unwrap();
-    sim.send(b"\x85");
-    sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies().last().unwrap(), "ok");
-    assert_ne!(sim.machine().position_steps()[0], 0, "it stands where it was cancelled");
-    assert_eq!(state(&mut sim), "Idle");
-    say(&mut sim, "G0 X340");
-    let far = say(&mut sim, "$STALL=X");
-    assert_eq!(far, ["[MSG:there is no room for X to move: jog it to the middle of its travel]", "error:20"]);
-}
-
-#[test]
-fn a_threshold_is_not_proposed_where_none_can_be() {
-    let mut spread =
-        powered_up(&Config { settings: Settings { stealth_mm_min: [0.0; 3], ..config().settings }, ..config() });
-    let words = "[MSG:a stall of X cannot be detected: it seeks by SpreadCycle, $980=0. Set $980=2250, or more]";
-    assert_eq!(say(&mut spread, "$STALL=X"), [words, "error:20"]);
-    // So much varies what it turns against that it seems stalled now and then.
-    let mut noisy = powered_up(&Config { load_noise: 0.7, ..config() });
-    let heard = say(&mut noisy, "$STALL=Y");
-    assert!(heard[0].contains("too low for a threshold. Seek faster ($25), or mend what brakes it"), "{heard:?}");
-    let mut pico = powered_up(&Config::default());
-    assert_eq!(say(&mut pico, "$STALL=X"), ["error:3"]);
-    let mut moving = powered_up(&config());
-    moving.send(b"G91 G1 X20 F600\n");
-    moving.run_for(ROUND).unwrap();
-    moving.replies();
-    assert_eq!(begin(&mut moving, "$STALL=X", ROUND), ["error:8"]);
-    // A reset ends it, and the driver is not read any more.
-    let mut reset = powered_up(&config());
-    begin(&mut reset, "$STALL=X", ROUND);
-    reset.send(b"\x18");
-    reset.run_until_idle().unwrap();
-    assert_eq!(reset.replies().last().unwrap(), "Grbl 1.1h ['$' for help]");
-    assert_eq!(state(&mut reset), "Idle");
-    assert_eq!(say(&mut reset, "$STALL=X").last().unwrap(), "ok", "it can be done again");
-}
-
 /// Each axis stalls at either end, with every value of `$23`; and a threshold that is too high is found out at either.
 #[test]
 fn axes_home_by_stall_at_either_end() {
@@ -259,76 +165,6 @@ fn axes_home_by_stall_at_either_end() {
     }
 }
 
-/// A threshold above what a free motor has is a stall wherever the axis is fast.
-#[test]
-fn alarm_24_stalls_apart() {
-    let mut config = config();
-    config.settings.stall_threshold = [160; 3];
-    let mut sim = powered_up(&config);
-    let heard = say(&mut sim, "$HX");
-    let words = "[MSG:X has stalled at two places: lower $200-$202 ($STALL proposes it), free the axis, then $H]";
-    assert_eq!(heard, ["ALARM:24", words, "error:9"]);
-    assert_eq!(sim.machine().state(), State::Alarm(Alarm::StallsApart { axis: Axis::X }));
-    assert!(!sim.machine().homed()[0] && !looks(&mut sim));
-    assert!(off_steps(&sim, 0) > 1_000, "it is far from its end");
-    assert_eq!(say(&mut sim, "$200=70"), ["ok"]);
-    assert_eq!(say(&mut sim, "$HX"), ["[MSG:X has stalled twice, 0 steps apart]", "ok"]);
-}
-
-#[test]
-fn a_stall_in_a_move_is_an_alarm_if_asked_for() {
-    for is_asked in [true, false] {
-        let mut config = config();
-        config.settings.stall_alarm_mask = u16::from(is_asked);
-        let mut sim = powered_up(&config);
-        assert_eq!(say(&mut sim, "$H").last().unwrap(), "ok");
-        assert_eq!(looks(&mut sim), is_asked);
-        say(&mut sim, "$20=0");
-        sim.replies();
-        // 100 mm further than the end, and after it was homed again once more.
-        for time in 0..2 {
-            let heard = say(&mut sim, "G1 X-100 F1800");
-            if !is_asked {
-                assert_eq!(heard, ["ok"]);
-                assert_eq!(state(&mut sim), "Idle");
-                break;
-            }
-            sim.run_for(ROUND).unwrap();
-            let later = sim.replies();
-            let all: Vec<_> = heard.iter().chain(&later).cloned().collect();
-            let is_there = |words: &str| all.iter().any(|line| line.starts_with(words));
-            let is_reported =
-                is_there("ALARM:17") && is_there("[MSG:X driver has reported a stall of its motor: free it");
-            assert!(is_reported, "{time}: {all:?}");
-            assert_eq!(sim.machine().state(), State::Alarm(Alarm::DriverFailed { motor: Motor::first(Axis::X) }));
-            let report = say(&mut sim, "M122");
-            assert!(
-                report[0].starts_with("[MSG:X driver: has reported a stall of its motor, 16 microsteps"),
-                "{report:?}"
-            );
-            assert_eq!(say(&mut sim, "$X"), ["[MSG:Caution: Unlocked]", "ok"]);
-            assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
-            assert!(say(&mut sim, "M122")[0].starts_with("[MSG:X driver: well"), "{time}");
-        }
-    }
-}
-
-/// The task that asks the drivers would notice after a tenth of a second.
-#[test]
-fn the_diag_of_a_driver_that_fails_stops_at_once() {
-    let mut sim = powered_up(&config());
-    assert_eq!(say(&mut sim, "$H").last().unwrap(), "ok");
-    begin(&mut sim, "G1 X100 F1800", ROUND);
-    sim.set_driver(Axis::X, Some(DriverFault::Shorted));
-    sim.run_for(Duration::from_millis(1)).unwrap();
-    assert!(sim.replies().contains(&"ALARM:17".into()));
-    let edges = sim.steps();
-    sim.run_for(ROUND).unwrap();
-    assert_eq!(sim.steps(), edges);
-    let heard = sim.replies();
-    assert!(heard.iter().any(|line| line.starts_with("[MSG:X driver has found a short")), "{heard:?}");
-}
-
 #[test]
 fn a_reset_ends_the_look_for_stalls() {
     // In each phase, and in the exchange with the driver before them.
@@ -347,48 +183,4 @@ fn a_reset_ends_the_look_for_stalls() {
         }
         assert_eq!(say(&mut sim, "$HX"), ["[MSG:X has stalled twice, 0 steps apart]", "ok"], "after {wait_ms} ms");
     }
-}
-
-/// Each stall is reported as what it is, not the first alone.
-#[test]
-fn a_motor_that_stalls_again_is_reported_again() {
-    let mut config = config();
-    config.settings.stall_alarm_mask = 1;
-    let mut sim = powered_up(&config);
-    assert_eq!(say(&mut sim, "$H").last().unwrap(), "ok");
-    say(&mut sim, "$20=0");
-    for _ in 0..3 {
-        sim.send(b"G1 X-100 F1800\n");
-        sim.run_for(Duration::from_secs(5)).unwrap();
-        let heard = sim.replies();
-        let words = "[MSG:X driver has reported a stall of its motor: free it";
-        assert_eq!(heard.iter().filter(|line| line.starts_with(words)).count(), 1, "{heard:?}");
-        assert_eq!(say(&mut sim, "$X").last().unwrap(), "ok");
-        assert_eq!(say(&mut sim, "$HX").last().unwrap(), "ok");
-    }
-}
-
-/// The emergency stop is pressed in the same instant, and another console has asked for homing already, which leaves that alarm
-/// while the motor is off: so the machine is locked again.
-#[test]
-fn a_driver_that_fails_in_an_emergency_stop_in_homing_is_reported() {
-    let mut sim = powered_up(&Config { second_console: true, ..config() });
-    sim.send(b"$H\n");
-    sim.run_for(ROUND).unwrap();
-    sim.send_to(1, b"$HZ\n");
-    sim.run_for(ROUND).unwrap();
-    sim.set_emergency_stop(true);
-    sim.set_driver(Axis::Y, Some(DriverFault::Overheated));
-    sim.run_for(Duration::from_millis(28)).unwrap();
-    sim.set_emergency_stop(false);
-    sim.run_for(Duration::from_millis(66)).unwrap();
-    sim.set_driver(Axis::Y, None);
-    sim.run_until_idle().unwrap();
-    let heard = sim.replies();
-    let is_reported = |words: &str| heard.iter().any(|line| line.starts_with(words));
-    assert!(is_reported("ALARM:10") && is_reported("[MSG:Y driver was too hot, its motor was off"), "{heard:?}");
-    assert!(is_reported("ALARM:17"), "{heard:?}");
-    assert_eq!(sim.machine().homed(), [false; 3], "{heard:?}");
-    assert_eq!(say(&mut sim, "$HZ").last().unwrap(), "ok");
-    assert_eq!(sim.machine().homed(), [false, false, true]);
 }

@@ -4,7 +4,7 @@ use embassy_futures::block_on;
 use embassy_time::Duration;
 use isostep_motion::{AXES, Alarm, Axis, Motion, Power, ProbeMove, State};
 use isostep_sim::faults::Trouble;
-use isostep_sim::{Config, Fault, Port, Sim, SwitchFault};
+use isostep_sim::{Config, Fault, Port, Sim};
 use isostep_trials::stride;
 
 use crate::talk::{begin, bytes, field, homed, powered_up, say};
@@ -114,26 +114,6 @@ fn an_emergency_stop_while_a_run_waits_for_the_one_before_lets_it_not_begin() {
     }
 }
 
-#[test]
-fn the_speed_reported_in_an_alarm_is_none() {
-    for stop in ["switch", "emergency stop", "resets"] {
-        let mut sim = homed();
-        begin(&mut sim, "G1 X100 F1200", Duration::from_secs(1));
-        assert_eq!(field(&mut sim, "FS"), "1200,0");
-        match stop {
-            "switch" => sim.set_switch(Axis::Y, SwitchFault::StuckClosed),
-            "resets" => sim.send(b"\x18\x18"),
-            _ => sim.set_emergency_stop(true),
-        }
-        sim.run_for(Duration::from_millis(1)).unwrap();
-        for wait_ms in [0, 1, 50, 5_000] {
-            sim.run_for(Duration::from_millis(wait_ms)).unwrap();
-            assert!(matches!(sim.machine().state(), State::Alarm(_)), "{stop}");
-            assert_eq!(field(&mut sim, "FS"), "0,0", "{stop}, {wait_ms} ms later");
-        }
-    }
-}
-
 /// Only the current jog has begun. Jogs that are planned ahead, and those that wait behind them, never begin.
 #[test]
 fn a_jog_cancel_forgets_every_jog_that_waits() {
@@ -197,23 +177,6 @@ fn speed(sim: &mut Sim) -> f64 {
     reported.split(',').next().and_then(|speed| speed.parse().ok()).unwrap_or_else(|| panic!("FS:{reported}"))
 }
 
-/// The host disconnected before the console had read the byte. Once everything has ended, that byte no longer counts.
-#[test]
-fn a_reset_byte_that_was_heard_and_never_read_makes_the_next_no_second_one() {
-    let mut sim = homed();
-    begin(&mut sim, "G0 X10", Duration::from_millis(200));
-    sim.machine().reset_heard();
-    sim.run_until_idle().unwrap();
-    sim.replies();
-    begin(&mut sim, "G0 X100", Duration::from_secs(1));
-    sim.machine().reset_heard();
-    sim.send(b"\x18");
-    sim.run_until_idle().unwrap();
-    assert_eq!(sim.replies(), ["Grbl 1.1h ['$' for help]"], "it brakes, and no alarm is reported");
-    assert_eq!(sim.machine().state(), State::Idle);
-    assert_eq!(sim.machine().homed(), [true; AXES]);
-}
-
 /// The coordinator gets no time until an axis has run dry, and in some cases until the others would have too. The one that runs dry
 /// stops the others itself, at the instant of its last edge.
 #[test]
@@ -245,22 +208,4 @@ fn an_axis_that_runs_dry_stops_the_others() {
         }
     }
     assert!(alarms > 10, "an axis ran dry {alarms} times");
-}
-
-/// On the chip an interrupt notices a reset byte before the console does. The outputs go off at the first byte; the
-/// second stops at once.
-#[test]
-fn a_reset_byte_acts_before_its_console_obeys_it() {
-    let mut sim = homed();
-    assert_eq!(begin(&mut sim, "M3 S1000\nG1 X100 F2400", Duration::from_secs(1)), ["ok", "ok"]);
-    assert!(sim.tool()[1] > 0);
-    sim.machine().reset_heard();
-    sim.run_for(Duration::from_millis(1)).unwrap();
-    assert_eq!((sim.tool(), sim.machine().state()), ([0; 5], State::Run), "nothing brakes yet");
-    sim.machine().reset_heard();
-    let stopped_ns = sim.now_ns();
-    sim.run_until_idle().unwrap();
-    let outcome = sim.outcome();
-    assert_eq!(outcome.state, State::Alarm(Alarm::ResetInMotion));
-    assert!(outcome.edges.iter().all(|edge| edge.t_ns <= stopped_ns));
 }
