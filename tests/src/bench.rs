@@ -291,7 +291,7 @@ pub fn all_cases(file: &str, test: &str, cases: u64, mut carry_out: impl FnMut(u
     }
     for case in 0..cases {
         if catch_unwind(AssertUnwindSafe(|| carry_out(case))).is_err() {
-            panic!("again: CASE={case} cargo test -p isostep-tests --test {file} -- --exact {test}");
+            panic!("again: CASE={case} cargo test -p isostep-tests -- --exact {file}::{test}");
         }
     }
     true

@@ -170,7 +170,7 @@ fn all_orders(test: &str, longest: u32, lead: fn(&mut Bench) -> End) {
             if catch_unwind(|| carry_out(lead, &bytes, gap_us)).is_err() {
                 let bytes: Vec<_> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
                 let order = format!("ORDER={}@{gap_us}", bytes.join(","));
-                panic!("again: {order} cargo test -p isostep-tests --test real_time_orders -- --exact {test}");
+                panic!("again: {order} cargo test -p isostep-tests -- --exact real_time_orders::{test}");
             }
         }
     }

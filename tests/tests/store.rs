@@ -14,7 +14,7 @@ use isostep_controller::{Parameters, Settings};
 use isostep_motion::State;
 use isostep_sim::flash::{FLASH_BYTES, SECTOR_BYTES, WordFlash};
 use isostep_sim::{Config, Flash, Sim};
-use isostep_trials::cases;
+use isostep_trials::{cases, window};
 use oorandom::Rand64;
 
 const CUTS_PER_CASE: u64 = 100;
@@ -141,8 +141,8 @@ fn survive_power_cuts<const WORD_BYTES: usize>(case: u64) {
 #[test]
 fn power_cuts_leave_every_item_old_or_new() {
     let only = env::var("STORE_CASE").ok().map(|case| case.parse().expect("STORE_CASE is a number"));
-    for case in only.map_or(0..cases(10, 30).into(), |case| case..case + 1) {
-        let replay = format!("again: STORE_CASE={case} cargo test -p isostep-tests --test store power_cuts");
+    for case in only.map_or(window(cases(10, 30)), |case| case..case + 1) {
+        let replay = format!("again: STORE_CASE={case} cargo test -p isostep-tests store::power_cuts");
         // Each length of a word, with few sectors and with many.
         let survive = match case / 2 % 5 {
             0 => survive_power_cuts::<1>,
@@ -174,10 +174,10 @@ fn a_faint_mark_is_not_programmed_again() {
             break bytes;
         }
     };
-    for (operations, seed) in (0..6).flat_map(|operation| (0..cases(100, 1000)).map(move |seed| (operation, seed))) {
+    for (operations, seed) in (0..6).flat_map(|operation| window(cases(100, 1000)).map(move |seed| (operation, seed))) {
         let flash = Flash::with(before.clone());
         let mut store = opened(&flash, 4).0;
-        flash.cut_power_after(operations, seed.into());
+        flash.cut_power_after(operations, seed);
         assert!(!save(&mut store, &wanted), "the power fails after {operations} operations");
         flash.mend();
         let mut store = opened(&flash, 4).0;
@@ -294,8 +294,8 @@ fn garbage(seed: u64) -> Flash {
 
 #[test]
 fn garbage_is_not_read() {
-    for seed in 0..cases(10, 50) {
-        let flash = garbage(seed.into());
+    for seed in window(cases(10, 50)) {
+        let flash = garbage(seed);
         let (mut store, loaded) = opened(&flash, 16);
         assert_eq!((loaded, store.kept()), (Err(Loss::Unreadable), &defaults()), "seed {seed}");
         let mut wanted = defaults();
@@ -308,8 +308,8 @@ fn garbage_is_not_read() {
 
 #[test]
 fn flipped_bits_never_panic_and_never_stop_a_change() {
-    for seed in 0..cases(5, 200).into() {
-        let mut random = Rand64::new(seed);
+    for seed in window(cases(5, 200)) {
+        let mut random = Rand64::new(seed.into());
         let (flash, mut wanted) = (Flash::blank(), defaults());
         let (mut store, _) = opened(&flash, 4);
         assert!(saves_changes(&mut store, &mut wanted, &mut random, 100), "seed {seed}");
@@ -510,8 +510,8 @@ fn an_offset_is_kept_exactly() {
 /// The bits change while the machine is on. A change that finds the log damaged writes all of it anew.
 #[test]
 fn bits_that_flip_under_a_running_machine_never_stop_a_change() {
-    for seed in 0..cases(20, 100).into() {
-        let mut random = Rand64::new(seed);
+    for seed in window(cases(20, 100)) {
+        let mut random = Rand64::new(seed.into());
         let (flash, mut wanted) = (Flash::blank(), defaults());
         let (mut store, _) = opened(&flash, 4);
         assert!(saves_changes(&mut store, &mut wanted, &mut random, 20), "seed {seed}");

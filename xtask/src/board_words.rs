@@ -68,7 +68,7 @@ fn place(elf: &[u8]) -> Result<Range<usize>> {
 mod tests {
     use super::*;
 
-    include!("../tests/support/elf.rs");
+    include!("stand_in_elf.rs");
 
     /// What is read back, as the firmware does: from the address at which the section is loaded.
     fn words(elf: &[u8]) -> [u32; 2] {

@@ -169,6 +169,13 @@ fn cargo(words: &[String]) -> Result<(), String> {
             return Err(format!("{} has no {option} {name}", package.display()));
         }
     }
+    // `chain::` chooses the tests of a file.
+    let executable = package.join("tests").join(value(&["--test"]).unwrap_or("main")).with_extension("rs");
+    if let Some(file) = words.iter().find_map(|word| word.strip_suffix("::"))
+        && !fs::read_to_string(&executable).is_ok_and(|text| text.lines().any(|line| line == format!("mod {file};")))
+    {
+        return Err(format!("{} has no tests {file}::", executable.display()));
+    }
     if let Some(feature) = value(&["--features"])
         && !manifest.lines().any(|line| line.starts_with(&format!("{feature} =")))
     {

@@ -1,11 +1,9 @@
 //! Compares the firmware's flash and RAM with their budgets.
 
 use anyhow::{Result, bail};
-use serde_json::{Value, json};
 
 use crate::firmware::Firmware;
 use crate::variant::{Axes, Variant};
-use crate::workspace;
 
 const KIB: u64 = 1024;
 /// RAM reserved for the stack. The chip gives the stack all RAM above the statics, so this is not a hardware limit: it
@@ -78,22 +76,6 @@ impl Footprint {
             format!("{name:<24}{:>7.1} KiB  of {:>4.0} KiB  {:>4} %\n", kib(used), kib(budget), used * 100 / budget)
         };
         self.rows().map(line).concat()
-    }
-
-    /// The figures and their budgets as JSON.
-    pub fn json(&self) -> Value {
-        json!({
-            "elf": workspace::shown(&workspace::firmware_elf()),
-            "flash_bytes": self.flash,
-            "flash_budget_bytes": FLASH_BUDGET_BYTES,
-            "ram_code_bytes": self.code,
-            "ram_code_budget_bytes": self.code_budget,
-            "static_ram_bytes": self.statics,
-            "static_ram_budget_bytes": self.statics_budget,
-            "stack_reserve_bytes": STACK_RESERVE_BYTES,
-            "ram_bytes": self.ram(),
-            "ram_budget_bytes": self.ram_budget(),
-        })
     }
 
     /// An error that names a figure that exceeds its budget.

@@ -24,7 +24,7 @@ libFuzzer makes up bytes, and keeps those that reach code that no others have re
 goes to target/fuzz/corpus, and what breaks something to tests/fuzz/artifacts. It works with the stable toolchain and a C++ compiler, on
 Linux and macOS. cargo-fuzz is installed under target/tools. tests/fuzz/README.md tells what each target checks.
 
-`cargo test -p isostep-tests --test corpus` puts tests/fuzz/corpus to the same targets without a fuzzer.
+`cargo test -p isostep-tests corpus::` puts tests/fuzz/corpus to the same targets without a fuzzer.
 
 Examples:
   cargo xtask fuzz                                        five minutes each

@@ -13,10 +13,10 @@ use crate::{web, workspace};
 /// Check formatting, clippy and the documentation; warnings are errors
 #[derive(clap::Args)]
 #[command(after_help = "\
-The same checks run over the host's packages, over the firmware and over the page. The targets of boards/stm32g474 and
-of the page are left out in words where rustup cannot add them.")]
+The same checks run over the host's packages, over the page and over three images of the firmware, which differ in all that
+can differ. The targets of the page and of boards/stm32g474 are left out in words where rustup cannot add them.")]
 pub struct Args {
-    /// Every image of the firmware and of the other boards, of which otherwise a few are looked at
+    /// The crates with other features too, every image of the firmware, and the other boards
     #[arg(long)]
     all: bool,
 }
@@ -30,11 +30,29 @@ pub fn run(Args { all }: Args) -> Result<()> {
     run_command(cargo("clippy").arg("--all-targets").args(DENY_WARNINGS))?;
     announce("rustdoc, host packages");
     run_command(cargo("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))?;
+    for_browsers()?;
+    firmware()?;
+    if all { what_tests_compile_too() } else { Ok(()) }
+}
+
+/// What is left out otherwise, because a stage of the tests compiles it or something that differs from it in a few lines.
+fn what_tests_compile_too() -> Result<()> {
     with_axes("four-axes", &["--test=four_axes", "--test=emulated"])?;
     with_axes("two-axes", &["--test=two_axes"])?;
-    for_browsers()?;
-    firmware(all)?;
-    another_chip(all)
+    let [proving, proving_timer] = [Port::Pio, Port::Timer].map(Variant::proving);
+    for variant in [proving, proving_timer] {
+        clippy(workspace::FIRMWARE, &variant.features())?;
+    }
+    for variant in [other(), skr_pico(), proving, proving_timer] {
+        rustdoc(workspace::FIRMWARE, &variant.features())?;
+    }
+    clippy(workspace::BENCH_FIRMWARE, &[])?;
+    rustdoc(workspace::BENCH_FIRMWARE, &[])?;
+    for features in [&[][..], &["two-axes"], &["four-axes"]] {
+        clippy(QEMU_BOARD, features)?;
+        rustdoc(QEMU_BOARD, features)?;
+    }
+    another_chip()
 }
 
 /// The crates and these tests with another number of axes.
@@ -46,16 +64,13 @@ fn with_axes(feature: &str, tests: &[&str]) -> Result<()> {
     run_command(clippy.arg(format!("--features={feature}")).args(DENY_WARNINGS))
 }
 
-fn another_chip(all: bool) -> Result<()> {
+fn another_chip() -> Result<()> {
     if let Some(why) = other_chip::missing() {
         announce(&format!("boards/stm32g474: left out, because {why}"));
         return Ok(());
     }
     announce("clippy, boards/stm32g474");
     run_command(other_chip::cargo("clippy").args(DENY_WARNINGS))?;
-    if !all {
-        return Ok(());
-    }
     announce("rustdoc, boards/stm32g474");
     run_command(other_chip::cargo("doc").arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
@@ -73,39 +88,28 @@ fn for_browsers() -> Result<()> {
     }
 }
 
-fn firmware(all: bool) -> Result<()> {
+/// The image of a release, and two that differ from it in all that can differ.
+fn firmware() -> Result<()> {
     toolchain::add_target(workspace::FIRMWARE_TARGET)?;
-    let other = Variant {
+    for variant in [Variant::default(), other(), skr_pico()] {
+        clippy(workspace::FIRMWARE, &variant.features())?;
+    }
+    rustdoc(workspace::FIRMWARE, &Variant::default().features())
+}
+
+fn other() -> Variant {
+    Variant {
         board: Board::Pico,
         port: Port::Timer,
         driver: Some(Driver::Tmc2209),
         estop: Contact::Nc,
         axes: Axes::Four,
         prove: false,
-    };
-    let skr_pico = Variant { board: Board::SkrPico, ..Variant::default() };
-    let [proving, proving_timer] = [Port::Pio, Port::Timer].map(Variant::proving);
-    clippy(workspace::FIRMWARE, &Variant::default().features())?;
-    rustdoc(workspace::FIRMWARE, &Variant::default().features())?;
-    for variant in [other, skr_pico, proving] {
-        clippy(workspace::FIRMWARE, &variant.features())?;
     }
-    clippy(workspace::BENCH_FIRMWARE, &[])?;
-    clippy(QEMU_BOARD, &[])?;
-    if !all {
-        return Ok(());
-    }
-    clippy(workspace::FIRMWARE, &proving_timer.features())?;
-    for variant in [other, skr_pico, proving, proving_timer] {
-        rustdoc(workspace::FIRMWARE, &variant.features())?;
-    }
-    rustdoc(workspace::BENCH_FIRMWARE, &[])?;
-    rustdoc(QEMU_BOARD, &[])?;
-    for axes in ["two-axes", "four-axes"] {
-        clippy(QEMU_BOARD, &[axes])?;
-        rustdoc(QEMU_BOARD, &[axes])?;
-    }
-    Ok(())
+}
+
+fn skr_pico() -> Variant {
+    Variant { board: Board::SkrPico, ..Variant::default() }
 }
 
 const QEMU_BOARD: &str = "qemu-lm3s6965";

@@ -1,6 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder:
 //! build, flash, emulate, test and others. `bench` is in the package `isostep-bench`, and the other verbs are in the package `isostep`. `workspace`,
-//! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `firmware`, `board_words`, `footprint`, `uf2`, `variant`, `process`, `suites` and `cpu` are
+//! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `firmware`, `board_words`, `footprint`, `uf2`, `variant`, `process` and `cpu` are
 //! shared by the verbs.
 
 // All modules print with its macros.
@@ -32,9 +32,7 @@ mod process;
 mod prove;
 mod publish;
 mod setup;
-mod side_by_side;
 mod size;
-mod suites;
 mod test;
 mod toolchain;
 mod tools;

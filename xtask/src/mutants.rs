@@ -33,12 +33,10 @@ Examples:
   cargo xtask mutants console --sample 50              50 of the console's, by chance
   cargo xtask mutants console --sample 20 --least 80   20 of them, and no failure if 16 are caught
   cargo xtask mutants profile                          all of them: hours
-  cargo xtask mutants console --only 'arc.rs'          those whose line in the list has that in it
-  cargo xtask mutants console --list                   what would be tried
-  cargo xtask mutants motion --names FILE --suite 2    those in a list, by the second suite and those after it
 
-Each suite leaves its lists in target/mutants/PACKAGE-SUITE/mutants.out; missed.txt is what the next one begins with. So a run that
-was cut off goes on from there.")]
+Each suite leaves its lists in target/mutants/PACKAGE-SUITE/mutants.out; missed.txt is what the next one begins with. A list of all
+and a trial of some are of cargo-mutants itself: target/tools/bin/cargo-mutants mutants --package isostep-console --list, or with
+--file or --re.")]
 pub struct Args {
     /// Whose code is changed
     package: Package,
@@ -51,18 +49,6 @@ pub struct Args {
     /// Fail when less than that is caught, percent: in a sample there may be mutants that change nothing
     #[arg(long, default_value_t = 100.0, value_parser = percent)]
     least: f64,
-    /// Instead of a sample, the names in this file, one a line
-    #[arg(long, conflicts_with = "sample")]
-    names: Option<PathBuf>,
-    /// Begin with this suite
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..))]
-    suite: u8,
-    /// Of those only the ones whose name has this in it
-    #[arg(long)]
-    only: Option<String>,
-    /// Only print their names
-    #[arg(long)]
-    list: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -73,7 +59,7 @@ enum Package {
     Controller,
 }
 
-/// Tests that are built and run together: those of these packages, or only these test binaries if any are named.
+/// Tests that are built and run together: those of these packages, or only those in these files if any are named.
 struct Suite {
     packages: &'static [&'static str],
     tests: &'static [&'static str],
@@ -90,7 +76,7 @@ const fn suite(packages: &'static [&'static str], tests: &'static [&'static str]
 }
 
 const fn four_axes(packages: &'static [&'static str], timeout_s: u32) -> Suite {
-    Suite { tests: &["four_axes"], four_axes: true, ..suite(packages, &[], timeout_s) }
+    Suite { four_axes: true, ..suite(packages, &[], timeout_s) }
 }
 
 /// Random tests try few cases: of all of them, each mutant would take minutes.
@@ -99,13 +85,19 @@ const fn few_cases(packages: &'static [&'static str], tests: &'static [&'static 
 }
 
 impl Suite {
-    /// The arguments that make cargo select these tests.
-    fn choice(&self) -> Vec<String> {
+    /// The argument that makes cargo compile these tests.
+    fn choice(&self) -> &'static str {
         match self.tests {
+            [] if self.four_axes => "--test=four_axes",
             // This selects everything except the examples in the documentation, each of which is linked separately.
-            [] => vec!["--tests".to_owned()],
-            tests => tests.iter().map(|test| format!("--test={test}")).collect(),
+            [] => "--tests",
+            _ => "--test=it",
         }
+    }
+
+    /// The arguments that make the harness run these tests.
+    fn files(&self) -> impl Iterator<Item = String> {
+        ["--".to_owned()].into_iter().chain(self.tests.iter().map(|file| format!("{file}::")))
     }
 
     fn features(&self) -> &'static [&'static str] {
@@ -117,7 +109,7 @@ impl Suite {
         self.compiles_into(&mut command, target);
         command.current_dir(workspace::root()).args(["test", "--quiet"]);
         command.args(self.packages.iter().map(|package| format!("--package={package}")));
-        command.args(self.choice()).args(self.features());
+        command.arg(self.choice()).args(self.features()).args(self.files());
         command
     }
 
@@ -186,27 +178,15 @@ const CONTROLLER: &[Suite] =
 pub fn run(args: Args) -> Result<()> {
     let tool = Tool { binary: tools::installed("cargo-mutants", CARGO_MUTANTS)?, package: args.package };
     let all = tool.list()?;
-    let mut names = match &args.names {
-        Some(file) => listed(file, &all)?,
-        None => sample(all.clone(), args.sample.unwrap_or(all.len()), args.seed),
-    };
-    names.retain(|name| args.only.as_ref().is_none_or(|only| name.contains(only)));
-    if args.list {
-        names.iter().for_each(|name| println!("{name}"));
-        return Ok(());
-    }
+    let all_count = all.len();
+    let mut names = sample(all, args.sample.unwrap_or(all_count), args.seed);
     let mut tally = Tally::default();
-    let suites = args.package.suites();
-    if usize::from(args.suite) > suites.len() {
-        bail!("--suite {}: {} has {} suites", args.suite, args.package.name(), suites.len());
-    }
-    let first = usize::from(args.suite) - 1;
-    for (index, suite) in suites.iter().enumerate().skip(first) {
+    for (index, suite) in args.package.suites().iter().enumerate() {
         // More may be caught by slower tests, and the answer would be the same.
-        if names.is_empty() || index > first && tally.score(&names) >= args.least {
+        if names.is_empty() || index > 0 && tally.score(&names) >= args.least {
             break;
         }
-        announce(&format!("{} mutants of {} of {}, {suite}", names.len(), all.len(), args.package.name()));
+        announce(&format!("{} mutants of {all_count} of {}, {suite}", names.len(), args.package.name()));
         let found = tool.tries(&names, suite, index)?;
         names = found.missed.clone();
         tally.add(found);
@@ -222,16 +202,6 @@ pub fn run(args: Args) -> Result<()> {
 fn percent(text: &str) -> Result<f64, String> {
     let percent = text.parse().ok().filter(|percent| (0.0..=100.0).contains(percent));
     percent.ok_or_else(|| "a percentage is 0 to 100".to_owned())
-}
-
-/// The names in a file, each of which has to be one of `all`.
-fn listed(file: &Path, all: &[String]) -> Result<Vec<String>> {
-    let text = fs::read_to_string(file).with_context(|| file.display().to_string())?;
-    let names: Vec<_> = text.lines().filter(|line| !line.is_empty()).map(str::to_owned).collect();
-    match names.iter().find(|name| !all.contains(name)) {
-        Some(name) => bail!("{}: `{name}` is no mutant of these sources: --list shows them", file.display()),
-        None => Ok(names),
-    }
 }
 
 /// A random choice of `most` names, in their original order.
@@ -277,7 +247,7 @@ impl Tool {
         command.args(["--no-shuffle", "--cap-lints=true", "--colors=never", "--output"]).arg(&output);
         command.args(["--timeout", &suite.timeout_s.to_string(), "--build-timeout", &BUILD_TIMEOUT_S.to_string()]);
         command.args(suite.packages.iter().map(|package| format!("--test-package={package}")));
-        command.args(suite.choice().iter().map(|choice| format!("--cargo-arg={choice}"))).args(suite.features());
+        command.arg(format!("--cargo-arg={}", suite.choice())).args(suite.features());
         command.args(names.iter().map(|name| format!("--re=^{}$", escaped(name))));
         command.args(files(names).iter().map(|file| format!("--file={file}")));
         if suite.packages != [self.package.name()] {
@@ -287,6 +257,7 @@ impl Tool {
             process::run(&mut suite.without_mutant(&target))?;
             command.arg("--baseline=skip");
         }
+        command.arg("--").args(suite.files());
         let status = command.status().context("cargo-mutants")?;
         if !status.code().is_some_and(|code| DONE.contains(&code)) {
             bail!("cargo-mutants failed ({status}); what it says is in {}", workspace::shown(&output));
@@ -394,18 +365,6 @@ mod tests {
         assert_ne!(first, sample(names.clone(), 10, 2));
         assert!(first.len() == 10 && first.is_sorted() && first.windows(2).all(|pair| pair[0] != pair[1]));
         assert_eq!(sample(names.clone(), 200, 1), names);
-    }
-
-    #[test]
-    fn a_list_has_names_of_mutants_only() {
-        let file = std::env::temp_dir().join(format!("isostep-names-{}", std::process::id()));
-        let all = ["one", "two", "three"].map(str::to_owned);
-        fs::write(&file, "three\n\none\n").unwrap();
-        assert_eq!(listed(&file, &all).unwrap(), ["three", "one"]);
-        fs::write(&file, "four\n").unwrap();
-        let refused = listed(&file, &all).unwrap_err().to_string();
-        assert!(refused.contains("`four` is no mutant of these sources"), "{refused}");
-        fs::remove_file(&file).unwrap();
     }
 
     #[test]

@@ -1,9 +1,6 @@
 //! `cargo xtask size`: compares the firmware's flash and RAM with their budgets, and its code in RAM with what runs.
 
-use std::fs;
-use std::path::PathBuf;
-
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::footprint::Footprint;
 use crate::variant::Variant;
@@ -17,23 +14,13 @@ RAM is the code that runs from it with its tables (.hot: all that has a deadline
 what is reserved for the stack.
 Then two programs run on the emulated board, and a second table shows how much of the code in RAM ran while the machine moved:
 functions, and their instructions. What did not run may have a deadline all the same, or belong to another speed law.
-Exits with an error when a figure is over its budget.
+Exits with an error when a figure is over its budget.")]
+pub struct Args {}
 
-Example: cargo xtask size --json size.json")]
-pub struct Args {
-    /// Write the figures as JSON too
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-}
-
-pub fn run(args: Args) -> Result<()> {
+pub fn run(Args {}: Args) -> Result<()> {
     let variant = Variant::default();
     let footprint = Footprint::new(&build::firmware(variant)?, variant);
     print!("{}", footprint.table());
-    if let Some(path) = args.json {
-        fs::write(&path, format!("{:#}\n", footprint.json()))
-            .with_context(|| format!("cannot write {}", path.display()))?;
-    }
     footprint.check()?;
     print!("\n{}", hot::table(&workspace::firmware_elf())?);
     Ok(())

@@ -11,7 +11,7 @@ use crate::footprint::Footprint;
 use crate::process::{self, announce};
 use crate::toolchain::{self, cargo, firmware_cargo};
 use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
-use crate::{build, cpu, node, other_chip, publish, suites, web, workspace};
+use crate::{build, cpu, node, other_chip, publish, web, workspace};
 use isostep::stopwatch::Stopwatch;
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
@@ -103,7 +103,7 @@ const SENDERS: Stage = ("real senders", senders);
 const RELEASE: [Stage; 7] = [
     verb!("every image", "lint", "--all"),
     verb!("audit", "audit"),
-    verb!("worlds", "swarm", "--seeds", "1000"),
+    ("worlds", |_| worlds()),
     verb!("mutants", "mutants", "console", "--sample", "20", "--least", "80"),
     ("publishing", |_| publish::check()),
     verb!("release", "dist"),
@@ -199,19 +199,17 @@ impl Watch {
 }
 
 fn host(cases: Cases) -> Result<()> {
-    let tests = || cases.cargo_test();
-    suites::run("host tests", tests, &[])?;
+    process::run(&mut cases.cargo_test())?;
     // What the firmware of a Pico has. Few random cases are enough here: what remains computes as it did above.
-    let args = ["--package=isostep-console", "--no-default-features", "--lib", "--test=dialect"];
-    suites::run("console without UART drivers", || Cases::Few.cargo_test(), &args)
+    let args = ["--package=isostep-console", "--no-default-features", "--lib", "--test=it"];
+    process::run(Cases::Few.cargo_test().args(args))
 }
 
 fn emulator(cases: Cases) -> Result<()> {
     node::prepare()?;
     process::run(&mut node::npm("test"))?;
     // A plain `cargo test` does without what these compile, and they ignore what needs Node.
-    let args = ["--package=isostep-step-program", "--lib", "--", "--include-ignored"];
-    suites::run("step program", || cases.cargo_test(), &args)
+    process::run(cases.cargo_test().args(["--package=isostep-step-program", "--lib", "--", "--include-ignored"]))
 }
 
 /// The firmware with the other step port, tested like the default one.
@@ -261,15 +259,12 @@ fn check_footprint(variant: Variant) -> Result<()> {
 fn emulated_board(cases: Cases) -> Result<()> {
     let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
     // Not by its package: with the features of all packages it is compiled already.
-    let tests = || {
-        let mut tests = on_board(cases, &elves);
-        tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
-        tests.env("ISOSTEP_TMC2209_ELF", build::kept_elf(TMC2209_ELF));
-        tests.env("ISOSTEP_FOUR_AXES_ELF", build::kept_elf(FOUR_AXES_ELF));
-        tests.env("ISOSTEP_SKR_PICO_ELF", build::kept_elf(SKR_PICO_ELF));
-        tests
-    };
-    suites::run("emulated board", tests, &["--test=emulated", "--", "--ignored"])
+    let mut tests = on_board(cases, &elves);
+    tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
+    tests.env("ISOSTEP_TMC2209_ELF", build::kept_elf(TMC2209_ELF));
+    tests.env("ISOSTEP_FOUR_AXES_ELF", build::kept_elf(FOUR_AXES_ELF));
+    tests.env("ISOSTEP_SKR_PICO_ELF", build::kept_elf(SKR_PICO_ELF));
+    process::run(tests.args(["--test=emulated", "--", "--ignored"]))
 }
 
 /// Tests on the emulated board with these images: the default one, that of the timer port, and that of the emergency stop
@@ -286,12 +281,9 @@ fn another_board(cases: Cases) -> Result<()> {
     process::run(&mut firmware_cargo("build", BOARD, &["two-axes"]))?;
     let two_axes = build::keep(&workspace::elf(BOARD), "qemu-two-axes")?;
     process::run(&mut firmware_cargo("build", BOARD, &[]))?;
-    let tests = || {
-        let mut tests = cases.cargo_test();
-        tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD)).env("ISOSTEP_QEMU_TWO_AXES_ELF", &two_axes);
-        tests
-    };
-    suites::run("another board", tests, &["--package=isostep-tests", "--test=qemu", "--", "--ignored"])
+    let mut tests = cases.cargo_test();
+    tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD)).env("ISOSTEP_QEMU_TWO_AXES_ELF", &two_axes);
+    process::run(tests.args(["--package=isostep-tests", "--test=it", "qemu::", "--", "--ignored"]))
 }
 
 fn another_chip(_: Cases) -> Result<()> {
@@ -299,19 +291,18 @@ fn another_chip(_: Cases) -> Result<()> {
 }
 
 fn slow_clock(cases: Cases) -> Result<()> {
-    let args = ["--package=isostep-tests", "--features=tick-hz-32_768", "--test=tick_rate"];
-    suites::run("slow clock", || cases.cargo_test(), &args)
+    process::run(cases.cargo_test().args(["--package=isostep-tests", "--features=tick-hz-32_768", "--test=tick_rate"]))
 }
 
 fn two_axes(cases: Cases) -> Result<()> {
     let args = ["--package=isostep-tests", "--package=isostep", "--features=two-axes", "--test=two_axes"];
-    suites::run("two axes", || cases.cargo_test(), &args)
+    process::run(cases.cargo_test().args(args))
 }
 
 /// Few random cases are enough here: that they hold at random places is seen with three axes.
 fn four_axes(_: Cases) -> Result<()> {
     let of_host = ["--package=isostep-console", "--package=isostep-tests", FEATURE, "--test=four_axes"];
-    suites::run("four axes", || Cases::Few.cargo_test(), &of_host)?;
+    process::run(Cases::Few.cargo_test().args(of_host))?;
     let variants = [Variant::default(), TIMER_PORT, Variant { estop: Contact::Nc, ..Variant::default() }];
     let names = ["four-axes", "four-axes-timer-port", "four-axes-estop-nc"];
     for (variant, name) in variants.into_iter().zip(names) {
@@ -319,9 +310,8 @@ fn four_axes(_: Cases) -> Result<()> {
     }
     let elves = names.map(build::kept_elf);
     let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated"];
-    let of_board =
-        [&of_board[..], &["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::"], &OF_OTHERS].concat();
-    suites::run("four axes on the board", || on_board(Cases::Few, &elves), &of_board)
+    let choice = ["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::"];
+    process::run(on_board(Cases::Few, &elves).args(of_board).args(choice).args(OF_OTHERS))
 }
 
 const FEATURE: &str = "--features=four-axes";
@@ -339,14 +329,15 @@ fn skr_pico(_: Cases) -> Result<()> {
         build::kept_firmware(variant, name)?;
     }
     let elves = names.map(build::kept_elf);
-    let tests = || {
-        let mut tests = on_board(Cases::Few, &elves);
-        tests.env("ISOSTEP_BOARD", variant.board.name());
-        tests
-    };
-    let args =
-        [&["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"][..], &OF_OTHERS].concat();
-    suites::run("SKR Pico", tests, &args)
+    let mut tests = on_board(Cases::Few, &elves);
+    tests.env("ISOSTEP_BOARD", variant.board.name());
+    tests.args(["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"]);
+    process::run(tests.args(OF_OTHERS))
+}
+
+fn worlds() -> Result<()> {
+    let seeds = isostep_trials::window(1_000_u32);
+    process::run(cargo("xtask").args(["swarm", "--seeds=1000", &format!("--first={}", seeds.start)]))
 }
 
 fn page(cases: Cases) -> Result<()> {

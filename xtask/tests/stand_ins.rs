@@ -8,7 +8,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-include!("support/elf.rs");
+include!("../src/stand_in_elf.rs");
 
 /// The features in an image.
 const TEXT_BYTES: usize = 256 - WORDS.len();

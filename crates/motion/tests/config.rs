@@ -1,12 +1,10 @@
 //! A configuration that cannot work is refused by name, and every text for a person says something.
 
-mod common;
-
 use isostep_motion::{AXES, Alarm, Axis, Capabilities, Config, DriverTiming, GangedMotor, Motor, Squared, Unplannable};
 use isostep_profile::SpeedLaw;
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
-use common::works;
+use super::common::works;
 
 /// The same with a shaper on every axis.
 fn shaped() -> Config {

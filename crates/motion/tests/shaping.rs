@@ -1,11 +1,9 @@
 //! How the shapers of a configuration become those of a run.
 
-mod common;
-
 use isostep_motion::{Axis, BOX_S, SHAPED_S, Shaping, shaped_s};
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
-use common::works;
+use super::common::works;
 
 /// What rounding may change, s.
 const SAME_S: f64 = 1e-15;

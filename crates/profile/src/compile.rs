@@ -32,7 +32,7 @@
 //! The error against the closed form, in ticks, is the sum of three parts: half a tick of rounding; the error of the
 //! fit, [`FIT_ERROR_MAX_TICKS`] or, if a segment would last less than [`BRIEF_S`], [`FIT_ERROR_MAX_S`]; and at
 //! most 0.02 of fixed point (the growth of intervals is rounded to 2^-32 tick, a root to 2^-54 of itself). At 125 MHz
-//! the sum is 5 ns for slow steps and 24 ns for fast ones. `cargo test -p isostep-profile --test segments` checks
+//! the sum is 5 ns for slow steps and 24 ns for fast ones. `cargo test -p isostep-profile segments::` checks
 //! 10,000 random moves and 2,000 extreme ones.
 //!
 //! # Cost

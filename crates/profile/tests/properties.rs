@@ -1,6 +1,6 @@
 //! Random moves and limits: 10,000 cases for each property. Every run tries the same cases. A failure prints the
 //! smallest case, and the same command fails again;
-//! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test properties` tries others.
+//! `PROPTEST_RNG_SEED=n cargo test -p isostep-profile properties::` tries others.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -1,5 +1,5 @@
 //! Segments, compared with the closed form at the tick rates of both ports: 10,000 random moves and 2,000 extreme ones.
-//! Every run tries the same moves; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test segments` tries others.
+//! Every run tries the same moves; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile segments::` tries others.
 
 use isostep_profile::{
     BRIEF_S, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove, TimedPlan,

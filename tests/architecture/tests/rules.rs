@@ -221,6 +221,32 @@ fn a_twin_is_found_and_unit_tests_are_not() {
     assert_eq!(found("let wait = if cfg!(test) { 0 } else { 1 };"), [1]);
 }
 
+/// Files of tests in the folder of a package that nothing names: no `mod` beside or above them, and no manifest.
+fn unnamed(package: &Path) -> Broken {
+    let manifest = read(&package.join("Cargo.toml"));
+    let files = sources(&package.join("tests"));
+    let texts: Vec<_> = files.iter().map(|file| read(file)).collect();
+    let is_named = |file: &PathBuf| {
+        let name = file.file_stem().unwrap().to_string_lossy();
+        let module = format!("mod {name};");
+        let is_module = |text: &String| text.lines().any(|line| line.trim_start_matches("pub ") == module);
+        let is_root = ["main", "mod"].contains(&&*name);
+        is_root || texts.iter().any(is_module) || manifest.contains(&format!("path = \"tests/{name}.rs\""))
+    };
+    files.iter().filter(|file| !is_named(file)).map(|file| (file.clone(), 1, String::new())).collect()
+}
+
+#[test]
+fn every_file_of_tests_is_compiled() {
+    let rooms = ["", "crates"].map(|room| fs::read_dir(root().join(room)).unwrap());
+    let packages = rooms.into_iter().flatten().map(|entry| entry.unwrap().path());
+    let packages: Vec<_> = packages.filter(|package| package.join("tests/main.rs").is_file()).collect();
+    assert!(packages.len() > 9, "{packages:?}");
+    let broken = packages.iter().flat_map(|package| unnamed(package)).collect();
+    Rule { says: "`tests/main.rs` or a module of it names it", why: "a test that nothing names never runs" }
+        .holds(&broken);
+}
+
 #[test]
 #[should_panic(expected = "/lib.rs:7: let x = alloc();\n    nothing allocates\n    why: memory")]
 fn a_broken_rule_is_reported_with_its_place_and_why() {

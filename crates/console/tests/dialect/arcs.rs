@@ -1,6 +1,6 @@
 //! Arcs as Grbl reads them: the target and the bounding box of each, or why it is refused.
 
-use crate::talk::check;
+use super::talk::check;
 use expect_test::expect;
 
 #[test]

@@ -1,6 +1,6 @@
 //! Coordinates: work offsets, G92, the tool length, and the places of G28 and G30.
 
-use crate::talk::{Talk, check, in_mm};
+use super::talk::{Talk, check, in_mm};
 use expect_test::expect;
 use isostep_console::ReportedState;
 

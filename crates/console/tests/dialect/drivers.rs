@@ -2,7 +2,7 @@
 
 use isostep_console::{Error, ReportedState, SETTING_TABLE, SettingError, Settings};
 
-use crate::talk::{Talk, carries};
+use super::talk::{Talk, carries};
 
 #[test]
 fn the_steps_follow_the_microsteps() {

@@ -1,6 +1,6 @@
 //! G-code as Grbl reads it: what each line does, or why it is refused.
 
-use crate::talk::{Talk, check};
+use super::talk::{Talk, check};
 use expect_test::expect;
 use isostep_console::{Interpreter, PathControl, ReportedState, Settings};
 

@@ -1,6 +1,6 @@
 //! G38 as Grbl reads it: where it goes, why it is refused, and what it reports.
 
-use crate::talk::{Talk, check};
+use super::talk::{Talk, check};
 use expect_test::expect;
 use isostep_console::{ReportedState, Settings, length, report};
 

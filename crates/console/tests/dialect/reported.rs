@@ -1,6 +1,6 @@
 //! What is reported beside `ok` and the errors: comments for the operator, and what to do about a refused line.
 
-use crate::talk::check;
+use super::talk::check;
 use expect_test::expect;
 
 /// As LinuxCNC and grblHAL print it. No sender may take it for an answer.

@@ -1,6 +1,6 @@
 //! Status reports, and the lines that result from arbitrary bytes.
 
-use crate::talk::Talk;
+use super::talk::Talk;
 use expect_test::expect;
 use isostep_console::{
     Coolant, Door, MAX_COORDINATE_PM, Move, Overrides, ReportedState, Settings, Spindle, Status, StatusReporter,
@@ -248,7 +248,7 @@ proptest! {
         let replies = heard.split(' ').filter(|word| *word == "ok" || word.starts_with("error:")).count();
         prop_assert_eq!(replies, bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count());
         prop_assert!(talk.interpreter.position_pm().iter().all(|pm| pm.abs() <= MAX_COORDINATE_PM));
-        prop_assert_eq!(talk.settings.check(&crate::talk::carries), Ok(()));
+        prop_assert_eq!(talk.settings.check(&super::talk::carries), Ok(()));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `$` commands and reports: their answers, and the states in which they are allowed.
 
-use crate::talk::{Talk, carries};
+use super::talk::{Talk, carries};
 use expect_test::{Expect, expect};
 use isostep_console::{Door, ReportedState, SETTING_TABLE, Settings};
 

@@ -1,6 +1,6 @@
 //! Spindle and coolant as Grbl reads them: what changes, and when.
 
-use crate::talk::{Talk, check};
+use super::talk::{Talk, check};
 use expect_test::expect;
 use isostep_console::{Coolant, ReportedState};
 

@@ -99,7 +99,8 @@ impl<F: NorFlash> Controller<'_, F> {
             matches!(self.machine.state(), State::Alarm(Alarm::DriverFailed { motor: whose }) if whose == motor);
         known.with_stall(before, has_locked);
         drivers.note(driver, |noted| *noted = known);
-        if known.health.stops() && !was_locked {
+        let was_unlocked = was_locked && !is_locked();
+        if known.health.stops() && !was_unlocked {
             self.machine.driver_failed(motor);
         }
         drivers.tell(motor, before, known.health);

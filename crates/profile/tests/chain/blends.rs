@@ -6,9 +6,9 @@ use isostep_trials::cases;
 use oorandom::Rand32;
 use proptest::prelude::*;
 
-use crate::bent::drive;
-use crate::case::{Case, case, trapezoid};
-use crate::drive::{holds, overrides, pushes};
+use super::bent::drive;
+use super::case::{Case, case, trapezoid};
+use super::drive::{holds, overrides, pushes};
 
 /// Moves at whose corners the path may leave by some hundredths of a millimetre, or not at all.
 pub fn bent(most: usize) -> impl Strategy<Value = Case> {

@@ -5,8 +5,8 @@ use isostep_profile::{IntervalLaw, Limits, PlanError, ProfileError, SpeedLaw};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
-use crate::case::{AXES, Case, line};
-use crate::drive::{drive, overrides};
+use super::case::{AXES, Case, line};
+use super::drive::{drive, overrides};
 
 fn limits(start: f64, top: f64, accel: f64) -> Limits {
     Limits {

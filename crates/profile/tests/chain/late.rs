@@ -3,10 +3,10 @@
 use isostep_profile::chain::{Effort, Request};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
-use crate::bent::drive;
-use crate::case::{AXES, Case};
-use crate::drive::Event;
-use crate::model::OverrideRatios;
+use super::bent::drive;
+use super::case::{AXES, Case};
+use super::drive::Event;
+use super::model::OverrideRatios;
 
 /// A machine of trapezoids. Of each axis: top speed, acceleration, mm for a step.
 fn machine(axes: [[f64; 3]; AXES], moves: Vec<Request<AXES>>) -> Case {

@@ -6,10 +6,10 @@ use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
-use crate::bent;
-use crate::blends;
-use crate::case::{AXES, Case, case, curved, line, trapezoid};
-use crate::drive::{drive_lengthened, overrides, pushes};
+use super::bent;
+use super::blends;
+use super::case::{AXES, Case, case, curved, line, trapezoid};
+use super::drive::{drive_lengthened, overrides, pushes};
 
 /// A case of which about half of the moves go straight on at the feed of the one before, and no time is needed for a
 /// move at constant speed.

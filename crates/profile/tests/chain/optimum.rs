@@ -5,9 +5,9 @@ use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-use crate::case::{AXES, Case, case, curved, line, trapezoid};
-use crate::follow::Follower;
-use crate::model::{Ends, Move, OverrideRatios, fastest};
+use super::case::{AXES, Case, case, curved, line, trapezoid};
+use super::follow::Follower;
+use super::model::{Ends, Move, OverrideRatios, fastest};
 
 pub fn is_the_fastest(case: &Case) -> TestCaseResult {
     let mut chain = Chain::<AXES, 64>::new(case.config());

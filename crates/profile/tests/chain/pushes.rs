@@ -4,8 +4,8 @@ use isostep_trials::cases;
 
 use proptest::prelude::*;
 
-use crate::case::{case, curved, trapezoid};
-use crate::drive::{drive, pushes};
+use super::case::{case, curved, trapezoid};
+use super::drive::{drive, pushes};
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(500, 10_000), failure_persistence: None, ..ProptestConfig::default() })]

@@ -7,10 +7,10 @@ use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-use crate::blends::bent;
-use crate::case::{AXES, Case};
-use crate::drive::{Event, holds, overrides, pushes};
-use crate::sees::{Sees, make};
+use super::blends::bent;
+use super::case::{AXES, Case};
+use super::drive::{Event, holds, overrides, pushes};
+use super::sees::{Sees, make};
 
 const TICK_HZ: u32 = 125_000_000;
 /// The error of fixed point, ticks.

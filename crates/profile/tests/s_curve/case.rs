@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::thread;
 
 use isostep_profile::{IntervalLaw, Limits, Profile, ProfileError, SpeedLaw};
+use isostep_trials::{cases, window};
 use oorandom::Rand64;
 
 /// The environment variable that names a single case to try.
@@ -122,7 +123,7 @@ pub const ALL: u64 = 1_000_000;
 
 /// How many moves are tried.
 pub fn count() -> u64 {
-    isostep_trials::cases(50_000, ALL as u32).into()
+    cases(50_000, ALL as u32).into()
 }
 
 /// Runs `check` on the cases, or on the single one that is asked for. Returns what it gathers, for each thread.
@@ -136,7 +137,8 @@ pub fn over_cases<T: Default + Send>(count: u64, check: impl Fn(&mut T, &Case) +
         return vec![gather(&mut std::iter::once(number))];
     }
     thread::scope(|scope| {
-        let worker = |first| scope.spawn(move || gather(&mut (first..count).step_by(THREADS as usize)));
+        let worker =
+            |first| scope.spawn(move || gather(&mut window(count).skip(first as usize).step_by(THREADS as usize)));
         let threads: Vec<_> = (0..THREADS).map(worker).collect();
         threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
     })
@@ -155,7 +157,7 @@ fn asked_case() -> Option<u64> {
 fn explained(number: u64, check: impl FnOnce(&Case)) {
     let case = Case::random(number);
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| check(&case))) {
-        eprintln!("{case:?}\n{CASE_VARIABLE}={number} cargo test -p isostep-profile --test s_curve");
+        eprintln!("{case:?}\n{CASE_VARIABLE}={number} cargo test -p isostep-profile s_curve");
         resume_unwind(panic);
     }
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use isostep_profile::{Limits, Profile, SpeedLaw};
 
-use crate::case::{ALL, Case, count, is_one_case, over_cases};
-use crate::phases::Phases;
-use crate::shape::Shape;
+use super::case::{ALL, Case, count, is_one_case, over_cases};
+use super::phases::Phases;
+use super::shape::Shape;
 
 /// What rounding may change, as a fraction.
 const TOLERANCE: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use isostep_profile::{Limits, Profile};
 
-use crate::case::Case;
+use super::case::Case;
 
 /// Duration of each phase, s, and its jerk, steps/s³.
 pub struct Phases(pub [(f64, f64); 7]);

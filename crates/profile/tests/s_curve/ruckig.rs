@@ -10,8 +10,8 @@ use isostep_profile::Profile;
 use rsruckig::daov_stack;
 use rsruckig::prelude::{InputParameter, Ruckig, ThrowErrorHandler, Trajectory};
 
-use crate::case::{Case, count, is_one_case, over_cases};
-use crate::limits::is_right;
+use super::case::{Case, count, is_one_case, over_cases};
+use super::limits::is_right;
 
 /// Ruckig takes a position as reached within 1e-8 of about its distance.
 const TOLERANCE: f64 = 1e-6;

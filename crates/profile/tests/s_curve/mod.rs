@@ -1,10 +1,10 @@
 //! The S-curve, compared with its limits and with a published planner, on random moves.
 //!
 //! Every random move follows from its number, so every run tries the same ones. A failure prints the move and the
-//! command that tries it alone: `S_CURVE_CASE=n cargo test -p isostep-profile --test s_curve`.
+//! command that tries it alone: `S_CURVE_CASE=n cargo test -p isostep-profile s_curve`.
 //!
 //! How its durations compare with those of Ruckig is printed by
-//! `cargo test -p isostep-profile --test s_curve ruckig -- --nocapture` (computed on the host).
+//! `cargo test -p isostep-profile s_curve::ruckig -- --nocapture` (computed on the host).
 
 mod case;
 mod limits;

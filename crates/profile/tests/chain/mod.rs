@@ -1,6 +1,6 @@
 //! Moves that follow each other without a stop, compared with a slow and obvious computation of how fast they may be,
 //! and with their limits. Every run tries the same cases. A failure prints the smallest case, and the same command
-//! fails again; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile --test chain` tries others.
+//! fails again; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile chain::` tries others.
 
 mod bent;
 mod blends;

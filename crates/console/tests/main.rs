@@ -1,0 +1,4 @@
+//! The tests of this package, in one executable.
+
+mod dialect;
+mod examples;

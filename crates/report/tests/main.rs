@@ -1,0 +1,9 @@
+//! The tests of this package, in one executable.
+
+mod engraving;
+mod equal_bytes;
+mod listing;
+mod long;
+mod motors;
+mod ringing;
+mod shaped;

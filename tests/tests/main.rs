@@ -1,0 +1,29 @@
+//! The tests of this package, in one executable.
+
+mod blended_corpus;
+mod chains;
+mod circle;
+mod contract;
+mod corpus;
+mod dependencies;
+mod dialect_model;
+#[path = "dialogues/main.rs"]
+mod dialogues;
+mod homing;
+mod preemption;
+mod programs;
+mod qemu;
+mod rasters;
+mod real_time_orders;
+mod registers;
+mod short_moves;
+mod squared;
+mod starts;
+mod step_port;
+mod step_tally;
+mod store;
+mod turns;
+mod whole_steps;
+
+// What the dialogues share, by the paths that they name.
+use dialogues::{drivers, heard, talk};
