@@ -3,9 +3,9 @@
 use isostep_profile::chain::{Effort, Request};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
 
-use crate::case::{AXES, Case};
-use crate::drive::{Event, drive};
-use crate::optimum::is_the_fastest;
+use super::case::{AXES, Case};
+use super::drive::{Event, drive};
+use super::optimum::is_the_fastest;
 
 fn limits(top_speed_steps_s: f64, accel_steps_s2: f64, jerk_steps_s3: f64) -> Limits {
     let decel_steps_s2 = accel_steps_s2;
