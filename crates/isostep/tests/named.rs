@@ -208,7 +208,7 @@ fn cells(row: &str) -> Vec<String> {
 }
 
 fn rows<'p>(page: &'p str, heading: &str) -> impl Iterator<Item = Vec<String>> + use<'p> {
-    let behind = page.split_once(heading).unwrap_or_else(|| panic!("no {heading}")).1;
+    let behind = page.split_once(&format!(">{heading}</h2>")).unwrap_or_else(|| panic!("no {heading}")).1;
     let table = behind.split("</table>").next().unwrap();
     table.split("<tr").skip(1).map(cells).filter(|cells| !cells.is_empty())
 }
