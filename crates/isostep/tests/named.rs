@@ -208,7 +208,7 @@ fn cells(row: &str) -> Vec<String> {
 }
 
 fn rows<'p>(page: &'p str, heading: &str) -> impl Iterator<Item = Vec<String>> + use<'p> {
-    let behind = page.split_once(&format!(">{heading}</h2>")).unwrap_or_else(|| panic!("no {heading}")).1;
+    let behind = page.split_once(heading).unwrap_or_else(|| panic!("no {heading}")).1;
     let table = behind.split("</table>").next().unwrap();
     table.split("<tr").skip(1).map(cells).filter(|cells| !cells.is_empty())
 }
@@ -303,7 +303,7 @@ fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
         let reported = said.sim.lines().find(|line| line.starts_with(&format!("   {name} "))).unwrap();
         let place = format!("to move {}, line {}", order(to.lines[0]), to.lines[0]);
         assert!(reported.ends_with(&place), "{reported} for {place}");
-        let row = rows(&said.page, "Axes and their limits").find(|row| row[0] == name).unwrap();
+        let row = rows(&said.page, ">Axes and their limits</h2>").find(|row| row[0] == name).unwrap();
         assert_eq!(row[6..8], [order(to.lines[0]).to_string(), to.lines[0].to_string()]);
     }
     // Where an axis is most above its limit, in the caption of the picture.
@@ -325,7 +325,7 @@ fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
     assert!((number(reported, "at ") - before.2).abs() < 0.02, "{reported}: {before:?}");
     // The table of the page has every move with its line and its end.
     let mut listed = 0;
-    for row in rows(&said.page, "<h2>Moves</h2>").filter(|row| !row[0].is_empty()) {
+    for row in rows(&said.page, ">Moves</h2>").filter(|row| !row[0].is_empty()) {
         let (line, to_mm) = targets[row[0].parse::<usize>().unwrap() - 1];
         assert_eq!([row[1].as_str(), &row[2]], [&line.to_string(), &format!("{:.2}, {:.2}, 0.00", to_mm[0], to_mm[1])]);
         listed += 1;
