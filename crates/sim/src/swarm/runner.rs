@@ -30,8 +30,6 @@ const FAULT_MAX_US: u64 = 600_000;
 const DRIVER_REPORTED_US: u64 = 500_000;
 /// The drivers have been set after this time from power-up, us, if they answer.
 const START_US: u64 = 200_000;
-/// The settings that worlds change and that have to work with others: speeds, start speeds, and the laws.
-const BOUND: [u16; 8] = [110, 111, 112, 910, 911, 912, 900, 940];
 const ALARM: &str = "ALARM:";
 pub(super) const DRIVER_ALARM: &str = "ALARM:17";
 /// The longest time that the machine may need to finish.
@@ -391,7 +389,7 @@ impl<'a> Runner<'a> {
             match word.as_str() {
                 "Idle" => return Ok(()),
                 "Hold:0" | "Door:0" => self.send(0, b"~"),
-                "Alarm" if was_locked => self.set_anew(),
+                "Alarm" if was_locked => self.set_anew()?,
                 "Alarm" => self.send(0, b"$X\n"),
                 "Check" => self.send(0, b"$C\n"),
                 "Sleep" => self.send(0, &[0x18]),
@@ -405,11 +403,14 @@ impl<'a> Runner<'a> {
     }
 
     /// Unlocks a machine that settings lock, because they do not work together: those that it began with do.
-    fn set_anew(&mut self) {
-        let settings = &self.scenario.config.settings;
-        let values = BOUND.into_iter().filter_map(|number| Some((number, settings.get(number)?)));
-        let lines: String = values.map(|(number, value)| format!("${number}={value}\n")).collect();
-        self.send(0, format!("{lines}$X\n").as_bytes());
+    fn set_anew(&mut self) -> Result<(), Failure> {
+        let settings = self.scenario.config.settings.clone();
+        for (number, value) in (0..1_000).filter_map(|number| Some((number, settings.get(number)?))) {
+            self.send(0, format!("${number}={value}\n").as_bytes());
+            self.run_out()?;
+        }
+        self.send(0, b"$X\n");
+        Ok(())
     }
 
     /// The state as named in a status report.
