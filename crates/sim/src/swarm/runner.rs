@@ -404,7 +404,7 @@ impl<'a> Runner<'a> {
 
     /// Unlocks a machine that settings lock, because they do not work together: those that it began with do.
     fn set_anew(&mut self) -> Result<(), Failure> {
-        let settings = self.scenario.config.settings.clone();
+        let settings = self.scenario.config.settings;
         for (number, value) in (0..1_000).filter_map(|number| Some((number, settings.get(number)?))) {
             self.send(0, format!("${number}={value}\n").as_bytes());
             self.run_out()?;
