@@ -218,7 +218,7 @@ impl Follower {
         // Places far along the path are rounded.
         let distance_steps = profile.distance_steps() + 1e-15 * one.distance_steps;
         // A hold rests in a move if its squared speed there would be less than 2^-24 of that at which it begins.
-        let rounding = if self.is_held { 0.5_f64.powi(25) } else { 1e-9 };
+        let rounding = if self.is_held && exit == 0.0 { 0.5_f64.powi(25) } else { 1e-9 };
         match Profile::plan(distance_steps, entry, exit, &limits, IntervalLaw::Fastest, law) {
             Ok(_) => Ok(()),
             Err(ProfileError::EntrySpeed { asked, max } | ProfileError::ExitSpeed { asked, max })
