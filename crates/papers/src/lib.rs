@@ -5,9 +5,9 @@
 //! ```text
 //! frequency, linear, gantry: a paper each --> rows: the paper's figure, ours, the difference
 //!                                         \-> sections: pictures and tables
-//!                        rows --> screen: a table;  JSON
 //! choice: the machine's seven laws --> a section
-//!             rows + sections --> page: HTML
+//!                       rows --> a table on the screen, JSON
+//!            rows + sections --> a page of HTML
 //! ```
 #![forbid(unsafe_code)]
 
@@ -15,12 +15,12 @@ mod choice;
 mod frequency;
 mod gantry;
 mod linear;
-mod page;
 mod row;
-mod screen;
+mod show;
 mod welch;
 
 use anyhow::Result;
+use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
 use serde::Serialize;
 
 use self::row::{Paper, Row};
@@ -65,13 +65,13 @@ impl Report {
     /// The rows as a table for a screen.
     #[must_use]
     pub fn table(&self) -> String {
-        screen::table(self)
+        show::table(self)
     }
 
     /// The page of rows, pictures and tables.
     #[must_use]
     pub fn page(&self) -> Page {
-        page::page(self)
+        show::page(self)
     }
 
     /// The rows and tables in full precision.
@@ -91,6 +91,12 @@ impl Report {
     fn sections(&self) -> impl Iterator<Item = &Section> {
         self.parts.iter().flat_map(|part| &part.sections).chain([&self.choice])
     }
+}
+
+/// A move of so many steps, from the start speed and to it, as fast as the limits allow.
+fn plan(steps: f64, limits: &Limits, law: SpeedLaw) -> Result<Profile> {
+    let start = limits.start_speed_steps_s;
+    Ok(Profile::plan(steps, start, start, limits, IntervalLaw::Fastest, law)?)
 }
 
 #[cfg(test)]

@@ -92,8 +92,8 @@ pub fn table() -> Result<Table> {
         }
     }
     let head = ["parameters", "N", "p_N", "law", "exact, s", "as printed, s", "runs ahead, us"];
-    let caption = "Durations: the sum of all N periods, exact and cut down to even microseconds".to_owned();
-    Ok(Table { caption, ..Table::new(&head, rows) })
+    let caption = "Durations: the sum of all N periods, exact and cut down to even microseconds";
+    Ok(Table::new(&head, rows).captioned(caption))
 }
 
 #[cfg(test)]

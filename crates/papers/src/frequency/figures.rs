@@ -2,30 +2,27 @@
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;
+use isostep_report::laws::peak;
 use isostep_report::pictures::chart::{self, Axis, Chart, Curve, Style};
 use isostep_report::pictures::document::{Picture, Table};
+use isostep_report::pictures::profile;
 use isostep_report::pictures::theme::{CURVE, Colour};
 
-use super::kinematics::{Kinematics, normalised, peak};
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLE_4};
 use crate::row::{Paper, Row};
 
 /// One law with the parameters of one table.
 struct Simulated {
     law: FrequencyLaw,
-    exact: Kinematics,
-    truncated: Kinematics,
+    exact: profile::Curve,
+    truncated: profile::Curve,
 }
 
-/// A column of [`Kinematics`].
-type Quantity = fn(&Kinematics) -> &[f64];
+/// A quantity over time.
+type Quantity = fn(&profile::Curve) -> &[(f64, f64)];
 
 fn simulate(table: &Parameters) -> Result<Vec<Simulated>> {
-    let one = |law| {
-        let exact = Kinematics::exact(&table.exact(law)?, table.step_deg());
-        let truncated = Kinematics::truncated(&table.truncated(law)?, table.step_deg());
-        Ok(Simulated { law, exact, truncated })
-    };
+    let one = |law| Ok(Simulated { law, exact: table.exact_curve(law)?, truncated: table.truncated_curve(law)? });
     FrequencyLaw::ALL.into_iter().map(one).collect()
 }
 
@@ -39,7 +36,7 @@ pub fn rows() -> Result<Vec<Row>> {
     let says = |quantity: &str, says: FrequencyLaw, found: FrequencyLaw| {
         ask(quantity).says(says.name(), found.name(), says == found)
     };
-    let first = laws.iter().map(|law| law.truncated.speed[0]);
+    let first = laws.iter().map(|law| law.truncated.speed[0].1);
     let (low, high) = first.fold((f64::MAX, f64::MIN), |(low, high), speed| (low.min(speed), high.max(speed)));
     let spread = format!("{low:.1} to {high:.1} deg/s, and all laws begin at 56.25");
     Ok(vec![
@@ -57,16 +54,16 @@ fn extreme(laws: &[Simulated], value: impl Fn(&Simulated) -> f64) -> FrequencyLa
 }
 
 /// The largest change from sample to sample, including standstill before the first and after the last.
-fn greatest_change(values: &[f64]) -> f64 {
-    let ends = [values.first(), values.last()].into_iter().flatten().map(|value| value.abs());
-    values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).chain(ends).fold(0.0, f64::max)
+fn greatest_change(points: &[(f64, f64)]) -> f64 {
+    let ends = [points.first(), points.last()].into_iter().flatten().map(|point| point.1.abs());
+    points.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs()).chain(ends).fold(0.0, f64::max)
 }
 
 /// "Low amplitude noise owing to the truncation": how far the truncated acceleration is from the exact one.
 fn noise() -> Result<Row> {
     let laws = simulate(&TABLE_4)?;
     let shares = laws.iter().map(|law| {
-        let squares = law.truncated.accel.iter().zip(&law.exact.accel).map(|(one, other)| (one - other).powi(2));
+        let squares = law.truncated.accel.iter().zip(&law.exact.accel).map(|(one, other)| (one.1 - other.1).powi(2));
         (squares.sum::<f64>() / law.exact.accel.len() as f64).sqrt() / peak(&law.exact.accel)
     });
     let greatest = 100.0 * shares.fold(0.0, f64::max);
@@ -97,10 +94,8 @@ pub fn table() -> Result<Table> {
         "change of acceleration in a step, deg/s²",
         "as printed",
     ];
-    Ok(Table {
-        caption: "Table 1, figure 7: highest magnitudes, by second-order differences, exact and as printed".to_owned(),
-        ..Table::new(&head, rows.collect())
-    })
+    let caption = "Table 1, figure 7: highest magnitudes, by second-order differences, exact and as printed";
+    Ok(Table::new(&head, rows.collect()).captioned(caption))
 }
 
 /// Figures 7, 10, 11 and 12.
@@ -117,9 +112,8 @@ fn figure_7() -> Result<Picture> {
     let laws = simulate(&TABLE_1)?;
     let chart = |name: &str, quantity: Quantity| {
         let curves = laws.iter().enumerate().flat_map(|(colour, law)| {
-            let line = Curve::line(CURVE[colour], law.exact.over_time(quantity(&law.exact)));
-            let dots = law.truncated.over_time(quantity(&law.truncated));
-            [line, Curve::dots(CURVE[colour], dots)]
+            let points = |curve| quantity(curve).iter().copied();
+            [Curve::line(CURVE[colour], points(&law.exact)), Curve::dots(CURVE[colour], points(&law.truncated))]
         });
         Chart::new("time, s", name, curves.collect())
     };
@@ -133,40 +127,40 @@ fn figure_7() -> Result<Picture> {
         "fonseca-campos-2023-figure-7",
         chart::picture("Position, speed, acceleration and jerk of the four laws of Table 1", &key(), 2, 300, &panels),
         "Figure 7: Table 1, a ramp of 24 of 120 steps. Lines: exact periods; dots: the program's even \
-                  microseconds. All four laws rise over the same number of steps, not over the same time: whoever is fast early \
-                  is through early, so the logarithmic law is there first, and pays with a jolt at the very start and end. \
-                  The quadratic law is slow over most of the ramp and hurries at its top. Only the sinusoidal law's \
-                  acceleration begins and ends without a jump.",
+         microseconds. All four laws rise over the same number of steps, not over the same time: whoever is fast early \
+         is through early, so the logarithmic law is there first, and pays with a jolt at the very start and end. \
+         The quadratic law is slow over most of the ramp and hurries at its top. Only the sinusoidal law's \
+         acceleration begins and ends without a jump.",
     ))
 }
 
 fn figure_10() -> Result<Picture> {
     let laws = simulate(&TABLE_1)?;
     let charts_of = laws.iter().enumerate().map(|(colour, law)| {
-        let points = law.truncated.over_time(&law.truncated.position);
-        Chart::new("time, s", format!("{}, deg", law.law.name()), vec![Curve::line(CURVE[colour], points)])
+        let line = Curve::line(CURVE[colour], law.truncated.position.iter().copied());
+        Chart::new("time, s", format!("{}, deg", law.law.name()), vec![line])
     });
     Ok(Picture::new(
         "fonseca-campos-2023-figure-10",
         chart::picture("Position over time of the four laws of Table 1", &[], 2, 220, &charts_of.collect::<Vec<_>>()),
         "Figure 10: position over time by Table 1, the paper's simulated curves. Its measured dots need its \
-                  encoder; the paper finds them \"very similar\", later with MicroPython than with the compiled program.",
+         encoder; the paper finds them \"very similar\", later with MicroPython than with the compiled program.",
     ))
 }
 
 fn figure_11() -> Result<Picture> {
     let laws = simulate(&TABLE_2)?;
     let curves = laws.iter().enumerate().map(|(colour, law)| {
-        let points = law.exact.over_time(&normalised(&law.exact.speed));
-        Curve::line(CURVE[colour], points)
+        let highest = peak(&law.exact.speed).max(f64::MIN_POSITIVE);
+        Curve::line(CURVE[colour], law.exact.speed.iter().map(|&(t_s, speed)| (t_s, speed / highest)))
     });
     let chart = Chart::new("time, s", "speed, share of the highest", curves.collect());
     Ok(Picture::new(
         "fonseca-campos-2023-figure-11",
         chart::picture("Normalised speed of the four laws of Table 2", &key(), 1, 320, &[chart]),
         "Figure 11: speed by Table 2, normalised as the paper does, over each other instead of side by side. A move \
-                  does not start from rest: the first period is tau_max, so the speed jumps to a tenth of its top at once, \
-                  which the paper's gyroscope cannot follow either.",
+         does not start from rest: the first period is tau_max, so the speed jumps to a tenth of its top at once, \
+         which the paper's gyroscope cannot follow either.",
     ))
 }
 
@@ -174,9 +168,8 @@ fn figure_12() -> Result<Picture> {
     let laws = simulate(&TABLE_4)?;
     let charts_of = laws.iter().enumerate().map(|(colour, law)| {
         let scale = 1.0 / peak(&law.exact.accel).max(f64::MIN_POSITIVE);
-        let scaled = |curve: &Kinematics| {
-            curve.t_s.iter().zip(&curve.accel).map(|(&t_s, accel)| (t_s, accel * scale)).collect::<Vec<_>>()
-        };
+        let scaled =
+            |curve: &profile::Curve| curve.accel.iter().map(|&(t_s, accel)| (t_s, accel * scale)).collect::<Vec<_>>();
         let curves = vec![
             Curve::new(Style::Thin, CURVE[4], scaled(&law.truncated)),
             Curve::line(CURVE[colour], scaled(&law.exact)),
@@ -193,8 +186,8 @@ fn figure_12() -> Result<Picture> {
             &charts_of.collect::<Vec<_>>(),
         ),
         "Figure 12: acceleration by Table 4, in shares of the exact law's highest. At 300 us a microsecond more or \
-                  less is a third of a percent of the speed, from one step to the next: the derivative turns it into noise. \
-                  Exact instants (coloured) have none.",
+         less is a third of a percent of the speed, from one step to the next: the derivative turns it into noise. \
+         Exact instants (coloured) have none.",
     ))
 }
 

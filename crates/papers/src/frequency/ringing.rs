@@ -1,4 +1,5 @@
-//! Fonseca-Campos's Table 7 and figure 13 compared with the model's.
+//! Fonseca-Campos's Table 7 and figure 13 compared with the model's: how much each law rings, when most, and which has the most
+//! power.
 
 use crate::welch::Spectrum;
 use anyhow::Result;
@@ -9,6 +10,7 @@ use isostep_report::pictures::theme::CURVE;
 use isostep_sim::analysis::Oscillator;
 
 use super::figures::key;
+use super::parameters::TABLE_6;
 use super::vibration::{
     DAMPING_RATIO, Drive, SAMPLE_HZ, deviation, drive, fine_deviation, instants_s, spectrum, waveforms, without_jumps,
 };
@@ -20,6 +22,8 @@ const TABLE_7: [f64; 4] = [0.025, 0.026, 0.022, 0.088];
 const TIMES: [f64; 4] = [1.13, 1.18, 1.0, 4.0];
 /// Index of the sinusoidal law.
 const LEAST: usize = 2;
+/// The middle of the band in which the paper saw the most power, Hz.
+const MIDDLE_HZ: f64 = 45.0;
 
 /// One law in the model.
 struct Modelled {
@@ -67,7 +71,53 @@ pub fn rows() -> Result<Vec<Row>> {
         let deviation = format!("deviation of {}, scaled to sinusoidal = 0.022 (a model)", law.law);
         rows.push(ask(deviation).number("m/s2", 3).printed(TABLE_7[index], law.deviation));
     }
+    rows.extend([second_peak()?, greatest_power()?]);
     Ok(rows)
+}
+
+/// When a law's deceleration begins and its move ends, with the parameters of Table 6, s.
+struct Phases {
+    decel_s: f64,
+    end_s: f64,
+}
+
+fn phases(law: FrequencyLaw) -> Result<Phases> {
+    let profile = TABLE_6.exact(law)?;
+    let first_decelerating = (profile.steps() - profile.ramp_steps()) as usize - 1;
+    let decel_s = profile.edges_s().nth(first_decelerating).unwrap_or(0.0);
+    Ok(Phases { decel_s, end_s: profile.duration_s() })
+}
+
+/// When the vibration is greatest in the second half of the move and after it, s.
+fn peak_s(law: FrequencyLaw) -> Result<f64> {
+    let end_s = phases(law)?.end_s;
+    let instants: Vec<f64> =
+        (0..).map(|n| end_s / 2.0 + f64::from(n) * 1e-4).take_while(|t_s| *t_s < end_s + 0.3).collect();
+    let readings = Oscillator::new(MIDDLE_HZ, DAMPING_RATIO)?.ring(&drive(law)?, &instants);
+    let greatest = readings.iter().zip(&instants).max_by(|one, other| one.0.abs().total_cmp(&other.0.abs()));
+    Ok(greatest.map_or(0.0, |(_, t_s)| *t_s))
+}
+
+fn second_peak() -> Result<Row> {
+    let law = FrequencyLaw::Logarithmic;
+    let (peak_s, Phases { decel_s, end_s }) = (peak_s(law)?, phases(law)?);
+    let agrees = (peak_s - decel_s).abs() < (peak_s - end_s).abs();
+    let found = format!("at {peak_s:.2} s, when the move ends; it decelerates from {decel_s:.2} s on");
+    let ask = Paper::Frequency.asks("VI.F, figure 13", "second peak of the logarithmic law's vibration (a model)");
+    Ok(ask.says("when the deceleration begins", found, agrees))
+}
+
+fn greatest_power() -> Result<Row> {
+    let mut peaks = Vec::new();
+    for law in FrequencyLaw::ALL {
+        peaks.push((law, spectrum(&drive(law)?)?.densities.into_iter().fold(0.0, f64::max)));
+    }
+    let greatest = peaks.iter().max_by(|one, other| one.1.total_cmp(&other.1)).copied();
+    let least = peaks.iter().map(|peak| peak.1).fold(f64::MAX, f64::min);
+    let (law, peak) = greatest.unwrap_or((FrequencyLaw::Linear, 0.0));
+    let found = format!("{law}: {:.1} times the lowest law's", peak / least);
+    let ask = Paper::Frequency.asks("VI.F, figure 13", "highest power spectral density (a model)");
+    Ok(ask.says("logarithmic", found, law == FrequencyLaw::Logarithmic))
 }
 
 /// The multiples with and without the jumps.
@@ -78,10 +128,8 @@ pub fn table() -> Result<Table> {
         [law.law.name().to_owned()].into_iter().chain(times).collect()
     });
     let head = ["law", "paper", "model", "model, ramps alone"];
-    Ok(Table {
-        caption: "Standard deviation as a multiple of the sinusoidal law's".to_owned(),
-        ..Table::new(&head, rows.collect())
-    })
+    let caption = "Standard deviation as a multiple of the sinusoidal law's";
+    Ok(Table::new(&head, rows.collect()).captioned(caption))
 }
 
 /// Figure 13, and how the result depends on the natural frequency.
@@ -91,7 +139,7 @@ pub fn pictures() -> Result<Vec<Picture>> {
 }
 
 fn waveform_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
-    let oscillator = Oscillator::new(45.0, DAMPING_RATIO)?;
+    let oscillator = Oscillator::new(MIDDLE_HZ, DAMPING_RATIO)?;
     let one = |(colour, law): (usize, &Modelled)| {
         let readings = waveforms(&law.drive, &oscillator);
         let points = instants_s().zip(&readings[0]).map(|(t_s, reading)| (t_s, reading * scale));
@@ -103,9 +151,9 @@ fn waveform_picture(laws: &[Modelled], scale: f64) -> Result<Picture> {
         "fonseca-campos-2023-figure-13-time",
         chart::picture("Modelled vibration of the four laws of Table 6 over time", &[], 2, 240, &panels),
         "Figure 13, in the model: what a sensor on the carriage reads, 180 samples of 10 ms, here of a carriage of \
-                  45 Hz. It rings when the move begins, where the paper has its first peak: the speed jumps to tau_max's \
-                  whatever the law, and the logarithmic law adds a jolt of its own. Its second peak is where the move ends, \
-                  for the same reason; the paper puts it where the deceleration begins.",
+         45 Hz. It rings when the move begins, where the paper has its first peak: the speed jumps to tau_max's \
+         whatever the law, and the logarithmic law adds a jolt of its own. Its second peak is where the move ends, \
+         for the same reason; the paper puts it where the deceleration begins.",
     ))
 }
 
@@ -143,10 +191,10 @@ fn sweep_picture(laws: &[Modelled]) -> Result<Picture> {
         "fonseca-campos-2023-natural-frequency",
         chart::picture("Vibration over the natural frequency of the carriage", &key(), 1, 320, &[chart]),
         "The same moves on carriages of 10 to 100 Hz. The logarithmic law rings most up to about 75 Hz; the paper's four \
-                  times is what carriages of some 15 to 25 Hz have. Above, a period is as short as its first few steps, and \
-                  its jolt comes half a period after the jump to the start speed and works against it. Where the ringing of \
-                  one ramp's end meets that of its beginning they add up or cancel, from hertz to hertz: the linear law is now \
-                  above, now below the sinusoidal one, so it is the mean over a band that is compared.",
+         times is what carriages of some 15 to 25 Hz have. Above, a period is as short as its first few steps, and \
+         its jolt comes half a period after the jump to the start speed and works against it. Where the ringing of \
+         one ramp's end meets that of its beginning they add up or cancel, from hertz to hertz: the linear law is now \
+         above, now below the sinusoidal one, so it is the mean over a band that is compared.",
     ))
 }
 
@@ -165,5 +213,19 @@ mod tests {
         for (deviation, times) in TABLE_7.into_iter().zip(TIMES) {
             assert!((deviation / TABLE_7[LEAST] - times).abs() < 0.01);
         }
+    }
+
+    /// Every law stops abruptly from its start speed, which excites more vibration than any law's deceleration.
+    #[test]
+    fn every_law_rings_most_when_it_stops() {
+        for law in FrequencyLaw::ALL {
+            let (peak_s, Phases { decel_s, end_s }) = (peak_s(law).unwrap(), phases(law).unwrap());
+            assert!(decel_s < end_s - 0.05 && (peak_s - end_s).abs() < 0.03, "{law}: {peak_s} of {end_s}");
+        }
+    }
+
+    #[test]
+    fn most_power_is_the_logarithmic_laws() {
+        assert_eq!(greatest_power().unwrap().difference_text(), "none");
     }
 }

@@ -100,9 +100,9 @@ pub fn picture() -> Result<Picture> {
             &[over_time, over_steps],
         ),
         "Table 1's linear law while it accelerates. Its frequency rises by the same amount every step (right), and \
-                  steps come faster and faster, so over time it rises exponentially (left): f' = f df/di. So its acceleration \
-                  grows along the ramp, and is no step as a trapezoid's is. The paper lays the bend to periods of whole \
-                  microseconds; exact periods bend as much. Truncation moves a dot by less than its own size.",
+         steps come faster and faster, so over time it rises exponentially (left): f' = f df/di. So its acceleration \
+         grows along the ramp, and is no step as a trapezoid's is. The paper lays the bend to periods of whole \
+         microseconds; exact periods bend as much. Truncation moves a dot by less than its own size.",
     ))
 }
 

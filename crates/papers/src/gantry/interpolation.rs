@@ -107,9 +107,9 @@ pub fn picture() -> Result<Picture> {
             &[position, error],
         ),
         "Figure 9: both axes of a diagonal. The paper prints no steps; these cross its workspace of 40 x 35 cm. In the \
-                  staircase on timers (a model of truncation alone) each axis loses its own steps and gets them back, slowly, \
-                  at its own end: until then the carriage is off the straight line (below). With one profile for both axes \
-                  it never strays by more than a step.",
+         staircase on timers (a model of truncation alone) each axis loses its own steps and gets them back, slowly, \
+         at its own end: until then the carriage is off the straight line (below). With one profile for both axes \
+         it never strays by more than a step.",
     ))
 }
 

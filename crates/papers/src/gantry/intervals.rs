@@ -93,11 +93,8 @@ pub fn reload_table() -> Result<Table> {
         rows.push([reload_ticks.to_string(), lost].into_iter().chain(times).collect());
     }
     let head = ["counts of 2 us lost at each reload", "steps lost", "acceleration, s", "cruise, s", "deceleration, s"];
-    Ok(Table {
-        caption: "Table 1 printed 4.5, 4.725 and 6.8 s; the staircase on timers, by what writing a preload costs"
-            .to_owned(),
-        ..Table::new(&head, rows)
-    })
+    let caption = "Table 1 printed 4.5, 4.725 and 6.8 s; the staircase on timers, by what writing a preload costs";
+    Ok(Table::new(&head, rows).captioned(caption))
 }
 
 /// Every stair of the acceleration, and the cruise.
@@ -116,10 +113,8 @@ pub fn tread_table() -> Result<Table> {
     };
     let rows = timed(STEPS, 0)?.treads().take(21).map(row).collect();
     let head = ["speed, of V_c", "from, s", "for, s", "exact preload", "whole preload", "steps due", "steps made"];
-    Ok(Table {
-        caption: "Accelerating, and the cruise: preloads of TMR1 by eq 14, and what they cost".to_owned(),
-        ..Table::new(&head, rows)
-    })
+    let caption = "Accelerating, and the cruise: preloads of TMR1 by eq 14, and what they cost";
+    Ok(Table::new(&head, rows).captioned(caption))
 }
 
 /// Figure 2 compared with ours.
@@ -145,9 +140,9 @@ pub fn picture() -> Result<Picture> {
             &[chart],
         ),
         "Figure 2: 20,000 steps with t_1 = 4.5 s. A stair is as high as the ramp where the ramp is lower, so a ramp of \
-                  stairs makes 4,750 steps where a straight one makes 5,000, and the cruise goes on for 21/20 t_1 = 4.725 s \
-                  to make up for both. The first and the last stair stand still. A straight ramp needs none of it: three \
-                  equal intervals, 13.5 s instead of 13.725 s.",
+         stairs makes 4,750 steps where a straight one makes 5,000, and the cruise goes on for 21/20 t_1 = 4.725 s \
+         to make up for both. The first and the last stair stand still. A straight ramp needs none of it: three \
+         equal intervals, 13.5 s instead of 13.725 s.",
     ))
 }
 

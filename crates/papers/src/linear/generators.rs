@@ -1,10 +1,42 @@
-//! Stoychitch 2018, section 3: the generators, and the linear law that they are compared with.
+//! Stoychitch's motor, with the default values of the paper's appendix (2018), the generators of its section 3, and the linear law that
+//! they are compared with.
+
+use std::f64::consts::TAU;
 
 use anyhow::Result;
 use isostep_generators::{Correction, StepsPerTime, TimePerStep};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
-use super::motor::{STEPS_PER_REV, limits};
+/// K, steps per revolution.
+pub const STEPS_PER_REV: u32 = 4_096;
+/// v_s, the start speed, rad/s.
+pub const START_RAD_S: f64 = 0.5;
+/// A start nearly from rest, rad/s. It is just above the speed gained in one step, sqrt(2 a alpha) = 0.0783 rad/s;
+/// below that, eq 11 diverges.
+pub const SLOW_START_RAD_S: f64 = 0.08;
+/// v_M, the top speed, rad/s.
+pub const TOP_RAD_S: f64 = 2.0;
+/// a_M, the acceleration, rad/s².
+pub const ACCEL_RAD_S2: f64 = 2.0;
+/// m = a/d, acceleration over deceleration.
+pub const RATIO: f64 = 2.0;
+
+/// Steps per radian: 1/alpha.
+pub fn steps_per_rad() -> f64 {
+    f64::from(STEPS_PER_REV) / TAU
+}
+
+/// The motor's limits, with a start speed of `start_rad_s`.
+pub fn limits(start_rad_s: f64) -> Limits {
+    let steps = steps_per_rad();
+    Limits {
+        start_speed_steps_s: start_rad_s * steps,
+        top_speed_steps_s: TOP_RAD_S * steps,
+        accel_steps_s2: ACCEL_RAD_S2 * steps,
+        decel_steps_s2: ACCEL_RAD_S2 / RATIO * steps,
+        jerk_steps_s3: f64::INFINITY,
+    }
+}
 
 /// The timer of "time per step" and of our segments, Hz. The paper does not print a value.
 pub const TICK_HZ: u32 = 1_000_000;
@@ -63,11 +95,9 @@ fn steps_per_time(limits: &Limits) -> Result<Vec<f64>> {
     Ok(services.map(|count| f64::from(count) / f64::from(SERVICE_HZ)).collect())
 }
 
-/// The linear law itself.
-pub fn law(start_rad_s: f64) -> Result<Profile> {
-    let limits = limits(start_rad_s);
-    let start = limits.start_speed_steps_s;
-    Ok(Profile::plan(f64::from(STEPS_PER_REV), start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
+/// The linear law itself, over so many steps.
+pub fn law(start_rad_s: f64, steps: u32) -> Result<Profile> {
+    crate::plan(f64::from(steps), &limits(start_rad_s), SpeedLaw::Trapezoid)
 }
 
 impl Generator {
@@ -111,14 +141,14 @@ impl Generator {
 
 #[cfg(test)]
 mod tests {
-    use super::super::motor::SLOW_START_RAD_S;
     use super::*;
 
     /// By hand, at 0.08 rad/s = 52.15 steps/s and a = 1303.8 steps/s²: eq 10 gives v_1 = v_0 + a/v_0 = 77.15. The law
     /// has sqrt(v_0² + 2 a) = 72.99 steps/s, which is 5.70 % less.
     #[test]
     fn the_recurrence_runs_ahead_by_hand() {
-        let errors = generators(SLOW_START_RAD_S).unwrap()[1].errors_percent(&law(SLOW_START_RAD_S).unwrap());
+        let errors =
+            generators(SLOW_START_RAD_S).unwrap()[1].errors_percent(&law(SLOW_START_RAD_S, STEPS_PER_REV).unwrap());
         assert!((errors[1] - 5.70).abs() < 0.01, "{}", errors[1]);
     }
 

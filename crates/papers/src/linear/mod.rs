@@ -1,9 +1,7 @@
 //! Stoychitch 2018: linear speed over time.
 
 mod generators;
-mod motor;
 mod planning;
-mod sequences;
 mod speed_error;
 
 use anyhow::Result;
@@ -19,31 +17,22 @@ pub fn part() -> Result<Part> {
 }
 
 fn trajectory() -> Result<Section> {
-    Ok(Section {
-        heading: "Figures 1 and 3: planning".to_owned(),
-        text: vec![
-            "The motor of the appendix: K = 4096 steps a revolution, v_s = 0.5 rad/s, v_M = 2 rad/s, a_M = 2 rad/s2, m = 2. \
-             The paper prints the method and no results, so its equations 1 to 8 are run here as they stand, whole steps as \
-             its appendix makes them, beside our planner. One slip: for a triangle the appendix cuts N/(1+m) down where \
-             eq 5 rounds it; 326 steps have N_a = 109 by eq 5 and 108 by the appendix."
-                .to_owned(),
-        ],
-        pictures: vec![planning::picture()?],
-        ..Section::default()
-    })
+    let section = Section::new("Figures 1 and 3: planning").with_text(
+        "The motor of the appendix: K = 4096 steps a revolution, v_s = 0.5 rad/s, v_M = 2 rad/s, a_M = 2 rad/s2, m = 2. \
+         The paper prints the method and no results, so its equations 1 to 8 are run here as they stand, whole steps as \
+         its appendix makes them, beside our planner. One slip: for a triangle the appendix cuts N/(1+m) down where \
+         eq 5 rounds it; 326 steps have N_a = 109 by eq 5 and 108 by the appendix.",
+    );
+    Ok(section.with_pictures([planning::picture()?]))
 }
 
 fn pulses() -> Result<Section> {
-    Ok(Section {
-        heading: "Figures 2 and 5: the generators".to_owned(),
-        text: vec![
-            "Each generator makes one revolution of that motor; ours and time per step count microseconds, steps per time is \
-             served 10,000 times a second as in the paper's program. Time per step is held against the speed that the law \
-             has at each step, which is what its equations mean; the others against the time that the law takes from step \
-             to step. Simulated, in double precision."
-                .to_owned(),
-        ],
-        pictures: vec![sequences::steps()?, sequences::stairs()?, speed_error::picture()?],
-        tables: vec![speed_error::table()?],
-    })
+    let section = Section::new("Figures 2 and 5: the generators").with_text(
+        "Each generator makes one revolution of that motor; ours and time per step count microseconds, steps per time is \
+         served 10,000 times a second as in the paper's program. Time per step is held against the speed that the law \
+         has at each step, which is what its equations mean; the others against the time that the law takes from step \
+         to step. Simulated, in double precision.",
+    );
+    let pictures = [speed_error::steps()?, speed_error::stairs()?, speed_error::picture()?];
+    Ok(section.with_pictures(pictures).with_tables([speed_error::table()?]))
 }

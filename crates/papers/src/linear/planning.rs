@@ -1,12 +1,12 @@
 //! Stoychitch 2018, section 2: trajectory planning, following the paper's flow chart step by step.
 
 use anyhow::Result;
-use isostep_profile::{IntervalLaw, Profile, SpeedLaw};
+use isostep_profile::Profile;
 use isostep_report::pictures::chart::{self, Chart, Curve};
 use isostep_report::pictures::document::Picture;
 use isostep_report::pictures::theme::CURVE;
 
-use super::motor::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, limits, steps_per_rad};
+use super::generators::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, law, steps_per_rad};
 use crate::row::{Paper, Row};
 
 /// The results of section 2: times, s, and steps of the phases.
@@ -41,12 +41,6 @@ fn by_the_paper(steps: u32) -> Planned {
     Planned { accel_s, cruise_s, decel_s: ramps_s - accel_s, total_s: ramps_s + cruise_s, steps }
 }
 
-fn by_us(steps: u32) -> Result<Profile> {
-    let limits = limits(START_RAD_S);
-    let start = limits.start_speed_steps_s;
-    Ok(Profile::plan(f64::from(steps), start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
-}
-
 /// Half a radian, whose profile is a triangle.
 const TRIANGLE_STEPS: u32 = 326;
 
@@ -54,7 +48,7 @@ const TRIANGLE_STEPS: u32 = 326;
 pub fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (steps, what) in [(STEPS_PER_REV, "one revolution"), (TRIANGLE_STEPS, "326 steps")] {
-        let (theirs, ours) = (by_the_paper(steps), by_us(steps)?);
+        let (theirs, ours) = (by_the_paper(steps), law(START_RAD_S, steps)?);
         let counts = ours.step_counts();
         let times = [
             ("T", theirs.total_s, ours.duration_s()),
@@ -74,26 +68,23 @@ pub fn rows() -> Result<Vec<Row>> {
 
 /// Figures 1 and 3.
 pub fn picture() -> Result<Picture> {
-    let mut panels = Vec::new();
-    for plan in [by_us(TRIANGLE_STEPS)?, by_us(STEPS_PER_REV)?] {
-        panels.push(quantities(&plan));
-    }
-    let (triangle, trapezoid) = (panels.remove(0), panels.remove(0));
-    let rows: Vec<Chart> = triangle.into_iter().zip(trapezoid).flat_map(|(one, other)| [one, other]).collect();
+    let [triangle, trapezoid] = [TRIANGLE_STEPS, STEPS_PER_REV].map(|steps| law(START_RAD_S, steps));
+    let panels = quantities(&triangle?).into_iter().zip(quantities(&trapezoid?));
+    let rows: Vec<Chart> = panels.flat_map(|(one, other)| [one, other]).collect();
     Ok(Picture::new(
         "stoychitch-2018-figures-1-and-3",
         chart::picture("Position, speed and acceleration of a triangle and a trapezoid", &[], 2, 230, &rows),
         "Figures 1 and 3: the paper's motor over half a radian (left, a triangle: the top speed is not reached) and over \
-                  one revolution (right, a trapezoid). Acceleration is twice the deceleration, m = 2, so the motor takes \
-                  twice as long to stop as to start; it begins and ends at v_s = 0.5 rad/s. Shaded: accelerating, \
-                  cruising, decelerating.",
+         one revolution (right, a trapezoid). Acceleration is twice the deceleration, m = 2, so the motor takes \
+         twice as long to stop as to start; it begins and ends at v_s = 0.5 rad/s. Shaded: accelerating, \
+         cruising, decelerating.",
     ))
 }
 
 /// Points per curve.
 const POINTS: u32 = 600;
 
-fn quantities(plan: &Profile) -> Vec<Chart> {
+fn quantities(plan: &Profile) -> [Chart; 3] {
     let (alpha, total_s) = (1.0 / steps_per_rad(), plan.duration_s());
     let accel_s = plan.t_accel_s();
     let cruise_end_s = total_s - plan.t_decel_s();
@@ -105,7 +96,7 @@ fn quantities(plan: &Profile) -> Vec<Chart> {
             ..Chart::new("time, s", name, vec![Curve::line(CURVE[0], points)])
         }
     };
-    vec![
+    [
         chart("position, rad", &|t_s| plan.position_at(t_s)),
         chart("speed, rad/s", &|t_s| plan.speed_at(t_s)),
         chart("acceleration, rad/s²", &|t_s| plan.accel_at(t_s)),

@@ -8,17 +8,17 @@ use crate::pictures::profile as picture;
 /// Speed, acceleration and jerk, each by differences of the quantity before it (Fonseca-Campos 2023, section VI.A).
 pub fn differences(curve: &Curve) -> picture::Curve {
     let (t_s, position): (Vec<f64>, Vec<f64>) = curve.samples.iter().copied().unzip();
-    let speed = gradient(&t_s, &position);
-    let accel = gradient(&t_s, &speed);
-    let jerk = gradient(&t_s, &accel);
-    let over_time = |values: Vec<f64>| t_s.iter().copied().zip(values).collect();
-    picture::Curve {
-        name: curve.name.clone(),
-        position: over_time(position),
-        speed: over_time(speed),
-        accel: over_time(accel),
-        jerk: over_time(jerk),
-    }
+    by_differences(&curve.name, &t_s, position)
+}
+
+/// The same of the positions at these instants, s.
+pub fn by_differences(name: &str, t_s: &[f64], position: Vec<f64>) -> picture::Curve {
+    let speed = gradient(t_s, &position);
+    let accel = gradient(t_s, &speed);
+    let jerk = gradient(t_s, &accel);
+    let [position, speed, accel, jerk] =
+        [position, speed, accel, jerk].map(|values| t_s.iter().copied().zip(values).collect());
+    picture::Curve { name: name.to_owned(), position, speed, accel, jerk }
 }
 
 /// The largest magnitude.

@@ -22,10 +22,19 @@ impl Exact {
 
     /// Highest jerk of either sign, steps/s³; infinite where the acceleration jumps.
     pub fn peak_jerk(&self) -> f64 {
+        if self.accel_jump() > JUMP * self.peak_accel() { f64::INFINITY } else { self.jerk_beside_jumps() }
+    }
+
+    /// The largest jump of the acceleration, steps/s²: at the start, between the phases, or at the end.
+    pub fn accel_jump(&self) -> f64 {
         let aside_s = self.0.duration_s() * ASIDE;
         let jump = |t_s: f64| (self.0.accel_at(t_s + aside_s) - self.0.accel_at(t_s - aside_s)).abs();
-        let jumps = self.corners_s().into_iter().map(jump).fold(0.0, f64::max);
-        if jumps > JUMP * self.peak_accel() { f64::INFINITY } else { self.peak(|plan, t_s| plan.jerk_at(t_s)) }
+        self.corners_s().into_iter().map(jump).fold(0.0, f64::max)
+    }
+
+    /// Highest jerk of either sign but that of the jumps, steps/s³.
+    pub fn jerk_beside_jumps(&self) -> f64 {
+        self.peak(|plan, t_s| plan.jerk_at(t_s))
     }
 
     /// Position, speed, acceleration and jerk as curves over time.

@@ -6,7 +6,7 @@ mod exact;
 mod table;
 
 pub use self::curve::{Curve, Step, steps_at};
-pub use self::differences::{differences, peak, peak_mean};
+pub use self::differences::{by_differences, differences, peak, peak_mean};
 pub use self::exact::Exact;
 pub use self::table::{Row, rows};
 

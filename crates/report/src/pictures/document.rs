@@ -70,6 +70,40 @@ impl Table {
     pub fn new(head: &[&str], rows: Vec<Vec<String>>) -> Self {
         Self { caption: String::new(), head: head.iter().map(ToString::to_string).collect(), rows }
     }
+
+    /// The same with a caption.
+    #[must_use]
+    pub fn captioned(self, caption: impl Into<String>) -> Self {
+        Self { caption: caption.into(), ..self }
+    }
+}
+
+impl Section {
+    /// A heading, with nothing below it yet.
+    pub fn new(heading: impl Into<String>) -> Self {
+        Self { heading: heading.into(), ..Self::default() }
+    }
+
+    /// The same with a paragraph more.
+    #[must_use]
+    pub fn with_text(mut self, text: impl Into<String>) -> Self {
+        self.text.push(text.into());
+        self
+    }
+
+    /// The same with these pictures more.
+    #[must_use]
+    pub fn with_pictures(mut self, pictures: impl IntoIterator<Item = Picture>) -> Self {
+        self.pictures.extend(pictures);
+        self
+    }
+
+    /// The same with these tables more.
+    #[must_use]
+    pub fn with_tables(mut self, tables: impl IntoIterator<Item = Table>) -> Self {
+        self.tables.extend(tables);
+        self
+    }
 }
 
 impl Page {
