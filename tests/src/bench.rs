@@ -10,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::axes::{words, xyz_a};
 use embassy_time::Duration;
 use isostep_console::length::PM_PER_MM;
-use isostep_motion::{AXES, Overrides, State, whole_steps};
+use isostep_motion::{AXES, SpeedOverrides, State, whole_steps};
 use isostep_profile::SpeedLaw;
 use isostep_sim::measure::{kept, limits::LimitRatios};
 use isostep_sim::swarm::judge;
@@ -27,7 +27,7 @@ pub struct Bench {
     /// refused.
     unanswered: VecDeque<usize>,
     /// The overrides, and when they came into force, ns since power-up.
-    overrides: Vec<(u64, Overrides)>,
+    overrides: Vec<(u64, SpeedOverrides)>,
 }
 
 /// Less than the buffer of the console.
@@ -46,7 +46,7 @@ impl Bench {
     pub fn new(case: u64) -> Self {
         let port = if case.is_multiple_of(2) { Port::Pio } else { Port::Timer };
         let sim = Sim::new(&Config { port, ..Config::default() });
-        let (random, overrides) = (Rand64::new(case.into()), vec![(0, Overrides::NONE)]);
+        let (random, overrides) = (Rand64::new(case.into()), vec![(0, SpeedOverrides::NONE)]);
         let mut bench = Self { sim, random, unanswered: VecDeque::new(), overrides };
         let law = bench.random.rand_range(0..SpeedLaw::ALL.len() as u64);
         let thirds = bench.random.rand_range(0..2);
@@ -128,11 +128,12 @@ impl Bench {
     }
 
     /// The highest overrides in force at any time between two instants, ns since power-up.
-    fn highest_overrides(&self, from_ns: u64, until_ns: u64) -> Overrides {
+    fn highest_overrides(&self, from_ns: u64, until_ns: u64) -> SpeedOverrides {
         let begun = self.overrides.partition_point(|(at_ns, _)| *at_ns <= until_ns);
         let over = self.overrides[..begun].partition_point(|(at_ns, _)| *at_ns <= from_ns) - 1;
-        let highest = |of: fn(&Overrides) -> u8| self.overrides[over..begun].iter().map(|(_, each)| of(each)).max();
-        Overrides {
+        let highest =
+            |of: fn(&SpeedOverrides) -> u8| self.overrides[over..begun].iter().map(|(_, each)| of(each)).max();
+        SpeedOverrides {
             feed_percent: highest(|each| each.feed_percent).unwrap_or(100),
             rapid_percent: highest(|each| each.rapid_percent).unwrap_or(100),
         }
@@ -150,7 +151,7 @@ impl Bench {
         t_s: f64,
     ) -> f64 {
         let config = self.sim.machine().config();
-        let Overrides { feed_percent, rapid_percent } =
+        let SpeedOverrides { feed_percent, rapid_percent } =
             self.highest_overrides(planned_ns, record.begin_ns() + (t_s * 1e9) as u64);
         let top = config.limits[axis].top_speed_steps_s;
         let Some(feed) = feed_mm_min else { return top * f64::from(rapid_percent) / 100.0 };

@@ -9,7 +9,7 @@ use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, FlowControl};
 
 use crate::cold_path::cold_path;
-use crate::fail_still::Cause;
+use crate::fail_still::RestartCause;
 use crate::flash::Flash;
 use crate::{uart, usb};
 
@@ -17,16 +17,20 @@ use crate::{uart, usb};
 pub fn spawn(
     spawner: Spawner,
     controller: &'static Controller<'static, Flash>,
-    restart: Option<Cause>,
-    usb: usb::Port,
-    uart: (uart::Rx, BufferedUartTx),
+    restart: Option<RestartCause>,
+    usb: usb::UsbPort,
+    uart: (uart::UartRx, BufferedUartTx),
 ) {
     spawner.spawn(serve_usb(controller, restart, usb).unwrap());
     spawner.spawn(serve_uart(controller, restart, uart.0, uart.1).unwrap());
 }
 
 #[embassy_executor::task]
-async fn serve_usb(controller: &'static Controller<'static, Flash>, restart: Option<Cause>, mut port: usb::Port) -> ! {
+async fn serve_usb(
+    controller: &'static Controller<'static, Flash>,
+    restart: Option<RestartCause>,
+    mut port: usb::UsbPort,
+) -> ! {
     loop {
         port.rx.wait_connection().await;
         select(session(controller, restart, &mut port.rx, &mut port.tx, FlowControl::Link), port.lines.dtr_rises())
@@ -37,8 +41,8 @@ async fn serve_usb(controller: &'static Controller<'static, Flash>, restart: Opt
 #[embassy_executor::task]
 async fn serve_uart(
     controller: &'static Controller<'static, Flash>,
-    restart: Option<Cause>,
-    mut rx: uart::Rx,
+    restart: Option<RestartCause>,
+    mut rx: uart::UartRx,
     mut tx: BufferedUartTx,
 ) -> ! {
     let sessions = pin!(async {
@@ -53,7 +57,7 @@ async fn serve_uart(
 /// Serves a console until the link fails.
 async fn session<R: Read, W: Write>(
     controller: &Controller<'_, Flash>,
-    restart: Option<Cause>,
+    restart: Option<RestartCause>,
     rx: R,
     mut tx: W,
     flow_control: FlowControl,

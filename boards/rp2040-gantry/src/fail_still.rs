@@ -18,7 +18,7 @@ use crate::{pins, tool};
 
 /// Why the chip restarted.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub enum Cause {
+pub enum RestartCause {
     /// A panic; its message went to the log.
     Panic,
     /// The core met an instruction or an address it cannot use.
@@ -27,7 +27,7 @@ pub enum Cause {
     Stall,
 }
 
-impl Cause {
+impl RestartCause {
     /// The cause that ended the previous run, which this call clears. `None` after power-up, or after a restart by the
     /// reset pin, a debug probe or the boot loader.
     pub fn of_last_restart() -> Option<Self> {

@@ -46,7 +46,7 @@ use isostep_motion::Machine;
 use portable_atomic as _;
 use static_cell::StaticCell;
 
-use crate::fail_still::Cause;
+use crate::fail_still::RestartCause;
 use crate::flash::Flash;
 use crate::pins::Board;
 
@@ -75,7 +75,7 @@ async fn start(spawner: Spawner) {
     rp2040_floats::link();
     let board = Board::new(embassy_rp::init(Default::default()));
     time_driver::start();
-    let restart = Cause::of_last_restart();
+    let restart = RestartCause::of_last_restart();
     if let Some(cause) = restart {
         defmt::warn!("restarted by the watchdog: {}", cause);
     }

@@ -24,10 +24,10 @@ const RX_BYTES: usize = 512;
 const TX_BYTES: usize = 256;
 
 /// Receives bytes.
-pub struct Rx(BufferedUartRx);
+pub struct UartRx(BufferedUartRx);
 
 /// Opens both directions of the port.
-pub fn open(pins: UartPins) -> (Rx, BufferedUartTx) {
+pub fn open(pins: UartPins) -> (UartRx, BufferedUartTx) {
     static RX: StaticCell<[u8; RX_BYTES]> = StaticCell::new();
     static TX: StaticCell<[u8; TX_BYTES]> = StaticCell::new();
     let (tx_buffer, rx_buffer) = (TX.init([0; TX_BYTES]), RX.init([0; RX_BYTES]));
@@ -36,14 +36,14 @@ pub fn open(pins: UartPins) -> (Rx, BufferedUartTx) {
         BufferedUart::new(pins.uart, pins.tx, pins.rx, Irqs, tx_buffer, rx_buffer, uart::Config::default()).split();
     // An idle line is high. With nothing connected, noise would be read as commands.
     pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
-    (Rx(rx), tx)
+    (UartRx(rx), tx)
 }
 
-impl ErrorType for Rx {
+impl ErrorType for UartRx {
     type Error = uart::Error;
 }
 
-impl Read for Rx {
+impl Read for UartRx {
     /// A byte with an error is logged and dropped: the line it belongs to will be refused.
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, uart::Error> {
         loop {

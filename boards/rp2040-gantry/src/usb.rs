@@ -42,14 +42,14 @@ const HOST_PATIENCE: Duration = Duration::from_millis(200);
 static IS_OPEN: AtomicBool = AtomicBool::new(false);
 
 /// The serial port: both directions and the modem lines.
-pub struct Port {
-    pub rx: Rx,
+pub struct UsbPort {
+    pub rx: UsbRx,
     pub tx: Tx,
     pub lines: Lines,
 }
 
 /// Starts the device and returns its port.
-pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
+pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> UsbPort {
     static DESCRIPTORS: StaticCell<[[u8; 128]; 3]> = StaticCell::new();
     static RX: StaticCell<[u8; PACKET_BYTES]> = StaticCell::new();
     static STATE: StaticCell<State> = StaticCell::new();
@@ -60,9 +60,9 @@ pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> Port {
     builder.handler(TOUCH.init(Touch::new()));
     let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET_BYTES as u16);
     let (sender, receiver, control) = class.split_with_control();
-    let rx = Rx { receiver: receiver.into_buffered(RX.init([0; PACKET_BYTES])) };
+    let rx = UsbRx { receiver: receiver.into_buffered(RX.init([0; PACKET_BYTES])) };
     spawner.spawn(run(builder.build()).unwrap());
-    Port { rx, tx: Tx { sender, stalled: false }, lines: Lines { control } }
+    UsbPort { rx, tx: Tx { sender, stalled: false }, lines: Lines { control } }
 }
 
 /// What the host asks of the device itself may wait: it does so when it is connected and when a program opens the port,
@@ -81,11 +81,11 @@ fn config() -> Config<'static> {
 }
 
 /// Receives what the host sends.
-pub struct Rx {
+pub struct UsbRx {
     receiver: BufferedReceiver<'static, RpDriver>,
 }
 
-impl Rx {
+impl UsbRx {
     /// Waits until the host has configured the device.
     ///
     /// # Cancellation
@@ -95,11 +95,11 @@ impl Rx {
     }
 }
 
-impl ErrorType for Rx {
+impl ErrorType for UsbRx {
     type Error = CdcAcmError;
 }
 
-impl Read for Rx {
+impl Read for UsbRx {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, CdcAcmError> {
         let count = self.receiver.read(buffer).await?;
         IS_OPEN.store(true, Ordering::Relaxed);

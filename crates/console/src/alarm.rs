@@ -6,7 +6,7 @@ use crate::codes::codes;
 
 codes! {
     /// Why the machine locked itself. Numbers below 20 are Grbl's or grblHAL's, from 20 on they are our own.
-    Alarm {
+    pub enum AlarmCode {
         HardLimit = 1, "* limit switch closed, steps may be lost: $X, move off it, then $H";
         SoftLimit = 2, "* target outside the travel ($130-$132), nothing moved: correct the program or the travel, then $X";
         ResetInMotion = 3, "reset again while braking, steps may be lost: $X, then $H";
@@ -27,7 +27,7 @@ codes! {
     }
 }
 
-impl Alarm {
+impl AlarmCode {
     /// The event and the remedy, with `what`, the affected axis or the reason, in place of the `*`.
     pub const fn about(self, what: &'static str) -> impl fmt::Display {
         About(self.words(), what)
@@ -35,7 +35,7 @@ impl Alarm {
 }
 
 /// The event, and the remedy.
-impl fmt::Display for Alarm {
+impl fmt::Display for AlarmCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = if *self == Self::Unplannable {
             "the move cannot be planned - a message with the alarm says why"
@@ -67,21 +67,21 @@ mod tests {
 
     #[test]
     fn codes_lead_back_to_their_alarm() {
-        for &alarm in Alarm::ALL {
-            assert_eq!(Alarm::from_code(alarm.code()), Some(alarm));
+        for &alarm in AlarmCode::ALL {
+            assert_eq!(AlarmCode::from_code(alarm.code()), Some(alarm));
             assert!(alarm.words().contains(": "), "{alarm}");
         }
-        assert!(Alarm::ALL.is_sorted_by_key(|alarm| alarm.code()));
-        assert_eq!(Alarm::from_code(0), None);
+        assert!(AlarmCode::ALL.is_sorted_by_key(|alarm| alarm.code()));
+        assert_eq!(AlarmCode::from_code(0), None);
     }
 
     #[test]
     fn words_name_the_axis_where_there_is_one() {
         let begins = |words: &str, with| assert!(words.starts_with(with), "{words}");
-        begins(&Alarm::SwitchNotFound.about("Z").to_string(), "Z limit switch never closed: ");
-        begins(&Alarm::Underrun.about("Y").to_string(), "the step port of Y ran dry: ");
-        begins(&Alarm::HardLimit.to_string(), "axis limit switch closed");
-        begins(&Alarm::Skewed.about("Y2").to_string(), "Y2 did not reach its switch");
-        begins(&Alarm::EmergencyStop.about("X").to_string(), "emergency stop pressed: ");
+        begins(&AlarmCode::SwitchNotFound.about("Z").to_string(), "Z limit switch never closed: ");
+        begins(&AlarmCode::Underrun.about("Y").to_string(), "the step port of Y ran dry: ");
+        begins(&AlarmCode::HardLimit.to_string(), "axis limit switch closed");
+        begins(&AlarmCode::Skewed.about("Y2").to_string(), "Y2 did not reach its switch");
+        begins(&AlarmCode::EmergencyStop.about("X").to_string(), "emergency stop pressed: ");
     }
 }

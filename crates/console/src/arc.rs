@@ -28,7 +28,7 @@ const ROUNDING_MM: f64 = 1e-10;
 
 /// The ends of an arc, and its direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ends {
+pub struct ArcEnds {
     /// Start point.
     pub start_mm: [f64; AXES],
     /// End point.
@@ -39,7 +39,7 @@ pub struct Ends {
     pub clockwise: bool,
 }
 
-impl Ends {
+impl ArcEnds {
     /// The two axes of the plane, then the perpendicular one, then any other.
     fn axes(&self) -> [usize; AXES] {
         PLANES[usize::from(self.plane)]
@@ -82,7 +82,7 @@ impl Ends {
 /// If the distances of start and target from the centre differ slightly, the radius changes evenly along the arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arc {
-    ends: Ends,
+    ends: ArcEnds,
     /// From the start to the centre.
     offset_mm: [f64; 2],
     radius_mm: f64,
@@ -97,7 +97,7 @@ impl Arc {
     ///
     /// # Errors
     /// [`Error::InvalidTarget`]: the distances of start and target from the centre differ too much.
-    pub fn around(ends: Ends, offset_mm: [f64; 2]) -> Result<Self, Error> {
+    pub fn around(ends: ArcEnds, offset_mm: [f64; 2]) -> Result<Self, Error> {
         let arc = Self::new(ends, offset_mm, ends.travel_rad(offset_mm));
         if arc.fits() { Ok(arc) } else { Err(Error::InvalidTarget) }
     }
@@ -112,7 +112,7 @@ impl Arc {
     /// # Errors
     /// [`Error::InvalidTarget`]: start and target are the same, so the circle is undefined. [`Error::RadiusTooSmall`]:
     /// half the distance between them is longer than the radius, by more than the ends of an arc may differ from a circle.
-    pub fn of_radius(ends: Ends, radius_mm: f64) -> Result<Self, Error> {
+    pub fn of_radius(ends: ArcEnds, radius_mm: f64) -> Result<Self, Error> {
         let chord_mm @ [first_mm, second_mm] = ends.chord_mm();
         let length_mm = hypotenuse(chord_mm);
         if length_mm == 0.0 {
@@ -133,7 +133,7 @@ impl Arc {
         Ok(Self::new(ends, offset_mm, if ends.clockwise { -turn_rad } else { turn_rad }))
     }
 
-    fn new(ends: Ends, offset_mm: [f64; 2], travel_rad: f64) -> Self {
+    fn new(ends: ArcEnds, offset_mm: [f64; 2], travel_rad: f64) -> Self {
         let [from_mm, to_mm] = ends.radii_mm(offset_mm);
         let (radius_mm, target_radius_mm) = (hypotenuse(from_mm), hypotenuse(to_mm));
         Self { ends, offset_mm, radius_mm, target_radius_mm, travel_rad }
@@ -177,7 +177,7 @@ impl Arc {
     /// The least and the greatest coordinate on the arc, axis by axis.
     #[must_use]
     pub fn bounds_mm(&self) -> [[f64; 2]; AXES] {
-        let Ends { start_mm, target_mm, .. } = self.ends;
+        let ArcEnds { start_mm, target_mm, .. } = self.ends;
         let mut bounds_mm = core::array::from_fn(|axis| {
             let (start_mm, target_mm) = (start_mm[axis], target_mm[axis]);
             [start_mm.min(target_mm), start_mm.max(target_mm)]
@@ -247,7 +247,7 @@ pub enum Misfit {
 impl Misfit {
     /// `None` if start and target are equally far from the centre, as nearly as Grbl demands. The other offset is the one
     /// that leads to the centre if I, J and K are its place.
-    pub(crate) fn of_centre(ends: Ends, offset_mm: [f64; 2], other_mm: Option<[f64; 2]>) -> Option<Self> {
+    pub(crate) fn of_centre(ends: ArcEnds, offset_mm: [f64; 2], other_mm: Option<[f64; 2]>) -> Option<Self> {
         let arc = Arc::new(ends, offset_mm, 0.0);
         let Arc { radius_mm: start_radius_mm, target_radius_mm, .. } = arc;
         let fits_as_place = other_mm.is_some_and(|other_mm| Arc::new(ends, other_mm, 0.0).fits());
@@ -255,7 +255,7 @@ impl Misfit {
     }
 
     /// `None` if the radius is long enough.
-    pub(crate) fn of_radius(ends: Ends, radius_mm: f64) -> Option<Self> {
+    pub(crate) fn of_radius(ends: ArcEnds, radius_mm: f64) -> Option<Self> {
         let chord_mm = hypotenuse(ends.chord_mm());
         is_too_small(radius_mm, chord_mm).then_some(Self::Radius { radius_mm: radius_mm.abs(), chord_mm })
     }

@@ -5,7 +5,7 @@ use crate::{
     AXES, Error, Modal,
     axes::{A, Z, of_each},
     length,
-    modal::{Coolant, MotionMode, PathControl, Spindle},
+    modal::{Coolant, MotionMode, PathControl, SpindleMode},
     rotary::Rotary,
     words::{self, Word},
 };
@@ -38,7 +38,7 @@ const fn bit(letter: u8) -> u32 {
 
 /// Modal groups, named as in RS274/NGC. A block may have at most one code of each group.
 #[derive(Clone, Copy)]
-enum Group {
+enum ModalGroup {
     NonModal,
     Motion,
     /// G80, which may stand beside a code of the group before: that one is in force then.
@@ -58,14 +58,14 @@ enum Group {
     Coolant,
 }
 
-impl Group {
+impl ModalGroup {
     const fn bit(self) -> u16 {
         1 << self as u16
     }
 }
 
 /// The groups that a jog may use. Of group 0 it may only use G53.
-const JOG_GROUPS: u16 = Group::NonModal.bit() | Group::Distance.bit() | Group::Units.bit();
+const JOG_GROUPS: u16 = ModalGroup::NonModal.bit() | ModalGroup::Distance.bit() | ModalGroup::Units.bit();
 
 /// A code of group 0: it acts once and changes no mode. The `usize` is 0 for G28 and 1 for G30.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,7 +99,7 @@ pub(crate) enum AxisCommand {
 
 /// The words of a block, each letter at most once.
 #[derive(Debug)]
-pub(crate) struct Words {
+pub(crate) struct BlockWords {
     claimed_groups: u16,
     /// The letters that were given a value which has not been used yet.
     given: u32,
@@ -124,7 +124,7 @@ pub(crate) struct Words {
     pub(crate) ends_program: bool,
 }
 
-impl Words {
+impl BlockWords {
     /// No words, in these modes.
     pub(crate) fn new(modal: Modal, rotary: Rotary) -> Self {
         Self {
@@ -250,15 +250,15 @@ impl Words {
             400 => self.non_modal(NonModal::Dwell),
             1000 => self.non_modal_with_axes(NonModal::SetWorkOffset)?,
             1800 | 1900 if AXES <= Z => return Err(Error::Unsupported),
-            1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; Group::Plane }
-            2000 | 2100 => { modal.inches = code == 20; Group::Units }
+            1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; ModalGroup::Plane }
+            2000 | 2100 => { modal.inches = code == 20; ModalGroup::Units }
             2800 | 3000 => self.non_modal_with_axes(NonModal::GoTo(usize::from(code == 30)))?,
             2810 | 3010 => self.non_modal(NonModal::Keep(usize::from(code == 30))),
-            4000 => Group::CutterCompensation,
-            4310 => { self.claim_axes(AxisCommand::ToolLength)?; Group::ToolLength }
-            4900 => { self.cancels_length = true; Group::ToolLength }
+            4000 => ModalGroup::CutterCompensation,
+            4310 => { self.claim_axes(AxisCommand::ToolLength)?; ModalGroup::ToolLength }
+            4900 => { self.cancels_length = true; ModalGroup::ToolLength }
             5300 => self.non_modal(NonModal::MachineCoordinates),
-            5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; Group::CoordinateSystem }
+            5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; ModalGroup::CoordinateSystem }
             5910 | 5920 | 5930 => return Err(Error::UnsupportedSystem),
             6100 | 6110 | 6400 => {
                 modal.path = match hundredths {
@@ -267,19 +267,19 @@ impl Words {
                     _ => PathControl::Blend,
                 };
                 self.blends = code == 64;
-                Group::PathControl
+                ModalGroup::PathControl
             }
             8000 => {
-                if self.claimed_groups & Group::Motion.bit() == 0 {
+                if self.claimed_groups & ModalGroup::Motion.bit() == 0 {
                     modal.motion = MotionMode::Cancelled;
                 }
-                Group::MotionEnd
+                ModalGroup::MotionEnd
             }
-            9000 | 9100 => { modal.incremental = code == 91; Group::Distance }
-            9110 => Group::ArcDistance,
+            9000 | 9100 => { modal.incremental = code == 91; ModalGroup::Distance }
+            9110 => ModalGroup::ArcDistance,
             9200 => self.non_modal_with_axes(NonModal::Shift)?,
             9210 => self.non_modal(NonModal::Unshift),
-            9300 | 9400 => { modal.inverse_time = code == 93; Group::FeedMode }
+            9300 | 9400 => { modal.inverse_time = code == 93; ModalGroup::FeedMode }
             _ if matches!(code, 0..=4 | 10 | 17..=21 | 40 | 49 | 53..=59 | 80 | 93 | 94) => {
                 return Err(Error::IntegerRequired);
             }
@@ -294,33 +294,33 @@ impl Words {
         let modal = &mut self.modal;
         let group = match hundredths {
             _ if !hundredths.is_multiple_of(100) => return Err(Error::IntegerRequired),
-            0 => { self.pauses = true; Group::ProgramFlow }
-            100 => Group::ProgramFlow,
-            200 | 3000 => { self.ends_program = true; Group::ProgramFlow }
-            300 => { modal.spindle = Spindle::Clockwise; Group::Spindle }
-            400 => { modal.spindle = Spindle::CounterClockwise; Group::Spindle }
-            500 => { modal.spindle = Spindle::Off; Group::Spindle }
-            600 => { self.changes_tool = true; Group::ToolChange }
-            700 => { modal.coolant = modal.coolant.and(Coolant::Mist); Group::Coolant }
-            800 => { modal.coolant = modal.coolant.and(Coolant::Flood); Group::Coolant }
-            900 => { modal.coolant = Coolant::Off; Group::Coolant }
+            0 => { self.pauses = true; ModalGroup::ProgramFlow }
+            100 => ModalGroup::ProgramFlow,
+            200 | 3000 => { self.ends_program = true; ModalGroup::ProgramFlow }
+            300 => { modal.spindle = SpindleMode::Clockwise; ModalGroup::Spindle }
+            400 => { modal.spindle = SpindleMode::CounterClockwise; ModalGroup::Spindle }
+            500 => { modal.spindle = SpindleMode::Off; ModalGroup::Spindle }
+            600 => { self.changes_tool = true; ModalGroup::ToolChange }
+            700 => { modal.coolant = modal.coolant.and(Coolant::Mist); ModalGroup::Coolant }
+            800 => { modal.coolant = modal.coolant.and(Coolant::Flood); ModalGroup::Coolant }
+            900 => { modal.coolant = Coolant::Off; ModalGroup::Coolant }
             _ => return Err(Error::Unsupported),
         };
         self.claim(group)
     }
 
-    fn motion(&mut self, mode: MotionMode) -> Result<Group, Error> {
+    fn motion(&mut self, mode: MotionMode) -> Result<ModalGroup, Error> {
         self.claim_axes(AxisCommand::Motion)?;
         self.modal.motion = mode;
-        Ok(Group::Motion)
+        Ok(ModalGroup::Motion)
     }
 
-    fn non_modal(&mut self, code: NonModal) -> Group {
+    fn non_modal(&mut self, code: NonModal) -> ModalGroup {
         self.non_modal = Some(code);
-        Group::NonModal
+        ModalGroup::NonModal
     }
 
-    fn non_modal_with_axes(&mut self, code: NonModal) -> Result<Group, Error> {
+    fn non_modal_with_axes(&mut self, code: NonModal) -> Result<ModalGroup, Error> {
         self.claim_axes(AxisCommand::NonModal)?;
         Ok(self.non_modal(code))
     }
@@ -332,7 +332,7 @@ impl Words {
         }
     }
 
-    fn claim(&mut self, group: Group) -> Result<(), Error> {
+    fn claim(&mut self, group: ModalGroup) -> Result<(), Error> {
         if self.claimed_groups & group.bit() != 0 {
             return Err(Error::ModalClash);
         }

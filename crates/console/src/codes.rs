@@ -1,8 +1,8 @@
 //! Numbered codes that senders know, each with a text of our own.
 
-/// Defines an enum of such codes from entries of the form `Name = number, "text";`.
+/// Defines an enum of such codes from a `pub enum` with entries of the form `Name = number, "text";`.
 macro_rules! codes {
-    ($(#[$doc:meta])* $codes:ident { $($name:ident = $code:literal, $words:literal;)* }) => {
+    ($(#[$doc:meta])* pub enum $codes:ident { $($name:ident = $code:literal, $words:literal;)* }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         // 32 bits: then the compiler copies what follows it in a `Result` word by word, not byte by byte.

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{AXES, Alarm, Arc, Error, PathControl};
+use crate::{AXES, AlarmCode, Arc, Error, PathControl};
 
 /// A line that has been interpreted; it borrows texts from the line (`'l`).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +86,7 @@ pub enum Command<'l> {
     /// `$En`: explain `error:n`.
     ExplainError(Error),
     /// `$An`: explain `ALARM:n`.
-    ExplainAlarm(Alarm),
+    ExplainAlarm(AlarmCode),
 }
 
 /// The effect of one line of G-code. The machine acts on the fields in their order.
@@ -169,7 +169,7 @@ pub struct Jog {
 /// Progress of the stop and resume after the safety door was opened. The values are the numbers in a status report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Door {
+pub enum DoorPhase {
     /// At rest and the door is closed again: ready to resume.
     Closed = 0,
     /// At rest and the door is open.
@@ -193,7 +193,7 @@ pub enum ReportedState {
         stopping: bool,
     },
     /// The safety door was opened: held as by a feed hold, with spindle and coolant off.
-    Door(Door),
+    Door(DoorPhase),
     /// Jogging.
     Jog,
     /// Homing.
@@ -213,10 +213,10 @@ impl ReportedState {
         Self::Run,
         Self::Hold { stopping: false },
         Self::Hold { stopping: true },
-        Self::Door(Door::Closed),
-        Self::Door(Door::Open),
-        Self::Door(Door::Stopping),
-        Self::Door(Door::Resuming),
+        Self::Door(DoorPhase::Closed),
+        Self::Door(DoorPhase::Open),
+        Self::Door(DoorPhase::Stopping),
+        Self::Door(DoorPhase::Resuming),
         Self::Jog,
         Self::Home,
         Self::Alarm,
@@ -250,10 +250,10 @@ impl fmt::Display for ReportedState {
             Self::Run => "Run",
             Self::Hold { stopping: false } => "Hold:0",
             Self::Hold { stopping: true } => "Hold:1",
-            Self::Door(Door::Closed) => "Door:0",
-            Self::Door(Door::Open) => "Door:1",
-            Self::Door(Door::Stopping) => "Door:2",
-            Self::Door(Door::Resuming) => "Door:3",
+            Self::Door(DoorPhase::Closed) => "Door:0",
+            Self::Door(DoorPhase::Open) => "Door:1",
+            Self::Door(DoorPhase::Stopping) => "Door:2",
+            Self::Door(DoorPhase::Resuming) => "Door:3",
             Self::Jog => "Jog",
             Self::Home => "Home",
             Self::Alarm => "Alarm",

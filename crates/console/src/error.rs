@@ -6,7 +6,7 @@ use crate::codes::codes;
 
 codes! {
     /// Why a line was refused, by Grbl's numbers.
-    Error {
+    pub enum Error {
         LetterMissing = 1, "A word must begin with a letter: remove the stray character.";
         BadNumber = 2, "A value is missing, malformed or out of range: write a plain decimal.";
         UnknownStatement = 3, "No such $ command or setting: $ and $$ list them.";

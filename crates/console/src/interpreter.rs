@@ -6,9 +6,9 @@ mod probes;
 
 use crate::{
     AXES, Arc, Block, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, Move, PathControl, Rate,
-    Refusal, ReportedState, Settings, Spindle,
+    Refusal, ReportedState, Settings, SpindleMode,
     axes::Z,
-    block::{AxisCommand, NonModal, Words},
+    block::{AxisCommand, BlockWords, NonModal},
     command::Jog,
     refusal::Unused,
     rotary,
@@ -101,7 +101,7 @@ impl Interpreter {
 
     /// Switches spindle and coolant off in the modal state, as M5 and M9 do. For use after an alarm.
     pub fn stop_tool(&mut self) {
-        (self.modal.spindle, self.modal.coolant) = (Spindle::Off, Coolant::Off);
+        (self.modal.spindle, self.modal.coolant) = (SpindleMode::Off, Coolant::Off);
     }
 
     /// Sets which coolant is on, after an override has switched it.
@@ -153,7 +153,7 @@ impl Interpreter {
     /// Interprets a line of G-code as `block`, which is empty. Blocks are written in place: a returned one would be
     /// copied on every line.
     fn read(&mut self, line: &str, settings: &Settings, block: &mut Block) -> Result<(), Error> {
-        let mut words = Words::new(self.modal, settings.rotary());
+        let mut words = BlockWords::new(self.modal, settings.rotary());
         words.read(&mut line.as_bytes())?;
         // Only codes of group 0 change coordinates, and these are large.
         let coordinates = words.non_modal.is_some().then_some(self.coordinates);
@@ -182,7 +182,7 @@ impl Interpreter {
 
     /// A word of `line` that no code uses: for a line of G-code that was refused with [`Error::UnusedWords`].
     fn unused(&self, line: &str, settings: &Settings) -> Option<Unused> {
-        let mut words = Words::new(self.modal, settings.rotary());
+        let mut words = BlockWords::new(self.modal, settings.rotary());
         words.read(&mut line.as_bytes()).ok()?;
         let (is_of_arc, has_radius) = (words.modal.motion.is_arc(), words.has_radius());
         let mut at_line = *self;
@@ -194,7 +194,7 @@ impl Interpreter {
     /// Interprets what follows `$J=`.
     pub(crate) fn jog(&self, line: &str, settings: &Settings) -> Result<Jog, Error> {
         let modal = Modal { motion: MotionMode::Linear, ..self.modal };
-        let mut words = Words::new(modal, settings.rotary());
+        let mut words = BlockWords::new(modal, settings.rotary());
         words.read(&mut line.as_bytes())?;
         words.line_number()?;
         let mm_min = in_mm_min(words.take(b'F').ok_or(Error::NoFeed)?, &words.modal);
@@ -214,7 +214,7 @@ impl Interpreter {
 
     /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state. `before`
     /// are the coordinates before the block, if it can change them.
-    fn block(&mut self, words: &mut Words, before: Option<&Coordinates>, block: &mut Block) -> Result<(), Error> {
+    fn block(&mut self, words: &mut BlockWords, before: Option<&Coordinates>, block: &mut Block) -> Result<(), Error> {
         block.line_number = words.line_number()?;
         block.switches_spindle = words.modal.spindle != self.modal.spindle;
         block.switches_coolant = words.modal.coolant != self.modal.coolant;
@@ -251,7 +251,7 @@ impl Interpreter {
     }
 
     /// Takes over the modes of the block and the values that stay in force. Returns whether S changed.
-    fn modes(&mut self, words: &mut Words) -> Result<bool, Error> {
+    fn modes(&mut self, words: &mut BlockWords) -> Result<bool, Error> {
         let Modal { inverse_time: was_inverse, feed: before, .. } = self.modal;
         self.modal = words.modal;
         let given = words.take(b'F');
@@ -272,13 +272,13 @@ impl Interpreter {
     }
 
     /// The P of G64, if there is one: how far the path may leave the corners.
-    fn blend(&mut self, words: &mut Words) {
+    fn blend(&mut self, words: &mut BlockWords) {
         if let Some(deviation) = words.take(b'P') {
             self.modal.path = PathControl::BlendWithin(in_mm_min(deviation, &self.modal));
         }
     }
 
-    fn tool_length(&mut self, words: &Words) -> Result<(), Error> {
+    fn tool_length(&mut self, words: &BlockWords) -> Result<(), Error> {
         if words.cancels_length {
             self.tool_length_pm = 0;
         }
@@ -293,7 +293,7 @@ impl Interpreter {
     }
 
     /// The move of a block whose motion mode is not a probe, if its axis words are for that mode.
-    fn motion(&self, words: &mut Words, motion: &mut Option<Move>) -> Result<(), Error> {
+    fn motion(&self, words: &mut BlockWords, motion: &mut Option<Move>) -> Result<(), Error> {
         let Modal { motion: mode, path, .. } = self.modal;
         if words.axis_command != Some(AxisCommand::Motion) {
             return Ok(());
@@ -326,7 +326,7 @@ impl Interpreter {
         if self.modal.feed <= 0.0 { Err(Error::NoFeed) } else { Ok(()) }
     }
 
-    fn feed_mm_min(&self, target_pm: [i64; AXES], arc: Option<&Arc>, words: &Words) -> f32 {
+    fn feed_mm_min(&self, target_pm: [i64; AXES], arc: Option<&Arc>, words: &BlockWords) -> f32 {
         let mm_min = if self.modal.inverse_time {
             self.modal.feed * rotary::length_mm(self.way_pm(target_pm), arc)
         } else {

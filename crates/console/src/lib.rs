@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! byte -> realtime::classify --(not real-time)--> LineAssembler -> Interpreter -> Command
-//! Settings, Modal, Status, Error, Alarm -> report, StatusReporter -> bytes
+//! Settings, Modal, StatusReport, Error, AlarmCode -> report, StatusReporter -> bytes
 //! real-time byte -> Overrides
 //! ```
 //!
@@ -54,15 +54,15 @@ mod status;
 mod system;
 mod words;
 
-pub use alarm::Alarm;
-pub use arc::{Arc, Chords, Ends, Misfit};
+pub use alarm::AlarmCode;
+pub use arc::{Arc, ArcEnds, Chords, Misfit};
 pub use axes::{AXES, AXIS_NAMES};
-pub use command::{Block, Command, Door, Jog, Move, Probe, Rate, ReportedState};
+pub use command::{Block, Command, DoorPhase, Jog, Move, Probe, Rate, ReportedState};
 pub use error::Error;
 pub use fixed::{Coordinate, Fixed};
 pub use interpreter::{Interpreter, MAX_COORDINATE_PM, MIN_FEED_MM_MIN};
 pub use line::{LineAssembler, MAX_LINE_CHARS};
-pub use modal::{Coolant, Modal, MotionMode, PathControl, Spindle};
+pub use modal::{Coolant, Modal, MotionMode, PathControl, SpindleMode};
 pub use overrides::Overrides;
 pub use parameters::{Coordinates, Parameters};
 pub use realtime::Realtime;
@@ -70,7 +70,7 @@ pub use refusal::{Explanation, Refusal, Unused, stopped_at};
 pub use setting_error::{SettingError, Unfit};
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};
 pub use settings::{Carries, Settings};
-pub use status::{Status, StatusReporter};
+pub use status::{StatusReport, StatusReporter};
 
 /// The examples of the README are run as those here are.
 #[cfg(doctest)]

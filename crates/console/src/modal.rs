@@ -113,7 +113,7 @@ impl PathControl {
 /// The state to which the program has switched the spindle or the laser. The value is the M-code's number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
-pub enum Spindle {
+pub enum SpindleMode {
     /// M3.
     Clockwise = 3,
     /// M4.
@@ -194,7 +194,7 @@ pub struct Modal {
     /// F, in mm/min, or with G93 in 1/min; 0 until one is given.
     pub feed: f32,
     /// M3, M4 or M5.
-    pub spindle: Spindle,
+    pub spindle: SpindleMode,
     /// S.
     pub speed_rpm: f32,
     /// M7, M8 or M9.

@@ -2,7 +2,7 @@
 
 use core::{fmt, ops::Range};
 
-use crate::{Error, Misfit, Modal, block::Words, decimal::Decimal, rotary::Rotary};
+use crate::{Error, Misfit, Modal, block::BlockWords, decimal::Decimal, rotary::Rotary};
 
 /// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
 /// decimals, and what to do. Letters other than G and M count as number 0.
@@ -62,7 +62,7 @@ pub fn stopped_at(line: &str) -> Option<Range<usize>> {
         Some(statement) => statement.split_once('=').filter(|(name, _)| name.starts_with(['J', 'N']))?.1,
     };
     let mut left = words.as_bytes();
-    Words::new(Modal::default(), Rotary::default()).read(&mut left).err()?;
+    BlockWords::new(Modal::default(), Rotary::default()).read(&mut left).err()?;
     let begin = line.len() - left.len();
     Some(begin..begin + word_len(left))
 }

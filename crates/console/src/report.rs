@@ -4,7 +4,8 @@ use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
 use crate::{
-    AXES, Alarm, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, parameters::StoredLine,
+    AXES, AlarmCode, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings,
+    parameters::StoredLine,
 };
 
 /// Sent when the console opens and after a reset.
@@ -80,11 +81,11 @@ pub fn answer(out: &mut impl Write, answer: core::result::Result<(), Error>) -> 
 }
 
 /// `ALARM:N`.
-pub fn alarm(out: &mut impl Write, alarm: Alarm) -> Result {
+pub fn alarm(out: &mut impl Write, alarm: AlarmCode) -> Result {
     write!(out, "ALARM:{}\r\n", alarm.code())
 }
 
-/// `[MSG:...]` with one of [`messages`], an [`Error`], an [`Alarm`], a [`SettingError`](crate::SettingError), a
+/// `[MSG:...]` with one of [`messages`], an [`Error`], an [`AlarmCode`], a [`SettingError`](crate::SettingError), a
 /// [`Refusal`](crate::Refusal) or another text. The text must not contain `ok`, `error` or `ALARM`: some senders take
 /// every line with one of these in it as the answer to their own line.
 pub fn message(out: &mut impl Write, text: impl core::fmt::Display) -> Result {

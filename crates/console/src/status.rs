@@ -2,11 +2,11 @@
 
 use core::fmt::{Result, Write};
 
-use crate::{AXES, AXIS_NAMES, Coolant, Coordinate, Fixed, Overrides, ReportedState, Settings, Spindle};
+use crate::{AXES, AXIS_NAMES, Coolant, Coordinate, Fixed, Overrides, ReportedState, Settings, SpindleMode};
 
 /// The content of a status report.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Status {
+pub struct StatusReport {
     /// The machine's state.
     pub state: ReportedState,
     /// Machine position.
@@ -20,7 +20,7 @@ pub struct Status {
     /// The S in force, after the override; 0 if the spindle is off.
     pub spindle_rpm: f32,
     /// The present state of the spindle, or the laser.
-    pub spindle: Spindle,
+    pub spindle: SpindleMode,
     /// The coolant that is on at present.
     pub coolant: Coolant,
     /// The probe's contact is in the state that ends G38.2; reported as P.
@@ -56,7 +56,7 @@ pub struct StatusReporter {
     reports_to_overrides: u8,
     /// The last reported work offset, and whether it was in inches.
     offset_reported: ([i64; AXES], bool),
-    overrides_reported: (Overrides, Spindle, Coolant),
+    overrides_reported: (Overrides, SpindleMode, Coolant),
 }
 
 impl StatusReporter {
@@ -66,12 +66,12 @@ impl StatusReporter {
             reports_to_offset: 0,
             reports_to_overrides: 0,
             offset_reported: ([0; AXES], false),
-            overrides_reported: (Overrides::DEFAULT, Spindle::Off, Coolant::Off),
+            overrides_reported: (Overrides::DEFAULT, SpindleMode::Off, Coolant::Off),
         }
     }
 
     /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 146 bytes.
-    pub fn write(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
+    pub fn write(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
         let offset_pm = status.work_offset_pm;
         let work_pm = core::array::from_fn(|axis| status.position_pm[axis] - offset_pm[axis]);
@@ -90,7 +90,7 @@ impl StatusReporter {
         out.write_str(">\r\n")
     }
 
-    fn write_extra(&mut self, out: &mut impl Write, status: &Status, settings: &Settings) -> Result {
+    fn write_extra(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         let (offset_period, overrides_period) = if status.state.at_rest() { (10, 10) } else { (30, 20) };
         let offset = (status.work_offset_pm, settings.report_inches);
         if self.offset_reported != offset {
@@ -135,7 +135,7 @@ pub(crate) fn write_coordinates(out: &mut impl Write, pm: [i64; AXES], settings:
     (0..AXES).skip(3).try_for_each(|axis| write!(out, ",{}", of(axis)))
 }
 
-fn write_pins(out: &mut impl Write, status: &Status) -> Result {
+fn write_pins(out: &mut impl Write, status: &StatusReport) -> Result {
     let limits = status.limits_pressed.into_iter().zip(AXIS_NAMES);
     let others = [
         (status.second_limit_pressed, "2"),
@@ -148,11 +148,11 @@ fn write_pins(out: &mut impl Write, status: &Status) -> Result {
 }
 
 /// Writes which of spindle and coolant are on.
-fn write_accessories(out: &mut impl Write, status: &Status) -> Result {
-    let Status { spindle, coolant, .. } = *status;
+fn write_accessories(out: &mut impl Write, status: &StatusReport) -> Result {
+    let StatusReport { spindle, coolant, .. } = *status;
     let accessories = [
-        (spindle == Spindle::Clockwise, "S"),
-        (spindle == Spindle::CounterClockwise, "C"),
+        (spindle == SpindleMode::Clockwise, "S"),
+        (spindle == SpindleMode::CounterClockwise, "C"),
         (coolant.flood(), "F"),
         (coolant.mist(), "M"),
     ];

@@ -1,7 +1,9 @@
 //! `$` lines, which are not G-code: what they ask for, and in which states they are allowed.
 
 use crate::axes::axis_named;
-use crate::{Alarm, Command, Error, Interpreter, ReportedState, Settings, decimal::Decimal, parameters::STARTUP_LINES};
+use crate::{
+    AlarmCode, Command, Error, Interpreter, ReportedState, Settings, decimal::Decimal, parameters::STARTUP_LINES,
+};
 
 impl Interpreter {
     /// Interprets what follows the `$` of a stripped, upper-case line.
@@ -36,7 +38,7 @@ impl Interpreter {
             _ => match statement.split_at_checked(1) {
                 Some(("J", jog)) => self.begin_jog(jog, state, settings),
                 Some(("E", code)) => explain(code, Error::from_code).map(Command::ExplainError),
-                Some(("A", code)) => explain(code, Alarm::from_code).map(Command::ExplainAlarm),
+                Some(("A", code)) => explain(code, AlarmCode::from_code).map(Command::ExplainAlarm),
                 _ if !matches!(state, ReportedState::Idle | ReportedState::Alarm) => Err(Error::NotIdle),
                 Some(("N", startup)) => self.startup(startup, state, settings),
                 _ => at_rest(statement, settings),

@@ -8,9 +8,9 @@ use embassy_sync::signal::Signal;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::{STARTUP_LINES, StoredLine};
 use isostep_console::{
-    AXES, Coolant, Door, Interpreter, Overrides, Parameters, Realtime, ReportedState, Settings, Status as Report,
+    AXES, Coolant, DoorPhase, Interpreter, Overrides, Parameters, Realtime, ReportedState, Settings, StatusReport,
 };
-use isostep_motion::{Axis, Machine, Overrides as Overridden, Spindle, State};
+use isostep_motion::{Axis, Machine, SpeedOverrides, Spindle, State};
 
 use crate::config::Geometry;
 #[cfg(feature = "trinamic")]
@@ -190,21 +190,21 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     }
 
     /// The state of the safety door, in the console's terms.
-    fn door(&self) -> Door {
+    fn door(&self) -> DoorPhase {
         match (self.machine.state(), self.machine.door().is_open) {
-            (State::Hold { still: false }, _) => Door::Stopping,
-            (State::Hold { still: true }, true) => Door::Open,
-            (State::Hold { still: true }, false) => Door::Closed,
-            _ => Door::Resuming,
+            (State::Hold { still: false }, _) => DoorPhase::Stopping,
+            (State::Hold { still: true }, true) => DoorPhase::Open,
+            (State::Hold { still: true }, false) => DoorPhase::Closed,
+            _ => DoorPhase::Resuming,
         }
     }
 
     /// The contents of a status report, for a console whose input has room for `free_bytes` bytes.
-    pub(crate) fn report(&self, free_bytes: usize) -> Report {
+    pub(crate) fn report(&self, free_bytes: usize) -> StatusReport {
         let machine = self.machine.status();
         let (overrides, work_offset_pm, max_rpm) =
             self.with(|program| (program.overrides, program.work_offset_pm, program.settings.spindle_max_rpm));
-        Report {
+        StatusReport {
             state: self.state(),
             position_pm: position_pm(machine.position_steps, &self.machine.config()),
             work_offset_pm,
@@ -246,8 +246,10 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     /// Passes the overrides in force on to the machine.
     pub(crate) fn override_machine(&self) {
         let overrides = self.with(|program| program.overrides);
-        self.machine
-            .set_overrides(Overridden { feed_percent: overrides.feed_percent, rapid_percent: overrides.rapid_percent });
+        self.machine.set_overrides(SpeedOverrides {
+            feed_percent: overrides.feed_percent,
+            rapid_percent: overrides.rapid_percent,
+        });
         self.machine.set_spindle_percent(overrides.spindle_percent);
     }
 

@@ -7,7 +7,7 @@ use embassy_sync::signal::Signal;
 
 /// The bytes of lines pass through it, real-time bytes do not.
 pub(crate) struct Intake {
-    state: Cell<State>,
+    state: Cell<IntakeState>,
     /// The last byte did not end a line.
     in_line: Cell<bool>,
     /// The number of lines that have been lost whose loss has not been reported.
@@ -16,7 +16,7 @@ pub(crate) struct Intake {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
+enum IntakeState {
     /// Takes all.
     Open,
     /// Takes nothing.
@@ -30,35 +30,40 @@ enum State {
 impl Intake {
     /// Open, at the beginning of a line.
     pub const fn new() -> Self {
-        Self { state: Cell::new(State::Open), in_line: Cell::new(false), lost: Cell::new(0), loses: Signal::new() }
+        Self {
+            state: Cell::new(IntakeState::Open),
+            in_line: Cell::new(false),
+            lost: Cell::new(0),
+            loses: Signal::new(),
+        }
     }
 
     /// Takes nothing from now on.
     pub fn shut(&self) {
-        self.begin(State::Shut);
+        self.begin(IntakeState::Shut);
     }
 
     /// Takes all bytes from now on, beginning with a line. What the host sends of a line that it began before is not
     /// taken.
     pub fn open(&self) {
-        self.begin(if self.in_line.get() { State::ToLineEnd } else { State::Open });
+        self.begin(if self.in_line.get() { IntakeState::ToLineEnd } else { IntakeState::Open });
     }
 
     /// Takes all bytes from now on: the next one begins a line.
     pub fn begin_line(&self) {
-        self.begin(State::Open);
+        self.begin(IntakeState::Open);
         self.in_line.set(false);
     }
 
     /// A reset has come: what was lost before is forgotten.
-    fn begin(&self, state: State) {
+    fn begin(&self, state: IntakeState) {
         self.state.set(state);
         self.lost.set(0);
     }
 
     /// There is no room for these bytes, which were taken. Nothing is taken from now on, before a reset.
     pub fn lose(&self, bytes: &[u8]) {
-        self.state.set(State::Losing);
+        self.state.set(IntakeState::Losing);
         let lines = bytes.iter().filter(|byte| ends_line(byte)).count() as u32;
         self.lost.set(self.lost.get().saturating_add(lines));
         self.loses.signal(());
@@ -78,7 +83,7 @@ impl Intake {
     }
 
     pub fn is_shut(&self) -> bool {
-        self.state.get() == State::Shut
+        self.state.get() == IntakeState::Shut
     }
 
     /// Those of these bytes that are taken.
@@ -86,15 +91,15 @@ impl Intake {
         let Some(last) = bytes.last() else { return bytes };
         self.in_line.set(!ends_line(last));
         match self.state.get() {
-            State::Open => bytes,
-            State::Shut => &[],
-            State::Losing => {
+            IntakeState::Open => bytes,
+            IntakeState::Shut => &[],
+            IntakeState::Losing => {
                 self.lose(bytes);
                 &[]
             }
-            State::ToLineEnd => match bytes.iter().position(ends_line) {
+            IntakeState::ToLineEnd => match bytes.iter().position(ends_line) {
                 Some(end) => {
-                    self.state.set(State::Open);
+                    self.state.set(IntakeState::Open);
                     &bytes[end + 1..]
                 }
                 None => &[],

@@ -5,7 +5,7 @@ use core::pin::pin;
 use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
-use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, PathControl, Rate, Spindle};
+use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, PathControl, Rate, SpindleMode};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power, cold_path};
 
 use crate::arcs::Chord;
@@ -108,7 +108,7 @@ impl<F: NorFlash> Controller<'_, F> {
         // The S of a spindle that stands still waits for M3. The S of a laser belongs to each move.
         let changes_speed = block.changes_speed
             && !is_of_laser
-            && self.with(|program| program.interpreter.modal().spindle) != Spindle::Off;
+            && self.with(|program| program.interpreter.modal().spindle) != SpindleMode::Off;
         if block.switches_spindle || changes_speed || block.switches_coolant {
             self.switch_tool(block.switches_coolant).await?;
         }

@@ -1,6 +1,6 @@
 //! From the machine's alarms and positions to the console's.
 
-use isostep_console::{AXIS_NAMES, Alarm as Code, length};
+use isostep_console::{AXIS_NAMES, AlarmCode, SpindleMode, length};
 use isostep_motion::{AXES, Alarm, Axis, Config, GangedMotor, Motor, Spindle, Unplannable};
 
 /// The window that is advertised to senders, bytes; a console has room for more.
@@ -10,25 +10,25 @@ pub(crate) const ADVERTISED_BYTES: usize = 128;
 const SECOND_NAMES: [&str; 4] = ["X2", "Y2", "Z2", "A2"];
 
 /// The console's alarm, and what it is about: the axis, or the reason why a move cannot be planned.
-pub(crate) fn code(alarm: Alarm) -> (Code, &'static str) {
+pub(crate) fn code(alarm: Alarm) -> (AlarmCode, &'static str) {
     let (code, axis) = match alarm {
-        Alarm::HardLimit { motor } => return (Code::HardLimit, name(motor)),
-        Alarm::SoftLimit { axis } => (Code::SoftLimit, axis),
-        Alarm::SwitchStuck { motor } => return (Code::PullOff, name(motor)),
-        Alarm::Skewed { motor } => return (Code::Skewed, name(motor)),
-        Alarm::StallsApart { axis } => (Code::StallsApart, axis),
-        Alarm::SwitchNotFound { axis } => (Code::SwitchNotFound, axis),
-        Alarm::LateStep { axis } => (Code::LateStep, axis),
-        Alarm::Underrun { axis } => (Code::Underrun, axis),
-        Alarm::ResetInMotion => return (Code::ResetInMotion, ""),
-        Alarm::HomingReset => return (Code::HomingReset, ""),
-        Alarm::ProbeInitial => return (Code::ProbeInitial, ""),
-        Alarm::ProbeContact => return (Code::ProbeContact, ""),
-        Alarm::HomingDoor => return (Code::HomingDoor, ""),
-        Alarm::EmergencyStop => return (Code::EmergencyStop, ""),
-        Alarm::ToolCutOff => return (Code::ToolCutOff, ""),
-        Alarm::DriverFailed { motor } => return (Code::MotorFault, name(motor)),
-        Alarm::Unplannable { reason } => return (Code::Unplannable, why_not(reason)),
+        Alarm::HardLimit { motor } => return (AlarmCode::HardLimit, name(motor)),
+        Alarm::SoftLimit { axis } => (AlarmCode::SoftLimit, axis),
+        Alarm::SwitchStuck { motor } => return (AlarmCode::PullOff, name(motor)),
+        Alarm::Skewed { motor } => return (AlarmCode::Skewed, name(motor)),
+        Alarm::StallsApart { axis } => (AlarmCode::StallsApart, axis),
+        Alarm::SwitchNotFound { axis } => (AlarmCode::SwitchNotFound, axis),
+        Alarm::LateStep { axis } => (AlarmCode::LateStep, axis),
+        Alarm::Underrun { axis } => (AlarmCode::Underrun, axis),
+        Alarm::ResetInMotion => return (AlarmCode::ResetInMotion, ""),
+        Alarm::HomingReset => return (AlarmCode::HomingReset, ""),
+        Alarm::ProbeInitial => return (AlarmCode::ProbeInitial, ""),
+        Alarm::ProbeContact => return (AlarmCode::ProbeContact, ""),
+        Alarm::HomingDoor => return (AlarmCode::HomingDoor, ""),
+        Alarm::EmergencyStop => return (AlarmCode::EmergencyStop, ""),
+        Alarm::ToolCutOff => return (AlarmCode::ToolCutOff, ""),
+        Alarm::DriverFailed { motor } => return (AlarmCode::MotorFault, name(motor)),
+        Alarm::Unplannable { reason } => return (AlarmCode::Unplannable, why_not(reason)),
     };
     (code, AXIS_NAMES[axis as usize])
 }
@@ -60,10 +60,10 @@ pub(crate) fn position_pm(steps: [i32; AXES], config: &Config) -> [i64; AXES] {
 }
 
 /// The state of the spindle, in the console's terms.
-pub(crate) fn spindle(spindle: Spindle) -> isostep_console::Spindle {
+pub(crate) fn spindle(spindle: Spindle) -> SpindleMode {
     match spindle {
-        Spindle::Off => isostep_console::Spindle::Off,
-        Spindle::Clockwise => isostep_console::Spindle::Clockwise,
-        Spindle::CounterClockwise => isostep_console::Spindle::CounterClockwise,
+        Spindle::Off => SpindleMode::Off,
+        Spindle::Clockwise => SpindleMode::Clockwise,
+        Spindle::CounterClockwise => SpindleMode::CounterClockwise,
     }
 }

@@ -3,7 +3,7 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report;
-use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, ReportedState, Spindle as Switched};
+use isostep_console::{Coolant, Error, Modal, Probe, Rate, Realtime, ReportedState, SpindleMode};
 use isostep_motion::{Alarm, Level, Motion, Outputs, Power, ProbeMove, Spindle, State};
 
 use crate::controller::{Controller, Program};
@@ -33,9 +33,9 @@ impl Program {
     fn outputs(&self) -> Outputs {
         let Modal { spindle, coolant, .. } = *self.interpreter.modal();
         let (spindle, level) = match spindle {
-            Switched::Off => (Spindle::Off, Level::ZERO),
-            Switched::Clockwise => (Spindle::Clockwise, self.level()),
-            Switched::CounterClockwise => (Spindle::CounterClockwise, self.level()),
+            SpindleMode::Off => (Spindle::Off, Level::ZERO),
+            SpindleMode::Clockwise => (Spindle::Clockwise, self.level()),
+            SpindleMode::CounterClockwise => (Spindle::CounterClockwise, self.level()),
         };
         Outputs { spindle, level, flood: coolant.flood(), mist: coolant.mist() }
     }

@@ -25,7 +25,7 @@ use crate::chunks::Chunks;
 use crate::cold_path::cold_path;
 use crate::config::Config;
 use crate::event::{Alarm, Event, Finish, State};
-use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, Overrides};
+use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, SpeedOverrides};
 use crate::marks::Marks;
 use crate::motor::GangedMotor;
 use crate::port::PortFault;
@@ -74,7 +74,7 @@ where
         chain,
         chunks,
         marks,
-        overrides: Overrides::NONE,
+        overrides: SpeedOverrides::NONE,
         planned_steps: [0; AXES],
         is_curved: false,
         taken: 0,
@@ -126,7 +126,7 @@ pub(crate) struct Coordinator<'a, E, F> {
     /// The marks in the blocks of the chain, and in what has been handed out of it.
     pub(crate) marks: &'a mut Marks,
     /// The overrides that the chain is planned with.
-    pub(crate) overrides: Overrides,
+    pub(crate) overrides: SpeedOverrides,
     /// The place where the chain ends, steps.
     pub(crate) planned_steps: [i32; AXES],
     /// Ramps are curved.

@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
-use crate::machine::{CHAIN_MOVES, Motion, Overrides};
+use crate::machine::{CHAIN_MOVES, Motion, SpeedOverrides};
 use crate::motor::GangedMotor;
 use crate::tag::Tag;
 use crate::tool::power::Power;
@@ -107,7 +107,7 @@ where
             purpose.shaping(&config).as_ref(),
         )));
         self.is_curved = speed_law != SpeedLaw::Trapezoid;
-        self.overrides = Overrides::NONE;
+        self.overrides = SpeedOverrides::NONE;
         self.planned_steps = self.machine.position_steps();
     }
 

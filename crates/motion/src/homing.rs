@@ -45,7 +45,7 @@ const SETTLES: Duration = Duration::from_secs(2);
 
 /// A part of homing: a straight way of an axis, or of one of its motors.
 #[derive(Clone, Copy)]
-struct Way {
+struct HomingMove {
     axis: Axis,
     mm: f64,
     to_switch: bool,
@@ -113,7 +113,7 @@ where
 
     /// Reports the phase, and returns its way. Not inlined: a whole configuration is large, and would be kept meanwhile.
     #[inline(never)]
-    fn begin(&mut self, axis: Axis, phase: HomingPhase) -> Way {
+    fn begin(&mut self, axis: Axis, phase: HomingPhase) -> HomingMove {
         self.report(Event::Homing { axis, phase });
         let config = self.machine.config();
         let HomingConfig { seek_mm_s, pull_off_mm, by_stall, .. } = config.homing;
@@ -126,7 +126,7 @@ where
             HomingPhase::Latch => (LATCH_BACK_OFFS * back_off_mm, true, latch_mm_s),
             HomingPhase::PullOff => (pull_off_mm, false, latch_mm_s),
         };
-        Way { axis, mm, to_switch, speed_mm_s, held: None }
+        HomingMove { axis, mm, to_switch, speed_mm_s, held: None }
     }
 
     /// Notes how far the latch has ended from where the seek did. Where a motor that speeds up seems stalled it does so
@@ -140,11 +140,11 @@ where
     }
 
     /// The way by which one motor goes farther than the pull-off, if it is a step at least.
-    fn offset(&self, way: Way) -> Option<Way> {
+    fn offset(&self, way: HomingMove) -> Option<HomingMove> {
         let config = self.machine.config();
         let offset_mm = config.squared_axis(way.axis)?.offset_mm;
         let held = if offset_mm > 0.0 { GangedMotor::First } else { GangedMotor::Second };
-        (config.steps(way.axis, offset_mm) != 0).then_some(Way { mm: offset_mm.abs(), held: Some(held), ..way })
+        (config.steps(way.axis, offset_mm) != 0).then_some(HomingMove { mm: offset_mm.abs(), held: Some(held), ..way })
     }
 
     /// The motors of `axis`.
@@ -164,7 +164,7 @@ where
     }
 
     /// Moves towards the switches until each motor has met its own. The first that does waits for the other.
-    async fn approach(&mut self, way: Way) -> Result<(), Alarm> {
+    async fn approach(&mut self, way: HomingMove) -> Result<(), Alarm> {
         let axis = way.axis;
         if self.arrived(axis).is_none() {
             self.search(way, Alarm::SwitchNotFound { axis }).await?;
@@ -174,7 +174,7 @@ where
         };
         match self.missing(axis) {
             Some(motor) => {
-                self.search(Way { mm, held: Some(motor.ganged.other()), ..way }, Alarm::Skewed { motor }).await
+                self.search(HomingMove { mm, held: Some(motor.ganged.other()), ..way }, Alarm::Skewed { motor }).await
             }
             None => Ok(()),
         }
@@ -191,7 +191,7 @@ where
     }
 
     /// Moves towards the switches until that of a moving ganged motor is pressed. If none is, that is the alarm `missed`.
-    async fn search(&mut self, mut way: Way, missed: Alarm) -> Result<(), Alarm> {
+    async fn search(&mut self, mut way: HomingMove, missed: Alarm) -> Result<(), Alarm> {
         for _ in 0..SPIKES_MAX {
             let from_steps = self.machine.position_steps()[way.axis as usize];
             let was_touched = self.go_to_touch(way).await?;
@@ -216,7 +216,7 @@ where
     }
 
     /// Moves towards the switches until that of a moving ganged motor changes, and stops there at once. Returns whether one did.
-    async fn go_to_touch(&mut self, way: Way) -> Result<bool, Alarm> {
+    async fn go_to_touch(&mut self, way: HomingMove) -> Result<bool, Alarm> {
         let machine = self.machine;
         let [first, second] = [GangedMotor::First, GangedMotor::Second].map(|ganged| Motor { axis: way.axis, ganged });
         let is_two = machine.config().squared_axis(way.axis).is_some();
@@ -239,7 +239,7 @@ where
     }
 
     /// Moves away from the switches; they must open.
-    async fn retreat(&mut self, way: Way) -> Result<(), Alarm> {
+    async fn retreat(&mut self, way: HomingMove) -> Result<(), Alarm> {
         // Pinned, as below: what is awaited where it is made is on the stack, too.
         let finish = pin!(self.along(way)).await?;
         match finish {
@@ -253,11 +253,11 @@ where
         self.arrived(way.axis).map_or(Ok(()), |motor| Err(Alarm::SwitchStuck { motor }))
     }
 
-    async fn along(&mut self, way: Way) -> Result<Finish, Alarm> {
+    async fn along(&mut self, way: HomingMove) -> Result<Finish, Alarm> {
         pin!(self.travel(self.steps(way), way.speed_mm_s, way.held)).await
     }
 
-    fn steps(&self, way: Way) -> [i32; AXES] {
+    fn steps(&self, way: HomingMove) -> [i32; AXES] {
         let config = self.machine.config();
         let positive = (config.homing.towards[way.axis as usize] == Direction::Positive) == way.to_switch;
         let n = config.steps(way.axis, way.mm);

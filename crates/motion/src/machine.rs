@@ -21,11 +21,11 @@ use embassy_sync::watch::{DynReceiver, Watch};
 use embassy_time::{Instant, Timer};
 
 pub use self::door::Door;
-pub use self::hold::Overrides;
+pub use self::hold::SpeedOverrides;
 pub(crate) use self::life::Cause;
 use self::life::{Life, Reaction, Trigger};
 use self::outputs::{OutputsAsked, ToolLink};
-use self::probe::Probe;
+use self::probe::ProbeInput;
 pub use self::probe::Probed;
 use self::queue::QUEUE_MOVES;
 pub use self::queue::{MOVES_AHEAD, Motion, ProbeMove};
@@ -60,9 +60,9 @@ struct Inner {
     current: Option<CurrentChunk>,
     /// The number of motions that the coordinator would take off the queue at once.
     room: usize,
-    overrides: Overrides,
+    overrides: SpeedOverrides,
     outputs: OutputsAsked,
-    probe: Probe,
+    probe: ProbeInput,
     buttons: [bool; 2],
 }
 
@@ -116,9 +116,9 @@ impl Machine {
                 life: Life::new(),
                 current: None,
                 room: CHAIN_MOVES,
-                overrides: Overrides::NONE,
+                overrides: SpeedOverrides::NONE,
                 outputs: OutputsAsked::new(),
-                probe: Probe::new(),
+                probe: ProbeInput::new(),
                 buttons: [false; 2],
             })),
         }

@@ -12,7 +12,7 @@ use crate::compile::{AxisBlend, AxisCompiler, TimedPlan};
 use crate::fixed::{is_negative, is_zero};
 use crate::ramp::constant_accel_time_s;
 use crate::shaper::{turn, turns};
-use crate::sync::{Span, SyncMove, offset};
+use crate::sync::{MoveSteps, SyncMove, offset};
 
 /// The plan of a corner for `N` axes: from the end of a line of one block to the beginning of a line of the next, each
 /// axis at a constant acceleration of its own, after an approach at constant speed.
@@ -47,7 +47,7 @@ pub struct Blend<const N: usize> {
 /// A block as a blend sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side<'a, const N: usize> {
-    pub(crate) span: &'a Span<N>,
+    pub(crate) span: &'a MoveSteps<N>,
     /// The steps of each axis for a step of the longest one, signed by direction.
     pub(crate) shares: [f64; N],
     /// The number of steps of each axis that are due on this block before the blend begins, or when it ends.
@@ -160,7 +160,7 @@ impl<const N: usize> Blend<N> {
     /// The plan of no distance with which the move goes on where the blend ends.
     #[must_use]
     pub fn landing(&self) -> SyncMove<N> {
-        let span = Span { steps: self.steps, offsets: self.offsets };
+        let span = MoveSteps { steps: self.steps, offsets: self.offsets };
         let longest = (0..N).max_by(|one, other| span.len(*one).abs().total_cmp(&span.len(*other).abs()));
         let speed_steps_s = longest.map_or(0.0, |axis| self.speeds_steps_s[axis][1].abs());
         SyncMove::passing(&span, self.end_steps, speed_steps_s, self.end_s())

@@ -71,9 +71,9 @@ mod passes;
 mod plan;
 pub(crate) mod ring;
 
-use self::block::Block;
+use self::block::ChainBlock;
 pub use self::config::{ChainConfig, Effort};
-use self::corner::Direction;
+use self::corner::UnitVector;
 use self::plan::{Begun, UnderWay};
 use self::ring::Ring;
 use crate::blend::Blend;
@@ -219,9 +219,9 @@ pub enum ChunkKind {
 pub struct Chain<const N: usize, const LEN: usize> {
     config: ChainConfig<N>,
     /// The first block does not flow if it begins, or goes on, from rest.
-    blocks: Ring<Block<N>, LEN>,
+    blocks: Ring<ChainBlock<N>, LEN>,
     /// The direction of the last block.
-    last_direction: Direction<N>,
+    last_direction: UnitVector<N>,
     /// The place where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
     last_offsets: [i8; N],
     /// The number of blocks that a pass has looked at. Those that came later have no entry speeds yet.
@@ -265,7 +265,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     pub const fn empty() -> Self {
         Self {
             config: ChainConfig::none(),
-            blocks: Ring::new(Block::NONE),
+            blocks: Ring::new(ChainBlock::NONE),
             last_direction: [0; N],
             last_offsets: [0; N],
             passed: 0,
@@ -371,7 +371,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             return;
         }
         let is_settled = last < self.settled;
-        let before = last.checked_sub(1).and_then(|before| self.blocks.get(before)).map(Block::pace);
+        let before = last.checked_sub(1).and_then(|before| self.blocks.get(before)).map(ChainBlock::pace);
         // After an override it may begin faster than it should, because there is no room to brake before it. That is promised.
         if let Some(block) = self.blocks.get_mut(last)
             && !(is_settled && block.entry > block.cap)

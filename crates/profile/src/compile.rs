@@ -114,14 +114,14 @@ impl StepRange {
     /// The number of steps that come before the end of each phase.
     pub(crate) fn phase_ends(&self, bounds: &PhaseBounds) -> [u32; 3] {
         let Self { stride, steps, ahead, .. } = *self;
-        let steps_before = |bound: Bound| match bound {
-            Bound::Begin => 0,
-            Bound::Within(place_steps) => {
+        let steps_before = |bound: PhaseBound| match bound {
+            PhaseBound::Begin => 0,
+            PhaseBound::Within(place_steps) => {
                 // Dividing by 1, and adding 0, would be as slow as by any number.
                 let own_steps = if self.is_longest() { place_steps } else { place_steps / stride };
                 nearest(if is_zero(ahead) { own_steps } else { own_steps + ahead }).min(steps)
             }
-            Bound::End => steps,
+            PhaseBound::End => steps,
         };
         let accel_end = steps_before(bounds.accel_end);
         [accel_end, steps_before(bounds.cruise_end).max(accel_end), steps]
@@ -151,13 +151,13 @@ fn nearest(steps: f64) -> u32 {
 /// The places where the acceleration and the cruise of a profile end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhaseBounds {
-    accel_end: Bound,
-    cruise_end: Bound,
+    accel_end: PhaseBound,
+    cruise_end: PhaseBound,
 }
 
 /// A place on a profile.
 #[derive(Clone, Copy, Debug)]
-enum Bound {
+enum PhaseBound {
     Begin,
     /// In steps of the longest axis from the beginning of the profile.
     Within(f64),
@@ -166,16 +166,16 @@ enum Bound {
 
 impl PhaseBounds {
     /// The bounds of no plan.
-    pub(crate) const NONE: Self = Self { accel_end: Bound::Begin, cruise_end: Bound::Begin };
+    pub(crate) const NONE: Self = Self { accel_end: PhaseBound::Begin, cruise_end: PhaseBound::Begin };
 
     pub(crate) fn of(plan: &Profile) -> Self {
         let bound = |place_steps: f64| {
-            if place_steps >= plan.distance_steps() { Bound::End } else { Bound::Within(place_steps) }
+            if place_steps >= plan.distance_steps() { PhaseBound::End } else { PhaseBound::Within(place_steps) }
         };
         let (has_accel, has_decel) = (plan.t_accel_s() > NO_RAMP_S, plan.t_decel_s() > NO_RAMP_S);
         Self {
-            accel_end: if has_accel { bound(plan.accel_end_steps()) } else { Bound::Begin },
-            cruise_end: if has_decel { bound(plan.cruise_end_steps()) } else { Bound::End },
+            accel_end: if has_accel { bound(plan.accel_end_steps()) } else { PhaseBound::Begin },
+            cruise_end: if has_decel { bound(plan.cruise_end_steps()) } else { PhaseBound::End },
         }
     }
 }

@@ -32,7 +32,7 @@ enum Shape {
 
 /// The place of an axis at an instant of a ramp, and its motion.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct State {
+pub(crate) struct RampState {
     pub(crate) t_s: f64,
     pub(crate) steps: f64,
     pub(crate) speed_steps_s: f64,
@@ -325,13 +325,13 @@ impl Ramp {
     }
 
     /// The range of the parameter over which the speed would double, from `state` on and at the acceleration there.
-    pub(crate) fn doubling(&self, state: &State) -> f64 {
+    pub(crate) fn doubling(&self, state: &RampState) -> f64 {
         let doubling_s = state.speed_steps_s / state.accel_steps_s2;
         if self.is_over_displacement() { doubling_s * state.speed_steps_s } else { doubling_s }
     }
 
     /// Its state at a parameter.
-    pub(crate) fn at_parameter(&self, parameter: f64) -> State {
+    pub(crate) fn at_parameter(&self, parameter: f64) -> RampState {
         match self.shape {
             Shape::OverDisplacement(law) => self.over_displacement(law, parameter / self.steps),
             _ => self.at_time(parameter),
@@ -343,10 +343,10 @@ impl Ramp {
     }
 
     /// Its state at `t_s`.
-    pub(crate) fn at_time(&self, t_s: f64) -> State {
+    pub(crate) fn at_time(&self, t_s: f64) -> RampState {
         let t_s = t_s.max(0.0).min(self.duration_s);
         match self.shape {
-            Shape::ConstantAccel { accel_steps_s2 } => State {
+            Shape::ConstantAccel { accel_steps_s2 } => RampState {
                 t_s,
                 steps: t_s * (self.slow_steps_s + accel_steps_s2 * t_s / 2.0),
                 speed_steps_s: self.slow_steps_s + accel_steps_s2 * t_s,
@@ -356,15 +356,15 @@ impl Ramp {
             Shape::OverDisplacement(law) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
                 let u = law.displacement(slow, t_s / self.displacement_s());
-                State { t_s, ..self.over_displacement(law, u) }
+                RampState { t_s, ..self.over_displacement(law, u) }
             }
         }
     }
 
-    fn over_time(&self, law: OverTime, t_s: f64) -> State {
+    fn over_time(&self, law: OverTime, t_s: f64) -> RampState {
         let rise = self.rise_steps_s;
         let at = law.at(t_s / self.duration_s);
-        State {
+        RampState {
             t_s,
             steps: self.slow_steps_s * t_s + rise * self.duration_s * at.travel,
             speed_steps_s: self.slow_steps_s + rise * at.speed,
@@ -372,10 +372,10 @@ impl Ramp {
         }
     }
 
-    fn over_displacement(&self, law: OverDisplacement, u: f64) -> State {
+    fn over_displacement(&self, law: OverDisplacement, u: f64) -> RampState {
         let rise = self.rise_steps_s;
         let speed_steps_s = self.slow_steps_s + rise * law.speed(u);
-        State {
+        RampState {
             t_s: self.displacement_s() * law.time(self.slow_steps_s / rise, u),
             steps: u * self.steps,
             speed_steps_s,
@@ -391,7 +391,7 @@ impl Ramp {
     }
 
     /// Its jerk in `state`, steps/s³. Where the jerk jumps, it is the one on the side of `parameter`.
-    pub(crate) fn jerk(&self, state: &State, parameter: f64) -> f64 {
+    pub(crate) fn jerk(&self, state: &RampState, parameter: f64) -> f64 {
         match self.shape {
             Shape::ConstantAccel { .. } => 0.0,
             Shape::OverTime(law) => {

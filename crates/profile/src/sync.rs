@@ -104,8 +104,8 @@ impl<const N: usize> SyncMove<N> {
 
     /// A plan of no distance in a move of this span: at `place_steps` of its longest axis and at that speed, `t_s` from the
     /// start of the run.
-    pub(crate) fn passing(span: &Span<N>, place_steps: f64, speed_steps_s: f64, t_s: f64) -> Self {
-        let (profile, Span { steps, offsets }) = (Profile::passing(speed_steps_s), *span);
+    pub(crate) fn passing(span: &MoveSteps<N>, place_steps: f64, speed_steps_s: f64, t_s: f64) -> Self {
+        let (profile, MoveSteps { steps, offsets }) = (Profile::passing(speed_steps_s), *span);
         Self {
             profile,
             steps,
@@ -276,8 +276,8 @@ impl<const N: usize> SyncMove<N> {
         self.span().len(axis)
     }
 
-    pub(crate) fn span(&self) -> Span<N> {
-        Span { steps: self.steps, offsets: self.offsets }
+    pub(crate) fn span(&self) -> MoveSteps<N> {
+        MoveSteps { steps: self.steps, offsets: self.offsets }
     }
 }
 
@@ -298,13 +298,13 @@ fn of_parts(parts: i32) -> f64 {
 
 /// The path of a move: whole steps, and where it begins and ends beside them, in parts of a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span<const N: usize> {
+pub(crate) struct MoveSteps<const N: usize> {
     /// Signed by direction.
     pub(crate) steps: [i32; N],
     pub(crate) offsets: [[i8; N]; 2],
 }
 
-impl<const N: usize> Span<N> {
+impl<const N: usize> MoveSteps<N> {
     pub(crate) const NONE: Self = Self { steps: [0; N], offsets: [[0; N]; 2] };
 
     /// The distance that an axis goes, steps, signed by direction.

@@ -15,7 +15,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use isostep_console::{
-    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, ReportedState, Settings, Spindle, Unfit, length,
+    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, ReportedState, Settings, SpindleMode, Unfit,
+    length,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -173,7 +174,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
         reader.take(number, line);
     }
     reader.survey.settings = reader.settings;
-    reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != Spindle::Off;
+    reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != SpindleMode::Off;
     reader
 }
 
@@ -367,7 +368,7 @@ impl Reader {
     /// Notes a dwell that is to pierce: Grbl's laser shines in it.
     fn dwell(&mut self) {
         let modal = self.interpreter.modal();
-        if !self.settings.laser_mode || modal.spindle != Spindle::Clockwise || modal.speed_rpm <= 0.0 {
+        if !self.settings.laser_mode || modal.spindle != SpindleMode::Clockwise || modal.speed_rpm <= 0.0 {
             return;
         }
         note(self.number, &mut self.survey.dark_dwells, &mut self.survey.dark_dwells_total);

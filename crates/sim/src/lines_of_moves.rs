@@ -1,7 +1,9 @@
 //! Finds the line of the program that each move comes from, and what this line asks for. Moves do not record their
 //! line, so the lines are read again, and moves are recognised by their end positions.
 
-use isostep_console::{Command, Interpreter, Modal, Move, PathControl, Rate, ReportedState, Settings, Spindle, length};
+use isostep_console::{
+    Command, Interpreter, Modal, Move, PathControl, Rate, ReportedState, Settings, SpindleMode, length,
+};
 use isostep_motion::{AXES, Level, Power, whole_steps};
 
 use crate::moves::MoveRecord;
@@ -189,9 +191,9 @@ impl Reader<'_> {
         let level = Level::of_ratio(speed_rpm / self.settings.spindle_max_rpm);
         match spindle {
             _ if !self.settings.laser_mode || rate == Rate::Rapid => Power::Off,
-            Spindle::Off => Power::Off,
-            Spindle::Clockwise => Power::Constant(level),
-            Spindle::CounterClockwise => Power::BySpeed(level),
+            SpindleMode::Off => Power::Off,
+            SpindleMode::Clockwise => Power::Constant(level),
+            SpindleMode::CounterClockwise => Power::BySpeed(level),
         }
     }
 

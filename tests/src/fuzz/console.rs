@@ -6,8 +6,8 @@ use crate::axes::xyz_a;
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
     Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM, MIN_FEED_MM_MIN, Move,
-    Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, Spindle, Status, StatusReporter, Unfit,
-    length, realtime, report, stopped_at,
+    Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, SpindleMode, StatusReport,
+    StatusReporter, Unfit, length, realtime, report, stopped_at,
 };
 use isostep_sim::AXES;
 
@@ -226,13 +226,13 @@ impl Console {
             core::array::from_fn(|bit| self.inputs >> bit & 1 == 1);
         let modal = self.interpreter.modal();
         let ratio = f32::from(self.overrides.spindle_percent) / 100.0;
-        let status = Status {
+        let status = StatusReport {
             state: self.state,
             position_pm: self.interpreter.position_pm(),
             work_offset_pm: self.interpreter.work_offset_pm(),
             line_number: self.line_number,
             feed_mm_min: self.feed_mm_min,
-            spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm * ratio },
+            spindle_rpm: if modal.spindle == SpindleMode::Off { 0.0 } else { modal.speed_rpm * ratio },
             spindle: modal.spindle,
             coolant: modal.coolant,
             probe_touched,

@@ -28,7 +28,7 @@ fn command_explain_says_what_an_error_means() {
 #[test]
 fn command_explain_says_what_an_alarm_means() {
     let mut sim = powered_up(&Config::default());
-    for alarm in isostep_console::Alarm::ALL {
+    for alarm in isostep_console::AlarmCode::ALL {
         assert_eq!(say(&mut sim, &format!("$a{}", alarm.code())), [format!("[MSG:{alarm}]"), "ok".into()]);
     }
     refused(&mut sim, "$A11", 3);

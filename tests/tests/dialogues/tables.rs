@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use isostep_console::{
-    Alarm, Command, Door, Error, Realtime, ReportedState, SETTING_TABLE, SettingError, Settings, realtime,
+    AlarmCode, Command, DoorPhase, Error, Realtime, ReportedState, SETTING_TABLE, SettingError, Settings, realtime,
 };
 use isostep_profile::SpeedLaw;
 use isostep_profile::shaper::{DAMPING_RATIO, NATURAL_HZ, ShaperKind};
@@ -32,7 +32,7 @@ fn every_error_has_a_row() {
 
 #[test]
 fn every_alarm_has_a_row() {
-    let known: BTreeSet<_> = Alarm::ALL.iter().map(|alarm| alarm.code().to_string()).collect();
+    let known: BTreeSet<_> = AlarmCode::ALL.iter().map(|alarm| alarm.code().to_string()).collect();
     assert_eq!(codes("Alarms"), known);
 }
 
@@ -43,11 +43,11 @@ fn every_state_has_a_row() {
         ReportedState::Idle => Some(ReportedState::Run),
         ReportedState::Run => Some(ReportedState::Hold { stopping: false }),
         ReportedState::Hold { stopping: false } => Some(ReportedState::Hold { stopping: true }),
-        ReportedState::Hold { stopping: true } => Some(ReportedState::Door(Door::Closed)),
-        ReportedState::Door(Door::Closed) => Some(ReportedState::Door(Door::Open)),
-        ReportedState::Door(Door::Open) => Some(ReportedState::Door(Door::Stopping)),
-        ReportedState::Door(Door::Stopping) => Some(ReportedState::Door(Door::Resuming)),
-        ReportedState::Door(Door::Resuming) => Some(ReportedState::Jog),
+        ReportedState::Hold { stopping: true } => Some(ReportedState::Door(DoorPhase::Closed)),
+        ReportedState::Door(DoorPhase::Closed) => Some(ReportedState::Door(DoorPhase::Open)),
+        ReportedState::Door(DoorPhase::Open) => Some(ReportedState::Door(DoorPhase::Stopping)),
+        ReportedState::Door(DoorPhase::Stopping) => Some(ReportedState::Door(DoorPhase::Resuming)),
+        ReportedState::Door(DoorPhase::Resuming) => Some(ReportedState::Jog),
         ReportedState::Jog => Some(ReportedState::Home),
         ReportedState::Home => Some(ReportedState::Alarm),
         ReportedState::Alarm => Some(ReportedState::Check),
@@ -106,7 +106,7 @@ fn every_command_has_a_row_with_its_states() {
         ReportedState::Idle,
         ReportedState::Run,
         ReportedState::Hold { stopping: false },
-        ReportedState::Door(Door::Closed),
+        ReportedState::Door(DoorPhase::Closed),
         ReportedState::Jog,
         ReportedState::Home,
         ReportedState::Alarm,

@@ -153,7 +153,7 @@ impl StepPort for PioPort {
 
     async fn run(&mut self, run: Run<'_>) -> Result<(), PortFault> {
         {
-            let mut active = ActiveRun::new(self, run.motors, run.start_barrier, run.step_counter);
+            let mut active = PioRun::new(self, run.motors, run.start_barrier, run.step_counter);
             let emitted = active.emit(run.segments).await;
             if emitted.is_err() {
                 // The other axes do not wait until this one has counted. A state machine that runs dry has set the inhibit
@@ -202,7 +202,7 @@ impl PioPort {
 }
 
 /// One run. When it ends or is dropped, for any reason, the state machine is stopped and its edges are counted.
-struct ActiveRun<'a> {
+struct PioRun<'a> {
     port: &'a mut PioPort,
     direction_inverted: bool,
     start_barrier: &'a StartBarrier,
@@ -223,7 +223,7 @@ struct ActiveRun<'a> {
     reported_steps: i32,
 }
 
-impl<'a> ActiveRun<'a> {
+impl<'a> PioRun<'a> {
     /// Arms the state machine, which then waits at the start barrier.
     fn new(
         port: &'a mut PioPort,
@@ -471,7 +471,7 @@ impl<'a> ActiveRun<'a> {
     }
 }
 
-impl Drop for ActiveRun<'_> {
+impl Drop for PioRun<'_> {
     fn drop(&mut self) {
         self.stop();
     }

@@ -53,14 +53,14 @@ impl Stream {
         self.is_doubled = is_doubled;
     }
 
-    fn feeds(&self) -> impl Iterator<Item = Feed> + use<> {
-        [Feed(self.axis), Feed(SECOND)].into_iter().take(1 + usize::from(self.is_doubled))
+    fn feeds(&self) -> impl Iterator<Item = FifoFeed> + use<> {
+        [FifoFeed(self.axis), FifoFeed(SECOND)].into_iter().take(1 + usize::from(self.is_doubled))
     }
 
     /// The bits of all channels that send this block.
     #[inline(always)]
     fn bits(&self, block: usize) -> u32 {
-        Feed(self.axis).bit(block) | if self.is_doubled { Feed(SECOND).bit(block) } else { 0 }
+        FifoFeed(self.axis).bit(block) | if self.is_doubled { FifoFeed(SECOND).bit(block) } else { 0 }
     }
 
     /// Stops all channels and discards all words.
@@ -145,7 +145,7 @@ impl Stream {
 
     /// Words that have reached the axis's FIFO since the stream was cleared. Never more than the true number.
     pub fn sent_words(&self) -> u32 {
-        let feed = Feed(self.axis);
+        let feed = FifoFeed(self.axis);
         let waiting = |block: usize| match self.armed[block] {
             None => 0,
             Some(_) if feed.is_sent(block) => 0,
@@ -165,9 +165,9 @@ impl Stream {
 /// The way of the words to the FIFO of the state machine with this index: the two channels `2 * index` and the next one,
 /// one for each block.
 #[derive(Clone, Copy)]
-struct Feed(usize);
+struct FifoFeed(usize);
 
-impl Feed {
+impl FifoFeed {
     #[inline(always)]
     fn channel(self, block: usize) -> Channel {
         DMA.ch(2 * self.0 + block)

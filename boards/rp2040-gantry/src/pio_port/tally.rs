@@ -16,9 +16,9 @@ const WORD_BITS: u32 = u32::BITS;
 /// What has been written for a run. All counts are modulo 2^32.
 pub struct Tally {
     /// Which words are rests.
-    rests: Marks,
+    rests: MarkHistory,
     /// Which edges go back.
-    back: Marks,
+    back: MarkHistory,
     /// Position after the last written edge, relative to the start of the run.
     written_steps: i32,
     rests_written: u32,
@@ -27,7 +27,7 @@ pub struct Tally {
 impl Tally {
     /// The tally of a run for which nothing has been written.
     pub const fn new() -> Self {
-        Self { rests: Marks::new(), back: Marks::new(), written_steps: 0, rests_written: 0 }
+        Self { rests: MarkHistory::new(), back: MarkHistory::new(), written_steps: 0, rests_written: 0 }
     }
 
     /// Notes a written word that is a rest.
@@ -64,7 +64,7 @@ impl Tally {
 }
 
 /// The last `MARKS` marks of a sequence; each is set or not.
-struct Marks {
+struct MarkHistory {
     bits: [u32; (MARKS / WORD_BITS) as usize],
     /// How many marks have been appended.
     pushed: u32,
@@ -74,7 +74,7 @@ struct Marks {
     alike: u32,
 }
 
-impl Marks {
+impl MarkHistory {
     const fn new() -> Self {
         Self { bits: [0; (MARKS / WORD_BITS) as usize], pushed: 0, last: false, alike: MARKS }
     }

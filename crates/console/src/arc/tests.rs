@@ -25,14 +25,14 @@ impl Drawn {
         place_mm
     }
 
-    fn ends(&self) -> Ends {
+    fn ends(&self) -> ArcEnds {
         let start_mm = self.place_mm(self.from_rad, 7.0).map(kept);
         let target_mm = self.place_mm(self.from_rad + self.travel_rad, 7.0 + self.rise_mm).map(kept);
-        Ends { start_mm, target_mm, plane: self.plane, clockwise: self.travel_rad < 0.0 }
+        ArcEnds { start_mm, target_mm, plane: self.plane, clockwise: self.travel_rad < 0.0 }
     }
 
     fn offset_mm(&self) -> [f64; 2] {
-        let Ends { start_mm, .. } = self.ends();
+        let ArcEnds { start_mm, .. } = self.ends();
         core::array::from_fn(|index| self.centre_mm[index] - start_mm[PLANES[usize::from(self.plane)][index]])
     }
 
@@ -61,8 +61,8 @@ fn kept(mm: f64) -> f64 {
     crate::length::to_mm(crate::length::from_mm(mm))
 }
 
-fn ends(start_mm: [f64; AXES], target_mm: [f64; AXES], clockwise: bool) -> Ends {
-    Ends { start_mm, target_mm, plane: 0, clockwise }
+fn ends(start_mm: [f64; AXES], target_mm: [f64; AXES], clockwise: bool) -> ArcEnds {
+    ArcEnds { start_mm, target_mm, plane: 0, clockwise }
 }
 
 #[test]

@@ -3,14 +3,14 @@
 use super::{Interpreter, within};
 use crate::{
     Arc, Error, Misfit, MotionMode, Settings,
-    arc::{Ends, PLANES},
-    block::Words,
+    arc::{ArcEnds, PLANES},
+    block::BlockWords,
     length,
 };
 
 impl Interpreter {
     /// The arc to the target, if the block's motion mode is an arc; checked in Grbl's order.
-    pub(super) fn arc(&self, words: &mut Words) -> Result<Option<Arc>, Error> {
+    pub(super) fn arc(&self, words: &mut BlockWords) -> Result<Option<Arc>, Error> {
         if !words.modal.motion.is_arc() {
             return Ok(None);
         }
@@ -28,7 +28,7 @@ impl Interpreter {
     /// Why the centre or the radius that `line` gives for its arc does not fit: for a line of G-code that was refused with
     /// [`Error::InvalidTarget`] or [`Error::RadiusTooSmall`]. `None` if the line was refused for another reason.
     pub(super) fn misfit(&self, line: &str, settings: &Settings) -> Option<Misfit> {
-        let mut words = Words::new(self.modal, settings.rotary());
+        let mut words = BlockWords::new(self.modal, settings.rotary());
         words.read(&mut line.as_bytes()).ok()?;
         if !words.modal.motion.is_arc() {
             return None;
@@ -51,7 +51,7 @@ impl Interpreter {
         Some([offset_mm(first, first_pm), offset_mm(second, second_pm)])
     }
 
-    fn ends(&self, words: &Words) -> Result<Ends, Error> {
+    fn ends(&self, words: &BlockWords) -> Result<ArcEnds, Error> {
         let (mode, plane) = (words.modal.motion, words.modal.plane);
         let [first, second, ..] = PLANES[usize::from(plane)];
         if [first, second].iter().all(|&axis| words.axes_pm()[axis].is_none()) {
@@ -59,12 +59,12 @@ impl Interpreter {
         }
         let [start_mm, target_mm] =
             [self.position_pm, self.target_pm(words)?].map(|place_pm| place_pm.map(length::to_mm));
-        Ok(Ends { start_mm, target_mm, plane, clockwise: mode == MotionMode::ClockwiseArc })
+        Ok(ArcEnds { start_mm, target_mm, plane, clockwise: mode == MotionMode::ClockwiseArc })
     }
 }
 
 /// I, J and K of an arc, those of its plane.
-fn offsets_pm(words: &mut Words) -> Result<[Option<i64>; 2], Error> {
+fn offsets_pm(words: &mut BlockWords) -> Result<[Option<i64>; 2], Error> {
     let [first, second, ..] = PLANES[usize::from(words.modal.plane)];
     let offsets_pm = words.take_offsets_pm();
     let offsets_pm = [offsets_pm[first], offsets_pm[second]];

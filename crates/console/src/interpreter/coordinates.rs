@@ -4,7 +4,7 @@ use super::{Interpreter, within};
 use crate::{
     AXES, Block, Error, MotionMode, Move, Rate,
     axes::Z,
-    block::{NonModal, Words},
+    block::{BlockWords, NonModal},
     parameters::WORK_SYSTEMS,
 };
 
@@ -14,7 +14,7 @@ const WORK_POSITION: f32 = 20.0;
 
 impl Interpreter {
     /// Executes a code of group 0. G28 and G30 move, perhaps via another point.
-    pub(super) fn non_modal(&mut self, words: &mut Words, block: &mut Block) -> Result<(), Error> {
+    pub(super) fn non_modal(&mut self, words: &mut BlockWords, block: &mut Block) -> Result<(), Error> {
         match words.non_modal {
             Some(NonModal::SetWorkOffset) => self.set_work_offset(words)?,
             Some(NonModal::Shift) => self.shift(words)?,
@@ -32,7 +32,7 @@ impl Interpreter {
     }
 
     /// G10. P0 is the work coordinate system in force.
-    fn set_work_offset(&mut self, words: &mut Words) -> Result<(), Error> {
+    fn set_work_offset(&mut self, words: &mut BlockWords) -> Result<(), Error> {
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
@@ -59,7 +59,7 @@ impl Interpreter {
     }
 
     /// G92.
-    fn shift(&mut self, words: &Words) -> Result<(), Error> {
+    fn shift(&mut self, words: &BlockWords) -> Result<(), Error> {
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
@@ -76,7 +76,7 @@ impl Interpreter {
     }
 
     /// G28, G30. With axis words, only the named axes move to the stored position, via the target of those words.
-    fn go_to(&self, place: usize, words: &Words, block: &mut Block) -> Result<(), Error> {
+    fn go_to(&self, place: usize, words: &BlockWords, block: &mut Block) -> Result<(), Error> {
         let mut target_pm = self.coordinates.places_pm[place];
         let via_pm = if words.has_axes() { Some(self.target_pm(words)?) } else { None };
         if via_pm.is_some() {
@@ -90,7 +90,7 @@ impl Interpreter {
     }
 
     /// The target of the axis words; axes without a word keep their position.
-    pub(super) fn target_pm(&self, words: &Words) -> Result<[i64; AXES], Error> {
+    pub(super) fn target_pm(&self, words: &BlockWords) -> Result<[i64; AXES], Error> {
         let mut target_pm = self.position_pm;
         let offset_pm = self.work_offset_pm();
         for (axis, pm) in given_pm(words) {
@@ -105,7 +105,7 @@ impl Interpreter {
 }
 
 /// The named axes, with their values.
-pub(super) fn given_pm(words: &Words) -> impl Iterator<Item = (usize, i64)> {
+pub(super) fn given_pm(words: &BlockWords) -> impl Iterator<Item = (usize, i64)> {
     let axes = words.axes_pm().into_iter().enumerate();
     axes.filter_map(|(axis, pm)| pm.map(|pm| (axis, pm)))
 }

@@ -3,7 +3,7 @@
 use super::Interpreter;
 use crate::{
     Error,
-    block::{AxisCommand, Words},
+    block::{AxisCommand, BlockWords},
     command::Probe,
 };
 
@@ -12,7 +12,7 @@ impl Interpreter {
     /// program's position afterwards is the probe's target.
     // Writes to `probe` in place: a returned value would be copied on every line.
     #[cold]
-    pub(super) fn probe(&mut self, words: &Words, probe: &mut Option<Probe>) -> Result<(), Error> {
+    pub(super) fn probe(&mut self, words: &BlockWords, probe: &mut Option<Probe>) -> Result<(), Error> {
         if words.axis_command != Some(AxisCommand::Motion) {
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! Arbitrary input: every line gets one answer, and an error changes nothing.
 
 use isostep_console::{
-    Alarm, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_PM, Realtime, Refusal, ReportedState,
+    AlarmCode, Command, Error, Interpreter, LineAssembler, MAX_COORDINATE_PM, Realtime, Refusal, ReportedState,
     SETTING_TABLE, Settings, Unfit, realtime, report, stopped_at,
 };
 use isostep_trials::cases;
@@ -105,7 +105,7 @@ fn no_words_of_ours_read_like_an_answer() {
     report::build(&mut build, "").unwrap();
     let mut texts: Vec<String> = vec![report::HELP.into(), build];
     texts.extend(Error::ALL.iter().map(ToString::to_string));
-    texts.extend(Alarm::ALL.iter().map(ToString::to_string));
+    texts.extend(AlarmCode::ALL.iter().map(ToString::to_string));
     let codes = (b'A'..=b'Z').flat_map(|letter| (0..100).map(move |code| format!("{}{code}.7", char::from(letter))));
     let lines = codes.chain(["G10L3P1X1", "G1X#1"].map(String::from));
     texts.extend(lines.flat_map(|line| Refusal::of(&line, Error::Unsupported).map(|refusal| refusal.to_string())));

@@ -3,8 +3,8 @@
 use super::talk::Talk;
 use expect_test::expect;
 use isostep_console::{
-    Coolant, Door, MAX_COORDINATE_PM, Move, Overrides, ReportedState, Settings, Spindle, Status, StatusReporter,
-    length, report,
+    Coolant, DoorPhase, MAX_COORDINATE_PM, Move, Overrides, ReportedState, Settings, SpindleMode, StatusReport,
+    StatusReporter, length, report,
 };
 use proptest::prelude::*;
 
@@ -12,14 +12,14 @@ use proptest::prelude::*;
 const LONGEST_BYTES: usize = 146;
 
 /// A machine at rest, with nothing switched on and nothing pressed.
-const QUIET: Status = Status {
+const QUIET: StatusReport = StatusReport {
     state: ReportedState::Idle,
     position_pm: [0; 3],
     work_offset_pm: [0; 3],
     line_number: 0,
     feed_mm_min: 0.0,
     spindle_rpm: 0.0,
-    spindle: Spindle::Off,
+    spindle: SpindleMode::Off,
     coolant: Coolant::Off,
     probe_touched: false,
     limits_pressed: [false; 3],
@@ -37,7 +37,7 @@ const QUIET: Status = Status {
 fn literals_are_grbls() {
     assert_eq!(report::WELCOME, "\r\nGrbl 1.1h ['$' for help]\r\n");
     let mut out = String::new();
-    report::alarm(&mut out, isostep_console::Alarm::SwitchNotFound).unwrap();
+    report::alarm(&mut out, isostep_console::AlarmCode::SwitchNotFound).unwrap();
     report::error(&mut out, isostep_console::Error::LineTooLong).unwrap();
     report::message(&mut out, report::messages::HOW_TO_UNLOCK).unwrap();
     assert_eq!(out, "ALARM:9\r\nerror:11\r\n[MSG:'$H'|'$X' to unlock]\r\n");
@@ -70,14 +70,14 @@ fn offset_and_overrides_take_turns() {
 
 #[test]
 fn the_mask_chooses_fields_and_inches_scale() {
-    let status = Status {
+    let status = StatusReport {
         state: ReportedState::Alarm,
         position_pm: [25.4, -0.0002, -10_000.0].map(length::from_mm),
         work_offset_pm: [0.0, 50.8, -10_000.0].map(length::from_mm),
         line_number: 10_000_000,
         feed_mm_min: 254.0,
         spindle_rpm: 999.5,
-        spindle: Spindle::Clockwise,
+        spindle: SpindleMode::Clockwise,
         coolant: Coolant::Both,
         limits_pressed: [true, false, true],
         emergency_stop: true,
@@ -105,14 +105,14 @@ fn the_mask_chooses_fields_and_inches_scale() {
 /// three axes at the highest `$110` has 9 digits, and so has twice the greatest S.
 #[test]
 fn the_longest_report_is_as_long_as_promised() {
-    let status = Status {
-        state: ReportedState::Door(Door::Resuming),
+    let status = StatusReport {
+        state: ReportedState::Door(DoorPhase::Resuming),
         position_pm: [-MAX_COORDINATE_PM; 3],
         work_offset_pm: [-3, 3, -3].map(|times| times * MAX_COORDINATE_PM),
         line_number: 10_000_000,
         feed_mm_min: 1.75e8,
         spindle_rpm: 199_999_984.0,
-        spindle: Spindle::CounterClockwise,
+        spindle: SpindleMode::CounterClockwise,
         coolant: Coolant::Both,
         probe_touched: true,
         limits_pressed: [true; 3],
@@ -136,7 +136,7 @@ fn the_longest_report_is_as_long_as_promised() {
         }
     }
     let position_pm = status.position_pm.map(|pm| pm - 3 * MAX_COORDINATE_PM);
-    let status = Status { position_pm, work_offset_pm: [-3 * MAX_COORDINATE_PM; 3], ..status };
+    let status = StatusReport { position_pm, work_offset_pm: [-3 * MAX_COORDINATE_PM; 3], ..status };
     let settings = Settings { report_mask: 3, ..Settings::DEFAULT };
     let before = heard.len();
     StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
@@ -155,18 +155,24 @@ fn pins_are_reported_in_grbls_order() {
     let settings = Settings::DEFAULT;
     let rows = [
         (QUIET, "FS:0,0"),
-        (Status { probe_touched: true, ..QUIET }, "Pn:P"),
-        (Status { limits_pressed: [false, true, false], ..QUIET }, "Pn:Y"),
-        (Status { limits_pressed: [false, true, false], second_limit_pressed: true, ..QUIET }, "Pn:Y2"),
-        (Status { door_open: true, ..QUIET }, "Pn:D"),
-        (Status { emergency_stop: true, ..QUIET }, "Pn:R"),
-        (Status { hold_pressed: true, ..QUIET }, "Pn:H"),
-        (Status { start_pressed: true, ..QUIET }, "Pn:S"),
+        (StatusReport { probe_touched: true, ..QUIET }, "Pn:P"),
+        (StatusReport { limits_pressed: [false, true, false], ..QUIET }, "Pn:Y"),
+        (StatusReport { limits_pressed: [false, true, false], second_limit_pressed: true, ..QUIET }, "Pn:Y2"),
+        (StatusReport { door_open: true, ..QUIET }, "Pn:D"),
+        (StatusReport { emergency_stop: true, ..QUIET }, "Pn:R"),
+        (StatusReport { hold_pressed: true, ..QUIET }, "Pn:H"),
+        (StatusReport { start_pressed: true, ..QUIET }, "Pn:S"),
         (
-            Status { probe_touched: true, limits_pressed: [true; 3], door_open: true, start_pressed: true, ..QUIET },
+            StatusReport {
+                probe_touched: true,
+                limits_pressed: [true; 3],
+                door_open: true,
+                start_pressed: true,
+                ..QUIET
+            },
             "Pn:PXYZDS",
         ),
-        (Status { emergency_stop: true, hold_pressed: true, start_pressed: true, ..QUIET }, "Pn:RHS"),
+        (StatusReport { emergency_stop: true, hold_pressed: true, start_pressed: true, ..QUIET }, "Pn:RHS"),
     ];
     for (status, last) in rows {
         let mut heard = String::new();
@@ -206,10 +212,10 @@ fn states_print_as_grbl_prints_them() {
         (ReportedState::Run, "Run"),
         (ReportedState::Hold { stopping: false }, "Hold:0"),
         (ReportedState::Hold { stopping: true }, "Hold:1"),
-        (ReportedState::Door(Door::Closed), "Door:0"),
-        (ReportedState::Door(Door::Open), "Door:1"),
-        (ReportedState::Door(Door::Stopping), "Door:2"),
-        (ReportedState::Door(Door::Resuming), "Door:3"),
+        (ReportedState::Door(DoorPhase::Closed), "Door:0"),
+        (ReportedState::Door(DoorPhase::Open), "Door:1"),
+        (ReportedState::Door(DoorPhase::Stopping), "Door:2"),
+        (ReportedState::Door(DoorPhase::Resuming), "Door:3"),
         (ReportedState::Jog, "Jog"),
         (ReportedState::Home, "Home"),
         (ReportedState::Alarm, "Alarm"),

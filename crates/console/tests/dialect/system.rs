@@ -2,7 +2,7 @@
 
 use super::talk::{Talk, carries};
 use expect_test::{Expect, expect};
-use isostep_console::{Door, ReportedState, SETTING_TABLE, Settings};
+use isostep_console::{DoorPhase, ReportedState, SETTING_TABLE, Settings};
 
 fn check(state: ReportedState, text: &str, heard: Expect) {
     heard.assert_eq(&Talk::new(state).send(text));
@@ -68,7 +68,7 @@ fn commands_when_running() {
 #[test]
 fn commands_when_the_door_was_opened() {
     let commands = "$\n$G\n$$\n$#\n$I\n$100=60\n$H\n$C\n$SLP\n$X\n$J=X1 F1\n$N0=G0\nM3 S1\nX1\nG38.2 Z-1 F1";
-    let heard = [Door::Closed, Door::Open, Door::Stopping, Door::Resuming].map(|door| {
+    let heard = [DoorPhase::Closed, DoorPhase::Open, DoorPhase::Stopping, DoorPhase::Resuming].map(|door| {
         assert!(!ReportedState::Door(door).at_rest());
         Talk::new(ReportedState::Door(door)).send(commands)
     });

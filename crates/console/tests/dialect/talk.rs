@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use expect_test::Expect;
 use isostep_console::{
     AXES, Block, Command, Coordinates, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
-    ReportedState, Settings, Spindle, Status, StatusReporter, Unfit, length,
+    ReportedState, Settings, SpindleMode, StatusReport, StatusReporter, Unfit, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -163,13 +163,13 @@ impl Talk {
 
     fn status(&mut self) {
         let modal = self.interpreter.modal();
-        let status = Status {
+        let status = StatusReport {
             state: self.state,
             position_pm: self.interpreter.position_pm(),
             work_offset_pm: self.interpreter.work_offset_pm(),
             line_number: 0,
             feed_mm_min: 0.0,
-            spindle_rpm: if modal.spindle == Spindle::Off { 0.0 } else { modal.speed_rpm },
+            spindle_rpm: if modal.spindle == SpindleMode::Off { 0.0 } else { modal.speed_rpm },
             spindle: modal.spindle,
             coolant: modal.coolant,
             probe_touched: self.probe_touched,

@@ -37,12 +37,12 @@ pub enum Failure {
 }
 
 /// One driver on the wire.
-pub struct Line<'a, W> {
+pub struct DriverOnWire<'a, W> {
     pub wire: &'a mut W,
     pub address: u8,
 }
 
-impl<W: Wire> Line<'_, W> {
+impl<W: Wire> DriverOnWire<'_, W> {
     /// Reads a register.
     pub async fn read<R: ReadableRegister>(&mut self) -> Result<R, Failure> {
         let request = ReadRequest::new::<R>(self.address);

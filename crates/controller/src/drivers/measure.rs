@@ -7,7 +7,7 @@ use isostep_console::Error;
 use isostep_motion::{Axis, Direction, Motion};
 use tmc2209::reg::{DRV_STATUS, SG_RESULT, TSTEP};
 
-use super::exchange::{Failure, Line};
+use super::exchange::{DriverOnWire, Failure};
 use super::registers::clocks;
 use super::stall::{obstacle, seek_mm_min};
 use super::{Drivers, Wire};
@@ -118,7 +118,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let steady_mm_min = STEADY * seek_mm_min(&program.settings, driver);
             clocks(&program.settings, driver, steady_mm_min)
         });
-        let mut line = Line { wire, address: drivers.hardware.addresses[driver] };
+        let mut line = DriverOnWire { wire, address: drivers.hardware.addresses[driver] };
         for _ in 0..READINGS {
             // One that does not answer is reported by the next round.
             if drivers.measured.get() == Some(driver)
@@ -132,7 +132,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 }
 
-impl<W: Wire> Line<'_, W> {
+impl<W: Wire> DriverOnWire<'_, W> {
     /// SG_RESULT of a motor that turns at least as fast as so many clocks say, and chops by StealthChop.
     async fn reading(&mut self, steady_clocks: u32) -> Result<Option<u16>, Failure> {
         let sg_result: SG_RESULT = self.read().await?;

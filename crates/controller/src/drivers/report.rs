@@ -12,10 +12,10 @@ use crate::status;
 
 impl Drivers {
     /// Line `index` of M122, which has one for each driver that has a motor; `None` after the last.
-    pub fn line(&self, index: usize, settings: &Settings) -> Option<Line> {
+    pub fn line(&self, index: usize, settings: &Settings) -> Option<DriverLine> {
         let mut motors = (0..DRIVERS).filter_map(|driver| motor(driver, settings).map(|motor| (driver, motor)));
         let (driver, motor) = motors.nth(index)?;
-        Some(Line {
+        Some(DriverLine {
             motor,
             known: is_watched(motor, settings).then(|| self.known.borrow()[driver]),
             sense_milliohms: self.hardware.sense_milliohms,
@@ -24,14 +24,14 @@ impl Drivers {
 }
 
 /// A line of M122.
-pub struct Line {
+pub struct DriverLine {
     motor: Motor,
     /// `None` if it is not watched.
     known: Option<Known>,
     sense_milliohms: u16,
 }
 
-impl fmt::Display for Line {
+impl fmt::Display for DriverLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} driver: ", status::name(self.motor))?;
         let Some(known) = self.known else { return f.write_str("left out by $338") };

@@ -76,7 +76,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let pressed = self.machine.status().pressed;
         match axes_of(mask).find(|&axis| pressed[axis as usize]) {
-            Some(axis) => refuse(text, Obstacle { axis, kind: Kind::High }),
+            Some(axis) => refuse(text, Obstacle { axis, kind: ObstacleKind::High }),
             None => Ok(Some(looking)),
         }
     }
@@ -100,7 +100,7 @@ fn by_stall(settings: &Settings, axes: [bool; AXES]) -> (u16, Option<Obstacle>) 
     let mask = mask & settings.stall_homing_mask;
     let without_threshold = |axis: &Axis| settings.stall_threshold[*axis as usize] == 0;
     let obstacle = axes_of(mask).find_map(|axis| obstacle(settings, axis));
-    let untried = || Some(Obstacle { axis: axes_of(mask).find(without_threshold)?, kind: Kind::NoThreshold });
+    let untried = || Some(Obstacle { axis: axes_of(mask).find(without_threshold)?, kind: ObstacleKind::NoThreshold });
     (mask, obstacle.or_else(untried))
 }
 
@@ -116,10 +116,10 @@ pub fn seek_mm_min(settings: &Settings, axis: usize) -> f32 {
 /// Why a stall of an axis could not be detected. Displays as the text of a `[MSG:...]`.
 pub struct Obstacle {
     axis: Axis,
-    kind: Kind,
+    kind: ObstacleKind,
 }
 
-enum Kind {
+enum ObstacleKind {
     /// The driver is not set and watched.
     LeftOut,
     /// Its driver's DIAG is not connected to the input of a limit switch, or one of two motors would have to be detected.
@@ -148,17 +148,17 @@ pub fn obstacle(settings: &Settings, axis: Axis) -> Option<Obstacle> {
     let (way_mm, travel_mm) = (way_mm(settings, axis) as f32, settings.reach_mm(index));
     let (pull_off_mm, least_mm) = (settings.homing_pull_off_mm, AHEAD_FULL_STEPS / full_steps_mm);
     let kind = if settings.trinamic_mask & (1 << index) == 0 {
-        Kind::LeftOut
+        ObstacleKind::LeftOut
     } else if index >= JUMPERS || settings.second_motor() == Some(index) {
-        Kind::Unwired
+        ObstacleKind::Unwired
     } else if seek_mm_min < slowest_mm_min {
-        Kind::Slow { seek_mm_min, least_mm_min: slowest_mm_min }
+        ObstacleKind::Slow { seek_mm_min, least_mm_min: slowest_mm_min }
     } else if stealth_mm_min < least_mm_min {
-        Kind::SpreadCycle { stealth_mm_min, least_mm_min }
+        ObstacleKind::SpreadCycle { stealth_mm_min, least_mm_min }
     } else if way_mm >= travel_mm {
-        Kind::LongRunUp { way_mm, travel_mm }
+        ObstacleKind::LongRunUp { way_mm, travel_mm }
     } else if pull_off_mm < least_mm {
-        Kind::ShortPullOff { pull_off_mm, least_mm }
+        ObstacleKind::ShortPullOff { pull_off_mm, least_mm }
     } else {
         return None;
     };
@@ -179,31 +179,31 @@ impl fmt::Display for Obstacle {
         let least = |mm_min: f32| mm_min as u32 + u32::from(mm_min % 1.0 > 0.0);
         write!(f, "a stall of {axis} cannot be detected: ")?;
         match *kind {
-            Kind::LeftOut => f.write_str("$338 leaves its driver out. Take it in, or out of $339"),
-            Kind::Unwired => f.write_str(
+            ObstacleKind::LeftOut => f.write_str("$338 leaves its driver out. Take it in, or out of $339"),
+            ObstacleKind::Unwired => f.write_str(
                 "only X, Y and Z with one motor each have a driver whose DIAG can be wired. Take it out of $339",
             ),
-            Kind::SpreadCycle { stealth_mm_min, least_mm_min } => {
+            ObstacleKind::SpreadCycle { stealth_mm_min, least_mm_min } => {
                 let (setting, is, most) = (number(980), whole(stealth_mm_min), least(least_mm_min));
                 write!(f, "it seeks by SpreadCycle, ${setting}={is}. Set ${setting}={most}, or more")
             }
-            Kind::Slow { seek_mm_min, least_mm_min } => {
+            ObstacleKind::Slow { seek_mm_min, least_mm_min } => {
                 let (is, most, top) = (whole(seek_mm_min), least(least_mm_min), number(110));
                 write!(f, "it seeks at {is} mm/min, which is too slow. Set $25={most}, or more, and ${top}")
             }
-            Kind::LongRunUp { way_mm, travel_mm } => {
+            ObstacleKind::LongRunUp { way_mm, travel_mm } => {
                 let (way, travel, accel) = (whole(way_mm), whole(travel_mm), number(120));
                 write!(f, "its run-up is {way} mm long, its travel {travel}. Raise ${accel}, or lower $25")
             }
-            Kind::ShortPullOff { pull_off_mm, least_mm } => {
+            ObstacleKind::ShortPullOff { pull_off_mm, least_mm } => {
                 let exact = |value| Fixed { value, decimals: 3 };
                 let (is, most) = (exact(pull_off_mm), exact(least(1_000.0 * least_mm) as f32 / 1_000.0));
                 write!(f, "it pulls off by less than two full steps, $27={is}. Set $27={most}, or more")
             }
-            Kind::NoThreshold => {
+            ObstacleKind::NoThreshold => {
                 write!(f, "${}=0. With {axis} in the middle of its travel send $STALL={axis}", number(200))
             }
-            Kind::High => f.write_str(
+            ObstacleKind::High => f.write_str(
                 "its limit input is high while the motor stands. Set the jumper from its driver's DIAG, unplug the switch",
             ),
         }

@@ -8,7 +8,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_motion::{Alarm, Motor, State};
 use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SGTHRS, SLAVECONF, TCOOLTHRS, TPWMTHRS};
 
-use super::exchange::{Failure, Line, SEND_DELAY};
+use super::exchange::{DriverOnWire, Failure, SEND_DELAY};
 use super::health::{Health, is_off, is_shorted};
 use super::registers::Registers;
 use super::{DRIVERS, Drivers, Known, News, Wire, is_watched, motor};
@@ -82,7 +82,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let Some((motor, wanted)) = self.wanted(drivers, driver) else {
             return drivers.note(driver, |known| *known = Known::UNKNOWN);
         };
-        let mut line = Line { wire, address: drivers.hardware.addresses[driver] };
+        let mut line = DriverOnWire { wire, address: drivers.hardware.addresses[driver] };
         let mut known = drivers.known.borrow()[driver];
         let before = known.health;
         let is_locked = || matches!(self.machine.state(), State::Alarm(_));
@@ -133,7 +133,7 @@ impl Drivers {
     }
 }
 
-impl<W: Wire> Line<'_, W> {
+impl<W: Wire> DriverOnWire<'_, W> {
     /// Reads what the driver reports, and sets it if it is not set to `wanted`.
     async fn ask(
         &mut self,

@@ -22,7 +22,7 @@ const TEXT: u16 = FIRST_LINE + STARTUP_LINES as u16;
 const END: u16 = TEXT + 1;
 
 /// References to all that is kept.
-pub(crate) type Place<'a> = (&'a Settings, &'a Coordinates, &'a [StoredLine; STARTUP_LINES], &'a StoredLine);
+pub(crate) type KeptRefs<'a> = (&'a Settings, &'a Coordinates, &'a [StoredLine; STARTUP_LINES], &'a StoredLine);
 
 impl Item {
     /// Every item.
@@ -57,7 +57,7 @@ impl Item {
     }
 
     /// Its value, from these data.
-    pub(crate) fn value(self, (settings, coordinates, startup, text): Place<'_>) -> Value {
+    pub(crate) fn value(self, (settings, coordinates, startup, text): KeptRefs<'_>) -> Value {
         let mut value = Value::new();
         let mut put = |bytes: &[u8]| {
             // There is room: the longest is a line.

@@ -28,8 +28,8 @@ use core::ops::Range;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-const MARK: Word = Word(*b"isostep2isostep2isostep2isostep2");
-const CONDEMNED: Word = Word([0; WORD_BYTES_MAX]);
+const MARK: FlashWord = FlashWord(*b"isostep2isostep2isostep2isostep2");
+const CONDEMNED: FlashWord = FlashWord([0; WORD_BYTES_MAX]);
 const ERASED: u8 = 0xFF;
 /// The byte of which the log's own marks consist.
 const LOG_MARK: u8 = 0;
@@ -42,7 +42,7 @@ const SECTORS_MAX: u32 = 32;
 
 /// A word of any flash, aligned for drivers that program by words of the processor.
 #[repr(align(4))]
-struct Word([u8; WORD_BYTES_MAX]);
+struct FlashWord([u8; WORD_BYTES_MAX]);
 
 /// Part of a flash.
 pub(crate) struct Sectors<F> {
@@ -136,7 +136,7 @@ impl<F: NorFlash> Sectors<F> {
     }
 
     /// Programs a word of a sector's stamp.
-    async fn program(&mut self, sector: u32, word: usize, value: &Word) -> Result<(), F::Error> {
+    async fn program(&mut self, sector: u32, word: usize, value: &FlashWord) -> Result<(), F::Error> {
         let address = self.address(sector, (word * Self::WORD_BYTES) as u32);
         self.flash.write(address, &value.0[..Self::WORD_BYTES]).await
     }

@@ -1,11 +1,11 @@
 //! The meanings of error and alarm codes.
 
-use isostep_console::{Alarm, Error};
+use isostep_console::{AlarmCode, Error};
 
 /// The line as it is printed. If it has an error or alarm code that Isostep knows, its meaning is added.
 pub fn explained(line: &str) -> String {
     let error = || Some(Error::from_code(number(line, "error:")?)?.to_string());
-    let alarm = || Some(Alarm::from_code(number(line, "ALARM:")?)?.to_string());
+    let alarm = || Some(AlarmCode::from_code(number(line, "ALARM:")?)?.to_string());
     error().or_else(alarm).map_or_else(|| line.to_owned(), |words| format!("{line}  {words}"))
 }
 

@@ -8,14 +8,14 @@ use super::{Machine, Reaction, Trigger};
 
 /// The speed at which to move, in percent of what is asked for; never faster than the limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Overrides {
+pub struct SpeedOverrides {
     /// Percentage of a feed, above 0.
     pub feed_percent: u8,
     /// Percentage of the limits' speed where no feed was asked for, 1 to 100.
     pub rapid_percent: u8,
 }
 
-impl Overrides {
+impl SpeedOverrides {
     /// No override.
     pub const NONE: Self = Self { feed_percent: 100, rapid_percent: 100 };
 }
@@ -57,14 +57,14 @@ impl Machine {
     }
 
     /// Changes the speed of moves, the one under way included, some 60 ms after this call.
-    pub fn set_overrides(&self, overrides: Overrides) {
+    pub fn set_overrides(&self, overrides: SpeedOverrides) {
         self.with(|inner| inner.overrides = overrides);
         self.wake();
     }
 
     /// The overrides in force.
     #[must_use]
-    pub fn overrides(&self) -> Overrides {
+    pub fn overrides(&self) -> SpeedOverrides {
         self.with(|inner| inner.overrides)
     }
 }

@@ -17,7 +17,7 @@ pub struct Probed {
 
 /// The state of the probe, as far as it is known.
 #[derive(Clone, Copy)]
-pub(super) struct Probe {
+pub(super) struct ProbeInput {
     /// The input is low.
     is_low: bool,
     /// The change that is looked for: contact (`true`) or its end (`false`).
@@ -27,7 +27,7 @@ pub(super) struct Probe {
     last: Probed,
 }
 
-impl Probe {
+impl ProbeInput {
     pub const fn new() -> Self {
         Self { is_low: false, sought: None, found: None, last: Probed { touched: false, position_steps: [0; AXES] } }
     }

@@ -95,7 +95,7 @@ struct AxisDrive<'a, P> {
     has_run: bool,
     /// The next item is not there yet.
     waits: bool,
-    level: Level,
+    level: StepLevel,
 }
 
 /// The time for which STEP stays high.
@@ -118,7 +118,7 @@ impl Pulse {
 
 /// The level of STEP.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Level {
+enum StepLevel {
     Low,
     /// About to rise.
     Due,
@@ -195,7 +195,7 @@ where
             if drive.at <= at {
                 oldest = oldest.min(drive.due);
                 drive.at = NEVER;
-                drive.level = Level::Due;
+                drive.level = StepLevel::Due;
             }
         }
         oldest
@@ -222,10 +222,10 @@ where
         let mut pulse = Pulse::NONE;
         // One critical section for all axes: with one for each, the last axis would wait for all of them.
         critical_section::with(|section| {
-            for drive in self.drives.iter_mut().filter(|drive| drive.level == Level::Due) {
+            for drive in self.drives.iter_mut().filter(|drive| drive.level == StepLevel::Due) {
                 let AxisDrive { mailbox, pins, sign, .. } = drive;
                 let risen = mailbox.step(section, *sign, || pins.set_step(true));
-                drive.level = if risen { Level::High } else { Level::Low };
+                drive.level = if risen { StepLevel::High } else { StepLevel::Low };
                 pulse = pulse.longer(drive.pulse);
             }
         });
@@ -250,14 +250,14 @@ where
     #[inline(always)]
     fn lower(&mut self) {
         for drive in &mut self.drives {
-            if drive.level == Level::High {
+            if drive.level == StepLevel::High {
                 drive.pins.set_step(false);
             }
         }
         let now = Instant::now().as_ticks();
         for drive in &mut self.drives {
-            if drive.level == Level::High {
-                drive.level = Level::Low;
+            if drive.level == StepLevel::High {
+                drive.level = StepLevel::Low;
                 drive.ready = now + drive.low_min;
                 if !drive.advance() {
                     drive.refill();
@@ -289,7 +289,7 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
             setup: 0,
             has_run: false,
             waits: false,
-            level: Level::Low,
+            level: StepLevel::Low,
         }
     }
 
@@ -392,9 +392,9 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
 
     /// True if its run ends because its step is too late, or because no item has come.
     fn refuse_late(&mut self, now: u64) -> bool {
-        let is_late = self.level == Level::Due && now - self.due > self.late_max;
+        let is_late = self.level == StepLevel::Due && now - self.due > self.late_max;
         if is_late {
-            (self.level, self.has_run, self.waits) = (Level::Low, false, false);
+            (self.level, self.has_run, self.waits) = (StepLevel::Low, false, false);
         }
         let fault = || {
             let [late, max] = [now - self.due, self.late_max].map(Duration::from_ticks);

@@ -46,7 +46,7 @@ pub(crate) struct BeamStream<'a> {
     /// The speed there, as a multiple of the one that was asked for, once it has been computed by the chunk's plan.
     ratio: Option<f32>,
     /// The line whose power shines there, once the stream has reached that chunk.
-    line: Option<Line>,
+    line: Option<LaserLine>,
     /// The power that shone last, and the speed that was asked for there.
     last: (Power, f64),
     steps_per_mm: [f64; AXES],
@@ -54,7 +54,7 @@ pub(crate) struct BeamStream<'a> {
 
 /// The part of the laser's work in a chunk that one line of a program asks for.
 #[derive(Clone, Copy)]
-struct Line {
+struct LaserLine {
     power: Power,
     /// The speed that is asked for, mm/s.
     asked_mm_s: f64,
@@ -106,7 +106,7 @@ impl<'a> BeamStream<'a> {
                 if self.queued_s > until_s || self.machine.strokes().is_full() {
                     return;
                 }
-                let mut line = self.line.unwrap_or_else(|| Line::first(chunk, marks, self.last));
+                let mut line = self.line.unwrap_or_else(|| LaserLine::first(chunk, marks, self.last));
                 while line.until_s <= self.queued_s + NOTHING_S {
                     let next = line.after(chunk, marks, 0.0);
                     self.ratio = self.ratio.filter(|_| next.asked_mm_s == line.asked_mm_s);
@@ -124,7 +124,7 @@ impl<'a> BeamStream<'a> {
         }
     }
 
-    fn queue(&mut self, chunk: &Chunk<AXES>, line: Line) {
+    fn queue(&mut self, chunk: &Chunk<AXES>, line: LaserLine) {
         let ends_soon = line.until_s < chunk.until_s + SLIVER_S;
         let until_s = if ends_soon { line.until_s } else { chunk.until_s };
         let (end_s, asked) = match line.power {
@@ -143,8 +143,8 @@ impl<'a> BeamStream<'a> {
 
     /// Up to when the speed changes linearly, s from the start of the run, `until_s` at most; and what is asked for
     /// until then.
-    fn by_speed(&mut self, chunk: &Chunk<AXES>, line: Line, until_s: f64, level: Level) -> (f64, Asked) {
-        let Line { cruises_s, slows_s, cruise_ratio, .. } = line;
+    fn by_speed(&mut self, chunk: &Chunk<AXES>, line: LaserLine, until_s: f64, level: Level) -> (f64, Asked) {
+        let LaserLine { cruises_s, slows_s, cruise_ratio, .. } = line;
         let after_s = self.queued_s + NOTHING_S;
         if after_s > cruises_s && after_s < slows_s {
             self.ratio = Some(cruise_ratio);
@@ -159,7 +159,7 @@ impl<'a> BeamStream<'a> {
     }
 }
 
-impl Line {
+impl LaserLine {
     /// The line in which the chunk's plan begins. Before it, `last` shone, at that speed.
     fn first(chunk: &Chunk<AXES>, marks: &Marks, last: (Power, f64)) -> Self {
         let tag = Tag::unpack(chunk.tag);
@@ -217,7 +217,7 @@ fn asked_mm_s(chunk: &Chunk<AXES>) -> f64 {
 }
 
 /// The speed at `t_s`, as a multiple of the one that was asked for.
-fn speed_ratio(chunk: &Chunk<AXES>, line: &Line, t_s: f64, steps_per_mm: &[f64; AXES]) -> f32 {
+fn speed_ratio(chunk: &Chunk<AXES>, line: &LaserLine, t_s: f64, steps_per_mm: &[f64; AXES]) -> f32 {
     let plan = match &chunk.plan {
         Plan::Line(plan) => plan,
         Plan::Blend(blend) => return (path_speed_mm_s(blend, t_s, steps_per_mm) / line.asked_mm_s) as f32,

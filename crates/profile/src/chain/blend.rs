@@ -18,9 +18,9 @@
 //! ends at rest in the corner. A hold brakes on lines, and passes a blend at the lowest speeds that it can have. A blend is handed
 //! out whole.
 
-use super::bound::{Axis, Bound};
+use super::bound::{BindingAxis, Bound};
 use super::config::{ChainConfig, ONE, SQUARE_MAX, Square, is_as_low};
-use super::corner::{self, Direction, Short};
+use super::corner::{self, Short, UnitVector};
 use crate::fixed::product;
 
 /// Blends do not last less than this, s, because of the speed alone.
@@ -89,7 +89,7 @@ impl BlendBounds {
 /// The blend between two directions, and the highest square at which it may begin and leave at once. `None` if the machine
 /// has to stop there.
 pub(super) fn bounds<const N: usize>(
-    [before, after]: [&Direction<N>; 2],
+    [before, after]: [&UnitVector<N>; 2],
     room: &Room,
     config: &ChainConfig<N>,
 ) -> Option<(BlendBounds, Square)> {
@@ -127,7 +127,7 @@ pub(super) fn bounds<const N: usize>(
     let axes = |own: usize, other: usize, accel: usize| {
         core::array::from_fn(|axis| {
             let (sizes, ratio) = (&sizes[axis], config.accel_ratios[axis][accel]);
-            Axis { own: sizes[own], other: sizes[other], room: times(sizes[2], ratio) }
+            BindingAxis { own: sizes[own], other: sizes[other], room: times(sizes[2], ratio) }
         })
     };
     let ([before, after], [speeds_up, slows_down]) = ([0, 1], [0, 1]);

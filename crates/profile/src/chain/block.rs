@@ -4,7 +4,7 @@ use core::num::NonZero;
 
 use super::blend::BlendBounds;
 use super::config::{ChainConfig, Effort, Square};
-use super::corner::{self, Direction};
+use super::corner::{self, UnitVector};
 use super::{FEED_RATIO_MAX, Request};
 use crate::fixed::is_zero;
 use crate::law::IntervalLaw;
@@ -12,7 +12,7 @@ use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::delta_v2;
 use crate::square_root::sqrt;
-use crate::sync::{PlanError, Span, longest, longest_of, path_speed};
+use crate::sync::{MoveSteps, PlanError, longest, longest_of, path_speed};
 
 /// A line is none if blends leave no more of it than this.
 pub(super) const NO_LINE_RATIO: f64 = 1e-6;
@@ -26,8 +26,8 @@ const OFFSET_MAX: i8 = 62;
 
 /// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block<const N: usize> {
-    pub(super) span: Span<N>,
+pub(super) struct ChainBlock<const N: usize> {
+    pub(super) span: MoveSteps<N>,
     /// Its length, steps of the longest axis.
     way_steps: f64,
     /// True if it ends at rest even if another move follows.
@@ -73,10 +73,10 @@ pub(super) struct Block<const N: usize> {
     ramps_to: u32,
 }
 
-impl<const N: usize> Block<N> {
+impl<const N: usize> ChainBlock<N> {
     /// No block.
     pub(super) const NONE: Self = Self {
-        span: Span::NONE,
+        span: MoveSteps::NONE,
         way_steps: 0.0,
         stops: false,
         is_joined: false,
@@ -111,14 +111,14 @@ impl<const N: usize> Block<N> {
         request: Request<N>,
         begin: [i8; N],
         config: &ChainConfig<N>,
-    ) -> Result<(Direction<N>, Limits), PlanError> {
+    ) -> Result<(UnitVector<N>, Limits), PlanError> {
         let Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag } = request;
         config.check_moving(&steps)?;
         let ends_beside = deviation_mm > 0.0 && config.can_blend();
         let end = core::array::from_fn(|axis| {
             if ends_beside && config.may_end_beside(axis) { offsets[axis].clamp(-OFFSET_MAX, OFFSET_MAX) } else { 0 }
         });
-        let span = Span { steps, offsets: [begin, end] };
+        let span = MoveSteps { steps, offsets: [begin, end] };
         let lens = span.lens();
         let limits = config.shared_limits_of(&lens, &steps);
         let distance_steps = lens[longest_of(&lens)].abs();
@@ -154,7 +154,7 @@ impl<const N: usize> Block<N> {
 
     /// Makes it end at whole steps, from rest to rest: it does not flow into another.
     pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) {
-        let Self { span: Span { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
+        let Self { span: MoveSteps { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
         let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, tag };
         let mut whole = Self::NONE;
@@ -415,7 +415,7 @@ impl<const N: usize> Block<N> {
     }
 
     /// Its direction.
-    pub(super) fn direction(&self, config: &ChainConfig<N>) -> Direction<N> {
+    pub(super) fn direction(&self, config: &ChainConfig<N>) -> UnitVector<N> {
         let mm = core::array::from_fn(|axis| self.span.len(axis) * config.mm_per_step[axis]);
         corner::direction(&mm, 1.0 / (self.distance_steps() * self.mm_per_step))
     }

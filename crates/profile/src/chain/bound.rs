@@ -38,13 +38,13 @@ pub(super) struct Bound {
 /// An axis that bounds the square on one side of the corner: the sizes of its components there and on the other side, and
 /// twice the reach times its acceleration over the highest square. All of these are in the same units.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Axis {
+pub(super) struct BindingAxis {
     pub(super) own: u32,
     pub(super) other: u32,
     pub(super) room: u32,
 }
 
-impl Axis {
+impl BindingAxis {
     /// True if it allows less than the highest square from rest. If it does, it does not turn.
     fn is_bound(&self) -> bool {
         self.room < self.own
@@ -62,7 +62,7 @@ impl Bound {
 
     /// The bound by all axes, up to the highest square. `None` if it is too low at rest.
     #[inline(never)]
-    pub(super) fn of<const N: usize>(axes: &[Axis; N], highest: Square) -> Option<Self> {
+    pub(super) fn of<const N: usize>(axes: &[BindingAxis; N], highest: Square) -> Option<Self> {
         let mut bound = Self::NONE;
         let mut rest = HIGHEST;
         for axis in axes.iter().filter(|axis| axis.is_bound()) {
@@ -188,23 +188,23 @@ mod tests {
     use isostep_trials::cases;
     use proptest::prelude::*;
 
-    use super::{Axis, Bound, Square};
+    use super::{BindingAxis, Bound, Square};
 
     const UNIT: f64 = 1.0 / 2_147_483_648.0;
 
     /// Components and rooms over many orders of magnitude, such that no axis needs more than its room at the highest square.
-    fn axis() -> impl Strategy<Value = Axis> {
+    fn axis() -> impl Strategy<Value = BindingAxis> {
         (1_u32 << 30..=1 << 31, 0_u32..=1 << 31, 0_u32..31, 0_u32..31, any::<bool>(), any::<bool>()).prop_map(
             |(large, less, small, more, swaps, is_near)| {
                 let near = if is_near { large - (less >> small).min(large) } else { less.min(large) };
                 let (own, other) = if swaps { (near, large) } else { (large, near) };
-                Axis { own, other, room: own.abs_diff(other).max(1).saturating_add(less >> more) }
+                BindingAxis { own, other, room: own.abs_diff(other).max(1).saturating_add(less >> more) }
             },
         )
     }
 
     /// By how much an axis exceeds its room, in units of the highest square: p u - q u' times p.
-    fn excess(axis: &Axis, from: f64, to: f64) -> f64 {
+    fn excess(axis: &BindingAxis, from: f64, to: f64) -> f64 {
         let [own, other, room] = [axis.own, axis.other, axis.room].map(|units| f64::from(units) * UNIT);
         (from * own - (from * to).sqrt() * other) / room - 1.0
     }

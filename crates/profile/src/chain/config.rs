@@ -8,7 +8,7 @@ use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::square_root::sqrt;
-use crate::sync::{PlanError, Span, check_moving, longest_of, tightest};
+use crate::sync::{MoveSteps, PlanError, check_moving, longest_of, tightest};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
@@ -229,7 +229,7 @@ impl<const N: usize> ChainConfig<N> {
     }
 
     /// The limits of the longest axis of a move at which no axis exceeds its own, and which the caller can bear.
-    pub(super) fn shared_limits(&self, span: &Span<N>) -> Limits {
+    pub(super) fn shared_limits(&self, span: &MoveSteps<N>) -> Limits {
         self.shared_limits_of(&span.lens(), &span.steps)
     }
 

@@ -7,7 +7,7 @@ use crate::fixed::{is_zero, product};
 use crate::square_root::root_f32;
 
 /// The components of the unit vector along a path, in units of 2^-61. So sums and differences of two are exact.
-pub(super) type Direction<const N: usize> = [i64; N];
+pub(super) type UnitVector<const N: usize> = [i64; N];
 
 /// Directions count as the same if no component of their difference is as large as this, 2e-12, which allows for
 /// rounding only.
@@ -18,7 +18,7 @@ const OPPOSITE: f32 = 7.071_068e-4;
 const NEARLY_OPPOSITE: f32 = 0.999;
 
 /// The direction of a path with these components, of which `per_mm` is the inverse of the length.
-pub(super) fn direction<const N: usize>(mm: &[f64; N], per_mm: f64) -> Direction<N> {
+pub(super) fn direction<const N: usize>(mm: &[f64; N], per_mm: f64) -> UnitVector<N> {
     let mut direction = [0; N];
     for (component, mm) in direction.iter_mut().zip(mm).filter(|(_, mm)| !is_zero(**mm)) {
         *component = in_units(mm * per_mm);
@@ -37,7 +37,7 @@ fn in_units(component: f64) -> i64 {
 }
 
 /// True if both directions count as the same.
-pub(super) fn is_straight<const N: usize>([before, after]: [&Direction<N>; 2]) -> bool {
+pub(super) fn is_straight<const N: usize>([before, after]: [&UnitVector<N>; 2]) -> bool {
     (0..N).all(|axis| after[axis].abs_diff(before[axis]) < SAME)
 }
 
@@ -48,7 +48,7 @@ pub(super) fn is_straight<const N: usize>([before, after]: [&Direction<N>; 2]) -
 /// and the direction after it: half the length of both directions' sum. Let h be half the length of their difference,
 /// so that h² = 1 - s². Then s/(1 - s) is s (1 + s)/h², which does not cancel. The acceleration a is the smallest of
 /// what the axes may do, each divided by its component of the difference's direction.
-pub(super) fn square<const N: usize>([before, after]: [&Direction<N>; 2], config: &ChainConfig<N>) -> Option<Square> {
+pub(super) fn square<const N: usize>([before, after]: [&UnitVector<N>; 2], config: &ChainConfig<N>) -> Option<Square> {
     let difference = Short::<N>::of(&from_fn(|axis| after[axis].abs_diff(before[axis])));
     let Some(difference) = difference else { return Some(SQUARE_MAX as Square) };
     let sine = sine([before, after]);
@@ -69,13 +69,13 @@ pub(super) fn square<const N: usize>([before, after]: [&Direction<N>; 2], config
 }
 
 /// The sine of half the angle between the reversed direction before a corner and the direction after it.
-fn sine<const N: usize>([before, after]: [&Direction<N>; 2]) -> f32 {
+fn sine<const N: usize>([before, after]: [&UnitVector<N>; 2]) -> f32 {
     let sum = Short::<N>::of(&from_fn(|axis| after[axis].wrapping_add(before[axis]).unsigned_abs()));
     sum.map_or(0.0, |sum| sum.half_length())
 }
 
 /// True if the path goes straight back, where half the length of the directions' difference is `half_length`.
-pub(super) fn is_reversal<const N: usize>(directions: [&Direction<N>; 2], half_length: f32) -> bool {
+pub(super) fn is_reversal<const N: usize>(directions: [&UnitVector<N>; 2], half_length: f32) -> bool {
     half_length > NEARLY_OPPOSITE && sine(directions) < OPPOSITE
 }
 

@@ -1,6 +1,6 @@
 //! The chunks that are handed out from the chain's plans, and how it goes on from block to block.
 
-use super::block::Block;
+use super::block::ChainBlock;
 use super::config::Square;
 use super::plan::{Begun, Goal, is_no_faster, quotient};
 use super::{Chain, Chunk, ChunkKind, Plan};
@@ -15,7 +15,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         let end_steps = plan.sync_move.end_steps();
         // Just before its end, rounding may take the place beyond it.
         let until_steps = if is_end { end_steps } else { plan.sync_move.place_at(until_s).min(end_steps) };
-        let Block { mm_per_step, tag, .. } = *block;
+        let ChainBlock { mm_per_step, tag, .. } = *block;
         let asked_steps_s = block.asked_steps_s(&self.config);
         let exit_steps_s = plan.sync_move.profile.exit_speed_steps_s();
         let line = Plan::Line(plan.sync_move);
@@ -79,7 +79,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// The number of steps of each axis of the first block that are due before the current place.
-    pub(super) fn counts(&self, first: &Block<N>) -> [u32; N] {
+    pub(super) fn counts(&self, first: &ChainBlock<N>) -> [u32; N] {
         match self.begun {
             Some(begun) if begun.place_steps == self.place_steps => begun.counts,
             _ => core::array::from_fn(|axis| first.span.steps_before(axis, self.place_steps, first.distance_steps())),

@@ -3,16 +3,16 @@
 use core::num::NonZero;
 
 use super::blend::{self, BlendBounds, Room};
-use super::block::Block;
+use super::block::ChainBlock;
 use super::config::{ChainConfig, Square, is_as_low};
-use super::corner::{self, Direction};
+use super::corner::{self, UnitVector};
 use crate::fixed::is_zero;
 use crate::law::IntervalLaw;
 use crate::limits::Limits;
 
 /// The end of a block.
 #[derive(Clone, Copy)]
-pub(super) struct End {
+pub(super) struct BlockEnd {
     stops: bool,
     /// The length that is left of it, mm.
     left_mm: f64,
@@ -27,13 +27,13 @@ pub(super) struct Pace {
     start: Square,
 }
 
-impl<const N: usize> Block<N> {
+impl<const N: usize> ChainBlock<N> {
     /// Makes it follow `before`: computes how fast the corner between them may be taken. The directions are those of
     /// both, in order, and the limits those of its longest axis.
     pub(super) fn follow(
         &mut self,
-        before: End,
-        directions: [&Direction<N>; 2],
+        before: BlockEnd,
+        directions: [&UnitVector<N>; 2],
         limits: &Limits,
         config: &ChainConfig<N>,
     ) {
@@ -62,7 +62,7 @@ impl<const N: usize> Block<N> {
     }
 
     /// True if the corner before it may be a blend: not where a block can jump from rest, as it does not begin slowly there.
-    fn bends_after(&self, before: &End, config: &ChainConfig<N>) -> bool {
+    fn bends_after(&self, before: &BlockEnd, config: &ChainConfig<N>) -> bool {
         self.deviation_mm > 0.0 && config.can_blend() && (self.start, before.pace.start) == (0, 0)
     }
 
@@ -120,9 +120,9 @@ impl<const N: usize> Block<N> {
     }
 
     /// The facts of it that the next block needs, if it has begun up to `place_steps`.
-    pub(super) fn end(&self, place_steps: f64) -> End {
+    pub(super) fn end(&self, place_steps: f64) -> BlockEnd {
         let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
-        End { stops: self.stops, left_mm, pace: self.pace(), fastest: self.fastest() }
+        BlockEnd { stops: self.stops, left_mm, pace: self.pace(), fastest: self.fastest() }
     }
 
     /// The squared speed at which the block before it, of that nominal square, ends, if this one begins at `entry`.

@@ -1,7 +1,7 @@
 //! The passes over the chain, which compute how fast its blocks may begin and end.
 
 use super::Chain;
-use super::block::Block;
+use super::block::ChainBlock;
 use super::config::{Square, is_as_low};
 
 impl<const N: usize, const LEN: usize> Chain<N, LEN> {
@@ -33,7 +33,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// The squared speed at which the block with this index ends.
-    pub(super) fn exit_of(&self, index: usize, block: &Block<N>) -> Square {
+    pub(super) fn exit_of(&self, index: usize, block: &ChainBlock<N>) -> Square {
         match self.blocks.get(index + 1) {
             Some(next) if next.flows => next.arrival(next.entry, block.nominal),
             _ => block.start,
@@ -41,7 +41,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// The block after the first one, if a blend leads into it.
-    pub(super) fn bent(&self) -> Option<&Block<N>> {
+    pub(super) fn bent(&self) -> Option<&ChainBlock<N>> {
         self.blocks.get(1).filter(|next| next.flows && !next.blend.is_none())
     }
 
@@ -80,7 +80,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         while index > self.settled {
             index -= 1;
             let Some(block) = self.blocks.get(index) else { break };
-            let before = index.checked_sub(1).and_then(|index| self.blocks.get(index)).map(Block::pace);
+            let before = index.checked_sub(1).and_then(|index| self.blocks.get(index)).map(ChainBlock::pace);
             let (entry, flows) = block.fastest_entry(self.exit_of(index, block), before);
             if entry == block.entry && flows == block.flows && index < self.passed {
                 break;
@@ -100,7 +100,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// reach is final if the entry of that block is.
     pub(super) fn forward(&mut self, from: usize) {
         let mut index = from;
-        if index == 0 && self.blocks.get(0).is_some_and(Block::has_final_entry) {
+        if index == 0 && self.blocks.get(0).is_some_and(ChainBlock::has_final_entry) {
             self.settled = self.settled.max(1);
         }
         while let Some(block) = self.blocks.get(index) {

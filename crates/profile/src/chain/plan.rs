@@ -1,13 +1,13 @@
 //! The plan of the chain's first block.
 
-use super::block::{Block, NO_LINE_RATIO};
+use super::block::{ChainBlock, NO_LINE_RATIO};
 use super::config::{Square, is_as_low};
 use super::{Chain, ChunkKind};
 use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
-use crate::sync::{Span, SyncMove};
+use crate::sync::{MoveSteps, SyncMove};
 
 /// A plan under way.
 #[derive(Clone, Copy, Debug)]
@@ -353,7 +353,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// Speed and acceleration at the current place, steps/s and steps/s² of the longest axis.
-    fn motion(&self, block: &Block<N>) -> (f64, f64) {
+    fn motion(&self, block: &ChainBlock<N>) -> (f64, f64) {
         let plan = &self.plan;
         if !plan.is_made {
             (block.speed_steps_s(block.entry, &self.config), 0.0)
@@ -364,7 +364,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    fn square_of(&self, speed_steps_s: f64, block: &Block<N>) -> Square {
+    fn square_of(&self, speed_steps_s: f64, block: &ChainBlock<N>) -> Square {
         self.config.scale.of_speed(speed_steps_s * block.mm_per_step)
     }
 
@@ -449,7 +449,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
             goal.unwrap_or(Goal { exit, onward: exit, is_bent, ..Goal::default() });
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, origin_s) = (self.place_steps, self.at_s);
-        let (Span { steps, offsets }, way_steps) = (block.span, block.distance_steps());
+        let (MoveSteps { steps, offsets }, way_steps) = (block.span, block.distance_steps());
         let sync_move = SyncMove {
             profile,
             steps,

@@ -1,7 +1,7 @@
 //! A ramp at constant acceleration, in whole numbers.
 
 use super::root_and_log2::{LOG2_SHORT_MAX, Root};
-use super::u96::{Line, exponent};
+use super::u96::{Linear, exponent};
 
 /// Logarithms are in units of 2^-16.
 const ONE: i32 = 1 << 16;
@@ -43,7 +43,7 @@ pub(super) struct Sample {
 /// log2 27.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FixedRamp {
-    radicand: Line,
+    radicand: Linear,
     /// log2 of the slope, never too small.
     slope: i32,
     /// The number to be added to 5 log2 Q to get 6 log2 n, for E = 1/8.
@@ -57,7 +57,7 @@ pub(super) struct FixedRamp {
 impl FixedRamp {
     /// Times are in units of 2^-`point` tick, the radicand in units of 2^(32 - 2 `point`) ticks². `slope_log2` is log2
     /// of the radicand's slope, `hz_log2` that of the ticks/s; both come from [`log2_of`].
-    pub(super) fn new(radicand: Line, slope_log2: i32, point: u8, hz_log2: i32) -> Self {
+    pub(super) fn new(radicand: Linear, slope_log2: i32, point: u8, hz_log2: i32) -> Self {
         let slope = slope_log2 + LOG2_SHORT_MAX;
         let half_unit = (16 - i32::from(point)) * ONE;
         Self {

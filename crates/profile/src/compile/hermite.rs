@@ -2,7 +2,7 @@
 
 use libm::fabs;
 
-use crate::ramp::State;
+use crate::ramp::RampState;
 
 /// The distance by which a polynomial may deviate from the law, ticks: a quarter of what a segment may.
 pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
@@ -25,7 +25,7 @@ const REACH_MIDDLE: f64 = 1.125;
 pub(super) const TERMS: usize = 8;
 
 /// A state and its jerk, steps/s³. At a corner of the ramp there are two jerks; this is the one inside the span.
-pub(super) type End<'a> = (&'a State, f64);
+pub(super) type End<'a> = (&'a RampState, f64);
 
 impl Hermite {
     /// The polynomial of no span.
@@ -59,7 +59,7 @@ impl Hermite {
     /// It deviates by (z - z²)⁴ d⁸t/dz⁸/8!. If the eighth derivative is an even function about the middle, the
     /// deviation is largest there. If it is an odd function, the deviation is zero there, but its slope shows how large
     /// it is: at most 0.10 of the slope.
-    pub(super) fn error_s(&self, middle: &State) -> f64 {
+    pub(super) fn error_s(&self, middle: &RampState) -> f64 {
         let z = (middle.steps - self.begin_steps) / self.steps;
         let (mut time_s, mut slope) = (0.0, 0.0);
         for coefficient in self.coefficients.iter().rev() {
@@ -95,14 +95,14 @@ fn derivatives((state, jerk_steps_s3): End, steps: f64) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::derivatives;
-    use crate::ramp::State;
+    use crate::ramp::RampState;
 
     /// The motion x = t³, whose time is the cube root of x, in spans of 2 steps.
     #[test]
     fn derivatives_are_those_of_a_cube_root() {
         for x in [0.5, 1.0, 8.0, 1e6] {
             let t = f64::cbrt(x);
-            let state = State { t_s: t, steps: x, speed_steps_s: 3.0 * t * t, accel_steps_s2: 6.0 * t };
+            let state = RampState { t_s: t, steps: x, speed_steps_s: 3.0 * t * t, accel_steps_s2: 6.0 * t };
             let [first, second, third] = derivatives((&state, 6.0), 2.0);
             let is_near = |value: f64, wanted: f64| (value / wanted - 1.0).abs() < 1e-12;
             assert!(is_near(first, 2.0 * t / (3.0 * x)), "{first} at {x}");

@@ -4,7 +4,7 @@ use super::cubic::Cubic;
 use super::fit::Quadratic;
 use super::fixed_ramp::{FixedRamp, Sample};
 use super::small_accel::SmallAccel;
-use super::u96::Line;
+use super::u96::Linear;
 use crate::segment::Segment;
 
 /// Consecutive steps of an axis that share a law. Steps count from 0.
@@ -29,7 +29,7 @@ pub(super) struct Phase {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Law {
     /// At constant speed.
-    ConstantSpeed(Line),
+    ConstantSpeed(Linear),
     /// At constant acceleration.
     Ramp(FixedRamp),
     /// At an acceleration so small that the formula with the root would lose it.

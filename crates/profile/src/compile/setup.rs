@@ -5,7 +5,7 @@ use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
 use super::phase::{Law, Phase};
 use super::small_accel::SmallAccel;
 use super::timed_plan::{ConstantAccelRamp, Cruise, TimedPlan, TimedStepRange, point_for};
-use super::u96::{Line, U96, exponent, fixed, short_fixed};
+use super::u96::{Linear, U96, exponent, fixed, short_fixed};
 use super::{NEAREST_STEPS, StepRange};
 use crate::fixed::{is_zero, product};
 
@@ -30,7 +30,7 @@ struct AxisRamp {
 impl Phase {
     /// A phase of no steps.
     pub(super) fn empty() -> Self {
-        let line = Line { start: U96::default(), slope: U96::default() };
+        let line = Linear { start: U96::default(), slope: U96::default() };
         Self { law: Law::ConstantSpeed(line), origin: 0, end: 0, reach: 0, backwards: false, point: 0, length: 0 }
     }
 
@@ -55,7 +55,7 @@ impl Phase {
         let square = squared(lead);
         let start = square.wrapping_add(axis_ramp.first(point, (square, slope), more));
         let law =
-            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
+            Law::Ramp(axis_ramp.ramp(Linear { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
         let origin = short_fixed(clock.begin_ticks, point).wrapping_sub(lead);
         *self = Self { law, origin, end, reach, backwards: false, point, length: 0 };
     }
@@ -79,7 +79,7 @@ impl Phase {
         let start = U96::new(fixed(start_ticks.max(0.0), i32::from(point) + 32).wrapping_sub(before));
         let slope = U96::new(fixed(period_ticks, i32::from(point) + 31));
         let length = length_held(period_ticks, CRUISE_LENGTH_MAX);
-        let law = Law::ConstantSpeed(Line { start, slope });
+        let law = Law::ConstantSpeed(Linear { start, slope });
         *self = Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 };
     }
 
@@ -113,7 +113,7 @@ impl Phase {
         let square = squared(lead);
         let start = square.saturating_sub(spared).wrapping_add(axis_ramp.first(point, (square, slope), more));
         let law =
-            Law::Ramp(axis_ramp.ramp(Line { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
+            Law::Ramp(axis_ramp.ramp(Linear { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
         let origin = short_fixed(clock.end_ticks, point).wrapping_add(lead);
         *self = Self { law, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 };
     }
@@ -172,7 +172,7 @@ impl AxisRamp {
         first.wrapping_sub(slope)
     }
 
-    fn ramp(&self, radicand: Line, point: u8, hz_log2: i32) -> FixedRamp {
+    fn ramp(&self, radicand: Linear, point: u8, hz_log2: i32) -> FixedRamp {
         // The slope in the radicand's units.
         let slope_log2 = log2_of(self.slope_ticks2) + ((2 * i32::from(point) - 32) << 16);
         FixedRamp::new(radicand, slope_log2, point, hz_log2)

@@ -13,7 +13,7 @@
 use super::hermite::{ERROR_MAX_TICKS, Hermite};
 use super::timed_plan::TimedPlan;
 use crate::newton::rough_root;
-use crate::ramp::{Ramp, State};
+use crate::ramp::{Ramp, RampState};
 
 /// A span aims at this fraction of the longest possible one, because one that deviates too far costs as much as one
 /// that does not.
@@ -64,7 +64,7 @@ pub(super) struct Span {
 pub(super) struct Reached {
     /// The parameter of the path and the state of the ramp at that place.
     pub(super) parameter: f64,
-    pub(super) state: State,
+    pub(super) state: RampState,
     /// The place that the next span tries to reach, in units of the parameter.
     reach: f64,
     /// The parameter where the last span of the ramp ends.
@@ -106,7 +106,7 @@ impl Span {
 impl Reached {
     const NONE: Self = Self {
         parameter: 0.0,
-        state: State { t_s: 0.0, steps: 0.0, speed_steps_s: 0.0, accel_steps_s2: 0.0 },
+        state: RampState { t_s: 0.0, steps: 0.0, speed_steps_s: 0.0, accel_steps_s2: 0.0 },
         reach: 0.0,
         last: 0.0,
     };
@@ -167,7 +167,7 @@ impl Path<'_> {
     }
 
     /// The deviation of the polynomial, as a fraction of what is allowed; infinite if the span lasts too long.
-    fn error_ratio(&self, hermite: &Hermite, [begin, middle, end]: [&State; 3]) -> f64 {
+    fn error_ratio(&self, hermite: &Hermite, [begin, middle, end]: [&RampState; 3]) -> f64 {
         let error_ticks = hermite.error_s(middle) * self.tick_hz;
         // In a very long move, 64-bit floats cannot resolve smaller deviations.
         let allowed_ticks = ERROR_MAX_TICKS.max(middle.t_s * self.tick_hz * ROUNDING);
@@ -175,13 +175,13 @@ impl Path<'_> {
         if ticks > SPAN_MAX_TICKS { f64::INFINITY } else { error_ticks / allowed_ticks }
     }
 
-    fn state(&self, parameter: f64) -> State {
+    fn state(&self, parameter: f64) -> RampState {
         let from_slow_end = if self.is_backwards { self.ramp.parameter_end() - parameter } else { parameter };
         self.ramp.at_parameter(from_slow_end)
     }
 
     /// The ramp's jerk in `state`. If that is a corner, it is the jerk on the side of `parameter`.
-    fn jerk(&self, state: &State, parameter: f64) -> f64 {
+    fn jerk(&self, state: &RampState, parameter: f64) -> f64 {
         let from_slow_end = if self.is_backwards { self.ramp.parameter_end() - parameter } else { parameter };
         self.ramp.jerk(state, from_slow_end)
     }

@@ -88,12 +88,12 @@ fn lower_of_right(upper: u32, lower: u32, bits: u32) -> u32 {
 
 /// start + slope x, for whole x.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(super) struct Linear {
     pub(super) start: U96,
     pub(super) slope: U96,
 }
 
-impl Line {
+impl Linear {
     #[inline(always)]
     pub(super) fn at(&self, x: u32) -> U96 {
         let Self { start, slope } = self;
@@ -138,7 +138,7 @@ mod tests {
     use isostep_trials::cases;
     use proptest::prelude::*;
 
-    use super::{Line, U96, fixed, left, right, right_signed, short_fixed};
+    use super::{Linear, U96, fixed, left, right, right_signed, short_fixed};
 
     fn value(wide: U96) -> u128 {
         u128::from(wide.upper()) << 32 | u128::from(wide.bottom)
@@ -154,7 +154,7 @@ mod tests {
 
         #[test]
         fn lines_are_exact(start in any_length(), slope in any_length(), x: u32) {
-            let line = Line { start: U96::new(start), slope: U96::new(slope) };
+            let line = Linear { start: U96::new(start), slope: U96::new(slope) };
             let exact = start.wrapping_add(slope.wrapping_mul(u128::from(x))) & ((1 << 96) - 1);
             prop_assert_eq!(value(line.at(x)), exact);
         }
