@@ -27,7 +27,7 @@ enum World {
     Exact,
     /// A trapezoid without a start speed, so that all corners are blends. Where a block of G61.1 begins it stops (`$11`).
     Blended,
-    /// Shapers on two axes, and no blends.
+    /// A trapezoid with shapers on two axes, with blends or without.
     Shaped,
 }
 
@@ -49,7 +49,7 @@ impl Asked {
         let mut bench = Bench::new(case);
         let times: &[_] = match world {
             World::Alone => &[1, 4, 20, 80],
-            World::Shaped => &[20, 40, 80],
+            World::Shaped => &[1, 4, 20, 40, 80],
             World::Exact | World::Blended => &[1, 4, 20],
         };
         let times = bench.one_of(times);
@@ -72,8 +72,9 @@ impl Asked {
             World::Shaped => {
                 let (start, hz) = (bench.one_of(&[0, 60]), bench.one_of(&[15, 40]));
                 let kinds = [1 + case % 5, case / 2 % 6];
+                let blend_mm = bench.one_of(&[0.0, 0.01, 0.05, 0.3]);
                 format!(
-                    "$940=0\n$900=0\n$910={start}\n$911={start}\n$912={start}\n$904=0\n$960={hz}\n$961=35\n$950={}\n$951={}\n",
+                    "$940=0\n$900=0\n$910={start}\n$911={start}\n$912={start}\n$904={blend_mm}\n$960={hz}\n$961=35\n$950={}\n$951={}\n",
                     kinds[0], kinds[1]
                 )
             }

@@ -10,7 +10,6 @@ use libm::floor;
 
 use crate::compile::{AxisBlend, AxisCompiler, TimedPlan};
 use crate::fixed::{is_negative, is_zero};
-use crate::ramp::constant_accel_time_s;
 use crate::shaper::{turn, turns};
 use crate::sync::{MoveSteps, SyncMove, offset};
 
@@ -220,15 +219,18 @@ impl<const N: usize> Blend<N> {
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let parts = self.axis(axis);
-        let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, .. } = parts;
+        let AxisBlend { begin_s, end_s, ahead, beyond, approach, .. } = parts;
         if k <= approach {
             return self.corner_begins_s()
                 - (f64::from(approach - k) + 0.5 + self.approached(axis)) / parts.from_steps_s;
         }
         let k = f64::from(k - approach);
-        let time_s = |steps: f64| constant_accel_time_s(steps, slow_steps_s, accel_steps_s2);
         let out = f64::from(parts.out);
-        if k <= out { end_s - time_s(out - k + 0.5 + beyond) } else { begin_s + time_s(k - out - 0.5 - ahead) }
+        if k <= out {
+            end_s - parts.time_s(out - k + 0.5 + beyond)
+        } else {
+            begin_s + parts.time_s(k - out - 0.5 - ahead)
+        }
     }
 
     /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.

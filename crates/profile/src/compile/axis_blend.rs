@@ -2,6 +2,7 @@
 
 use super::NEAREST_STEPS;
 use crate::fixed::is_negative;
+use crate::ramp::constant_accel_time_s;
 use crate::shaper::turns;
 
 /// An axis of a blend: it approaches at constant speed, slows down to its slow end, then speeds up from there. An axis
@@ -41,24 +42,29 @@ impl AxisBlend {
         let (approach, out, back) = (approached.abs_diff(begin), turn.abs_diff(approached), end.abs_diff(turn));
         let (is_back, goes_back) = (is_negative(from_steps_s), is_negative(to_steps_s));
         let [fast_from, fast_to] = [from_steps_s.abs(), to_steps_s.abs()];
-        // As on a line, no step is nearer to the slow end than this.
-        let near = 0.5 - NEAREST_STEPS;
         let along = |is_back: bool, steps: f64| if is_back { -steps } else { steps };
         let plain = Self { accel_steps_s2, begin_s, out, back, ..Self::even(from_steps_s, approach, end_s) };
         if turns(from_steps_s, to_steps_s) {
             let turn_s = begin_s + fast_from / accel_steps_s2;
             let peak = along(is_back, from) + from_steps_s * from_steps_s / (2.0 * accel_steps_s2);
-            let beyond = at_least(peak - along(is_back, f64::from(turn)), -near);
+            let beyond = peak - along(is_back, f64::from(turn));
             return Self { begin_s: turn_s, end_s: turn_s, is_turned: true, ahead: -beyond, beyond, ..plain };
         }
         // Sizes compare as their bits do.
         if fast_from.to_bits() > fast_to.to_bits() {
-            let beyond = at_least(along(is_back, to - f64::from(end)), -near);
+            let beyond = along(is_back, to - f64::from(end));
             Self { slow_steps_s: fast_to, beyond, ..plain }
         } else {
-            let ahead = -at_least(along(!goes_back, from - f64::from(approached)), -near);
+            let ahead = along(goes_back, from - f64::from(approached));
             Self { slow_steps_s: fast_from, ahead, out: 0, back: out + back, ..plain }
         }
+    }
+
+    /// The time from the slow end to a place so many steps from it, s. As on a line, no step is nearer than [`NEAREST_STEPS`] to
+    /// where the axis stands.
+    pub(crate) fn time_s(&self, steps: f64) -> f64 {
+        let lead_steps = self.slow_steps_s * self.slow_steps_s / (2.0 * self.accel_steps_s2);
+        constant_accel_time_s(steps.max(NEAREST_STEPS - lead_steps).max(0.0), self.slow_steps_s, self.accel_steps_s2)
     }
 
     /// An axis that only approaches, by so many steps, up to `end_s`.
@@ -77,9 +83,4 @@ impl AxisBlend {
             back: 0,
         }
     }
-}
-
-/// The larger of two numbers. Unlike `f64::max` it need not look for NaN.
-fn at_least(x: f64, least: f64) -> f64 {
-    if x < least { least } else { x }
 }
