@@ -1,11 +1,12 @@
 //! The chunks of a run that have been handed out and are still needed.
 
 use heapless::Deque;
-use isostep_profile::chain::{Chunk, ChunkKind, Plan};
+use isostep_profile::chain::{ChunkKind, Plan};
 use isostep_profile::shaper::Bend;
 
 use crate::axes::{AXES, Axis};
 use crate::shaping::{ShapedAxis, Shaping};
+use crate::tag::Chunk;
 use crate::timed_plans::TimedPlans;
 
 /// The number of chunks that are kept at once: with moves of a millisecond, more than is queued ahead.
@@ -15,7 +16,7 @@ const CHUNKS_TO_STREAM: usize = CHUNKS - 16;
 
 /// The chunks of a run, in order. Each keeps its number, which counts from the beginning of the run.
 pub(crate) struct Chunks {
-    known: Deque<Chunk<AXES>, CHUNKS>,
+    known: Deque<Chunk, CHUNKS>,
     /// The number of the first chunk that is still kept.
     first: u32,
     /// The number of the chunk that was under way at the last call of [`newly_under_way`](Self::newly_under_way).
@@ -51,12 +52,12 @@ impl Chunks {
     }
 
     /// The chunk with this number, if it is known.
-    pub fn get(&self, number: u32) -> Option<&Chunk<AXES>> {
+    pub fn get(&self, number: u32) -> Option<&Chunk> {
         self.known.get(number.checked_sub(self.first)? as usize)
     }
 
     /// The same, with the timed plans by which it is compiled.
-    pub fn get_with_timed_plans(&mut self, number: u32) -> Option<(&Chunk<AXES>, &mut TimedPlans)> {
+    pub fn get_with_timed_plans(&mut self, number: u32) -> Option<(&Chunk, &mut TimedPlans)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
         Some((chunk, &mut self.timed_plans))
     }
@@ -92,16 +93,16 @@ impl Chunks {
     }
 
     /// The first chunk that is still kept.
-    pub fn oldest(&self) -> Option<&Chunk<AXES>> {
+    pub fn oldest(&self) -> Option<&Chunk> {
         self.known.front()
     }
 
     /// The chunk that was under way at the last call of [`newly_under_way`](Self::newly_under_way).
-    pub fn under_way(&self) -> Option<&Chunk<AXES>> {
+    pub fn under_way(&self) -> Option<&Chunk> {
         self.get(self.under_way?)
     }
 
-    pub fn last(&self) -> Option<&Chunk<AXES>> {
+    pub fn last(&self) -> Option<&Chunk> {
         self.known.back()
     }
 
@@ -115,7 +116,7 @@ impl Chunks {
     }
 
     /// Adds a chunk, for which there is room. A continuation extends the last chunk.
-    pub fn push(&mut self, chunk: Chunk<AXES>) {
+    pub fn push(&mut self, chunk: Chunk) {
         match (chunk.kind, self.known.back_mut()) {
             (ChunkKind::Continuation, Some(last)) => {
                 (last.until_steps, last.until_s) = (chunk.until_steps, chunk.until_s)
@@ -139,12 +140,12 @@ impl Chunks {
     }
 
     /// The chunk that is under way at `t_s`, or the last one if all have ended.
-    pub fn under_way_at(&self, t_s: f64) -> Option<&Chunk<AXES>> {
+    pub fn under_way_at(&self, t_s: f64) -> Option<&Chunk> {
         self.known.iter().find(|chunk| chunk.until_s > t_s).or(self.known.back())
     }
 
     /// The chunk that is under way at `now_s`, if it is not the same as at the last call.
-    pub fn newly_under_way(&mut self, now_s: f64) -> Option<&Chunk<AXES>> {
+    pub fn newly_under_way(&mut self, now_s: f64) -> Option<&Chunk> {
         let mut number = self.under_way.map_or(self.first, |number| number.max(self.first));
         while self.has_next(number) && self.get(number).is_some_and(|chunk| chunk.until_s <= now_s) {
             number += 1;
@@ -170,7 +171,7 @@ impl Chunks {
 }
 
 /// The axis's last step before the end of the chunk, by its number in the move, or in the blend.
-pub(crate) fn last_step(chunk: &Chunk<AXES>, axis: Axis) -> u32 {
+pub(crate) fn last_step(chunk: &Chunk, axis: Axis) -> u32 {
     match &chunk.plan {
         Plan::Line(line) => line.steps_before(axis as usize, chunk.until_steps),
         Plan::Blend(blend) => blend.step_counts(axis as usize).0,
@@ -182,6 +183,7 @@ mod tests {
     use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
     use super::*;
+    use crate::tag::Tag;
 
     /// Chunks that end one second after the other, as many as there is room for.
     fn full() -> Chunks {
@@ -199,7 +201,15 @@ mod tests {
         while chunks.has_room() {
             let until_s = chunks.end_s() + 1.0;
             let kind = ChunkKind::Move;
-            chunks.push(Chunk { plan, until_steps: 0.0, until_s, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind });
+            chunks.push(Chunk {
+                plan,
+                until_steps: 0.0,
+                until_s,
+                mm_per_step: 1.0,
+                asked_steps_s: 1.0,
+                tag: Tag::NONE,
+                kind,
+            });
         }
         chunks
     }

@@ -30,6 +30,7 @@ use crate::marks::Marks;
 use crate::motor::GangedMotor;
 use crate::port::PortFault;
 use crate::shaping::Shaping;
+use crate::tag::Tag;
 
 /// Longer than any pulse lasts (`$0` is 20 us at most), and longer than any driver requires ENABLE to be held after a
 /// step.
@@ -37,7 +38,7 @@ const PULSE_MAX: Duration = Duration::from_millis(1);
 
 /// The path ahead, as far as it is known. It is large: on a chip, put it into a static.
 pub struct PlanMemory {
-    chain: Chain<AXES, CHAIN_MOVES>,
+    chain: Chain<AXES, CHAIN_MOVES, Tag>,
     chunks: Chunks,
     marks: Marks,
 }
@@ -46,7 +47,7 @@ impl PlanMemory {
     /// Nothing is known of the path yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { chain: Chain::empty(), chunks: Chunks::new(), marks: Marks::new() }
+        Self { chain: Chain::empty(Tag::NONE), chunks: Chunks::new(), marks: Marks::new() }
     }
 }
 
@@ -121,7 +122,7 @@ impl Purpose {
 
 pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) machine: &'a Machine,
-    pub(crate) chain: &'a mut Chain<AXES, CHAIN_MOVES>,
+    pub(crate) chain: &'a mut Chain<AXES, CHAIN_MOVES, Tag>,
     pub(crate) chunks: &'a mut Chunks,
     /// The marks in the blocks of the chain, and in what has been handed out of it.
     pub(crate) marks: &'a mut Marks,

@@ -3,7 +3,7 @@
 use core::convert::Infallible;
 
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::{ChainConfig, Request};
+use isostep_profile::chain::ChainConfig;
 use isostep_profile::{IntervalLaw, SpeedLaw};
 
 use crate::axes::AXES;
@@ -13,7 +13,7 @@ use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::machine::{CHAIN_MOVES, Motion, SpeedOverrides};
 use crate::motor::GangedMotor;
-use crate::tag::Tag;
+use crate::tag::{Request, Tag};
 use crate::tool::power::Power;
 
 /// The fate of a motion that was to be taken into the chain.
@@ -66,7 +66,7 @@ where
     ) -> Result<Finish, Alarm> {
         let purpose = Purpose::Homing { held };
         self.begin_chain(purpose);
-        self.push(steps, Some(feed_mm_s), true, 0)?;
+        self.push(steps, feed_mm_s, 0)?;
         let finish = self.make(purpose).await;
         self.chain.clear();
         Ok(finish)
@@ -159,7 +159,7 @@ where
         if let Some(motor) = self.machine.onto_switch(steps) {
             return self.refuse(Alarm::HardLimit { motor });
         }
-        match self.lengthen_or_push(Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag: tag.pack() }, &tag) {
+        match self.lengthen_or_push(Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag }) {
             Ok(()) => {
                 self.taken += 1;
                 self.planned_steps = target_steps;
@@ -176,23 +176,20 @@ where
 
     /// Lengthens the last block, if `request` goes straight on and only its power or its line is another. Otherwise it
     /// becomes a block. On a curved ramp the instant of a mark takes too long to compute for so many of them.
-    fn lengthen_or_push(&mut self, request: Request<AXES>, tag: &Tag) -> Result<(), Alarm> {
+    fn lengthen_or_push(&mut self, request: Request) -> Result<(), Alarm> {
         let is_one = !self.is_curved
-            && self.chain.lengthen(&request, |last, place_steps| self.marks.join(last, place_steps, tag));
+            && self.chain.lengthen(&request, |last, place_steps| self.marks.join(last, place_steps, &request.tag));
         if is_one { Ok(()) } else { self.push_request(request) }
     }
 
-    pub(crate) fn push(
-        &mut self,
-        steps: [i32; AXES],
-        feed_mm_s: Option<f64>,
-        stops: bool,
-        tag: u64,
-    ) -> Result<(), Alarm> {
-        self.push_request(Request { feed_mm_s, stops, tag, ..Request::new(steps) })
+    /// Puts a move that stops at its end into the chain, from `line` of a program.
+    pub(crate) fn push(&mut self, steps: [i32; AXES], feed_mm_s: f64, line: u32) -> Result<(), Alarm> {
+        let tag = Tag { line, ..Tag::NONE };
+        let feed_mm_s = Some(feed_mm_s);
+        self.push_request(Request { steps, offsets: [0; AXES], feed_mm_s, stops: true, deviation_mm: 0.0, tag })
     }
 
-    fn push_request(&mut self, request: Request<AXES>) -> Result<(), Alarm> {
+    fn push_request(&mut self, request: Request) -> Result<(), Alarm> {
         self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })
     }
 

@@ -17,7 +17,7 @@ use crate::tool::power::{Level, Power};
 const PLACES: usize = 341;
 /// The number of marks that a block has at most. Its room is free again only when it is over, and planning it costs little for
 /// each of so many lines.
-const MARKS_OF_BLOCK: u8 = (1 << Tag::COUNT_BITS) - 1;
+const MARKS_OF_BLOCK: u8 = 31;
 
 /// There are many of them, so each is stored as what it adds to the one before in its block.
 #[derive(Clone, Copy)]
@@ -68,8 +68,7 @@ impl Marks {
     /// Joins a move with `next`, which goes straight on from `place_steps`, the end of the last block, whose tag is
     /// `tag`. Returns the tag for both; `None` if they are to be two blocks, because not only the level is another, or
     /// there is no room.
-    pub fn join(&mut self, tag: u64, place_steps: u32, next: &Tag) -> Option<u64> {
-        let mut tag = Tag::unpack(tag);
+    pub fn join(&mut self, mut tag: Tag, place_steps: u32, next: &Tag) -> Option<Tag> {
         let (Power::Constant(level) | Power::BySpeed(level)) = next.power else { return None };
         if tag.power.with_level(level) != next.power || tag.marks.count == MARKS_OF_BLOCK || self.is_full() {
             return None;
@@ -80,7 +79,7 @@ impl Marks {
         self.ring[usize::from(self.end)] = Stored { steps, lines, level };
         (self.end, self.last) = (after(self.end), Mark { place_steps, line: next.line, level });
         tag.marks.count += 1;
-        Some(tag.pack())
+        Some(tag)
     }
 
     /// The marks of a block, in order.
@@ -148,7 +147,7 @@ mod tests {
 
     /// A block of `lines`, each of eight steps and with 1 % more than the one before, as far as they are one block.
     fn block(marks: &mut Marks, first: u32, lines: u32) -> Tag {
-        let mut tag = pushed(marks, first, 0).pack();
+        let mut tag = pushed(marks, first, 0);
         for line in 1..lines {
             let next = pushed(marks, first + line, line);
             match marks.join(tag, 8 * line, &next) {
@@ -156,7 +155,7 @@ mod tests {
                 None => break,
             }
         }
-        Tag::unpack(tag)
+        tag
     }
 
     #[test]
@@ -180,9 +179,9 @@ mod tests {
     #[test]
     fn only_lines_of_one_mode_whose_numbers_rise_or_that_have_none_are_one_block() {
         let mut marks = Marks::new();
-        let tag = |power, line| Tag { line, power, marks: MarksOf::default() };
+        let tag = |power, line| Tag { line, power, ..Tag::NONE };
         let (constant, by_speed) = (Power::Constant(level(5)), Power::BySpeed(level(5)));
-        let mut joins = |one: Tag, other: Tag| marks.join(one.pack(), 8, &other).is_some();
+        let mut joins = |one: Tag, other: Tag| marks.join(one, 8, &other).is_some();
         assert!(joins(tag(constant, 0), tag(constant, 0)) && joins(tag(by_speed, 7), tag(by_speed, 9)));
         assert!(joins(tag(constant, 0), tag(Power::Constant(Level::ZERO), 0)));
         assert!(!joins(tag(constant, 0), tag(by_speed, 0)) && !joins(tag(constant, 0), tag(Power::Off, 0)));
@@ -205,7 +204,7 @@ mod tests {
         assert_eq!(block(&mut marks, 1, 2).marks.count, 0, "the block under way keeps its own");
         marks.forget_before(&last);
         assert_eq!((block(&mut marks, 5, 2).marks.count, marks.of(&last).count()), (1, last.marks.count.into()));
-        let far = marks.join(pushed(&marks, 0, 0).pack(), 70_000, &pushed(&marks, 0, 0));
+        let far = marks.join(pushed(&marks, 0, 0), 70_000, &pushed(&marks, 0, 0));
         assert_eq!(far, None);
     }
 }

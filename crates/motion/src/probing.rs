@@ -54,7 +54,7 @@ where
             Finish::Done
         } else {
             self.begin_chain(Purpose::Probe);
-            self.push(steps, Some(feed_mm_s), true, u64::from(line))?;
+            self.push(steps, feed_mm_s, line)?;
             let finish = self.seek(origin_steps).await;
             self.chain.clear();
             finish

@@ -20,7 +20,7 @@ use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::{Chunk, ChunkKind, Plan};
+use isostep_profile::chain::{ChunkKind, Plan};
 
 use crate::axes::{AXES, Axis};
 use crate::clock::{instant_after, instant_near, seconds};
@@ -31,7 +31,7 @@ use crate::marks::Mark;
 use crate::motor::SecondMotor;
 use crate::port::{Motors, PortFault};
 use crate::stream::{AHEAD, ITEM_MAX, SegmentStream, fill_queues};
-use crate::tag::Tag;
+use crate::tag::Chunk;
 use crate::tool::BeamStream;
 
 /// The time of motion that is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
@@ -241,7 +241,7 @@ where
     }
 
     /// The next chunk that the chain hands out, if the known path ends before `until_s` and there is room for more.
-    fn next_chunk(&mut self, until_s: f64, most_s: f64) -> Option<Chunk<AXES>> {
+    fn next_chunk(&mut self, until_s: f64, most_s: f64) -> Option<Chunk> {
         if self.chunks.is_closed() || !self.chunks.has_room() || self.chunks.end_s() > until_s {
             return None;
         }
@@ -255,7 +255,7 @@ where
         chunk
     }
 
-    fn report_chunk(&mut self, chunk: &Chunk<AXES>) {
+    fn report_chunk(&mut self, chunk: &Chunk) {
         let begin_steps = match (chunk.kind, chunk.plan) {
             (ChunkKind::Continuation, _) => return,
             (ChunkKind::Replan, Plan::Line(plan)) => return self.report(Event::Replan { plan }),
@@ -270,7 +270,7 @@ where
         };
         let Self { marks, on_event, .. } = self;
         let is_ahead = |mark: &Mark| f64::from(mark.place_steps) > begin_steps;
-        for Mark { place_steps, .. } in marks.of(&Tag::unpack(chunk.tag)).filter(is_ahead) {
+        for Mark { place_steps, .. } in marks.of(&chunk.tag).filter(is_ahead) {
             on_event(Event::Mark { place_steps });
         }
     }
@@ -296,10 +296,10 @@ where
         let now_s = seconds(passed) - delay_s;
         self.chunks.forget(oldest_chunk, now_s);
         if let Some(oldest) = self.chunks.oldest() {
-            self.marks.forget_before(&Tag::unpack(oldest.tag));
+            self.marks.forget_before(&oldest.tag);
         }
         if let Some(chunk) = self.chunks.newly_under_way(now_s) {
-            let line = Tag::unpack(chunk.tag).line;
+            let line = chunk.tag.line;
             let start = instant_near(start, delay_s);
             self.machine.set_current(Some(CurrentChunk { start, chunk: *chunk, line }));
         }
@@ -309,7 +309,7 @@ where
     /// Publishes the line under way, if the chunk under way is of several; all of them have numbers, or none.
     fn follow_line(&self, now_s: f64) {
         let Some(chunk) = self.chunks.under_way() else { return };
-        let tag = Tag::unpack(chunk.tag);
+        let tag = chunk.tag;
         if tag.line != 0
             && tag.marks.count > 0
             && let Some(line) = chunk.plan.line()

@@ -8,11 +8,11 @@
 //!
 //! Homing and probing are not shaped: a switch, or a contact, ends them at once.
 
-use isostep_profile::chain::Chunk;
 use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped};
 
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
+use crate::tag::Chunk;
 
 /// The number of legs that are kept of each axis.
 pub(crate) const LEGS: usize = if cfg!(feature = "short-look-ahead") { 24 } else { 64 };
@@ -89,7 +89,7 @@ impl ShapedAxis {
         axis: Axis,
         impulses: &Impulses,
         top_steps_s: f64,
-        chunk: impl Fn(u32) -> Option<&'a Chunk<AXES>>,
+        chunk: impl Fn(u32) -> Option<&'a Chunk>,
         is_closed: bool,
     ) -> Option<Bend> {
         loop {

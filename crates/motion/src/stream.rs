@@ -15,7 +15,7 @@
 
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
-use isostep_profile::chain::{Chunk, Plan};
+use isostep_profile::chain::Plan;
 use isostep_profile::shaper::Bend;
 use isostep_profile::{AxisCompiler, Segment};
 
@@ -25,6 +25,7 @@ use crate::clock::PortTicks;
 use crate::machine::Machine;
 use crate::port::{Direction, StreamItem, StreamQueue};
 use crate::shaping::ShapedAxis;
+use crate::tag::Chunk;
 
 /// The time of motion that is queued for a port ahead, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
@@ -381,7 +382,7 @@ impl<'a> SegmentStream<'a> {
 
 impl PlanSteps {
     /// `compiler` is `None` if the axis has no steps in the plan.
-    fn of(chunk: &Chunk<AXES>, axis: Axis, compiler: Option<&AxisCompiler>) -> Self {
+    fn of(chunk: &Chunk, axis: Axis, compiler: Option<&AxisCompiler>) -> Self {
         let (steps, until_steps) = match &chunk.plan {
             Plan::Line(line) => (line.steps[axis as usize], line.end_steps()),
             Plan::Blend(blend) => (blend.direction(axis as usize), blend.end_steps()),

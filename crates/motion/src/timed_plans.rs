@@ -1,9 +1,9 @@
 //! The timed plans of the chunks that are being compiled: what the axes of a plan have in common when compiled.
 
 use isostep_profile::TimedPlan;
-use isostep_profile::chain::Chunk;
 
 use crate::axes::{AXES, Axis};
+use crate::tag::Chunk;
 
 /// The timed plans of the chunks that the axes compile. There is room for as many as there are axes, because each axis
 /// compiles one chunk at a time. Axes that compile the same chunk share its timed plan.
@@ -32,7 +32,7 @@ impl TimedPlans {
     }
 
     /// The timed plan by which `axis` compiles `chunk`, whose number is `number`, at `tick_hz`.
-    pub fn of(&mut self, axis: Axis, number: u32, chunk: &Chunk<AXES>, tick_hz: u32) -> &mut TimedPlan {
+    pub fn of(&mut self, axis: Axis, number: u32, chunk: &Chunk, tick_hz: u32) -> &mut TimedPlan {
         let (key, user) = (Some((number, tick_hz)), 1 << axis as u8);
         let last = self.last[axis as usize];
         if self.slots[last].key == key && self.slots[last].users & user != 0 {
@@ -71,6 +71,7 @@ mod tests {
     use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
     use super::*;
+    use crate::tag::Tag;
 
     /// An axis that is ahead of the others does not take from them the timed plans that they still need.
     #[test]
@@ -86,7 +87,8 @@ mod tests {
             .expect("a plan");
         let kind = ChunkKind::Move;
         let plan = Plan::Line(plan);
-        let chunk = Chunk { plan, until_steps: 0.0, until_s: 1.0, mm_per_step: 1.0, asked_steps_s: 1.0, tag: 0, kind };
+        let chunk =
+            Chunk { plan, until_steps: 0.0, until_s: 1.0, mm_per_step: 1.0, asked_steps_s: 1.0, tag: Tag::NONE, kind };
         let mut timed_plans = TimedPlans::new();
         let mut compiles = |axis, number| {
             timed_plans.of(axis, number, &chunk, 1_000_000);

@@ -83,9 +83,9 @@ use crate::sync::{PlanError, SyncMove};
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
 pub const FEED_RATIO_MAX: f64 = 2.0;
 
-/// The request of a move.
+/// The request of a move. `T` is what the caller keeps with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Request<const N: usize> {
+pub struct Request<const N: usize, T = u64> {
     /// Steps of each axis, signed by direction; not all 0.
     pub steps: [i32; N],
     /// The distance of the place that is meant from these whole steps, in [`OFFSET_PARTS`](crate::OFFSET_PARTS) of a step, less
@@ -100,20 +100,20 @@ pub struct Request<const N: usize> {
     /// where axes change their speed at once.
     pub deviation_mm: f32,
     /// A value for the caller, which every chunk of the move returns. The chain does not use it.
-    pub tag: u64,
+    pub tag: T,
 }
 
-impl<const N: usize> Request<N> {
-    /// As fast as the limits allow, to the corner exactly, and on without a stop; its tag is 0.
+impl<const N: usize, T: Default> Request<N, T> {
+    /// As fast as the limits allow, to the corner exactly, and on without a stop; with the default tag.
     #[must_use]
-    pub const fn new(steps: [i32; N]) -> Self {
-        Self { steps, offsets: [0; N], feed_mm_s: None, stops: false, deviation_mm: 0.0, tag: 0 }
+    pub fn new(steps: [i32; N]) -> Self {
+        Self { steps, offsets: [0; N], feed_mm_s: None, stops: false, deviation_mm: 0.0, tag: T::default() }
     }
 }
 
 /// A part of a plan that the chain has handed out: it will be made next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chunk<const N: usize> {
+pub struct Chunk<const N: usize, T = u64> {
     /// The plan.
     pub plan: Plan<N>,
     /// Where on the path the part ends, steps of the longest axis from the beginning of the move.
@@ -125,7 +125,7 @@ pub struct Chunk<const N: usize> {
     /// The requested speed of the longest axis, steps/s, without overrides and limits.
     pub asked_steps_s: f64,
     /// The tag of the move's request.
-    pub tag: u64,
+    pub tag: T,
     /// Whether it begins a move, begins a plan or goes on.
     pub kind: ChunkKind,
 }
@@ -216,10 +216,10 @@ pub enum ChunkKind {
 /// Moves that follow each other, at most `LEN` of them.
 // An empty chain is all zeros in memory, so that a chip needs no copy of it in flash.
 #[derive(Clone, Debug)]
-pub struct Chain<const N: usize, const LEN: usize> {
+pub struct Chain<const N: usize, const LEN: usize, T = u64> {
     config: ChainConfig<N>,
     /// The first block does not flow if it begins, or goes on, from rest.
-    blocks: Ring<ChainBlock<N>, LEN>,
+    blocks: Ring<ChainBlock<N, T>, LEN>,
     /// The direction of the last block.
     last_direction: UnitVector<N>,
     /// The place where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
@@ -242,13 +242,15 @@ pub struct Chain<const N: usize, const LEN: usize> {
     is_held: bool,
 }
 
-impl<const N: usize, const LEN: usize> Chain<N, LEN> {
+impl<const N: usize, const LEN: usize, T: Copy + Default> Chain<N, LEN, T> {
     /// A chain without moves, at rest, with this configuration.
     #[must_use]
     pub fn new(config: ChainConfig<N>) -> Self {
-        Self { config, ..Self::empty() }
+        Self { config, ..Self::empty(T::default()) }
     }
+}
 
+impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// Sets the configuration by which moves are planned. The chain must not have any moves yet.
     pub fn set_config(&mut self, config: ChainConfig<N>) {
         self.config = config;
@@ -261,11 +263,12 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// A chain without moves, at rest, and without a configuration to plan any: see [`set_config`](Self::set_config).
+    /// `tag` fills the places of moves that are still to come.
     #[must_use]
-    pub const fn empty() -> Self {
+    pub const fn empty(tag: T) -> Self {
         Self {
             config: ChainConfig::none(),
-            blocks: Ring::new(ChainBlock::NONE),
+            blocks: Ring::new(ChainBlock::none(tag)),
             last_direction: [0; N],
             last_offsets: [0; N],
             passed: 0,
@@ -307,7 +310,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     ///
     /// # Errors
     /// If the move cannot be planned, or if there is no room for it, nothing is changed.
-    pub fn push(&mut self, request: Request<N>) -> Result<(), PlanError> {
+    pub fn push(&mut self, request: Request<N, T>) -> Result<(), PlanError> {
         let is_begun = self.blocks.len() == 1;
         let is_late = is_begun && !self.is_at_rest();
         let before = self.blocks.last().map(|last| last.end(if is_begun { self.place_steps } else { 0.0 }));
@@ -350,7 +353,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     /// the tag that the longer move is to have, or `None` if they are to remain two. Returns whether they are one.
     ///
     /// Each step keeps its place on the path, and no time is lost: no ramp of the longer move is shorter.
-    pub fn lengthen(&mut self, request: &Request<N>, join: impl FnOnce(u64, u32) -> Option<u64>) -> bool {
+    pub fn lengthen(&mut self, request: &Request<N, T>, join: impl FnOnce(T, u32) -> Option<T>) -> bool {
         let begun = usize::from(self.has_begun());
         let len = self.blocks.len();
         let Some(last) = self.blocks.get_mut(len.wrapping_sub(1)).filter(|_| len > begun) else { return false };
@@ -450,7 +453,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
 
     /// Commits what follows, and hands it out: a part of the first move that lasts `most_s` at most, or a whole blend.
     /// `None` at rest: all moves are committed to their ends, or the chain is held.
-    pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N>> {
+    pub fn advance(&mut self, most_s: f64) -> Option<Chunk<N, T>> {
         while !(self.is_empty() || self.is_held && self.is_at_rest()) {
             if let Some(blend) = self.blend.take() {
                 return self.hand_out_blend(blend);

@@ -1,7 +1,7 @@
 //! The report of a machine on itself.
 
 use embassy_time::Instant;
-use isostep_profile::chain::{Chunk, Plan};
+use isostep_profile::chain::Plan;
 use isostep_profile::{Blend, SyncMove};
 
 use super::{Door, Machine};
@@ -9,6 +9,7 @@ use crate::axes::{AXES, Axis};
 use crate::clock::seconds;
 use crate::event::State;
 use crate::motor::LimitInput;
+use crate::tag::Chunk;
 use crate::tool::power::Level;
 use crate::tool::spindle::Outputs;
 
@@ -50,7 +51,7 @@ pub struct Status {
 #[derive(Clone, Copy)]
 pub(crate) struct CurrentChunk {
     pub start: Instant,
-    pub chunk: Chunk<AXES>,
+    pub chunk: Chunk,
     /// The program line that it comes from; of several, the one under way.
     pub line: u32,
 }

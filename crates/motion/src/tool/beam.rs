@@ -9,7 +9,7 @@
 
 use embassy_time::Instant;
 use isostep_profile::SpeedLaw;
-use isostep_profile::chain::{Chunk, Plan};
+use isostep_profile::chain::Plan;
 
 use super::power::{Asked, Level, Power};
 use super::stroke::Stroke;
@@ -18,7 +18,7 @@ use crate::chunks::Chunks;
 use crate::clock::{TICK_S, instant_near, seconds};
 use crate::machine::{Machine, line_speed_steps_s, path_speed_mm_s};
 use crate::marks::{Marks, Walk};
-use crate::tag::Tag;
+use crate::tag::Chunk;
 
 /// The longest stroke of a straight ramp, s.
 const STRAIGHT_S: f64 = seconds(Asked::CHANGE_MAX);
@@ -124,7 +124,7 @@ impl<'a> BeamStream<'a> {
         }
     }
 
-    fn queue(&mut self, chunk: &Chunk<AXES>, line: LaserLine) {
+    fn queue(&mut self, chunk: &Chunk, line: LaserLine) {
         let ends_soon = line.until_s < chunk.until_s + SLIVER_S;
         let until_s = if ends_soon { line.until_s } else { chunk.until_s };
         let (end_s, asked) = match line.power {
@@ -143,7 +143,7 @@ impl<'a> BeamStream<'a> {
 
     /// Up to when the speed changes linearly, s from the start of the run, `until_s` at most; and what is asked for
     /// until then.
-    fn by_speed(&mut self, chunk: &Chunk<AXES>, line: LaserLine, until_s: f64, level: Level) -> (f64, Asked) {
+    fn by_speed(&mut self, chunk: &Chunk, line: LaserLine, until_s: f64, level: Level) -> (f64, Asked) {
         let LaserLine { cruises_s, slows_s, cruise_ratio, .. } = line;
         let after_s = self.queued_s + NOTHING_S;
         if after_s > cruises_s && after_s < slows_s {
@@ -161,8 +161,8 @@ impl<'a> BeamStream<'a> {
 
 impl LaserLine {
     /// The line in which the chunk's plan begins. Before it, `last` shone, at that speed.
-    fn first(chunk: &Chunk<AXES>, marks: &Marks, last: (Power, f64)) -> Self {
-        let tag = Tag::unpack(chunk.tag);
+    fn first(chunk: &Chunk, marks: &Marks, last: (Power, f64)) -> Self {
+        let tag = chunk.tag;
         let plan = match &chunk.plan {
             Plan::Line(plan) => plan,
             Plan::Blend(blend) => {
@@ -191,7 +191,7 @@ impl LaserLine {
     }
 
     /// The line that begins where it ends, up to the first mark beyond `place_steps` with another level.
-    fn after(self, chunk: &Chunk<AXES>, marks: &Marks, place_steps: f64) -> Self {
+    fn after(self, chunk: &Chunk, marks: &Marks, place_steps: f64) -> Self {
         let mut line = Self { power: self.next, asked_mm_s: asked_mm_s(chunk), until_s: f64::INFINITY, ..self };
         // A line that begins within a blend begins where that ends.
         let Plan::Line(plan) = &chunk.plan else { return line };
@@ -212,12 +212,12 @@ impl LaserLine {
 }
 
 /// The speed along the path that is asked for in a chunk, or behind its corner, mm/s.
-fn asked_mm_s(chunk: &Chunk<AXES>) -> f64 {
+fn asked_mm_s(chunk: &Chunk) -> f64 {
     chunk.asked_steps_s * chunk.mm_per_step
 }
 
 /// The speed at `t_s`, as a multiple of the one that was asked for.
-fn speed_ratio(chunk: &Chunk<AXES>, line: &LaserLine, t_s: f64, steps_per_mm: &[f64; AXES]) -> f32 {
+fn speed_ratio(chunk: &Chunk, line: &LaserLine, t_s: f64, steps_per_mm: &[f64; AXES]) -> f32 {
     let plan = match &chunk.plan {
         Plan::Line(plan) => plan,
         Plan::Blend(blend) => return (path_speed_mm_s(blend, t_s, steps_per_mm) / line.asked_mm_s) as f32,

@@ -26,7 +26,7 @@ const OFFSET_MAX: i8 = 62;
 
 /// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ChainBlock<const N: usize> {
+pub(super) struct ChainBlock<const N: usize, T> {
     pub(super) span: MoveSteps<N>,
     /// Its length, steps of the longest axis.
     way_steps: f64,
@@ -40,7 +40,7 @@ pub(super) struct ChainBlock<const N: usize> {
     pub(super) is_late: bool,
     /// True if it begins at the speed at which the block before ends. Otherwise it begins from rest.
     pub(super) flows: bool,
-    pub(super) tag: u64,
+    pub(super) tag: T,
     /// The requested speed along the path, mm/s; infinite if it is to be as fast as the limits allow.
     feed_mm_s: f64,
     /// Path length of a step of the longest axis.
@@ -73,34 +73,36 @@ pub(super) struct ChainBlock<const N: usize> {
     ramps_to: u32,
 }
 
-impl<const N: usize> ChainBlock<N> {
+impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// No block.
-    pub(super) const NONE: Self = Self {
-        span: MoveSteps::NONE,
-        way_steps: 0.0,
-        stops: false,
-        is_joined: false,
-        may_bend: false,
-        is_late: false,
-        flows: false,
-        tag: 0,
-        feed_mm_s: 0.0,
-        mm_per_step: 0.0,
-        steps_per_mm: 0.0,
-        deviation_mm: 0.0,
-        corner: None,
-        blend: BlendBounds::NONE,
-        line_mm: 0.0,
-        nominal_steps_s: 0.0,
-        nominal: 0,
-        fastest: 0,
-        start: 0,
-        accel_delta_v2: 0,
-        decel_delta_v2: 0,
-        cap: 0,
-        entry: 0,
-        ramps_to: 0,
-    };
+    pub(super) const fn none(tag: T) -> Self {
+        Self {
+            span: MoveSteps::NONE,
+            way_steps: 0.0,
+            stops: false,
+            is_joined: false,
+            may_bend: false,
+            is_late: false,
+            flows: false,
+            tag,
+            feed_mm_s: 0.0,
+            mm_per_step: 0.0,
+            steps_per_mm: 0.0,
+            deviation_mm: 0.0,
+            corner: None,
+            blend: BlendBounds::NONE,
+            line_mm: 0.0,
+            nominal_steps_s: 0.0,
+            nominal: 0,
+            fastest: 0,
+            start: 0,
+            accel_delta_v2: 0,
+            decel_delta_v2: 0,
+            cap: 0,
+            entry: 0,
+            ramps_to: 0,
+        }
+    }
 
     /// Makes it the block of a request, after no other. Returns its direction, and the limits of its longest axis, by
     /// which its delta v² is still to be computed.
@@ -108,7 +110,7 @@ impl<const N: usize> ChainBlock<N> {
     /// It begins beside whole steps by `begin`.
     pub(super) fn begin(
         &mut self,
-        request: Request<N>,
+        request: Request<N, T>,
         begin: [i8; N],
         config: &ChainConfig<N>,
     ) -> Result<(UnitVector<N>, Limits), PlanError> {
@@ -139,12 +141,11 @@ impl<const N: usize> ChainBlock<N> {
             span,
             way_steps: distance_steps,
             stops,
-            tag,
             feed_mm_s,
             mm_per_step,
             steps_per_mm,
             deviation_mm,
-            ..Self::NONE
+            ..Self::none(tag)
         };
         self.respeed(feed_steps_s, &limits, config);
         self.set_ramps_to(distance_steps, length_mm, config);
@@ -157,7 +158,7 @@ impl<const N: usize> ChainBlock<N> {
         let Self { span: MoveSteps { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
         let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, tag };
-        let mut whole = Self::NONE;
+        let mut whole = Self::none(tag);
         if let Ok((_, limits)) = whole.begin(request, begin, config) {
             whole.set_line(whole.distance_steps(), &limits, config);
             whole.entry = self.entry.min(whole.start);
@@ -169,8 +170,8 @@ impl<const N: usize> ChainBlock<N> {
     /// [`Chain::lengthen`](super::Chain::lengthen).
     pub(super) fn lengthen(
         &mut self,
-        request: &Request<N>,
-        join: impl FnOnce(u64, u32) -> Option<u64>,
+        request: &Request<N, T>,
+        join: impl FnOnce(T, u32) -> Option<T>,
         config: &ChainConfig<N>,
     ) -> bool {
         let feed_mm_s = request.feed_mm_s.unwrap_or(f64::INFINITY);

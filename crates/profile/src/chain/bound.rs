@@ -27,6 +27,8 @@ const STEEPEST_LOG2: u32 = 7;
 const FINE: Square = 1 << 24;
 
 /// The lowest of a few lines.
+// Packed, because each block has two of them, and each would end with a gap of four bytes.
+#[repr(C, packed(4))]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound {
     /// The beginnings of the lines, at rest.

@@ -7,9 +7,9 @@ use super::{Chain, Chunk, ChunkKind, Plan};
 use crate::blend::{Blend, Side, Times};
 use crate::fixed::is_zero;
 
-impl<const N: usize, const LEN: usize> Chain<N, LEN> {
+impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// Hands out the plan up to `until_s`, which commits it.
-    pub(super) fn hand_out(&mut self, until_s: f64) -> Option<Chunk<N>> {
+    pub(super) fn hand_out(&mut self, until_s: f64) -> Option<Chunk<N, T>> {
         let (block, plan) = (self.blocks.get(0)?, &mut self.plan);
         let is_end = until_s >= plan.end_s;
         let end_steps = plan.sync_move.end_steps();
@@ -79,7 +79,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// The number of steps of each axis of the first block that are due before the current place.
-    pub(super) fn counts(&self, first: &ChainBlock<N>) -> [u32; N] {
+    pub(super) fn counts(&self, first: &ChainBlock<N, T>) -> [u32; N] {
         match self.begun {
             Some(begun) if begun.place_steps == self.place_steps => begun.counts,
             _ => core::array::from_fn(|axis| first.span.steps_before(axis, self.place_steps, first.distance_steps())),
@@ -87,7 +87,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// Hands out a blend, which commits it.
-    pub(super) fn hand_out_blend(&mut self, blend: Blend<N>) -> Option<Chunk<N>> {
+    pub(super) fn hand_out_blend(&mut self, blend: Blend<N>) -> Option<Chunk<N, T>> {
         let block = self.blocks.get(0)?;
         (self.at_s, self.place_steps) = (blend.end_s(), blend.end_steps());
         Some(Chunk {

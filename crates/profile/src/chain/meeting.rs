@@ -27,7 +27,7 @@ pub(super) struct Pace {
     start: Square,
 }
 
-impl<const N: usize> ChainBlock<N> {
+impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// Makes it follow `before`: computes how fast the corner between them may be taken. The directions are those of
     /// both, in order, and the limits those of its longest axis.
     pub(super) fn follow(

@@ -4,7 +4,7 @@ use super::Chain;
 use super::block::ChainBlock;
 use super::config::{Square, is_as_low};
 
-impl<const N: usize, const LEN: usize> Chain<N, LEN> {
+impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// Makes sure that the end speed of the first block is known, as far as it can be.
     pub(super) fn look(&mut self) {
         // A pass changes nothing that is final. Usually it can wait until many blocks have come.
@@ -33,7 +33,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// The squared speed at which the block with this index ends.
-    pub(super) fn exit_of(&self, index: usize, block: &ChainBlock<N>) -> Square {
+    pub(super) fn exit_of(&self, index: usize, block: &ChainBlock<N, T>) -> Square {
         match self.blocks.get(index + 1) {
             Some(next) if next.flows => next.arrival(next.entry, block.nominal),
             _ => block.start,
@@ -41,7 +41,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// The block after the first one, if a blend leads into it.
-    pub(super) fn bent(&self) -> Option<&ChainBlock<N>> {
+    pub(super) fn bent(&self) -> Option<&ChainBlock<N, T>> {
         self.blocks.get(1).filter(|next| next.flows && !next.blend.is_none())
     }
 

@@ -105,7 +105,7 @@ pub(super) fn quotient(a: f64, b: f64) -> f64 {
     a / b
 }
 
-impl<const N: usize, const LEN: usize> Chain<N, LEN> {
+impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// Until when the plan of the first block is right. `None` if another plan is needed from here on.
     pub(super) fn sound_until_s(&self) -> Option<f64> {
         let plan = &self.plan;
@@ -353,7 +353,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
     }
 
     /// Speed and acceleration at the current place, steps/s and steps/s² of the longest axis.
-    fn motion(&self, block: &ChainBlock<N>) -> (f64, f64) {
+    fn motion(&self, block: &ChainBlock<N, T>) -> (f64, f64) {
         let plan = &self.plan;
         if !plan.is_made {
             (block.speed_steps_s(block.entry, &self.config), 0.0)
@@ -364,7 +364,7 @@ impl<const N: usize, const LEN: usize> Chain<N, LEN> {
         }
     }
 
-    fn square_of(&self, speed_steps_s: f64, block: &ChainBlock<N>) -> Square {
+    fn square_of(&self, speed_steps_s: f64, block: &ChainBlock<N, T>) -> Square {
         self.config.scale.of_speed(speed_steps_s * block.mm_per_step)
     }
 

@@ -23,9 +23,9 @@ impl Feed {
     }
 
     /// Begins a run of the axis with index `axis`, whose first chunk is this. Its top speed is `top_steps_s`.
-    pub fn begin<const N: usize, const LEN: usize>(
+    pub fn begin<const N: usize, const LEN: usize, T>(
         axis: usize,
-        first: &Chunk<N>,
+        first: &Chunk<N, T>,
         shaped: &mut Shaped<LEN>,
         impulses: Impulses,
         top_steps_s: f64,
@@ -43,7 +43,7 @@ impl Feed {
 
     /// Reads one leg of the chunk, or what has become known of one. False if all that is known of it has been read, or there
     /// is no room.
-    pub fn read<const N: usize, const LEN: usize>(&mut self, chunk: &Chunk<N>, shaped: &mut Shaped<LEN>) -> bool {
+    pub fn read<const N: usize, const LEN: usize, T>(&mut self, chunk: &Chunk<N, T>, shaped: &mut Shaped<LEN>) -> bool {
         let known_s = shaped.known_s();
         while known_s < chunk.until_s && (self.is_begun || shaped.has_room()) {
             let Some((leg, leg_end_s)) = chunk.plan.leg(self.axis, self.index) else { return false };
@@ -67,7 +67,7 @@ impl Feed {
     }
 
     /// Goes on from one chunk, of which all has been read, to the next.
-    pub fn go_on<const N: usize>(&mut self, from: &Chunk<N>, next: &Chunk<N>) {
+    pub fn go_on<const N: usize, T>(&mut self, from: &Chunk<N, T>, next: &Chunk<N, T>) {
         (self.index, self.is_begun) = (0, false);
         let is_move = match (&from.plan, &next.plan) {
             (_, Plan::Blend(_)) => true,
@@ -85,7 +85,7 @@ impl Feed {
     }
 
     /// The run ends with this chunk, of which all has been read; there is room for another leg.
-    pub fn finish<const N: usize, const LEN: usize>(&mut self, last: &Chunk<N>, shaped: &mut Shaped<LEN>) {
+    pub fn finish<const N: usize, const LEN: usize, T>(&mut self, last: &Chunk<N, T>, shaped: &mut Shaped<LEN>) {
         let axis = self.axis;
         let (made, place_steps) = match &last.plan {
             Plan::Line(line) => {
