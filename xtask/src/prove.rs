@@ -64,7 +64,7 @@ mod emulated {
         let has_stops = args.only.is_empty() || args.only.contains(&Part::Stops);
         for jumper in Jumper::ALL.into_iter().filter(|_| args.jumper.is_empty() && has_stops) {
             let how = How { jumpers: vec![jumper], only: vec![Part::Stops], ..args.how() };
-            proof.fill(on_board(&elf, factor, &how)?);
+            proof.found.fill(on_board(&elf, factor, &how)?.found);
         }
         prove::conclude(&Proof { is_emulated: true, ..proof }, args.quick, &args.out)
     }

@@ -16,6 +16,7 @@ pub mod files;
 pub mod flight;
 pub mod homing;
 pub mod laws;
+pub mod measure;
 pub mod name;
 pub mod papers;
 pub mod parallel;

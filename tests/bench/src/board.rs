@@ -1,420 +1,341 @@
-//! Runs a firmware on the emulated board.
+//! The emulated board for the measurements: the emulator knows every edge, and presses every switch.
 
-use std::collections::BTreeMap;
-use std::ffi::OsStr;
-use std::fs::{self, File};
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::fmt::Write;
+use std::ops::Range;
 
-use anyhow::{Context, Result, anyhow, bail};
-use isostep_profile::SyncMove;
-use serde::{Deserialize, Serialize};
+use anyhow::{Context, Result, ensure};
+use isostep::measure::board::Followed;
+use isostep::measure::course::{CLOCK_HZ, NS_PER_CYCLE, PROVED, UNIT_STEPS};
+use isostep::measure::load::{Awake, Load};
+use isostep::measure::moves::{Carried, Stream};
+use isostep::measure::starts::Starts;
+use isostep::measure::stops::{Cause, Stops};
+use isostep::measure::{Board, Course, Machine, Measured, Method, Ramp};
+use oorandom::Rand32;
 
-use super::candidate::Candidate;
-use super::chip::Chip;
 use super::edges::{self, Edge};
-use super::follow::{Astray, Followed, follow};
-use super::measured::Measured;
-use super::trial::{AXES, STEPS_PER_MM, Trial};
+use super::follow::{Astray, follow};
+use super::port::Port;
+use super::runs::{GREETING, Job, Runs, Summary, open, unreadable};
+use super::{ACCEL_MAX_STEPS_S2, RAMP};
 
-/// Clock of the emulated core.
-pub const CLOCK_HZ: u32 = 125_000_000;
-/// Rate at which status reports are polled over USB while the machine moves, Hz.
-pub const POLL_HZ: u32 = 10;
-/// The setting that gives Y a second motor.
-const SECOND_MOTOR: &str = "905=2";
-/// In the names of the cases on that machine.
-pub const WITH_SECOND: &str = ", two motors on Y";
-/// What every script begins with.
-const GREETING: &str = "expect Grbl\n";
-/// Machine time that a run may take in addition to its moves, s.
-const PATIENCE_S: f64 = 5.0;
+const METHOD: Method = Method {
+    unit_ns: NS_PER_CYCLE,
+    start_from: "the arrival of its line",
+    edges: "instants count from the first edge, so a delay common to all does not show",
+    rates: "",
+    load: "",
+    starts: "",
+    moves: "a curve of one shape",
+};
 
-/// An emulated board with a firmware and a chip, and the folder for its files.
-#[derive(Clone, Copy)]
-pub struct Board<'a> {
-    candidate: &'a Candidate,
-    pub chip: Chip,
-    folder: &'a Path,
-    /// Whether Y has a second motor.
-    pub has_second: bool,
+/// A fixed seed, so that every run has the same moves, rests and stops.
+const SEED: u64 = 1;
+/// When a move is stopped, us after its line was accepted: in the second half of the ramp, or in the cruise after it.
+const STOPPED_US: Range<f64> = 100_000.0..300_000.0;
+/// Stops per run. All its moves go in the same direction, so their number must keep within the 10 m that a target may
+/// be from zero.
+const RUN_STOPS: u32 = 40;
+/// Time from a stop to the next command, ms. The debounce takes 5.
+const SETTLE_MS: u32 = 20;
+/// How long the machine rests before a line is sent, us.
+const REST_US: Range<f64> = 1_000.0..100_000.0;
+/// The distance of an axis in a move that is started, in [`UNIT_STEPS`].
+const WAY_UNITS: Range<u32> = 1..40;
+/// The run does not wait for a core that makes fewer moves per second than this.
+const SLOWEST_MOVES_S: f64 = 100.0;
+
+/// The emulated board.
+pub struct Emulated<'a> {
+    pub runs: Runs<'a>,
+    pub port: Port,
+    /// Duration of the cruise in which the load is measured, s.
+    pub load_s: f64,
 }
 
-/// The input of a run.
-#[derive(Clone, Copy)]
-enum Job<'a> {
-    /// A script: lines to send, and answers to wait for.
-    Script(&'a str),
-    /// A program whose lines are sent ahead as far as the buffer allows.
-    Program(&'a str),
-}
+impl Emulated<'_> {
+    fn moving(&self, machine: &Machine, cruise_s: f64) -> Result<Measured<Summary>> {
+        let course = machine.straight(PROVED, cruise_s)?;
+        self.runs.run(Job::Script(&script(machine, std::slice::from_ref(&course))), course.duration_s())
+    }
 
-/// A change of one of the tool's outputs.
-#[derive(Clone, Debug, Deserialize)]
-pub struct OutputChange {
-    /// When it changed, ns since power-up.
-    pub t_ns: f64,
-    /// `pwm`, `enable`, `direction`, `flood` or `mist`.
-    pub output: String,
-    /// The duty of `pwm`, 0 to 1; 0 or 1 for the others.
-    pub value: f64,
-}
+    /// Moves that are stopped in as many runs as necessary, at other instants in each run.
+    fn stopped(&self, cause: Cause, rate_steps_s: u32, count: u32) -> Result<Measured<Stops>> {
+        let (mut random, machine) = (Rand32::new(SEED), Machine::new(rate_steps_s, RAMP));
+        let mut stops = Stops { rate_steps_s, latencies_us: Vec::new(), astray_steps: Some(0) };
+        for begun in (0..count).step_by(RUN_STOPS as usize) {
+            let count = RUN_STOPS.min(count - begun);
+            let script = stopping(&machine, cause, count, &mut random)?;
+            let summary = match self.runs.run(Job::Script(&script), f64::from(count))? {
+                Ok(summary) => summary,
+                Err(why_not) => return Ok(Err(why_not)),
+            };
+            let timed = summary.stops.len();
+            ensure!(timed == count as usize, "the emulator timed {timed} of {count} stops");
+            stops.latencies_us.extend(summary.stops.iter().map(|stop| stop.latency_ns * 1e-3));
+            stops.astray_steps =
+                stops.astray_steps.zip(summary.position_error_steps()).map(|(one, other)| one.max(other));
+        }
+        Ok(Ok(stops))
+    }
 
-/// The figures of the tool.
-#[derive(Debug, Default, Deserialize)]
-pub struct ToolFigures {
-    /// Causes that stopped the machine while an output was on.
-    pub stops: Vec<ToolStop>,
-}
-
-/// One stop while an output was on.
-#[derive(Debug, Deserialize)]
-pub struct ToolStop {
-    /// The cause: `X_LIMIT`, `ESTOP`, `RESET`, `CRASH` or another.
-    pub input: String,
-    /// Time from the cause until the last output was off; null if one stayed on.
-    pub outputs_off_ns: Option<f64>,
-}
-
-/// The part of the emulator's summary that is used here.
-#[derive(Debug, Deserialize)]
-pub struct Summary {
-    /// The failure of the run: a refused line, an alarm, or a violation of the driver's timing.
-    error: Option<String>,
-    /// The first alarm, `ALARM:n`.
-    alarm: Option<String>,
-    final_status: Option<String>,
-    axes: BTreeMap<String, Axis>,
-    #[serde(default)]
-    second: Option<Second>,
-    pub moving: Moving,
-    #[serde(default)]
-    pub stops: Vec<Stop>,
-    #[serde(default)]
-    pub replies: Vec<Line>,
-    #[serde(default)]
-    pub tool: ToolFigures,
-    flash_cache: FlashCache,
-}
-
-/// A line that was sent.
-#[derive(Debug, Deserialize)]
-pub struct Line {
-    pub text: String,
-    /// When the last byte of the line was in the chip's USB buffer; null if it never was.
-    pub arrived_ns: Option<f64>,
-}
-
-#[derive(Debug, Deserialize)]
-struct FlashCache {
-    /// Cycles to read a word that is not in the cache.
-    miss_cycles: u32,
-}
-
-/// A carriage as counted from the edges that its driver received.
-#[derive(Debug, Deserialize)]
-struct Axis {
-    position_steps: i64,
-}
-
-/// The steps of the second motor and of the first one of its axis.
-#[derive(Debug, Deserialize)]
-struct Second {
-    /// Steps that only one of them made, or that they made on different cycles.
-    steps_alone: u64,
-}
-
-impl Summary {
-    fn trouble(&self) -> Option<&str> {
-        let error = self.error.as_deref()?;
-        // The number of the script's line is of no use to the reader.
-        let what = if error.starts_with("script line") { error.split_once("): ").map(|(_, what)| what) } else { None };
-        // After an alarm, all further errors are consequences of it.
-        Some(self.alarm.as_deref().unwrap_or(what.unwrap_or(error)))
+    /// Moves that ask too much of the port, each of which ends in its fault. All axes make the same steps, so the port that
+    /// faulted is the one whose last edge is the earliest. A state machine that runs dry halts with that edge; a step that comes
+    /// too late is noticed half a period of the top speed and more after it was due.
+    fn faulted(&self, cause: Cause, count: u32) -> Result<Measured<Stops>> {
+        let (rate_steps_s, accel_steps_s2) = if cause == Cause::DryPort { (248_000, 1e7) } else { (30_000, 1e6) };
+        let ran =
+            self.runs.edges(Job::Script(&faulting(cause, rate_steps_s, accel_steps_s2, count)), f64::from(count))?;
+        let (summary, edges) = match ran {
+            Ok(ran) => ran,
+            Err(why_not) => return Ok(Err(why_not)),
+        };
+        let latencies_us = apart_us(&edges);
+        ensure!(latencies_us.len() == count as usize, "{} of {count} moves ended in the fault", latencies_us.len());
+        Ok(Ok(Stops { rate_steps_s, latencies_us, astray_steps: summary.position_error_steps() }))
     }
 }
 
-impl Summary {
-    /// The last position that the firmware reported minus the position counted from the edges, in steps of X, Y and Z.
-    pub fn position_error_steps(&self) -> Option<[i64; AXES]> {
-        let reported = self.final_status.as_deref().and_then(position_mm)?;
-        let counted: Vec<i64> = self.axes.values().map(|axis| axis.position_steps).collect();
-        let counted: [i64; AXES] = counted.try_into().ok()?;
-        Some(std::array::from_fn(|axis| (reported[axis] * STEPS_PER_MM).round() as i64 - counted[axis]))
+impl Board for Emulated<'_> {
+    fn method(&self) -> &'static Method {
+        &METHOD
     }
-}
 
-/// The load of the core while the machine moved.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-pub struct Moving {
-    /// How long the machine moved, ns.
-    pub time_ns: f64,
-    /// The edges of all axes.
-    pub edges: f64,
-    /// Fraction of the time during which the core was awake.
-    pub load: f64,
-    /// All work of the core, including planning and the console.
-    pub awake_cycles_per_edge: f64,
-    /// Cycles in interrupts alone.
-    pub interrupt_cycles_per_edge: f64,
-}
+    fn note(&mut self, what: &str) {
+        let second = if self.runs.has_second { ", two motors on Y" } else { "" };
+        eprintln!("    {}: {}{second}: {what}", self.runs.chip.name(), self.port.name());
+    }
 
-impl Moving {
-    /// The load without that of `part`.
-    pub fn less(&self, part: &Self) -> Self {
-        let (time_ns, edges) = (self.time_ns - part.time_ns, self.edges - part.edges);
-        let rest = |whole: f64, part: f64, of: f64| if of > 0.0 { (whole - part) / of } else { 0.0 };
-        let awake = |moving: &Self| moving.awake_cycles_per_edge * moving.edges;
-        let interrupt = |moving: &Self| moving.interrupt_cycles_per_edge * moving.edges;
-        Self {
-            time_ns,
-            edges,
-            load: rest(self.load * self.time_ns, part.load * part.time_ns, time_ns),
-            awake_cycles_per_edge: rest(awake(self), awake(part), edges),
-            interrupt_cycles_per_edge: rest(interrupt(self), interrupt(part), edges),
+    fn follow(&mut self, machine: &Machine, courses: &[Course]) -> Result<Measured<Followed>> {
+        let moving_s = courses.iter().map(Course::duration_s).sum();
+        let followed = self.runs.recorded(Job::Script(&script(machine, courses)), moving_s, |_, path| {
+            match follow(edges::read(open(path)?), courses) {
+                Ok(followed) => Ok(Ok(followed)),
+                Err(Astray::Read(error)) => Err(error).with_context(|| unreadable(path)),
+                Err(astray) => Ok(Err(astray.to_string())),
+            }
+        });
+        Ok(followed?.and_then(|followed| followed))
+    }
+
+    /// Two moves have the same ramps, and one of them also has a cruise. The difference of their cycles is the cost of the
+    /// cruise.
+    fn load(&mut self, rate_steps_s: u32) -> Result<Measured<Load>> {
+        let machine = Machine::new(rate_steps_s, RAMP);
+        let (ramping, whole) = match (self.moving(&machine, 0.0)?, self.moving(&machine, self.load_s)?) {
+            (Ok(ramping), Ok(whole)) => (ramping.moving, whole.moving),
+            (Err(why_not), _) | (_, Err(why_not)) => return Ok(Err(why_not)),
+        };
+        let cruising = whole.less(&ramping);
+        let resolution = format!("8 ns of {:.0} ms", cruising.time_ns * 1e-6);
+        let [cruising, ramping] = [cruising, ramping]
+            .map(|moving| Awake { ratio: moving.load, cycles_per_step: Some(moving.awake_cycles_per_edge) });
+        Ok(Ok(Load { cruising, ramping: Some(ramping), waited_us: None, resolution }))
+    }
+
+    fn stops(&mut self, cause: Cause, rate_steps_s: u32, count: u32) -> Result<Measured<Stops>> {
+        match cause {
+            Cause::DryPort | Cause::LateStep => self.faulted(cause, count),
+            _ => self.stopped(cause, rate_steps_s, count),
         }
     }
 
-    pub fn words(&self) -> String {
-        format!("{:.1} % awake, {:.0} cycles a step", self.load * 100.0, self.awake_cycles_per_edge)
+    fn starts(&mut self, count: u32) -> Result<Measured<Starts>> {
+        let (script, courses) = starting(self.port, count)?;
+        let moving_s = courses.iter().map(Course::duration_s).sum();
+        let ran = self.runs.edges(Job::Script(&script), moving_s)?;
+        Ok(ran.and_then(|(summary, edges)| delays(&courses, &summary, &edges)))
+    }
+
+    fn stream(&mut self, stream: &Stream) -> Result<Measured<Carried>> {
+        let program = stream.before.iter().chain(&stream.lines).map(|line| format!("{line}\n")).collect::<String>();
+        let ran = self.runs.run(Job::Program(&program), stream.lines.len() as f64 / SLOWEST_MOVES_S)?;
+        Ok(ran.and_then(|summary| carried(stream, &summary)))
     }
 }
 
-/// A press of a switch or a second reset byte, and how soon it stopped the machine.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Stop {
-    /// Time until the last edge.
-    pub latency_ns: f64,
+/// A script that makes these moves.
+fn script(machine: &Machine, courses: &[Course]) -> String {
+    let moves = courses.iter().map(|course| sent(&course.line())).collect::<String>();
+    format!("{}{moves}wait-idle\n", set_up(machine))
 }
 
-impl<'a> Board<'a> {
-    pub fn new(candidate: &'a Candidate, chip: Chip, folder: &'a Path) -> Self {
-        Self { candidate, chip, folder, has_second: false }
-    }
+fn set_up(machine: &Machine) -> String {
+    GREETING.to_owned() + &machine.lines().iter().map(|line| sent(line)).collect::<String>()
+}
 
-    /// The same board on a machine with two motors on Y.
-    pub fn with_second(self) -> Self {
-        Self { has_second: true, ..self }
-    }
+fn sent(line: &str) -> String {
+    format!("send {line}\nexpect ok\n")
+}
 
-    /// What is measured, with the machine if that has a second motor.
-    pub fn named(&self, what: &str) -> String {
-        format!("{what}{}", if self.has_second { WITH_SECOND } else { "" })
+/// Script commands that stop the machine and make it ready again.
+fn commands(cause: Cause) -> &'static str {
+    match cause {
+        Cause::LimitSwitch => "switch X stuck-closed\nexpect ALARM:1\nswitch X normal",
+        Cause::FirstMotor => "switch Y stuck-closed\nexpect ALARM:1\nswitch Y normal",
+        Cause::SecondMotor => "switch 2 stuck-closed\nexpect ALARM:1\nswitch 2 normal",
+        Cause::EmergencyStop => "estop pressed\nexpect ALARM:10\nestop released",
+        Cause::SecondReset => "bytes 18\nwait-ms 5\nbytes 18\nexpect Grbl",
+        // The executor of the axes gets no time for a while, or that of the task that makes the steps.
+        Cause::DryPort => "mask-irq 28\nwait-ms 12\nunmask-irq 28\nexpect ALARM:22",
+        Cause::LateStep => "mask-irq 29\nwait-ms 2\nunmask-irq 29\nexpect ALARM:20",
     }
+}
 
-    /// Cycles to read a word that is not in flash's cache, with the flash set up by the firmware's second stage.
-    pub fn miss_cycles(&self) -> Result<u32> {
-        let run = self.run("expect Grbl\n", 0.0)?;
-        let cycles = run.result().map(|summary| summary.flash_cache.miss_cycles);
-        cycles.map_err(|why_not| anyhow!("the firmware does not start: {why_not}"))
+/// A move, its stop after a time, and what makes the machine ready again.
+fn stopped_move(script: &mut String, line: &str, wait_us: &str, cause: Cause) {
+    let stop = commands(cause);
+    write!(script, "{}wait-us {wait_us}\n{stop}\nwait-ms {SETTLE_MS}\n{}", sent(line), sent("$X"))
+        .expect("a String takes any text");
+}
+
+/// Long moves in one direction. Each is stopped before its end.
+fn stopping(machine: &Machine, cause: Cause, stops: u32, random: &mut Rand32) -> Result<String> {
+    let far = machine.straight(PROVED, 1.0)?.line();
+    let mut script = set_up(machine);
+    for _ in 0..stops {
+        let ratio = f64::from(random.rand_float());
+        let wait_us = STOPPED_US.start + ratio * (STOPPED_US.end - STOPPED_US.start);
+        stopped_move(&mut script, &far, &format!("{wait_us:.3}"), cause);
     }
+    Ok(script + "wait-idle\n")
+}
 
-    /// Runs `trial` and compares its edges with its plans.
-    pub fn follow(&self, trial: &Trial) -> Result<Measured<Followed>> {
-        let plans = trial.plans()?;
-        let followed = self
-            .run_recorded(Job::Script(&trial.script()), trial.duration_s()?, |_, edges| follow_file(edges, &plans))?;
-        Ok(followed.and_then(|followed| followed))
+/// Moves that ask too much of the port, each of which ends in an alarm.
+fn faulting(cause: Cause, rate_steps_s: u32, accel_steps_s2: f64, moves: u32) -> String {
+    let ramp = Ramp { s: f64::from(rate_steps_s) / accel_steps_s2, accel_max_steps_s2: accel_steps_s2 };
+    let (mut script, mut random) = (set_up(&Machine::new(rate_steps_s, ramp)), Rand32::new(SEED));
+    for _ in 0..moves {
+        let wait_us = 100_000 + (1e5 * random.rand_float()) as u32;
+        stopped_move(&mut script, "G91 G0 X80 Y80 Z80", &wait_us.to_string(), cause);
     }
+    script + "wait-idle\n"
+}
 
-    /// Runs `script` and returns the edges. The moves take `moving_s` in total.
-    pub fn run_for_edges(&self, script: &str, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
-        self.run_with_edges(Job::Script(script), moving_s)
-    }
+/// For each move, the time from the earliest last edge of an axis to the latest, us. A pause of half the settling time
+/// is between moves.
+fn apart_us(edges: &[Edge]) -> Vec<f64> {
+    let pause_cycles = u64::from(SETTLE_MS) * u64::from(CLOCK_HZ) / 2_000;
+    let moves = edges.chunk_by(|edge, next| next.cycle - edge.cycle < pause_cycles);
+    let last = |of: &[Edge], axis| of.iter().rfind(|edge| edge.axis == axis).map_or(of[0].cycle, |edge| edge.cycle);
+    let spread_us = |of: &[Edge]| {
+        let lasts = [0, 1, 2].map(|axis| last(of, axis));
+        let [earliest, latest] = [lasts.into_iter().min(), lasts.into_iter().max()].map(Option::unwrap_or_default);
+        (latest - earliest) as f64 * NS_PER_CYCLE * 1e-3
+    };
+    moves.map(spread_us).collect()
+}
 
-    /// Streams `program` by counting characters and returns the edges. The moves take at most `moving_s` in total.
-    pub fn stream_for_edges(&self, program: &str, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
-        self.run_with_edges(Job::Program(program), moving_s)
-    }
-
-    /// As [`Self::stream_for_edges`], but returns the edges and the changes of the tool's outputs.
-    pub fn stream_for_outputs(&self, program: &str, moving_s: f64) -> Result<Measured<(Vec<Edge>, Vec<OutputChange>)>> {
-        let ran = self.run_with_edges(Job::Program(program), moving_s)?;
-        let path = self.file("outputs");
-        let outputs = csv::Reader::from_path(&path).and_then(|file| file.into_deserialize().collect::<Result<_, _>>());
-        let outputs = outputs.with_context(|| format!("the outputs in {} cannot be read", path.display()))?;
-        Ok(ran.map(|(_, edges)| (edges, outputs)))
-    }
-
-    fn run_with_edges(&self, job: Job, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
-        self.run_recorded(job, moving_s, |summary, path| {
-            let edges = open(path).map(edges::read)?.collect::<Result<_, _>>();
-            Ok((summary, edges.with_context(|| unreadable(path))?))
-        })
-    }
-
-    /// Runs `job`. If the run succeeds, `judge` evaluates its summary and the file of its edges.
-    fn run_recorded<T>(
-        &self,
-        job: Job,
-        moving_s: f64,
-        judge: impl FnOnce(Summary, &Path) -> Result<T>,
-    ) -> Result<Measured<T>> {
-        let edges = self.file("edges");
-        let outputs = self.file("outputs");
-        let more = ["--edges".as_ref(), edges.as_os_str(), "--outputs".as_ref(), outputs.as_os_str()];
-        let judged = match self.run_with(job, moving_s, &more)? {
-            Measured::Figure(summary) => judge(summary, &edges).map(Measured::Figure),
-            Measured::Missing { why_not } => Ok(Measured::Missing { why_not }),
-        };
-        // The file has 240 MB after 10 s of 3 x 1,000,000 steps/s. Failing to remove it does no harm.
-        let _ = fs::remove_file(&edges);
-        judged
-    }
-
-    /// Runs `script`. The moves take `moving_s` in total.
-    pub fn run(&self, script: &str, moving_s: f64) -> Result<Measured<Summary>> {
-        self.run_with(Job::Script(script), moving_s, &[])
-    }
-
-    fn run_with(&self, job: Job, moving_s: f64, more: &[&OsStr]) -> Result<Measured<Summary>> {
-        let (text, options): (_, &[&str]) = match job {
-            Job::Script(text) => (text, &["--script"]),
-            Job::Program(text) => (text, &["--stream", "counting", "--program"]),
-        };
-        let (job_file, json) = (self.file("job"), self.file("json"));
-        let set_up = format!("send ${SECOND_MOTOR}\nexpect ok\n");
-        let text = match job {
-            Job::Script(text) if self.has_second => text.replacen(GREETING, &format!("{GREETING}{set_up}"), 1),
-            _ => text.to_owned(),
-        };
-        fs::write(&job_file, text).with_context(|| format!("cannot write {}", job_file.display()))?;
-        let mut command = Command::new("node");
-        command.arg(&self.candidate.emulator).arg("--elf").arg(&self.candidate.elf);
-        command
-            .args(options)
-            .arg(&job_file)
-            .arg("--json")
-            .arg(&json)
-            .args(["--board", self.candidate.model.name(), "--driver", self.candidate.driver])
-            .args(self.chip.options());
-        if self.candidate.proves {
-            command.args(["--enable", "open"]);
+/// Moves of three axes from rest on a machine with steep ramps, each with its rest before. In each pair, the first move has a
+/// cold cache, and the second is the move back right after it.
+fn starting(port: Port, starts: u32) -> Result<(String, Vec<Course>)> {
+    let (rate_steps_s, accel_steps_s2) = port.start_steps_s_and_s2();
+    let ramp = Ramp { s: f64::from(rate_steps_s) / accel_steps_s2, accel_max_steps_s2: ACCEL_MAX_STEPS_S2 };
+    let machine = Machine::new(rate_steps_s, ramp);
+    let mut random = Rand32::new(SEED);
+    let (mut script, mut courses) = (set_up(&machine), Vec::new());
+    for _ in 0..starts {
+        let steps = std::array::from_fn(|_| random.rand_range(WAY_UNITS) as i32 * UNIT_STEPS);
+        let there = machine.course(steps)?;
+        for (cold, course) in [("cold-cache\n", there.clone()), ("", there.back())] {
+            let rest_us = REST_US.start + f64::from(random.rand_float()) * (REST_US.end - REST_US.start);
+            script += &format!("wait-us {rest_us:.3}\n{cold}{}wait-idle\n", sent(&course.line()));
+            courses.push(course);
         }
-        if self.has_second {
-            command.args(["--second", "Y,0"]);
-            if let Job::Program(_) = job {
-                command.args(["--set", SECOND_MOTOR]);
-            }
-        }
-        command.arg(format!("--poll-hz={POLL_HZ}")).arg(format!("--timeout-s={}", moving_s + PATIENCE_S)).args(more);
-        // The summary of the previous run must not be taken for that of this one.
-        let _ = fs::remove_file(&json);
-        let output = command.output().context("cannot start node")?;
-        // A run that failed is a result and has a summary. Without a summary there was no run.
-        let Ok(summary) = fs::read(&json) else {
-            bail!("the emulator could not run: {}", String::from_utf8_lossy(&output.stderr).trim());
-        };
-        let summary: Summary = serde_json::from_slice(&summary).context("the emulator's summary is not understood")?;
-        let alone = summary.second.as_ref().map_or(0, |second| second.steps_alone);
-        Ok(match summary.trouble() {
-            None if alone > 0 => {
-                Measured::Missing { why_not: format!("{alone} steps of Y's motors are not on the same cycle") }
-            }
-            None => Measured::Figure(summary),
-            Some(trouble) => {
-                let said = last_message(&String::from_utf8_lossy(&output.stdout));
-                Measured::Missing { why_not: format!("{trouble}{said}") }
-            }
-        })
     }
+    Ok((script, courses))
+}
 
-    fn file(&self, extension: &str) -> PathBuf {
-        self.folder.join("run").with_extension(extension)
+/// The delay of each move, if the edges match the plans.
+fn delays(courses: &[Course], summary: &Summary, edges: &[Edge]) -> Measured<Starts> {
+    follow(edges.iter().copied().map(Ok), courses).map_err(|astray| astray.to_string())?;
+    let lines = summary.replies.iter().filter(|line| line.text.starts_with("G91"));
+    let delays = lines.filter_map(|line| line.arrived_ns).zip(courses).map(|(arrived_ns, course)| {
+        let next = edges.partition_point(|edge| (edge.cycle as f64) * NS_PER_CYCLE < arrived_ns);
+        let first_ns = edges.get(next).map_or(f64::NAN, |edge| edge.cycle as f64 * NS_PER_CYCLE);
+        let planned_ns = (0..PROVED).map(|axis| course.due_ns(axis, 1)).fold(f64::INFINITY, f64::min);
+        (first_ns - arrived_ns - planned_ns) * 1e-6
+    });
+    let delays_ms: Vec<f64> = delays.collect();
+    let of = |turn| delays_ms.iter().copied().skip(turn).step_by(2).collect();
+    Ok(Starts { cold_ms: of(0), warm_ms: of(1) })
+}
+
+/// When the lines of a stream were answered, if they made all their steps.
+fn carried(stream: &Stream, summary: &Summary) -> Measured<Carried> {
+    let made = summary.edges();
+    if let Some(edges) = stream.edges.as_ref().filter(|edges| !edges.contains(&made)) {
+        return Err(format!("{made} edges of {} steps", edges.end()));
     }
-}
-
-fn follow_file(path: &Path, plans: &[SyncMove<AXES>]) -> Result<Measured<Followed>> {
-    match follow(edges::read(open(path)?), plans) {
-        Ok(followed) => Ok(Measured::Figure(followed)),
-        Err(Astray::Read(error)) => Err(error).with_context(|| unreadable(path)),
-        Err(astray) => Ok(Measured::Missing { why_not: astray.to_string() }),
-    }
-}
-
-fn open(path: &Path) -> Result<BufReader<File>> {
-    let file = File::open(path).with_context(|| unreadable(path))?;
-    Ok(BufReader::with_capacity(1 << 20, file))
-}
-
-fn unreadable(path: &Path) -> String {
-    format!("the edges in {} cannot be read", path.display())
-}
-
-/// Parses `<Idle|MPos:1.000,2.000,3.000|...>` into X, Y and Z.
-fn position_mm(status: &str) -> Option<[f64; AXES]> {
-    let places = status.split_once("MPos:")?.1.split(['|', '>']).next()?;
-    let places: Option<Vec<f64>> = places.split(',').map(|place| place.parse().ok()).collect();
-    places?.try_into().ok()
-}
-
-/// The firmware's message about the error: the last message in the transcript, in brackets.
-fn last_message(transcript: &str) -> String {
-    let message = |line: &str| Some(line.split_once("[MSG:")?.1.trim_end_matches(']').to_owned());
-    transcript.lines().filter_map(message).next_back().map_or(String::new(), |text| format!(" ({text})"))
+    let answered = summary.replies.iter().skip(stream.before.len()).filter_map(|line| line.replied_ns);
+    Ok(Carried { answered_s: answered.map(|ns| ns * 1e-9).collect(), awake_ratio: Some(summary.moving.load) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    impl Summary {
-        /// The summary of a run with only `replies`, which are JSON objects separated by commas.
-        pub fn of_replies(replies: &str) -> Self {
-            let mut summary = summary("null", "null");
-            summary.replies = serde_json::from_str(&format!("[{replies}]")).unwrap();
-            summary
-        }
+    #[test]
+    fn a_script_stops_each_move_and_unlocks_the_machine() {
+        let machine = Machine::new(1_000_000, RAMP);
+        let script = stopping(&machine, Cause::LimitSwitch, 20, &mut Rand32::new(SEED)).unwrap();
+        let count = |line: &str| script.lines().filter(|each| *each == line).count();
+        assert_eq!((count("switch X stuck-closed"), count("switch X normal"), count("send $X")), (20, 20, 20));
+        let waits = script.lines().filter_map(|line| line.strip_prefix("wait-us ")?.parse().ok());
+        let waits: std::collections::BTreeSet<u64> = waits.map(|us: f64| us as u64).collect();
+        assert!(waits.len() == 20 && waits.iter().all(|us| (100_000..=300_000).contains(us)), "{waits:?}");
     }
 
-    fn summary(error: &str, alarm: &str) -> Summary {
-        let moving =
-            r#"{"time_ns": 8, "edges": 1, "load": 0.5, "awake_cycles_per_edge": 20.5, "interrupt_cycles_per_edge": 3}"#;
-        let status = r#""<Idle|MPos:1.500,0.000,-0.001|FS:0,0>""#;
-        let axes = r#"{"X": {"position_steps": 1500}, "Y": {"position_steps": 0}, "Z": {"position_steps": -1}}"#;
-        let text = format!(
-            r#"{{"error": {error}, "alarm": {alarm}, "final_status": {status}, "axes": {axes}, "moving": {moving}, "flash_cache": {{"miss_cycles": 40}}}}"#
+    #[test]
+    fn from_the_last_edge_of_the_dry_port_to_the_last_of_any() {
+        let edge = |us: u64, axis| Edge { cycle: us * 125, axis, direction: 1 };
+        let two_moves = [(0, 0), (1, 1), (2, 2), (4, 0), (5, 1), (20_000, 2), (20_001, 0), (20_007, 1)];
+        assert_eq!(apart_us(&two_moves.map(|(us, axis)| edge(us, axis))), [3.0, 7.0]);
+    }
+
+    #[test]
+    fn every_other_start_is_cold() {
+        let (script, courses) = starting(Port::Pio, 3).unwrap();
+        let lines: Vec<&str> =
+            script.lines().filter(|line| line.starts_with("cold") || line.starts_with("send G91")).collect();
+        assert_eq!(
+            lines.iter().map(|line| line.starts_with("cold")).collect::<Vec<_>>(),
+            [true, false, false].repeat(3)
         );
-        serde_json::from_str(&text).unwrap()
+        assert!(script.contains("send $120=5000\n"), "steep: {script}");
+        assert!(courses.len() == 6 && courses[1].steps == courses[0].steps.map(|n| -n));
     }
 
     #[test]
-    fn a_step_off_its_place_is_seen() {
-        let mut summary = summary("null", "null");
-        assert_eq!(summary.position_error_steps(), Some([0; 3]));
-        summary.axes.get_mut("Y").unwrap().position_steps = 2;
-        assert_eq!(summary.position_error_steps(), Some([0, -2, 0]));
-        summary.final_status = Some("<Idle|MPos:1.5".to_owned());
-        assert_eq!(summary.position_error_steps(), None);
+    fn a_delay_is_what_the_plan_does_not_take() {
+        let (_, courses) = starting(Port::Pio, 1).unwrap();
+        let (mut edges, mut replies) = (Vec::new(), Vec::new());
+        for (course, (arrived_ns, delay_ns)) in courses.iter().zip([(1e9, 800_000.0), (2e9, 600_000.0)]) {
+            replies.push(format!(r#"{{"text": "G91 G0", "arrived_ns": {arrived_ns}}}"#));
+            let mut of: Vec<Edge> = (0..PROVED)
+                .flat_map(|axis| (1..=course.count(axis)).map(move |k| (axis, k)))
+                .map(|(axis, k)| {
+                    let t_ns = arrived_ns + delay_ns + course.due_ns(axis, k);
+                    Edge { cycle: (t_ns / NS_PER_CYCLE).round() as u64, axis, direction: course.steps[axis].signum() }
+                })
+                .collect();
+            of.sort_by_key(|edge| edge.cycle);
+            edges.extend(of);
+        }
+        let summary = Summary::of_replies(&replies.join(","));
+        let starts = delays(&courses, &summary, &edges).unwrap();
+        assert!((starts.cold_ms[0] - 0.8).abs() < 1e-5 && (starts.warm_ms[0] - 0.6).abs() < 1e-5, "{starts:?}");
+        assert!(delays(&courses, &summary, &edges[1..]).is_err(), "a lost step");
     }
 
     #[test]
-    fn a_cruise_is_what_a_move_costs_more_than_its_ramps() {
-        let moving = |time_ns, edges, load, awake_cycles_per_edge| Moving {
-            time_ns,
-            edges,
-            load,
-            awake_cycles_per_edge,
-            interrupt_cycles_per_edge: 0.0,
+    fn a_stream_counts_if_it_made_all_its_steps() {
+        let replies = r#"{"text": "$11=1", "arrived_ns": 1, "replied_ns": 2e9}, {"text": "X1", "arrived_ns": 3, "replied_ns": 4e9}"#;
+        let summary = Summary::of_replies(replies);
+        let of = |edges| {
+            carried(&Stream { before: vec!["$11=1".to_owned()], lines: vec!["X1".to_owned()], edges }, &summary)
         };
-        let cruise = moving(400.0, 30.0, 0.5, 30.0).less(&moving(100.0, 10.0, 0.8, 50.0));
-        assert_eq!((cruise.time_ns, cruise.edges, cruise.load, cruise.awake_cycles_per_edge), (300.0, 20.0, 0.4, 20.0));
-    }
-
-    #[test]
-    fn an_alarm_explains_what_failed_after_it() {
-        assert_eq!(summary("null", "null").trouble(), None);
-        assert_eq!(summary("null", r#""ALARM:1""#).trouble(), None, "a stop that was asked for");
-        assert_eq!(summary(r#""script line 9 (expect ok): got error:9""#, "null").trouble(), Some("got error:9"));
-        assert_eq!(summary(r#""3 violations""#, "null").trouble(), Some("3 violations"));
-        assert_eq!(summary(r#""got error:9""#, r#""ALARM:22""#).trouble(), Some("ALARM:22"));
-    }
-
-    #[test]
-    fn the_last_message_is_reported_too() {
-        let transcript = "    0.000001 < [MSG:first]\n    0.100000 < [MSG:a step of X was too late]\n    0.2 < ok\n";
-        assert_eq!(last_message(transcript), " (a step of X was too late)");
-        assert_eq!(last_message("    0.2 < ok"), "");
+        assert_eq!(of(Some(0..=0)).unwrap().answered_s, [4.0]);
+        assert_eq!(of(Some(14..=14)).unwrap_err(), "0 edges of 14 steps");
     }
 }

@@ -31,7 +31,7 @@ impl Chip {
     }
 
     /// The name for the head of a column.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::AsItIs => "the chip",
             Self::IdealFlash => "ideal flash",

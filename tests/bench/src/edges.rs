@@ -3,10 +3,7 @@
 
 use std::io::{self, ErrorKind, Read};
 
-use super::trial::AXES;
-
-/// Duration of a cycle.
-pub const NS_PER_CYCLE: f64 = 8.0;
+use isostep::measure::course::PROVED;
 
 /// A rising edge of STEP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +39,7 @@ fn word(input: &mut impl Read) -> io::Result<Option<u64>> {
 
 fn edge(word: u64) -> io::Result<Edge> {
     let axis = (word >> 1 & 3) as usize;
-    if axis >= AXES {
+    if axis >= PROVED {
         return Err(io::Error::new(ErrorKind::InvalidData, format!("there is no axis {axis} in the file of edges")));
     }
     Ok(Edge { cycle: word >> 3, axis, direction: if word & 1 == 1 { 1 } else { -1 } })

@@ -1,8 +1,9 @@
 //! The extent of the measurements.
 
+use isostep::measure::course::PROVED;
+use isostep::measure::search;
+
 use super::chip::Chip;
-use super::search;
-use super::trial::AXES;
 
 /// The settings that determine how long the measurements take.
 #[derive(Clone, Debug)]
@@ -23,7 +24,7 @@ pub struct Effort {
     pub starts: u32,
     /// Number of short moves that are streamed.
     pub moves: usize,
-    /// Whether the cost of the mathematics of a move is measured.
+    /// The cost of the mathematics of a move is measured too.
     pub mathematics: bool,
 }
 
@@ -53,7 +54,7 @@ impl Effort {
     /// only those that have a target.
     pub fn quick(chip: Chip) -> Self {
         let all = Self {
-            axes: &[AXES],
+            axes: &[PROVED],
             rates: search::coarse(),
             cruise_s: 0.05,
             long_move_s: 1.0,
@@ -76,7 +77,7 @@ impl Effort {
         let highest = highest_steps_s.unwrap_or(u32::MAX);
         let rates = self.rates.iter().copied().filter(|&rate| rate <= highest && rate >= highest / 2).collect();
         Self {
-            axes: &[AXES],
+            axes: &[PROVED],
             rates,
             long_move_s: self.long_move_s / 2.0,
             stops: self.stops.div_ceil(6),
@@ -86,6 +87,6 @@ impl Effort {
 
     /// Without the measurements that have no target, and without the mathematics, which runs from RAM.
     fn of_targets(&self) -> Self {
-        Self { axes: &[AXES], load_s: None, starts: 0, mathematics: false, ..self.clone() }
+        Self { axes: &[PROVED], load_s: None, starts: 0, mathematics: false, ..self.clone() }
     }
 }

@@ -3,17 +3,12 @@
 //! that.
 
 use anyhow::Result;
-use serde::Serialize;
+use isostep::measure::course::NS_PER_CYCLE;
+use isostep::measure::errors::Errors;
+use isostep::measure::{Better, Figure, Findings, Measured};
 
-use super::board::{Board, OutputChange};
-use super::edges::{Edge, NS_PER_CYCLE};
-use super::effort::Effort;
-use super::measured::Measured;
-use isostep::screen::grouped;
-
-use super::port::Port;
-use super::progress::Case;
-use super::statistics::{ErrorFigures, Errors};
+use super::edges::Edge;
+use super::runs::{Job, OutputChange, Runs};
 
 /// Of the X axis.
 const STEPS_PER_MM: usize = 80;
@@ -29,45 +24,36 @@ const HASTY_MM_S: f64 = 600.0;
 /// The run does not wait for a core that makes fewer pixels per second than this.
 const SLOWEST_PIXELS_S: f64 = 100.0;
 
-/// The results for some lines of pixels.
-#[derive(Clone, Debug, Serialize)]
-pub struct LevelFigures {
-    /// Number of pixels in each line.
-    pub pixels: usize,
-    /// The time from the middle between the two steps where a level should begin to its real beginning, at 1,000 moves
-    /// per second.
-    pub distances: Measured<ErrorFigures>,
-    /// The highest sustained rates, moves/s: with constant levels (M3), and with levels that follow the speed (M4).
-    pub carried_constant: Measured<f64>,
-    pub carried_by_speed: Measured<f64>,
-}
-
 /// Measures lines of `pixels` each.
-pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<LevelFigures> {
-    let pixels = effort.moves;
-    let case = Case::named(board.chip, port, &format!("{} pixels of 0.1 mm at 1,000 a second", grouped(pixels as u64)));
-    let distances = run(board, "M3", STEADY_MM_S, pixels)?.and_then(|line| line.distances().into());
-    case.end(&distances.words(words));
-    let [carried_constant, carried_by_speed] = ["M3", "M4"].map(|mode| {
-        let case = Case::named(board.chip, port, &format!("{} pixels by {mode}, hasty", grouped(pixels as u64)));
-        let carried = run(board, mode, HASTY_MM_S, pixels)?.and_then(|line| line.rate_pixels_s().into());
-        case.end(&carried.words(rate_words));
-        Ok::<_, anyhow::Error>(carried)
-    });
-    Ok(LevelFigures { pixels, distances, carried_constant: carried_constant?, carried_by_speed: carried_by_speed? })
+pub fn measure(runs: &Runs, found: &mut Findings, pixels: usize) -> Result<()> {
+    let what = "from the middle between its two steps to the change of a laser's level, at 1,000 moves/s";
+    let distance = |key: &str, part: &str| {
+        Figure::new(format!("level.{key}"), format!("{what}, {part}"), "us").compared(Better::Lower, 0.05, 0.1)
+    };
+    match run(runs, "M3", STEADY_MM_S, pixels)?.and_then(|line| line.distances()) {
+        Ok(errors) => {
+            let [median_ns, p99_ns] = [0.5, 0.99].map(|ratio| errors.quantile_ns(ratio));
+            for (key, part, ns) in
+                [("median", "median", median_ns), ("p99", "p99", p99_ns), ("max", "at most", errors.max_ns())]
+            {
+                found.add(distance(key, part).measured(ns * 1e-3, format!("of {pixels} pixels of 0.1 mm")));
+            }
+        }
+        Err(why_not) => found.add(distance("max", "at most").missing(why_not)),
+    }
+    for (mode, levels) in [("M3", "constant levels"), ("M4", "levels by speed")] {
+        let what = format!("pixels of 0.1 mm a second, {levels} ({mode})");
+        let figure = Figure::new(format!("pixels.{mode}"), what, "pixels/s").compared(Better::Higher, 0.02, 0.0);
+        found.add(match run(runs, mode, HASTY_MM_S, pixels)?.and_then(|line| line.rate_pixels_s()) {
+            Ok(per_s) => figure.measured(per_s.round(), "in the middle half of a line"),
+            Err(why_not) => figure.missing(why_not),
+        });
+    }
+    Ok(())
 }
 
-pub fn words(distances: &ErrorFigures) -> String {
-    let [median, p99, max] = [distances.median_ns, distances.p99_ns, distances.max_ns].map(|ns| ns * 1e-3);
-    format!("median {median:.1}, p99 {p99:.1}, max {max:.1} us")
-}
-
-pub fn rate_words(pixels_s: &f64) -> String {
-    format!("{} pixels/s", grouped(*pixels_s as u64))
-}
-
-fn run(board: &Board, mode: &str, feed_mm_s: f64, pixels: usize) -> Result<Measured<Line>> {
-    let ran = board.stream_for_outputs(&program(mode, feed_mm_s, pixels), pixels as f64 / SLOWEST_PIXELS_S)?;
+fn run(runs: &Runs, mode: &str, feed_mm_s: f64, pixels: usize) -> Result<Measured<Line>> {
+    let ran = runs.outputs(Job::Program(&program(mode, feed_mm_s, pixels)), pixels as f64 / SLOWEST_PIXELS_S)?;
     Ok(ran.map(|(edges, outputs)| Line { pixels, edges, outputs }))
 }
 
@@ -97,7 +83,7 @@ impl Line {
         Some((before?.cycle + after?.cycle) as f64 / 2.0 * NS_PER_CYCLE)
     }
 
-    fn distances(&self) -> Result<ErrorFigures, String> {
+    fn distances(&self) -> Measured<Errors> {
         let mut errors = Errors::default();
         for pixel in 0..self.pixels {
             let begin_ns = self.begin_ns(pixel).ok_or_else(|| format!("{} edges", self.edges.len()))?;
@@ -110,11 +96,11 @@ impl Line {
             let nearest_ns = all.min_by(|a, b| a.abs().total_cmp(&b.abs()));
             errors.add(nearest_ns.ok_or_else(|| format!("pixel {pixel} never had its level"))?);
         }
-        Ok(errors.figures())
+        Ok(errors)
     }
 
     /// The rate in the middle half of the line.
-    fn rate_pixels_s(&self) -> Result<f64, String> {
+    fn rate_pixels_s(&self) -> Measured<f64> {
         let [from, to] = [self.pixels / 4, self.pixels * 3 / 4].map(|pixel| self.begin_ns(pixel).map(|ns| (pixel, ns)));
         let (Some((from, from_ns)), Some((to, to_ns))) = (from, to) else {
             return Err(format!("{} edges", self.edges.len()));
@@ -142,11 +128,11 @@ mod tests {
 
     #[test]
     fn distances_are_from_the_middle_between_steps() {
-        let figures = line(100, 3_000.0).distances().unwrap();
-        assert_eq!([figures.median_ns, figures.max_ns, figures.edges as f64], [3_000.0, 3_000.0, 100.0]);
+        let errors = line(100, 3_000.0).distances().unwrap();
+        assert_eq!((errors.quantile_ns(0.5), errors.max_ns(), errors.count()), (3_000.0, 3_000.0, 100));
         let mut short = line(100, 0.0);
         short.outputs.remove(50);
-        assert!(short.distances().unwrap().max_ns > 30_000.0, "another one of its like is far off");
+        assert!(short.distances().unwrap().max_ns() > 30_000.0, "another one of its like is far off");
         short.edges.truncate(500);
         assert_eq!(short.distances(), Err("500 edges".to_owned()));
     }

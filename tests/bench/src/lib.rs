@@ -2,13 +2,11 @@
 //!
 //! # Design
 //! ```text
-//! trial: settings and moves --script--> board: the firmware, emulated --edges--> follow: every edge
-//!              |                                |                                  |
-//!              +---- plans in closed form ------|----------------------------------+
-//!                                               |
-//!              rates, accuracy, load, stops, starts, moves: one file a measurement
-//!                                               |
-//!                                  figures: table, JSON, report
+//! isostep::measure: rates, edges, load, stops, starts, moves -- board: the emulated board, as they see it --+
+//! levels, outputs: a laser's, by the emulator ---------------------------------------------------------- runs: a
+//! mathematics: another firmware, on the same chip                                             firmware, emulated
+//!              |
+//!        figures of each chip -- table, JSON, page
 //! ```
 //! All of this is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with costly misses.
 //! Nothing is asserted: a missed target is only marked in the figures. An error is returned only if a run cannot be
@@ -20,53 +18,48 @@
 #[macro_use]
 extern crate isostep;
 
-mod accuracy;
-mod beside;
 mod board;
 mod candidate;
 mod chip;
 mod edges;
 mod effort;
-mod figures;
-mod floats;
-mod flow;
 mod follow;
-mod laws;
 mod levels;
 mod lines;
-mod load;
-mod measured;
-mod micro;
-mod moves;
+mod mathematics;
 mod outputs;
+mod page;
 mod port;
-mod progress;
-mod rates;
-mod report;
-mod search;
-mod starts;
-mod statistics;
-mod stops;
-mod table;
-mod target;
-mod trial;
+mod runs;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread;
 
 use anyhow::{Context, Result, ensure};
+use isostep::files::Files;
+use isostep::measure::board::Board;
+use isostep::measure::course::{CLOCK_HZ, PROVED};
+use isostep::measure::edges::Edges;
+use isostep::measure::moves::{Corners, Curve};
+use isostep::measure::rates::Trials;
+use isostep::measure::stops::Cause;
+use isostep::measure::{Findings, Machine, Ramp, load, moves, rates, starts, stops, table, together};
+use isostep::screen::{announce, grouped};
+use rp2040_bench::{FLOW_CASES, START_MM};
+use serde::Serialize;
 
-use self::board::{Board, CLOCK_HZ, POLL_HZ};
+use self::board::Emulated;
 pub use self::candidate::{Candidate, Model};
 use self::chip::Chip;
 use self::effort::Effort;
-use self::figures::{ChipFigures, Conditions, Figures, MachineFigures, PortFigures};
-use self::micro::MicroFigures;
 pub use self::port::Port;
-use self::trial::{ACCEL_MAX_STEPS_S2, AXES};
-use isostep::files::Files;
-use isostep::screen::announce;
+use self::runs::{POLL_HZ, Runs};
+
+/// Acceleration of the fastest machines, steps/s2: 1,000,000 steps/s in 0.2 s.
+const ACCEL_MAX_STEPS_S2: f64 = 5e6;
+/// The ramps of rates, long moves, loads and stops.
+const RAMP: Ramp = Ramp { s: 0.2, accel_max_steps_s2: ACCEL_MAX_STEPS_S2 };
 
 /// Measure the firmware's step ports on the emulated board
 #[derive(clap::Args)]
@@ -173,17 +166,32 @@ pub struct Images {
     pub emulator: PathBuf,
 }
 
+/// The results of a whole run.
+#[derive(Serialize)]
+struct Figures {
+    /// The command that prints them.
+    command: String,
+    /// The conditions on which every figure depends, in words.
+    conditions: String,
+    /// On the real chip.
+    chip: Findings,
+    /// On a chip with flash that reads like RAM.
+    ideal_flash: Findings,
+    /// On a chip on which a word that is not in flash's cache takes twice as long.
+    miss_costs_twice: Findings,
+}
+
 /// Runs the verb. `folder` is for the files of the runs.
 ///
 /// # Errors
 /// A run that cannot be made, or a file that cannot be written.
 pub fn run(args: &Args, images: &Images, folder: &Path) -> Result<()> {
     let candidates = &images.candidates;
-    let miss_cycles = Board::new(&candidates[0], Chip::AsItIs, folder).miss_cycles()?;
+    let miss_cycles = Runs::new(&candidates[0], Chip::AsItIs, folder).miss_cycles()?;
     let on = |chip: Chip| {
         let folder = folder.join(chip.slug());
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-        measure_on(chip, images, &folder, args)
+        on_chip(chip, images, &folder, args)
     };
     // Two threads may run at once, because no figure depends on how long it takes to measure.
     let (chip, others) = thread::scope(|scope| {
@@ -192,99 +200,180 @@ pub fn run(args: &Args, images: &Images, folder: &Path) -> Result<()> {
     });
     let [ideal_flash, miss_costs_twice] = others.expect("a measurement does not panic");
     let figures = Figures {
+        command: command(args),
         conditions: conditions(args, candidates[0].driver, miss_cycles),
         chip: chip?,
         ideal_flash: ideal_flash?,
         miss_costs_twice: miss_costs_twice?,
     };
-    print!("{}", table::table(&figures));
-    write_files(args, &figures)?;
-    ensure!(figures.chip.ports.iter().any(PortFigures::moved), "no move went through on any port");
-    Ok(())
-}
-
-fn measure_on(chip: Chip, images: &Images, folder: &Path, args: &Args) -> Result<ChipFigures> {
-    let effort = if args.quick { Effort::quick(chip) } else { Effort::full(chip) };
-    let ports = images.candidates.iter().map(|candidate| measure(candidate, chip, folder, &effort));
-    let ports = ports.collect::<Result<Vec<_>>>()?;
-    let mathematics = effort.mathematics && args.mathematics();
-    Ok(ChipFigures::new(ports, mathematics.then(|| self::mathematics(images, chip, folder)).transpose()?))
-}
-
-fn measure(candidate: &Candidate, chip: Chip, folder: &Path, effort: &Effort) -> Result<PortFigures> {
-    let port = candidate.port;
-    let board = Board::new(candidate, chip, folder);
-    let begin = |what: &str| announce(&format!("{}, {}: {what}", port.name(), chip.name()));
-    let machine = measure_machine(&board, port, effort)?;
-    if effort.starts > 0 {
-        begin("starts");
-    }
-    let starts = starts::measure(&board, port, effort)?;
-    begin("levels");
-    let levels = levels::measure(&board, port, effort)?;
-    begin("outputs");
-    let outputs = outputs::measure(&board, port, effort)?;
-    let highest_steps_s = rates::highest_steps_s(&machine.rates, AXES);
-    // Nothing of a second motor is in flash, so the ideal one shows nothing new. A proving image does not drive it.
-    let has_second = chip != Chip::IdealFlash && !candidate.proves;
-    let with_second = has_second
-        .then(|| measure_machine(&board.with_second(), port, &effort.with_second(highest_steps_s)))
-        .transpose()?;
-    Ok(PortFigures { port, machine, starts, levels, outputs, with_second })
-}
-
-fn measure_machine(board: &Board, port: Port, effort: &Effort) -> Result<MachineFigures> {
-    let begin = |what: &str| announce(&format!("{}, {}: {}", port.name(), board.chip.name(), board.named(what)));
-    begin("rates");
-    let rates = rates::measure(board, port, effort)?;
-    begin("accuracy");
-    let accuracy = accuracy::measure(board, port, rates::highest_steps_s(&rates, AXES), effort)?;
-    if effort.load_s.is_some() {
-        begin("load");
-    }
-    let load = load::measure(board, port, effort)?;
-    begin("stops");
-    let stops = stops::measure(board, port, accuracy.rate_steps_s, effort)?;
-    begin("moves");
-    let moves = moves::measure(board, port, effort)?;
-    Ok(MachineFigures { has_second: board.has_second, rates, accuracy, load, stops, moves })
-}
-
-fn mathematics(images: &Images, chip: Chip, folder: &Path) -> Result<MicroFigures> {
-    announce(&format!("mathematics, {}", chip.name()));
-    let figures = micro::measure(&images.mathematics, &images.emulator, chip, folder)?;
-    eprintln!("    every result of the chip's is this computer's, to the bit");
-    Ok(figures)
-}
-
-fn conditions(args: &Args, driver: &'static str, miss_cycles: u32) -> Conditions {
-    let quick = if args.quick { " --quick" } else { "" };
-    let port = args.port.map_or("", |port| if port == Port::Pio { " --port pio" } else { " --port timer" });
-    let prove = if args.prove { " --prove" } else { "" };
-    let (board, name) = match args.board {
-        Model::Pico => ("", "emulated"),
-        Model::SkrPico => (" --board skr-pico", "emulated SKR Pico"),
-    };
-    Conditions {
-        command: format!("cargo xtask bench{quick}{board}{port}{prove}"),
-        board: name,
-        clock_hz: CLOCK_HZ,
-        flash: "read through the chip's cache, emulated too",
-        miss_cycles,
-        build: candidate::build_options(),
-        driver,
-        poll_hz: POLL_HZ,
-        ramp_s: rates::RAMP_S,
-        accel_max_steps_s2: ACCEL_MAX_STEPS_S2,
-    }
-}
-
-fn write_files(args: &Args, figures: &Figures) -> Result<()> {
+    print!("\n{} Command: {}\n\n", figures.conditions, figures.command);
+    print!("{}", table::text(page::HEAD, page::rows(&figures)));
+    println!("\nPlanning and compiling on this computer: cargo bench -p isostep-profile");
     if let Some(path) = &args.json {
-        isostep::files::write(path, (serde_json::to_string_pretty(figures)? + "\n").as_bytes())?;
+        isostep::files::write(path, (serde_json::to_string_pretty(&figures)? + "\n").as_bytes())?;
     }
     if let Some(folder) = &args.report {
-        isostep::files::write_page(folder, &report::page(figures))?;
+        isostep::files::write_page(folder, &page::page(&figures))?;
+    }
+    let moved =
+        |port: &Port| figures.chip.figure(&format!("{}.rate.3", port.key())).is_some_and(|rate| rate.value.is_some());
+    ensure!(args.ports().iter().any(moved), "no move went through on any port");
+    Ok(())
+}
+
+fn on_chip(chip: Chip, images: &Images, folder: &Path, args: &Args) -> Result<Findings> {
+    let effort = if args.quick { Effort::quick(chip) } else { Effort::full(chip) };
+    let mut found = Findings::default();
+    for candidate in &images.candidates {
+        measure(candidate, Runs::new(candidate, chip, folder), &effort, &mut found)?;
+    }
+    if effort.mathematics && args.mathematics() {
+        announce(&format!("mathematics, {}", chip.name()));
+        mathematics::measure(&images.mathematics, &images.emulator, chip, folder, &mut found)?;
+        eprintln!("    every result of the chip's is this computer's, to the bit");
+    }
+    Ok(found)
+}
+
+fn measure(candidate: &Candidate, runs: Runs, effort: &Effort, found: &mut Findings) -> Result<()> {
+    let (port, chip) = (candidate.port, runs.chip);
+    announce(&format!("{}, {}", port.name(), chip.name()));
+    let mut of_port = Findings::default();
+    let highest_steps_s = machine(runs, port, effort, &mut of_port)?;
+    if effort.starts > 0 {
+        starts::measure(&mut emulated(runs, port, effort), &mut of_port, effort.starts)?;
+    }
+    levels::measure(&runs, &mut of_port, effort.moves)?;
+    outputs::measure(&runs, &mut of_port, effort.stops)?;
+    found.add_part(port.key(), port.name(), of_port);
+    // Nothing of a second motor is in flash, so the ideal one shows nothing new. A proving image does not drive it.
+    if chip != Chip::IdealFlash && !candidate.proves {
+        let mut of_machine = Findings::default();
+        machine(runs.with_second(), port, &effort.with_second(highest_steps_s), &mut of_machine)?;
+        found.add_part(&format!("{}.second", port.key()), &format!("{}, two motors on Y", port.name()), of_machine);
     }
     Ok(())
+}
+
+fn emulated<'a>(runs: Runs<'a>, port: Port, effort: &Effort) -> Emulated<'a> {
+    Emulated { runs, port, load_s: effort.load_s.unwrap_or_default() }
+}
+
+/// Measures a port on a machine with or without a second motor. Returns the highest rate of all axes at once, steps/s.
+fn machine(runs: Runs, port: Port, effort: &Effort, found: &mut Findings) -> Result<Option<u32>> {
+    let mut board = emulated(runs, port, effort);
+    let trials = Trials { axes: effort.axes, rates: &effort.rates, ramp: RAMP, cruise_s: effort.cruise_s };
+    let highest_steps_s = rates::measure(&mut board, found, &trials)?;
+    // A move at the target rate; if that fails, one at the highest rate that was sustained too.
+    let mut rate_steps_s = port.target_steps_s();
+    if !long_move(&mut board, found, rate_steps_s, effort)?
+        && let Some(less) = highest_steps_s.filter(|rate| *rate < rate_steps_s)
+    {
+        rate_steps_s = less;
+        long_move(&mut board, found, rate_steps_s, effort)?;
+    }
+    if effort.load_s.is_some() {
+        load::measure(&mut board, found, port.load_rates_steps_s())?;
+    }
+    stops::measure(&mut board, found, causes(port, runs.has_second), rate_steps_s, effort.stops)?;
+    // Those of the slower port take the longest of all, and a third of them shows the rate too.
+    let is_figure = port == Port::Pio || (runs.chip == Chip::AsItIs && !runs.has_second);
+    let curve = curve(if is_figure { effort.moves } else { effort.moves / 3 }, port.moves_feed_mm_min());
+    moves::measure(&mut board, found, &curve, &[Corners::Exact, Corners::Blends, Corners::Zv, Corners::Box])?;
+    for (key, target) in port.targets() {
+        found.promise(&key, target);
+    }
+    Ok(highest_steps_s)
+}
+
+/// A port that faults is measured without a second motor, which has its words from the same one. A TimerPort does not run dry:
+/// its steps come too late.
+fn causes(port: Port, has_second: bool) -> &'static [Cause] {
+    match (has_second, port) {
+        (true, _) => &[Cause::FirstMotor, Cause::SecondMotor, Cause::EmergencyStop, Cause::SecondReset],
+        (false, Port::Pio) => &[Cause::LimitSwitch, Cause::EmergencyStop, Cause::SecondReset, Cause::DryPort],
+        (false, Port::Timer) => &[Cause::LimitSwitch, Cause::EmergencyStop, Cause::SecondReset, Cause::LateStep],
+    }
+}
+
+/// Compares every edge of a long move of three axes, from the first one on, with its closed form. Returns whether it went
+/// through.
+fn long_move(board: &mut Emulated, found: &mut Findings, rate_steps_s: u32, effort: &Effort) -> Result<bool> {
+    let machine = Machine::new(rate_steps_s, RAMP);
+    let course = machine.straight(PROVED, effort.long_move_s - 2.0 * RAMP.s)?;
+    let edges = Edges {
+        key: format!("edges.{rate_steps_s}"),
+        of: format!("{}, a move of {:.1} s", together(rate_steps_s), course.duration_s()),
+        unit_ns: board.method().unit_ns,
+        flatters: board.method().edges,
+        made: course.edges(),
+    };
+    board.note(&format!("edges, {}", edges.of));
+    let followed = match board.follow(&machine, &[course])? {
+        Ok(followed) => followed,
+        Err(why_not) => {
+            found.add(edges.worst().missing(&*why_not));
+            found.add(edges.figure("p99", "99 % of the edges within", "ns").missing(why_not));
+            return Ok(false);
+        }
+    };
+    let mut add = |key: &str, what: &str, unit: &str, value: f64| {
+        found.add(edges.figure(key, what, unit).measured(value, "a mean of many edges"));
+    };
+    let [earliest_ns, latest_ns] = followed.errors.extremes_ns();
+    add("earliest", "earliest edge", "ns", earliest_ns);
+    add("latest", "latest edge", "ns", latest_ns);
+    if let Some(drift) = followed.drift {
+        add("drift", "drift", "ns/s", drift.slope_ns_s);
+        let ends = grouped(drift.end_edges);
+        add("ends", &format!("the last {ends} edges less the first {ends}"), "ns", drift.last_less_first_ns);
+    }
+    edges.add(found, followed.errors, None);
+    Ok(true)
+}
+
+/// The short moves whose mathematics is timed too, at a feed that the core can hardly keep.
+fn curve(moves: usize, feed_mm_min: f64) -> Curve {
+    let mut path = rp2040_bench::Path::new(&FLOW_CASES[0]);
+    let (mut lines, mut steps) = (Vec::new(), 0);
+    for _ in 0..moves {
+        let from = path.place_steps();
+        lines.push(String::from_utf8_lossy(path.next_line().bytes()).trim_end().to_owned());
+        steps += from.iter().zip(path.place_steps()).map(|(&from, to)| u64::from(to.abs_diff(from))).sum::<u64>();
+    }
+    Curve { begin_mm: [START_MM; PROVED], feed_mm_min, lines, steps: Some(steps) }
+}
+
+fn command(args: &Args) -> String {
+    let quick = if args.quick { " --quick" } else { "" };
+    let board = if args.board == Model::SkrPico { " --board skr-pico" } else { "" };
+    let port = args.port.map_or("", |port| if port == Port::Pio { " --port pio" } else { " --port timer" });
+    let prove = if args.prove { " --prove" } else { "" };
+    format!("cargo xtask bench{quick}{board}{port}{prove}")
+}
+
+fn conditions(args: &Args, driver: &str, miss_cycles: u32) -> String {
+    let board = if args.board == Model::Pico { "emulated" } else { "emulated SKR Pico" };
+    format!(
+        "All figures: {board}, {} MHz, flash read through the chip's cache, emulated too ({miss_cycles} cycles for a word \
+         that it does not hold), {}; driver {}, status polled over USB at {POLL_HZ} Hz; from rest in {} s, at most {} steps/s2.",
+        CLOCK_HZ / 1_000_000,
+        candidate::build_options(),
+        driver.to_uppercase(),
+        RAMP.s,
+        grouped(ACCEL_MAX_STEPS_S2 as u64),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_has_its_moves_and_their_steps() {
+        let curve = curve(8, 60_000.0);
+        assert_eq!(curve.lines[0], "G1X500.180Y500.004Z500.080");
+        // A move of 0.2 mm has 14.4, 0.3 and 6.4 steps.
+        assert_eq!((curve.lines.len(), super::curve(1, 60_000.0).steps), (8, Some(14 + 6)));
+    }
 }

@@ -6,13 +6,12 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result, ensure};
 use isostep_profile::SyncMove;
 use rp2040_bench::{Checksum, TICK_HZ};
-use serde::Serialize;
 
 /// Number of axes that step at once.
 pub(super) const AXES: f64 = 3.0;
 
 /// Cycles per segment.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct CompileFigures {
     pub phase: &'static str,
     pub segments: u32,

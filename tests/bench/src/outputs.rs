@@ -4,14 +4,10 @@
 use std::fmt::Write;
 
 use anyhow::Result;
+use isostep::measure::{Better, Figure, Findings, Measured};
 use oorandom::Rand32;
-use serde::Serialize;
 
-use super::board::{Board, ToolFigures};
-use super::effort::Effort;
-use super::measured::Measured;
-use super::port::Port;
-use super::progress::Case;
+use super::runs::{Job, Runs, ToolFigures};
 
 /// The latest instant of a stop, us after the laser was switched on.
 const WINDOW_US: u32 = 60_000;
@@ -34,37 +30,28 @@ const CAUSES: [(&str, &str, &str); 4] = [
 ];
 const CRASH: u32 = 3;
 
-/// The longest times for which the outputs stayed on.
-#[derive(Clone, Debug, Serialize)]
-pub struct OffFigures {
-    /// Number of stops by all causes.
-    pub stops: u32,
-    /// The longest time for each cause, us.
-    pub most_us: Vec<Off>,
-}
-
-/// The longest time for one cause.
-#[derive(Clone, Debug, Serialize)]
-pub struct Off {
-    pub cause: &'static str,
-    pub most_us: f64,
-}
-
-impl OffFigures {
-    pub fn words(&self) -> String {
-        let each = self.most_us.iter().map(|Off { cause, most_us }| format!("{cause} {most_us:.1}"));
-        format!("{} us at most, of {} stops", each.collect::<Vec<_>>().join(", "), self.stops)
-    }
-}
-
 /// Measures stops at random instants of moves with the laser on.
-pub fn measure(board: &Board, port: Port, effort: &Effort) -> Result<Measured<OffFigures>> {
-    let case = Case::named(board.chip, port, &format!("{} stops with a laser on", effort.stops));
-    let off = board
-        .run(&script(effort.stops), f64::from(effort.stops))?
-        .and_then(|summary| off(&summary.tool, effort.stops).into());
-    case.end(&off.words(OffFigures::words));
-    Ok(off)
+pub fn measure(runs: &Runs, found: &mut Findings, stops: u32) -> Result<()> {
+    let ran = runs.run(Job::Script(&script(stops)), f64::from(stops))?;
+    add(found, stops, ran.map(|summary| summary.tool));
+    Ok(())
+}
+
+/// The longest time for each cause.
+fn add(found: &mut Findings, stops: u32, tool: Measured<ToolFigures>) {
+    for (input, cause, _) in CAUSES {
+        let what = format!("from a {cause} to a dark laser and coolant off, at most");
+        let figure = Figure::new(format!("dark.{input}"), what, "us").compared(Better::Lower, 0.2, 0.5);
+        let longest = tool.as_ref().map(|tool| {
+            let own = tool.stops.iter().filter(|stop| stop.input == input);
+            own.map(|stop| stop.outputs_off_ns.unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
+        });
+        found.add(match longest {
+            Ok(ns) if ns.is_finite() => figure.measured(ns * 1e-3, format!("8 ns, {stops} stops by all causes")),
+            Ok(_) => figure.missing(format!("after a {cause} an output stayed on")),
+            Err(why_not) => figure.missing(why_not),
+        });
+    }
 }
 
 fn script(stops: u32) -> String {
@@ -88,31 +75,25 @@ fn script(stops: u32) -> String {
     script
 }
 
-fn off(tool: &ToolFigures, stops: u32) -> Result<OffFigures, String> {
-    let most_us = CAUSES.map(|(input, cause, _)| {
-        let own = tool.stops.iter().filter(|stop| stop.input == input);
-        let most_ns = own.map(|stop| stop.outputs_off_ns.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
-        Off { cause, most_us: most_ns * 1e-3 }
-    });
-    match most_us.iter().find(|off| !off.most_us.is_finite()) {
-        Some(Off { cause, .. }) => Err(format!("after a {cause} an output stayed on")),
-        None => Ok(OffFigures { stops, most_us: most_us.to_vec() }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::board::ToolStop;
+    use super::super::runs::ToolStop;
     use super::*;
 
     #[test]
     fn the_longest_of_each_cause_is_reported() {
         let stop = |input: &str, outputs_off_ns| ToolStop { input: input.to_owned(), outputs_off_ns };
-        let of = |stops| off(&ToolFigures { stops }, 3).map(|off| off.words());
-        let words = of(vec![stop("ESTOP", Some(3_240.0)), stop("ESTOP", Some(1_000.0)), stop("RESET", Some(900.0))]);
-        let reported = "limit switch 0.0, emergency stop 3.2, reset byte 0.9, hard fault 0.0 us at most, of 3 stops";
-        assert_eq!(words.as_deref(), Ok(reported));
-        assert_eq!(of(vec![stop("RESET", None)]), Err("after a reset byte an output stayed on".to_owned()));
+        let of = |stops| {
+            let mut found = Findings::default();
+            add(&mut found, 3, Ok(ToolFigures { stops }));
+            found
+        };
+        let found = of(vec![stop("ESTOP", Some(3_240.0)), stop("ESTOP", Some(1_000.0)), stop("RESET", Some(900.0))]);
+        let values =
+            ["X_LIMIT", "ESTOP", "RESET", "CRASH"].map(|input| found.figure(&format!("dark.{input}")).unwrap().value);
+        assert_eq!(values, [0.0, 3.24, 0.9, 0.0].map(Some));
+        let on = of(vec![stop("RESET", None)]);
+        assert_eq!(on.figure("dark.RESET").unwrap().verdict(None), "after a reset byte an output stayed on");
     }
 
     #[test]

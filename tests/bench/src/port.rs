@@ -1,9 +1,7 @@
 //! The step ports that are compared, with the targets and limits of the measurements for each.
 
 use clap::ValueEnum;
-use serde::Serializer;
-
-use super::trial::ACCEL_MAX_STEPS_S2;
+use isostep::measure::stops::Cause;
 
 /// The step port.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -28,6 +26,14 @@ impl Port {
         }
     }
 
+    /// The beginning of its figures' keys.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Pio => "pio",
+            Self::Timer => "timer",
+        }
+    }
+
     /// The target rate of three axes at once, steps/s each.
     pub fn target_steps_s(self) -> u32 {
         match self {
@@ -44,12 +50,25 @@ impl Port {
         }
     }
 
+    /// The targets of a machine, by the keys of their figures.
+    pub fn targets(self) -> Vec<(String, f64)> {
+        let rate_steps_s = self.target_steps_s();
+        let farthest = if self == Self::Pio { "max" } else { "p99" };
+        // With TimerPort the processor makes the steps and receives a byte on USB only between them.
+        let inputs = [Cause::LimitSwitch, Cause::FirstMotor, Cause::SecondMotor, Cause::EmergencyStop].into_iter();
+        let stops = inputs.chain((self == Self::Pio).then_some(Cause::SecondReset));
+        let stops = stops.map(|cause| (cause.key().to_owned(), STOP_MAX_US));
+        let moves = (self == Self::Pio).then(|| ("moves.exact".to_owned(), MOVES_MIN_S));
+        let edges = (format!("edges.{rate_steps_s}.{farthest}"), self.error_bound_ns());
+        [("rate.3".to_owned(), rate_steps_s.into()), edges].into_iter().chain(stops).chain(moves).collect()
+    }
+
     /// The top speed, steps/s, and the acceleration, steps/s2, at which starts are measured. They are as steep as in
     /// any other measurement; where tasks make the steps, as steep as the tasks can sustain with axes at different
     /// speeds.
     pub fn start_steps_s_and_s2(self) -> (u32, f64) {
         match self {
-            Self::Pio => (self.target_steps_s(), ACCEL_MAX_STEPS_S2),
+            Self::Pio => (self.target_steps_s(), super::ACCEL_MAX_STEPS_S2),
             Self::Timer => (20_000, 1e6),
         }
     }
@@ -72,7 +91,7 @@ impl Port {
     }
 }
 
-/// Serialises a port as its name.
-pub fn serialize_port<S: Serializer>(port: &Port, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(port.name())
-}
+/// Target for the time from an input to the last edge.
+const STOP_MAX_US: f64 = 10.0;
+/// Target for PioPort: short moves per second.
+const MOVES_MIN_S: f64 = 1_000.0;

@@ -68,7 +68,11 @@ const INHIBITED_US: f64 = 1.5;
 
 impl Run {
     fn value(&self, key: &str) -> f64 {
-        self.proof.figure(key).and_then(|figure| figure.value).unwrap_or_else(|| panic!("{key} in {:#?}", self.proof))
+        self.proof
+            .found
+            .figure(key)
+            .and_then(|figure| figure.value)
+            .unwrap_or_else(|| panic!("{key} in {:#?}", self.proof))
     }
 
     /// Checks that a figure is the longest time from the fall of the pad, the `falls`th of a move, to the last of the emulator's
@@ -145,7 +149,7 @@ fn proved(name: &str, how: &How, options: &[&str]) -> Run {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn stamps_are_the_emulators_own_edges_one_by_one() {
     let run = proved("prove-stamps", &how(Part::Edges), &[]);
-    assert_eq!((run.proof.broken(), &run.proof.remarks), (Vec::<String>::new(), &Vec::new()));
+    assert_eq!((run.proof.found.broken(), &run.proof.found.remarks), (Vec::<String>::new(), &Vec::new()));
     let (mut moves, mut armed, mut compared) = (0, None, 0);
     let mut offset: Option<u64> = None;
     for (line, replies) in &run.exchanges {
@@ -186,14 +190,14 @@ fn least_offset(own: &[u64], stamps: &Stamps) -> u64 {
 fn an_edge_that_comes_three_cycles_late_is_named() {
     // Y's pair is stamped in the third move.
     let shifted = format!("4:{}:3", 2 * STEPS + 300);
-    let faults = proved("prove-shifted", &how(Part::Edges), &["--shift-edge", &shifted]).proof.faults;
+    let faults = proved("prove-shifted", &how(Part::Edges), &["--shift-edge", &shifted]).proof.found.faults;
     assert_eq!(faults, ["at 3 x 100,000 steps/s: edge 300 of Y was 24 ns late beside the others"]);
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn an_edge_that_never_comes_is_named() {
-    let faults = proved("prove-lost", &how(Part::Edges), &["--lose-edge", "6:400"]).proof.faults;
+    let faults = proved("prove-lost", &how(Part::Edges), &["--lose-edge", "6:400"]).proof.found.faults;
     assert_eq!(faults, ["at 3 x 100,000 steps/s: edge 400 of Z was lost"]);
 }
 
@@ -201,7 +205,7 @@ fn an_edge_that_never_comes_is_named() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_rate_that_the_board_cannot_make_is_named_with_its_alarm() {
     let too_high = Effort { rates: vec![3_600_000], ..effort() };
-    let faults = proved("prove-rate", &How { effort: too_high, ..how(Part::Edges) }, &[]).proof.faults;
+    let faults = proved("prove-rate", &How { effort: too_high, ..how(Part::Edges) }, &[]).proof.found.faults;
     assert!(faults[0].starts_with("at 3 x 3,600,000 steps/s: the move ended in ALARM:22"), "{faults:?}");
 }
 
@@ -210,13 +214,13 @@ fn a_rate_that_the_board_cannot_make_is_named_with_its_alarm() {
 fn stops_by_a_wire_are_measured_and_a_wire_that_is_not_there_is_named() {
     let wired = How { jumpers: vec![Jumper::Limit], ..how(Part::Stops) };
     let run = proved("prove-wire", &wired, &["--jumper", "28:9"]);
-    assert_eq!(run.proof.broken(), Vec::<String>::new(), "{:?}", run.proof.remarks);
+    assert_eq!(run.proof.found.broken(), Vec::<String>::new(), "{:?}", run.proof.found.remarks);
     run.stops_as_the_edges("stop.9", 1);
     let pressed =
         proved("prove-estop", &How { jumpers: vec![Jumper::Estop], ..how(Part::Stops) }, &["--jumper", "28:12"]);
-    assert_eq!((pressed.proof.broken(), &pressed.proof.remarks), (Vec::<String>::new(), &Vec::new()));
+    assert_eq!((pressed.proof.found.broken(), &pressed.proof.found.remarks), (Vec::<String>::new(), &Vec::new()));
     pressed.stops_as_the_edges("stop.12", 1);
-    let faults = proved("prove-no-wire", &wired, &[]).proof.faults;
+    let faults = proved("prove-no-wire", &wired, &[]).proof.found.faults;
     assert_eq!(faults, ["the limit switch did not stop the move: is the wire from GP28 to GP9 there?"]);
 }
 
@@ -226,7 +230,7 @@ fn a_second_reset_is_measured_and_the_crystal_is_found() {
     let both = How { only: vec![Part::Stops, Part::Crystal], ..how(Part::Stops) };
     // Frames that are longer make the chip's clock the faster one.
     let run = proved("prove-reset", &both, &["--frame-ppm=40"]);
-    assert_eq!((run.proof.broken(), &run.proof.remarks), (Vec::<String>::new(), &Vec::new()));
+    assert_eq!((run.proof.found.broken(), &run.proof.found.remarks), (Vec::<String>::new(), &Vec::new()));
     run.stops_as_the_edges("stop.reset", 2);
     assert!((run.value("crystal") - 40.0).abs() < 1.0, "{}", run.value("crystal"));
 }
@@ -238,7 +242,7 @@ fn what_a_miss_costs_is_measured_by_the_board_itself() {
     const MISS_CYCLES: f64 = 48.0;
     for factor in [1.0, 2.0, 4.0] {
         let run = proved("prove-miss", &how(Part::Cache), &[&format!("--miss-factor={factor}")]);
-        let measured = run.proof.figure("cache.miss").and_then(|figure| figure.value).unwrap();
+        let measured = run.proof.found.figure("cache.miss").and_then(|figure| figure.value).unwrap();
         let ratio = measured / (MISS_CYCLES * factor);
         assert!((0.95..=1.05).contains(&ratio), "{measured} cycles at {factor} times");
     }

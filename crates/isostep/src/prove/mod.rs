@@ -1,27 +1,25 @@
 //! `isostep prove`: measures on a board what the project says of it, without an oscilloscope.
 //!
 //! ```text
-//! serial port, or a machine in virtual time -- link -- board: a line of the proving image, and its replies
+//! serial port, or a machine in virtual time -- link -- session: a line of the proving image, and its replies
 //!                                                        |
-//!   course: a move, as a line and in closed form -- measure: a file each -- proof: figures, errors, faults
-//!                      stamps -- edges: which step, how far off              |
-//!                                                    table, page, letter, compare
+//!     stamps, judge: which step, how far off -- stamped: a board for the measurements of `measure`, and for `parts`
+//!                                                        |
+//!                                                proof: figures, errors, faults -- tables, page
 //! ```
 
-mod board;
-mod compare;
-mod course;
-mod edges;
-pub mod errors;
+mod how;
 pub mod image;
-mod letter;
+mod judge;
 mod link;
-mod measure;
 mod page;
+mod parts;
 mod progress;
 mod proof;
+mod session;
+mod stamped;
 mod stamps;
-mod table;
+mod tables;
 #[cfg(test)]
 mod tests;
 
@@ -32,16 +30,16 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, ensure};
 
+pub use self::how::{Effort, How, Jumper, Part};
 #[cfg(unix)]
 pub use self::link::Virtual;
 pub use self::link::{Link, Serial};
-pub use self::measure::{Effort, How, Jumper, Part};
 pub use self::progress::Progress;
-pub use self::proof::{EdgeErrors, Figure, Proof};
+pub use self::proof::Proof;
 pub use self::stamps::Stamps;
 
-use self::board::Board;
-use self::measure::Bench;
+use self::session::Session;
+use self::stamped::Stamped;
 use crate::console::port;
 use crate::files::{self, Files};
 use crate::name::as_called;
@@ -121,7 +119,7 @@ impl Args {
 /// When the board cannot be measured, or a promise is broken.
 pub fn run(args: Args) -> Result<()> {
     if let [one, other] = args.compare.as_slice() {
-        print!("{}", compare::text(&Proof::read(one)?, &Proof::read(other)?));
+        print!("{}", tables::compared(&Proof::read(one)?, &Proof::read(other)?));
         return Ok(());
     }
     Files::default()
@@ -152,32 +150,33 @@ pub fn run(args: Args) -> Result<()> {
 /// # Errors
 /// When it is not the proving image, or goes away, or `interrupted` is set.
 pub fn on(link: &mut dyn Link, how: &How, interrupted: &Arc<AtomicBool>, progress: &Progress) -> Result<Proof> {
-    let mut board = Board::new(link, interrupted.clone());
+    let mut session = Session::new(link, interrupted.clone());
     let mut proof = Proof { version: proof::VERSION, tool: env!("CARGO_PKG_VERSION").to_owned(), ..Proof::default() };
-    proof.board = board.greet()?;
-    let measured = measured(&mut board, how, &mut proof, progress);
-    board.calm();
+    proof.board = session.greet()?;
+    let measured = measured(&mut session, how, &mut proof, progress);
+    session.calm();
     measured.map(|()| proof)
 }
 
-fn measured(board: &mut Board, how: &How, proof: &mut Proof, progress: &Progress) -> Result<()> {
+fn measured(session: &mut Session, how: &How, proof: &mut Proof, progress: &Progress) -> Result<()> {
+    let settings = settings(session)?;
     let identity = proof.board.clone();
-    let settings = settings(board)?;
-    let measured = measure::all(&mut Bench { board: &mut *board, identity, how, proof, progress });
-    put_back(board, &settings);
+    let mut board = Stamped { session: &mut *session, identity, how, progress, faults: Vec::new() };
+    let measured = parts::all(&mut board, &mut proof.found);
+    put_back(session, &settings);
     measured
 }
 
 /// The settings of the machine as lines, as `$$` lists them.
-fn settings(board: &mut Board) -> Result<Vec<String>> {
-    let said = board.ask("$$")?;
+fn settings(session: &mut Session) -> Result<Vec<String>> {
+    let said = session.ask("$$")?;
     Ok(said.into_iter().filter(|line| line.starts_with('$') && line.contains('=')).collect())
 }
 
 /// Sends settings again. Errors do not count: the image begins with its defaults at every start.
-fn put_back(board: &mut Board, settings: &[String]) {
+fn put_back(session: &mut Session, settings: &[String]) {
     for line in settings {
-        if board.tell(line).is_err() {
+        if session.tell(line).is_err() {
             return;
         }
     }
@@ -190,11 +189,11 @@ fn put_back(board: &mut Board, settings: &[String]) {
 pub fn conclude(proof: &Proof, is_quick: bool, folder: &Path) -> Result<()> {
     let proof = Proof { is_quick, ..proof.clone() };
     let emulated = emulated()?;
-    print!("{}", table::text(&proof, emulated.as_ref()));
+    print!("{}", tables::shown(&proof, emulated.as_ref()));
     files::write_page(folder, &page::page(&proof, emulated.as_ref()))?;
     files::write(&folder.join("proof.json"), (serde_json::to_string_pretty(&proof)? + "\n").as_bytes())?;
-    files::write(&folder.join("proof.txt"), letter::text(&proof, emulated.as_ref()).as_bytes())?;
-    let broken = proof.broken();
+    files::write(&folder.join("proof.txt"), tables::letter(&proof, emulated.as_ref()).as_bytes())?;
+    let broken = proof.found.broken();
     ensure!(broken.is_empty(), "{} promises are broken: {}", broken.len(), broken.join("; "));
     Ok(())
 }

@@ -1,21 +1,19 @@
 //! The page: the table, the histograms of errors emulated and measured, and what a stranger needs to judge them.
 
-use isostep_report::pictures::bench;
-use isostep_report::pictures::document::{Page, Picture, Section, Table};
+use isostep_report::pictures::document::{Page, Section, Table};
 
-use super::edges::PROMISE_NS;
-use super::proof::{EdgeErrors, Figure, Proof};
-use super::table;
+use super::judge::PROMISE_NS;
+use super::proof::Proof;
+use super::tables;
+use crate::measure::{EdgeErrors, Figure};
 
 const COMMAND: &str = "isostep prove";
-/// Bars of a histogram.
-const BARS: i64 = 60;
 
 /// The whole page.
 pub fn page(proof: &Proof, emulated: Option<&Proof>) -> Page {
     let conditions = format!(
         "{}. Chip {} is SYSINFO's CHIP_ID and the version of the ROM; the image keeps {} stamps of a pad at a time.",
-        table::heading(proof),
+        tables::heading(proof),
         proof.board.chip,
         proof.board.window
     );
@@ -37,8 +35,8 @@ fn figures(proof: &Proof, emulated: Option<&Proof>) -> Section {
                 .to_owned(),
         ],
         tables: vec![Table::new(
-            &["figure", "emulated", "measured", "verdict"],
-            table::cells(proof, emulated).into_iter().map(|row| row.to_vec()).collect(),
+            &tables::HEAD,
+            tables::cells(proof, emulated).into_iter().map(|row| row.to_vec()).collect(),
         )],
         ..Section::default()
     }
@@ -46,11 +44,11 @@ fn figures(proof: &Proof, emulated: Option<&Proof>) -> Section {
 
 fn found(proof: &Proof) -> Section {
     let row = |kind: &str, line: &String| vec![kind.to_owned(), line.clone()];
-    let broken = proof.broken();
+    let broken = proof.found.broken();
     let rows: Vec<_> = broken
         .iter()
         .map(|line| row("broken", line))
-        .chain(proof.remarks.iter().map(|line| row("not seen", line)))
+        .chain(proof.found.remarks.iter().map(|line| row("not seen", line)))
         .collect();
     let text = if broken.is_empty() {
         "No promise is broken."
@@ -62,17 +60,20 @@ fn found(proof: &Proof) -> Section {
 }
 
 fn edges(proof: &Proof, emulated: Option<&Proof>) -> Section {
-    let measured = proof.edges.iter().enumerate().filter(|(_, edges)| edges.errors.count() > 0);
+    let measured = proof.found.edges.iter().enumerate().filter(|(_, edges)| edges.errors.count() > 0);
     let pictures = measured.flat_map(|(index, edges)| {
-        let same = emulated.and_then(|emulated| emulated.edges.iter().find(|other| other.what == edges.what));
-        let reference = same.filter(|other| other.errors.count() > 0).map(|other| picture(index, "emulated", other, 1));
-        reference.into_iter().chain([picture(index, "measured", edges, 0)])
+        let same = emulated.and_then(|emulated| emulated.found.edges.iter().find(|other| other.what == edges.what));
+        let picture = |kind: &str, of: &EdgeErrors, colour| {
+            of.picture(format!("errors-{index}-{kind}"), &format!(", {kind}"), PROMISE_NS + of.unit_ns, colour)
+        };
+        let reference = same.filter(|other| other.errors.count() > 0).map(|other| picture("emulated", other, 1));
+        reference.into_iter().chain([picture("measured", edges, 0)])
     });
     Section {
         heading: "Edges against the closed form".to_owned(),
         text: vec![
             "The closed form is computed by this tool alone, from the settings that the board was sent; the board says only when its \
-             edges came. The start of each move is the one unknown: it is the median of the errors."
+             edges came. The start of each move is the one unknown: it is the median of the errors. Dashed: the promise and a stamp."
                 .to_owned(),
         ],
         pictures: pictures.collect(),
@@ -80,24 +81,9 @@ fn edges(proof: &Proof, emulated: Option<&Proof>) -> Section {
     }
 }
 
-fn picture(index: usize, kind: &str, edges: &EdgeErrors, colour: usize) -> Picture {
-    let bound_ns = PROMISE_NS + edges.unit_ns;
-    let title = format!("{}, {kind}", edges.what);
-    Picture::new(
-        format!("errors-{index}-{kind}"),
-        bench::histogram(&title, &edges.errors.histogram(BARS), bound_ns, colour),
-        format!(
-            "{title}: {} of {} edges. Dashed: the promise, {PROMISE_NS} ns, and a stamp of {} ns.",
-            crate::screen::grouped(edges.errors.count()),
-            crate::screen::grouped(edges.made),
-            edges.unit_ns
-        ),
-    )
-}
-
 fn method(proof: &Proof) -> Section {
     let row = |figure: &Figure| vec![figure.what.clone(), figure.resolution.clone(), figure.flatters.clone()];
-    let rows = proof.figures.iter().filter(|figure| figure.value.is_some()).map(row).collect();
+    let rows = proof.found.figures.iter().filter(|figure| figure.value.is_some()).map(row).collect();
     Section {
         heading: "How finely, and what flatters".to_owned(),
         text: vec!["Every figure's resolution, and what makes it look better than it is.".to_owned()],

@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result, bail, ensure};
 
-/// Duration of a cycle of the chip, ns.
-pub const NS_PER_CYCLE: f64 = 8.0;
+use crate::measure::course::NS_PER_CYCLE;
+
 /// This stamper cannot skip: it keeps the last stamps of its window instead.
 pub const KEEPS_LAST: usize = 2;
 

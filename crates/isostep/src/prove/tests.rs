@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Result;
 
 use self::fake::{Fake, Faults, WINDOW};
-use super::{Effort, How, Jumper, Part, Progress, Proof, compare, letter, on, page, table};
+use super::{Effort, How, Jumper, Part, Progress, Proof, on, page, tables};
 
 fn effort() -> Effort {
     Effort {
@@ -38,14 +38,14 @@ fn proved(faults: Faults, jumpers: &[Jumper], only: &[Part]) -> Proof {
 }
 
 fn value(proof: &Proof, key: &str) -> f64 {
-    proof.figure(key).and_then(|figure| figure.value).unwrap_or_else(|| panic!("{key} in {proof:#?}"))
+    proof.found.figure(key).and_then(|figure| figure.value).unwrap_or_else(|| panic!("{key} in {proof:#?}"))
 }
 
 #[test]
 fn a_board_that_keeps_its_promises_is_proved() {
     let mut fake = Fake::new(Faults { wires: vec![9], ..Faults::default() });
     let proof = prove(&mut fake, &how(&[Jumper::Limit])).unwrap();
-    assert_eq!((proof.broken(), &proof.remarks), (Vec::<String>::new(), &Vec::new()), "{proof:#?}");
+    assert_eq!((proof.found.broken(), &proof.found.remarks), (Vec::<String>::new(), &Vec::new()), "{proof:#?}");
     for rate in [100_000, 1_000_000] {
         assert!(value(&proof, &format!("edges.{rate}.16.max")) <= 40.0);
         assert!(value(&proof, &format!("edges.{rate}.8.max")) <= 32.0);
@@ -87,7 +87,7 @@ fn stops_are_in_the_middle_of_their_windows_and_the_longest_is_reported() {
 #[test]
 fn without_a_wire_the_rows_say_which_one() {
     let proof = proved(Faults::default(), &[], &[Part::Stops, Part::Laser]);
-    let words = |key: &str| proof.figure(key).unwrap().verdict(None);
+    let words = |key: &str| proof.found.figure(key).unwrap().verdict(None);
     assert_eq!(words("stop.9"), "needs a wire from GP28 to GP9");
     assert_eq!(words("stop.12"), "needs a wire from GP28 to GP12");
     assert!(words("laser.500").starts_with("needs --laser"));
@@ -99,32 +99,36 @@ fn an_edge_that_is_three_cycles_late_is_found_and_named() {
     let named = |fault: &String| {
         fault.starts_with("at 3 x 100,000 steps/s: edge 2345 of Y was ") && fault.contains(" ns late beside the others")
     };
-    assert!(proof.faults.iter().any(named), "{:#?}", proof.faults);
-    assert!(proof.faults.iter().all(|fault| fault.contains("edge 2345 of Y")), "{:#?}", proof.faults);
+    assert!(proof.found.faults.iter().any(named), "{:#?}", proof.found.faults);
+    assert!(proof.found.faults.iter().all(|fault| fault.contains("edge 2345 of Y")), "{:#?}", proof.found.faults);
 }
 
 #[test]
 fn a_lost_edge_is_found_and_named() {
     let proof = proved(Faults { lost: Some((2, 777)), ..Faults::default() }, &[], &[Part::Edges]);
-    assert!(proof.faults.contains(&"at 3 x 100,000 steps/s: edge 777 of Z was lost".to_owned()), "{:#?}", proof.faults);
+    assert!(
+        proof.found.faults.contains(&"at 3 x 100,000 steps/s: edge 777 of Z was lost".to_owned()),
+        "{:#?}",
+        proof.found.faults
+    );
 }
 
 #[test]
 fn what_the_stampers_lose_is_reported_and_no_fault_of_the_board() {
     let proof = proved(Faults { stampers_lose: true, ..Faults::default() }, &[], &[Part::Edges]);
     assert!(
-        proof.remarks.iter().any(|remark| remark.contains("the stampers themselves lost stamps")),
+        proof.found.remarks.iter().any(|remark| remark.contains("the stampers themselves lost stamps")),
         "{:#?}",
-        proof.remarks
+        proof.found.remarks
     );
-    assert!(!proof.faults.iter().any(|fault| fault.contains("was lost")), "{:#?}", proof.faults);
+    assert!(!proof.found.faults.iter().any(|fault| fault.contains("was lost")), "{:#?}", proof.found.faults);
 }
 
 #[test]
 fn a_rate_too_high_is_no_fault_where_it_is_searched_and_one_where_it_is_promised() {
     let proof = proved(Faults { rate_max: Some(500_000.0), ..Faults::default() }, &[], &[Part::Edges, Part::Rates]);
     assert_eq!(value(&proof, "rate.3"), 500_000.0);
-    let refused = proof.figure("edges.1000000.16.max").unwrap().verdict(None);
+    let refused = proof.found.figure("edges.1000000.16.max").unwrap().verdict(None);
     assert!(refused.contains("`$110=60000` was refused"), "{refused}");
 }
 
@@ -132,8 +136,8 @@ fn a_rate_too_high_is_no_fault_where_it_is_searched_and_one_where_it_is_promised
 fn a_switch_that_does_not_come_is_found_and_named() {
     let proof = proved(Faults::default(), &[Jumper::Limit], &[Part::Stops]);
     let why = "the limit switch did not stop the move: is the wire from GP28 to GP9 there?";
-    assert_eq!(proof.faults, [why]);
-    assert_eq!(proof.figure("stop.9").unwrap().verdict(None), why);
+    assert_eq!(proof.found.faults, [why]);
+    assert_eq!(proof.found.figure("stop.9").unwrap().verdict(None), why);
 }
 
 #[test]
@@ -141,10 +145,10 @@ fn with_a_wire_a_reset_is_not_measured() {
     let proof = proved(Faults { wires: vec![12], ..Faults::default() }, &[Jumper::Estop], &[Part::Stops]);
     assert!((1.0..=5.1).contains(&value(&proof, "stop.12")));
     assert_eq!(
-        proof.figure("stop.reset").unwrap().verdict(None),
+        proof.found.figure("stop.reset").unwrap().verdict(None),
         "needs that no wire is on GP28: run `isostep prove --only stops` without it"
     );
-    assert_eq!(proof.broken(), Vec::<String>::new());
+    assert_eq!(proof.found.broken(), Vec::<String>::new());
 }
 
 #[test]
@@ -195,24 +199,25 @@ fn table_page_letter_and_comparison_have_every_figure() {
     let parts = [Part::Ready, Part::Edges, Part::Cache, Part::Stops];
     let proof = proved(Faults::default(), &[], &parts);
     let emulated = proof.clone();
-    let shown = table::text(&proof, Some(&emulated));
-    let (letter, html) = (letter::text(&proof, Some(&emulated)), page::page(&proof, Some(&emulated)).html());
-    for figure in &proof.figures {
+    let shown = tables::shown(&proof, Some(&emulated));
+    let (letter, html) = (tables::letter(&proof, Some(&emulated)), page::page(&proof, Some(&emulated)).html());
+    for figure in &proof.found.figures {
         assert!(shown.contains(&figure.what) && letter.contains(&figure.what), "{}", figure.what);
         assert!(html.contains(&figure.what.replace('\'', "&#39;")) || html.contains(&figure.what), "{}", figure.what);
     }
     assert!(shown.contains("as emulated (within"));
-    assert_eq!(html.matches("<svg").count(), 2 * proof.edges.len());
+    assert_eq!(html.matches("<svg").count(), 2 * proof.found.edges.len());
     assert!(html.contains("E660583883724B2F") && !html.contains("NaN"));
     let other = proved(Faults { wires: vec![9], ..Faults::default() }, &[Jumper::Limit], &parts);
-    let compared = compare::text(&proof, &other);
+    let compared = tables::compared(&proof, &other);
     assert!(compared.contains("B beside A") && compared.contains("as A (within"), "{compared}");
 }
 
 #[test]
 fn the_emulated_proof_of_this_tool_is_one_that_keeps_every_promise() {
     let emulated = super::emulated().unwrap().unwrap();
-    assert!(emulated.is_emulated && emulated.broken().is_empty(), "{:?}", emulated.broken());
-    let missing = emulated.figures.iter().filter(|figure| figure.value.is_none()).map(|figure| figure.key.as_str());
+    assert!(emulated.is_emulated && emulated.found.broken().is_empty(), "{:?}", emulated.found.broken());
+    let missing =
+        emulated.found.figures.iter().filter(|figure| figure.value.is_none()).map(|figure| figure.key.as_str());
     assert_eq!(missing.collect::<Vec<_>>(), [""; 0]);
 }

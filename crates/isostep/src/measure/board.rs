@@ -1,0 +1,81 @@
+//! The board under test, as the measurements see it.
+
+use anyhow::Result;
+
+use super::course::{Course, Machine};
+use super::errors::{DriftFigures, Errors};
+use super::load::Load;
+use super::moves::{Carried, Stream};
+use super::starts::Starts;
+use super::stops::{Cause, Stops};
+
+/// What a board has shown, or in words why it could not.
+pub type Measured<T> = Result<T, String>;
+
+/// A board that moves and can be looked at. Each call begins with a machine at rest and without an alarm, and ends so. An
+/// error is returned only if the board is gone, or the user has interrupted.
+pub trait Board {
+    /// How finely it is measured, and what flatters it.
+    fn method(&self) -> &'static Method;
+
+    /// Shows what is measured now, or what has come out.
+    fn note(&mut self, what: &str);
+
+    /// Makes these moves one after the other, and compares the edges that are seen with the closed form.
+    ///
+    /// # Errors
+    /// When the board is gone.
+    fn follow(&mut self, machine: &Machine, courses: &[Course]) -> Result<Measured<Followed>>;
+
+    /// Measures the core's load with three axes at a rate.
+    ///
+    /// # Errors
+    /// When the board is gone.
+    fn load(&mut self, rate_steps_s: u32) -> Result<Measured<Load>>;
+
+    /// Stops `count` moves of three axes.
+    ///
+    /// # Errors
+    /// When the board is gone.
+    fn stops(&mut self, cause: Cause, rate_steps_s: u32, count: u32) -> Result<Measured<Stops>>;
+
+    /// Starts `count` moves of three axes with flash's cache empty, and as many right after a move of the same kind.
+    ///
+    /// # Errors
+    /// When the board is gone.
+    fn starts(&mut self, count: u32) -> Result<Measured<Starts>>;
+
+    /// Sends the lines of a stream as far ahead as the window of characters allows.
+    ///
+    /// # Errors
+    /// When the board is gone.
+    fn stream(&mut self, stream: &Stream) -> Result<Measured<Carried>>;
+}
+
+/// The edges of some moves, compared with the closed form.
+#[derive(Clone, Debug, Default)]
+pub struct Followed {
+    /// The errors of the edges that were seen.
+    pub errors: Errors,
+    /// The drift in the first move, where every edge is seen.
+    pub drift: Option<DriftFigures>,
+}
+
+/// How finely a board is measured, and what makes its figures look better than they are, in words.
+#[derive(Clone, Copy, Debug)]
+pub struct Method {
+    /// The unit of an edge's instant, ns.
+    pub unit_ns: f64,
+    /// Event from which a start is timed.
+    pub start_from: &'static str,
+    /// What flatters edges.
+    pub edges: &'static str,
+    /// What flatters the highest rates.
+    pub rates: &'static str,
+    /// What flatters the load.
+    pub load: &'static str,
+    /// What flatters starts.
+    pub starts: &'static str,
+    /// What flatters short moves.
+    pub moves: &'static str,
+}

@@ -1,0 +1,63 @@
+//! The figures of edges against the closed form, however they were seen.
+
+use super::errors::Errors;
+use super::figure::{Better, EdgeErrors, Figure, Findings};
+use crate::screen::grouped;
+
+/// Edges of one kind of move.
+#[derive(Clone, Debug)]
+pub struct Edges {
+    /// The beginning of their figures' keys.
+    pub key: String,
+    /// The kind of move, in words.
+    pub of: String,
+    /// How finely the edges are seen, ns.
+    pub unit_ns: f64,
+    /// What flatters the figure of the farthest edge.
+    pub flatters: &'static str,
+    /// Edges in a move.
+    pub made: u64,
+}
+
+impl Edges {
+    /// The figure of the farthest edge, without its value.
+    pub fn worst(&self) -> Figure {
+        self.figure("max", "farthest edge from the closed form", "ns").flattered_by(self.flatters).compared(
+            Better::Lower,
+            0.0,
+            self.unit_ns,
+        )
+    }
+
+    /// A figure of these edges, without its value.
+    pub fn figure(&self, key: &str, what: &str, unit: &str) -> Figure {
+        Figure::new(format!("{}.{key}", self.key), format!("{what}, {}", self.of), unit)
+    }
+
+    /// The half unit by which a stamp may be wrong, in words.
+    pub fn resolution(&self) -> String {
+        format!("{:.0} ns, so up to {:.0} ns of it are the stamps'", self.unit_ns, self.unit_ns / 2.0)
+    }
+
+    /// Adds the figures of these errors, the first of which is promised.
+    pub fn add(&self, found: &mut Findings, errors: Errors, promised_ns: Option<f64>) {
+        let worst = self.worst().measured(errors.max_ns(), self.resolution());
+        found.add(Figure { promised: promised_ns, ..worst });
+        for (key, what, ratio) in
+            [("p99", "99 % of the edges within", 0.99), ("median", "half of the edges within", 0.5)]
+        {
+            let figure = self.figure(key, what, "ns").measured(errors.quantile_ns(ratio), self.resolution());
+            found.add(figure.compared(Better::Lower, 0.0, self.unit_ns));
+        }
+        let unseen = self.made.saturating_sub(errors.count());
+        let reported = format!(
+            "of {} in a move of three axes; {} were not looked at, or not seen",
+            grouped(self.made),
+            grouped(unseen)
+        );
+        let seen = self.figure("seen", "edges that were seen", "").measured(errors.count() as f64, reported);
+        found.add(seen.compared(Better::Unjudged, 0.0, 0.0));
+        let (what, made, unit_ns) = (format!("Edges, {}", self.of), self.made, self.unit_ns);
+        found.edges.push(EdgeErrors { what, made, errors, unit_ns });
+    }
+}

@@ -1,0 +1,183 @@
+//! How many short moves a second are carried: a curve of them, sent as far ahead as the window of characters allows, at a feed
+//! that the core cannot keep.
+
+use std::ops::RangeInclusive;
+
+use anyhow::Result;
+
+use super::board::Board;
+use super::figure::{Better, Figure, Findings};
+
+/// The blends may leave the corners by so much, mm: more than they need, so that they meet in the middle of each move.
+const BLEND_MM: f64 = 0.05;
+/// The resolution and the limits of the machine, none of which keeps the moves back.
+const STEPS_PER_MM: f64 = 80.0;
+const ACCEL_MM_S2: f64 = 10_000.0;
+const CORNER_DEVIATION_MM: f64 = 1.0;
+
+/// How the corners between the moves are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Corners {
+    /// Exactly.
+    Exact,
+    /// By blends.
+    Blends,
+    /// By blends, with a ZV shaper of the default frequency on every axis.
+    Zv,
+    /// By blends, with a box of 10 ms on every axis.
+    Box,
+}
+
+/// A curve of short moves.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// The place where it begins, mm.
+    pub begin_mm: [f64; 3],
+    /// The requested speed, and the top speed of the axes, mm/min.
+    pub feed_mm_min: f64,
+    /// A line for each move.
+    pub lines: Vec<String>,
+    /// The steps of all axes, where they are known.
+    pub steps: Option<u64>,
+}
+
+/// Lines that are sent as far ahead as there is room for them.
+#[derive(Clone, Debug)]
+pub struct Stream {
+    /// Lines before, each of which is sent when the one before is answered.
+    pub before: Vec<String>,
+    /// The lines.
+    pub lines: Vec<String>,
+    /// How many edges they make, where that is known.
+    pub edges: Option<RangeInclusive<u64>>,
+}
+
+/// The lines of a stream, carried.
+#[derive(Clone, Debug)]
+pub struct Carried {
+    /// When each line was answered, s.
+    pub answered_s: Vec<f64>,
+    /// The fraction of the time during which the core was awake, where it is measured.
+    pub awake_ratio: Option<f64>,
+}
+
+impl Corners {
+    fn key(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Blends => "blends",
+            Self::Zv => "zv",
+            Self::Box => "box",
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "with exact corners",
+            Self::Blends => "with blends",
+            Self::Zv => "with blends and ZV",
+            Self::Box => "with blends and a box",
+        }
+    }
+
+    /// The settings of every axis's shaper, by the number of the first axis's.
+    fn shaper(self) -> &'static [(u16, f64)] {
+        match self {
+            Self::Exact | Self::Blends => &[],
+            Self::Zv => &[(950, 1.0)],
+            Self::Box => &[(950, 5.0), (960, 100.0)],
+        }
+    }
+}
+
+impl Stream {
+    /// The stream that takes the corners of a curve in this way.
+    pub fn new(curve: &Curve, corners: Corners) -> Self {
+        let limits = [(100, STEPS_PER_MM), (110, curve.feed_mm_min), (120, ACCEL_MM_S2)];
+        let per_axis = limits.iter().chain(corners.shaper());
+        let settings =
+            per_axis.flat_map(|&(number, value)| (0..3).map(move |axis| format!("${}={value}", number + axis)));
+        let [x, y, z] = curve.begin_mm;
+        let word = if corners == Corners::Exact { "G61".to_owned() } else { format!("G64P{BLEND_MM}") };
+        let begin = [
+            format!("$11={CORNER_DEVIATION_MM}"),
+            format!("G92X{x}Y{y}Z{z}"),
+            format!("G21G90G94G1F{}{word}", curve.feed_mm_min),
+        ];
+        // Where an axis turns within a few steps, shaped motion leaves some of them out.
+        let edges =
+            curve.steps.map(|steps| if corners.shaper().is_empty() { steps..=steps } else { steps * 99 / 100..=steps });
+        Self { before: settings.chain(begin).collect(), lines: curve.lines.clone(), edges }
+    }
+}
+
+impl Carried {
+    /// Lines a second in the middle half, where the board's queue stays full; none if they were answered at one instant.
+    fn rate_per_s(&self) -> Option<f64> {
+        let middle = [self.answered_s.len() / 4, self.answered_s.len() * 3 / 4];
+        let lasted_s = self.answered_s.get(middle[1])? - self.answered_s.get(middle[0])?;
+        (lasted_s > 0.0).then(|| (middle[1] - middle[0]) as f64 / lasted_s)
+    }
+}
+
+/// Streams a curve once for each way to take its corners.
+///
+/// # Errors
+/// When the board is gone.
+pub fn measure(board: &mut dyn Board, found: &mut Findings, curve: &Curve, ways: &[Corners]) -> Result<()> {
+    for &corners in ways {
+        let count = curve.lines.len();
+        board.note(&format!("{count} short moves {}", corners.name()));
+        let what = format!("short moves of 3 axes a second over USB, {}", corners.name());
+        let key = format!("moves.{}", corners.key());
+        let figure = Figure::new(&*key, what, "moves/s").flattered_by(board.method().moves);
+        let figure = figure.compared(Better::Higher, 0.05, 0.0);
+        let carried = board.stream(&Stream::new(curve, corners))?;
+        let rate = carried.as_ref().map(|carried| (carried.rate_per_s(), carried.awake_ratio));
+        match rate {
+            Ok((Some(per_s), awake_ratio)) => {
+                found.add(figure.measured(per_s.round(), format!("by the {count} answers, in the middle half")));
+                found.figures.extend(awake_ratio.map(|ratio| {
+                    let what = format!("core awake meanwhile, {}", corners.name());
+                    let figure = Figure::new(format!("{key}.awake"), what, "%");
+                    figure.measured((ratio * 1e4).round() / 100.0, "1 cycle").compared(Better::Neither, 0.05, 0.5)
+                }));
+            }
+            Ok((None, _)) => found.add(figure.missing(format!("{count} answers came at one instant"))),
+            Err(why_not) => found.add(figure.missing(why_not)),
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_is_that_of_the_middle_half() {
+        // Slow at the beginning and at the end, 1,000 a second between.
+        let apart_s = |index: usize| if (10..30).contains(&index) { 0.001 } else { 0.1 };
+        let answered_s = (0..40).scan(0.0, |at_s, index| {
+            let now_s = *at_s;
+            *at_s += apart_s(index);
+            Some(now_s)
+        });
+        let carried = Carried { answered_s: answered_s.collect(), awake_ratio: None };
+        assert!((carried.rate_per_s().unwrap() - 1_000.0).abs() < 1e-6, "{carried:?}");
+        assert_eq!(Carried { answered_s: vec![1.0; 8], awake_ratio: None }.rate_per_s(), None);
+    }
+
+    #[test]
+    fn a_stream_has_its_settings_and_its_moves() {
+        let lines = vec!["X500.2".to_owned(); 8];
+        let curve = Curve { begin_mm: [500.0; 3], feed_mm_min: 60_000.0, lines, steps: Some(1_000) };
+        let exact = Stream::new(&curve, Corners::Exact);
+        assert_eq!(exact.before[..4], ["$100=80", "$101=80", "$102=80", "$110=60000"]);
+        assert_eq!(exact.before[9..], ["$11=1", "G92X500Y500Z500", "G21G90G94G1F60000G61"]);
+        assert_eq!((exact.lines.len(), exact.edges), (8, Some(1_000..=1_000)));
+        let shaped = Stream::new(&curve, Corners::Zv);
+        assert_eq!((shaped.before[9].as_str(), shaped.edges), ("$950=1", Some(990..=1_000)));
+        assert!(shaped.before.last().unwrap().ends_with("G64P0.05"));
+    }
+}
