@@ -12,7 +12,7 @@ use embassy_time::Duration;
 use isostep_console::length::PM_PER_MM;
 use isostep_motion::{AXES, SpeedOverrides, State, whole_steps};
 use isostep_profile::SpeedLaw;
-use isostep_sim::measure::{kept, limits::LimitRatios};
+use isostep_sim::measure::limits::{self, LimitRatios};
 use isostep_sim::swarm::judge;
 use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim};
 use oorandom::Rand64;
@@ -156,14 +156,14 @@ impl Bench {
         let top = config.limits[axis].top_speed_steps_s;
         let Some(feed) = feed_mm_min else { return top * f64::from(rapid_percent) / 100.0 };
         let of_axis = record.plan.axis_steps(axis).abs()
-            / kept::way_mm(record, &config).map(|mm| mm * mm).iter().sum::<f64>().sqrt();
+            / limits::way_mm(record, &config).map(|mm| mm * mm).iter().sum::<f64>().sqrt();
         top.min(feed / 60.0 * f64::from(feed_percent) / 100.0 * of_axis)
     }
 
     /// How near each axis came to its limits, computed from its edges, and how near corners came to theirs, computed
     /// from the speed at which they are taken.
     pub fn ratios(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> LimitRatios {
-        kept::ratios(outcome, |record, axis, t_s| {
+        limits::of_run(outcome, |record, axis, t_s| {
             self.speed_most_steps_s(outcome, record, axis, feed_mm_min(record), t_s)
         })
     }

@@ -53,7 +53,7 @@ fn farthest_mm(outcome: &Outcome) -> [f64; 2] {
     corners.push(end_of(outcome.moves.len() - 1, SyncMove::distance_steps));
     let (mut steps, mut farthest_mm) = ([0.0; AXES], 0.0_f64);
     for (index, record) in outcome.moves.iter().enumerate() {
-        for edge in &outcome.edges[record.edges.clone()] {
+        for edge in outcome.edges_of(record) {
             steps[edge.axis] = f64::from(edge.position_steps);
             let place = mm(steps);
             let lines = index.saturating_sub(1)..(index + 2).min(outcome.moves.len());

@@ -5,7 +5,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::{AXES, Alarm, Axis, Finish, State};
-use isostep_sim::measure::{across, kept};
+use isostep_sim::measure::{across, limits};
 use isostep_sim::{MoveRecord, Outcome, SwitchFault};
 use isostep_tests::bench::{Bench, Highest, Kind, Moves, all_cases, check};
 use isostep_trials::cases;
@@ -124,8 +124,8 @@ impl Seen {
         for (pair, asked) in records.windows(2).zip(&found) {
             if asked.stops && pair[0].end_steps == asked.end_steps && pair[0].run == pair[1].run {
                 let config = outcome.config_of(&pair[0]);
-                let [_, exit_mm_s] = kept::speeds_mm_s(&pair[0], config);
-                assert!(kept::are_rests(&pair[0], config)[1], "case {case}: {exit_mm_s} mm/s at an exact stop");
+                let [_, exit_mm_s] = limits::speeds_mm_s(&pair[0], config);
+                assert!(limits::are_rests(&pair[0], config)[1], "case {case}: {exit_mm_s} mm/s at an exact stop");
             }
         }
         let mut since = outcome.clone();
@@ -423,7 +423,7 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
         assert!(ratios.are_within(), "case {case}: {ratios:?}");
         let is_rest = |index: usize| {
             let record = &outcome.moves[index];
-            kept::are_rests(record, outcome.config_of(record))[1]
+            limits::are_rests(record, outcome.config_of(record))[1]
         };
         let rests: Vec<_> = (0..40).filter(|index| is_rest(*index)).collect();
         let [before, after] = [&outcome.moves[19], &outcome.moves[20]];

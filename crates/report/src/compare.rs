@@ -186,7 +186,7 @@ fn shaped_dues(outcome: &Outcome, run: &[MoveRecord]) -> Vec<[Vec<Due>; AXES]> {
     let mut at = run[0].origin_steps;
     let of_move = |record: &MoveRecord| {
         let mut dues: [Vec<Due>; AXES] = Default::default();
-        for edge in &outcome.edges[record.edges.clone()] {
+        for edge in outcome.edges_of(record) {
             at[edge.axis] += edge.direction;
             let late_ns = errors_ns[edge.axis].next().map_or(0.0, |(_, late_ns)| late_ns);
             let t_s = ((edge.t_ns as f64 - record.start_ns as f64) - late_ns) * 1e-9;

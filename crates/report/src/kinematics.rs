@@ -67,7 +67,7 @@ pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
             jump: jumps[axis].map(|jump| JumpFigures {
                 mm_s: jump.mm_s,
                 mm_min: jump.mm_s * 60.0,
-                move_number: outcome.moves[..=jump.index].iter().filter(|record| !record.homing).count(),
+                move_number: outcome.move_number(jump.index),
                 line: lines[jump.index],
             }),
             jump_limit_mm_s: corners::most_mm_s(outcome, axis),
@@ -79,11 +79,8 @@ pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
 fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
     let mut highest = shaped::ratios(outcome);
-    for record in outcome.moves.iter().filter(|record| !record.homing && record.shaping.is_none()) {
-        let times_s = isostep_sim::verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
-        for (axis, times_s) in times_s.iter().enumerate() {
-            // In a blend an axis may turn.
-            let times_s = &times_s[times_s.len().min(record.blend_steps(axis) as usize)..];
+    for record in outcome.program_moves().filter(|record| record.shaping.is_none()) {
+        for (axis, times_s) in limits::line_times_s(outcome, record).iter().enumerate() {
             let own = &outcome.limits[axis];
             // The entry and exit speeds of a move are checked as corners.
             let ends = Ends { at_rest: [false; 2] };

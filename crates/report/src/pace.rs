@@ -185,7 +185,7 @@ impl Pace {
         let nearest = (0..AXES).rev().max_by(|&one, &other| axes[one].share.total_cmp(&axes[other].share));
         Self {
             limits_changed: false,
-            moves: outcome.moves.iter().filter(|record| !record.homing).count(),
+            moves: outcome.program_moves().count(),
             distance_mm,
             moving_s,
             shaping_s: found.shaping_s,

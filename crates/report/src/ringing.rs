@@ -21,7 +21,7 @@
 mod swing;
 mod unshaped;
 
-use isostep_motion::{Axis, Finish};
+use isostep_motion::Axis;
 use serde::Serialize;
 
 pub use self::swing::{Swing, swings};
@@ -66,7 +66,7 @@ pub fn figures(outcome: &Outcome, sources: &[Option<Source>]) -> Vec<RingingFigu
     let springs = Axis::ALL.into_iter().zip(outcome.config.springs.0);
     let place = |(mm, index): (f64, usize)| Deviation {
         mm,
-        move_number: outcome.moves[..=index].iter().filter(|record| !record.homing).count(),
+        move_number: outcome.move_number(index),
         line: sources[index].map(|source| source.line),
     };
     let of = |(axis, spring): (Axis, Option<Oscillator>)| {
@@ -158,10 +158,7 @@ fn places(outcome: &Outcome, period_s: f64) -> Vec<Place> {
             places.push(Place { from_s, to_s, is_stop: false, index });
         }
         if is_stop(record, outcome.moves.get(index + 1)) {
-            let stop_s = match record.finish {
-                Finish::Done | Finish::Held => begin_s + record.plan_s,
-                _ => record.end_ns as f64 * 1e-9,
-            };
+            let stop_s = if record.is_whole() { begin_s + record.plan_s } else { record.end_ns as f64 * 1e-9 };
             places.push(Place { from_s: stop_s, to_s: stop_s, is_stop: true, index });
         }
     }
@@ -178,7 +175,6 @@ fn is_corner(outcome: &Outcome, before: &MoveRecord, after: &MoveRecord) -> bool
 
 /// Whether a move ends at rest.
 fn is_stop(record: &MoveRecord, next: Option<&MoveRecord>) -> bool {
-    let last = record.parts.last().unwrap_or(&record.plan).profile;
     let flows_on = next.is_some_and(|next| next.run == record.run);
-    !flows_on || !record.ends_in_blend && last.exit_speed_steps_s() == 0.0
+    !flows_on || !record.ends_in_blend && record.last_part().profile.exit_speed_steps_s() == 0.0
 }

@@ -7,14 +7,13 @@
 use std::collections::VecDeque;
 use std::fmt;
 
-use isostep_motion::{AXES, Finish};
+use isostep_motion::AXES;
 use serde::Serialize;
 
 use crate::ringing::Deviation;
 use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::Source;
-use isostep_sim::measure::across;
 use isostep_sim::places::Places;
 
 /// At how many instants of the longest shaper the distance of both paths is computed.
@@ -50,15 +49,14 @@ impl fmt::Display for ShapingFigures {
 impl ShapingFigures {
     /// The figures of a run whose moves have these sources; `None` if nothing is shaped.
     pub fn of(outcome: &Outcome, sources: &[Option<Source>]) -> Option<Self> {
-        let runs = || across::runs(outcome).filter(|(_, run)| run[0].shaping.is_some());
+        let runs = || outcome.runs().filter(|(_, run)| run[0].shaping.is_some());
         runs().next()?;
         let lasts = runs().map(|(_, run)| &run[run.len() - 1]);
-        let lasts_s: Vec<f64> =
-            lasts.filter(|last| matches!(last.finish, Finish::Done | Finish::Held)).map(MoveRecord::lasts_s).collect();
+        let lasts_s: Vec<f64> = lasts.filter(|last| last.is_whole()).map(MoveRecord::lasts_s).collect();
         let deviations = runs().filter_map(|(first, run)| farthest(outcome, first, run));
         let place = |(mm, index): (f64, usize)| Deviation {
             mm,
-            move_number: outcome.moves[..=index].iter().filter(|record| !record.homing).count(),
+            move_number: outcome.move_number(index),
             line: sources[index].map(|source| source.line),
         };
         Some(Self {

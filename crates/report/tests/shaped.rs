@@ -5,7 +5,7 @@ use isostep_console::Settings;
 use isostep_motion::Finish;
 use isostep_report::compare::compare;
 use isostep_report::{Figures, pictures};
-use isostep_sim::measure::{across, along};
+use isostep_sim::measure::across;
 use isostep_sim::swarm::judge;
 use isostep_sim::verify::shaped;
 use isostep_sim::{AXES, Config, Outcome, Port, Sim, run};
@@ -228,8 +228,8 @@ fn whole_runs_are_measured_where_the_axes_are() {
     for kind in KINDS {
         let outcome = made(kind, Port::Pio, &format!("G64 P0.05\n{CORNERS}"));
         let highest = across::highest(&outcome).unwrap();
-        assert!((0.9..along::WITHIN).contains(&highest.ratio), "kind {kind}: {highest:?}");
-        let most = along::stretches(&outcome).map(|stretch| stretch.ratio).fold(0.0, f64::max);
+        assert!((0.9..across::WITHIN).contains(&highest.ratio), "kind {kind}: {highest:?}");
+        let most = across::stretches(&outcome).map(|stretch| stretch.ratio).fold(0.0, f64::max);
         assert_eq!(most, highest.ratio, "kind {kind}");
     }
 }

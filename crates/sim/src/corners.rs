@@ -57,7 +57,7 @@ pub fn jumps_mm_s(outcome: &Outcome, [before, after]: [&MoveRecord; 2]) -> [f64;
     if after.blend.is_some() {
         return [0.0; AXES];
     }
-    let last = before.parts.last().unwrap_or(&before.plan).profile;
+    let last = before.last_part().profile;
     let from = velocity_steps_s(before, last.exit_speed_steps_s());
     let to = velocity_steps_s(after, after.plan.profile.entry_speed_steps_s());
     std::array::from_fn(|axis| (to[axis] - from[axis]).abs() / outcome.steps_per_mm[axis])

@@ -56,47 +56,43 @@ pub struct Fault {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is no fault: it is given as WHAT@SECONDS or WHAT@SECONDS+SECONDS, such as limit:X@1.5+0.2, where WHAT is one of {kinds}",
-    kinds = KINDS.join(", ")
+    kinds = kinds()
 )]
 pub struct UnknownFault(String);
 
-/// The part before the `@`.
-const KINDS: [&str; 18] = [
-    "e-stop",
-    "broken:e-stop",
-    "limit:AXIS",
-    "broken:AXIS",
-    "chatter:AXIS",
-    "hold",
-    "start",
-    "probe",
-    "stall:AXIS",
-    "driver-off:AXIS",
-    "driver-late:AXIS",
-    "driver-garbled:AXIS",
-    "driver-hot:AXIS",
-    "driver-overheated:AXIS",
-    "driver-shorted:AXIS",
-    "driver-open-coil:AXIS",
-    "starve",
-    "deaf",
+/// The part before the `@`, of what belongs to no motor.
+const PLAIN: [(&str, Trouble); 7] = [
+    ("e-stop", Trouble::EmergencyStop),
+    ("broken:e-stop", Trouble::BrokenEmergencyStop),
+    ("hold", Trouble::Hold),
+    ("start", Trouble::Start),
+    ("probe", Trouble::Probe),
+    ("starve", Trouble::Starve),
+    ("deaf", Trouble::Deaf),
 ];
+
+/// What befalls a motor, its switch or its driver.
+fn of_motor(motor: Motor) -> impl Iterator<Item = Trouble> {
+    let own = [Trouble::Limit(motor), Trouble::Broken(motor), Trouble::Chatter(motor), Trouble::Stall(motor)];
+    own.into_iter().chain(DriverFault::ALL.map(|fault| Trouble::Driver(motor, fault)))
+}
+
+/// The words for all of them.
+fn kinds() -> String {
+    let plain = PLAIN.iter().map(|(words, _)| (*words).to_owned());
+    let of_motor = of_motor(Motor::first(Axis::X)).map(|trouble| trouble.to_string().replace(":X", ":AXIS"));
+    plain.chain(of_motor).collect::<Vec<_>>().join(", ")
+}
 
 impl fmt::Display for Trouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::EmergencyStop => f.write_str("e-stop"),
-            Self::BrokenEmergencyStop => f.write_str("broken:e-stop"),
             Self::Limit(motor) => write!(f, "limit:{motor}"),
             Self::Broken(motor) => write!(f, "broken:{motor}"),
             Self::Chatter(motor) => write!(f, "chatter:{motor}"),
-            Self::Hold => f.write_str("hold"),
-            Self::Start => f.write_str("start"),
-            Self::Probe => f.write_str("probe"),
             Self::Stall(motor) => write!(f, "stall:{motor}"),
             Self::Driver(motor, fault) => write!(f, "driver-{fault}:{motor}"),
-            Self::Starve => f.write_str("starve"),
-            Self::Deaf => f.write_str("deaf"),
+            plain => f.write_str(PLAIN.iter().find(|(_, trouble)| trouble == plain).map_or("", |(words, _)| words)),
         }
     }
 }
@@ -130,33 +126,9 @@ fn nanoseconds(seconds: &str) -> Option<u64> {
 }
 
 fn trouble(what: &str) -> Option<Trouble> {
-    if what == "broken:e-stop" {
-        return Some(Trouble::BrokenEmergencyStop);
-    }
-    let (kind, motor) = what.split_once(':').unwrap_or((what, ""));
-    let of = Axis::ALL.into_iter().flat_map(|axis| [Motor::first(axis), Motor::second(axis)]);
-    let of = of.into_iter().find(|of| of.to_string() == motor);
-    match (kind, of) {
-        ("limit", Some(motor)) => Some(Trouble::Limit(motor)),
-        ("broken", Some(motor)) => Some(Trouble::Broken(motor)),
-        ("chatter", Some(motor)) => Some(Trouble::Chatter(motor)),
-        ("stall", Some(motor)) => Some(Trouble::Stall(motor)),
-        (kind, Some(motor)) => {
-            let fault = kind.strip_prefix("driver-")?;
-            let fault = DriverFault::ALL.into_iter().find(|known| known.to_string() == fault)?;
-            Some(Trouble::Driver(motor, fault))
-        }
-        _ if motor.is_empty() => match what {
-            "e-stop" => Some(Trouble::EmergencyStop),
-            "hold" => Some(Trouble::Hold),
-            "start" => Some(Trouble::Start),
-            "probe" => Some(Trouble::Probe),
-            "starve" => Some(Trouble::Starve),
-            "deaf" => Some(Trouble::Deaf),
-            _ => None,
-        },
-        _ => None,
-    }
+    let motors = Axis::ALL.into_iter().flat_map(|axis| [Motor::first(axis), Motor::second(axis)]);
+    let plain = PLAIN.into_iter().map(|(_, trouble)| trouble);
+    plain.chain(motors.flat_map(of_motor)).find(|trouble| trouble.to_string() == what)
 }
 
 #[cfg(test)]

@@ -39,7 +39,6 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
-mod background;
 mod carriage;
 pub mod config;
 pub mod corners;

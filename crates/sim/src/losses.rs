@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::ops::Range;
 
-use isostep_motion::{Config, Finish};
+use isostep_motion::Config;
 
 use crate::corners;
 use crate::drive::Drive;
@@ -66,7 +66,7 @@ fn explain(outcome: &Outcome, sources: &[Option<Source>], loss: Loss) -> LossFig
     LossFigures {
         loss,
         line: blamed.and_then(|index| sources[index]).map(|source| source.line),
-        move_number: blamed.map(|index| outcome.moves[..=index].iter().filter(|record| !record.homing).count()),
+        move_number: blamed.map(|index| outcome.move_number(index)),
         remedy: strain.and_then(|strain| remedy(outcome, &loss, &strain)),
     }
 }
@@ -78,9 +78,7 @@ fn move_at(outcome: &Outcome, t_ns: u64) -> Option<usize> {
 
 /// Whether steps were lost because the machine was stopped before the end of a move, and not as it was planned.
 pub(crate) fn is_by_abrupt_stop(outcome: &Outcome, loss: &Loss) -> bool {
-    let is_planned = |index: usize| {
-        matches!(outcome.moves[index].finish, Finish::Done | Finish::Held) && !outcome.moves[index].homing
-    };
+    let is_planned = |index: usize| outcome.moves[index].is_whole() && !outcome.moves[index].homing;
     matches!(loss.cause, LossCause::Overshoot { .. }) && !move_at(outcome, loss.t_ns).is_some_and(is_planned)
 }
 
@@ -138,11 +136,10 @@ fn worst_strain(outcome: &Outcome, loss: &Loss, last: usize) -> Strain {
 /// The dead stop of an axis at the end of a move, if it has one within this time.
 fn stop(outcome: &Outcome, axis: usize, index: usize, within_ns: Range<u64>) -> Option<Asked> {
     let record = &outcome.moves[index];
-    let edges = &outcome.edges[record.edges.clone()];
+    let edges = outcome.edges_of(record);
     let t_ns = edges.iter().rfind(|edge| edge.axis == axis)?.t_ns;
-    let is_planned = matches!(record.finish, Finish::Done | Finish::Held);
     match accel(outcome, record, axis, t_ns)? {
-        Asked::Accel { mm_s, .. } if !is_planned && within_ns.contains(&t_ns) => Some(Asked::Stop { mm_s }),
+        Asked::Accel { mm_s, .. } if !record.is_whole() && within_ns.contains(&t_ns) => Some(Asked::Stop { mm_s }),
         _ => None,
     }
 }

@@ -22,9 +22,7 @@
 //! equal.
 
 pub mod across;
-pub mod along;
 mod by_shape;
-pub mod kept;
 mod least_squares;
 pub mod limits;
 pub mod shaped;

@@ -56,6 +56,16 @@ pub struct MoveRecord {
 }
 
 impl MoveRecord {
+    /// Whether it was made as planned, to its end or to where it was held, and not stopped abruptly.
+    pub fn is_whole(&self) -> bool {
+        matches!(self.finish, Finish::Done | Finish::Held)
+    }
+
+    /// The plan by which its line ends.
+    pub fn last_part(&self) -> &SyncMove<AXES> {
+        self.parts.last().unwrap_or(&self.plan)
+    }
+
     /// The numbers of the steps that the axis with index `axis` should have made on its line.
     pub fn step_numbers(&self, axis: usize) -> Range<u32> {
         let last = match self.finish {
@@ -206,7 +216,7 @@ impl MoveRecord {
     /// only later.
     pub fn profile(&self) -> Option<Profile> {
         let first = self.plan.profile;
-        let last = self.parts.last().unwrap_or(&self.plan);
+        let last = self.last_part();
         let is_cut = (last.end_s() - self.plan_s).abs() > SAME_S;
         let length_steps = last.end_steps() - self.plan.begin_steps();
         if self.finish != Finish::Done || !self.has_all_of_its_line() || is_cut || length_steps <= 0.0 {
@@ -236,7 +246,7 @@ impl MoveRecord {
 
     /// How far the axis with index `axis` goes on its line, and from the beginning of the line to its first step there.
     pub fn way(&self, axis: usize) -> Way {
-        let end_steps = self.parts.last().unwrap_or(&self.plan).end_steps();
+        let end_steps = self.last_part().end_steps();
         let [begin, end] = [self.plan.begin_steps(), end_steps].map(|place| self.plan.axis_place(axis, place));
         Way { steps: (end - begin).abs(), to_first_steps: self.way_to_first(axis) }
     }

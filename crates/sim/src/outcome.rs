@@ -175,6 +175,36 @@ impl Outcome {
         &self.configs[known - 1].1
     }
 
+    /// The moves of the program, in order: all but those of homing.
+    pub fn program_moves(&self) -> impl DoubleEndedIterator<Item = &MoveRecord> + Clone {
+        self.moves.iter().filter(|record| !record.homing)
+    }
+
+    /// The number of a move of the program, from 1, by its index in [`moves`](Self::moves).
+    pub fn move_number(&self, index: usize) -> usize {
+        self.moves[..=index].iter().filter(|record| !record.homing).count()
+    }
+
+    /// The runs of the program, in order: each the moves that follow each other without a pause, with the index of the first.
+    pub fn runs(&self) -> impl Iterator<Item = (usize, &[MoveRecord])> {
+        let mut end = 0;
+        let runs = self.moves.chunk_by(|one, next| one.run == next.run).map(move |run| {
+            end += run.len();
+            (end - run.len(), run)
+        });
+        runs.filter(|(_, run)| !run[0].homing)
+    }
+
+    /// The edges of a move.
+    pub fn edges_of(&self, record: &MoveRecord) -> &[Edge] {
+        &self.edges[record.edges.clone()]
+    }
+
+    /// The edges of a run.
+    pub fn edges_of_run(&self, moves: &[MoveRecord]) -> &[Edge] {
+        &self.edges[moves[0].edges.start..moves[moves.len() - 1].edges.end]
+    }
+
     /// The texts that the controller sent in `[MSG:...]`, in order.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
         self.said.iter().filter_map(|said| said.text.strip_prefix("[MSG:")?.strip_suffix(']'))
@@ -201,9 +231,9 @@ impl Outcome {
     /// Time that the program waits before its first move and after its last one, for dwells and until a spindle has its
     /// speed, without homing, s. Without a move, all of it is before. What follows ends when the motors are freed (`$1`).
     pub fn waits_s(&self) -> [f64; 2] {
-        let moves = || self.moves.iter().filter(|record| !record.homing);
-        let first_ns = moves().next().map_or(u64::MAX, MoveRecord::begin_ns);
-        let last_ns = moves().next_back().map_or(u64::MAX, |last| last.start_ns + (last.plan_s * 1e9) as u64);
+        let first_ns = self.program_moves().next().map_or(u64::MAX, MoveRecord::begin_ns);
+        let last_ns =
+            self.program_moves().next_back().map_or(u64::MAX, |last| last.start_ns + (last.plan_s * 1e9) as u64);
         let within = |begin_ns: u64, end_ns: u64| {
             let homing = self.homing().map(|(from_ns, to_ns)| to_ns.min(end_ns).saturating_sub(from_ns.max(begin_ns)));
             end_ns.saturating_sub(begin_ns).saturating_sub(homing.sum()) as f64 * 1e-9

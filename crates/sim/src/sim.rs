@@ -1,6 +1,5 @@
 //! The whole machine in virtual time: the controller's own tasks, a console, and the world around them.
 
-mod silence;
 mod streamed;
 mod tasks;
 
@@ -27,8 +26,7 @@ use crate::stream::{Dialogue, Program};
 use crate::suffering;
 use crate::world::{self, Shared, World};
 
-pub use self::silence::Silencer;
-pub use self::streamed::Streamed;
+pub use self::streamed::{Silencer, Streamed};
 
 const RESET: u8 = 0x18;
 
@@ -339,7 +337,7 @@ impl Sim {
 
     /// How a UART driver is set, in the order of the axes, then the fourth motor's; `None` on other boards.
     pub fn driver_setup(&self, driver: usize) -> Option<DriverSetup> {
-        self.world.borrow().drivers().map(|wire| wire.setup(driver))
+        self.world.borrow().drivers().map(|wire| wire[driver].setup())
     }
 
     /// Presses or releases the emergency stop.
@@ -470,7 +468,7 @@ impl Sim {
     fn unanswered(&self, program: &Program, dialogue: &Dialogue) -> SimError {
         let line = dialogue.answered + 1;
         let text = String::from_utf8_lossy(&program[dialogue.answered]).into_owned();
-        match silence::silencer(program, dialogue) {
+        match streamed::silencer(program, dialogue) {
             Some(by) => SimError::Silenced { line, text, by },
             None => SimError::Unanswered { line, text, waiting: self.executor.waiting() },
         }

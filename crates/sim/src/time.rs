@@ -19,8 +19,10 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::future::poll_fn;
+use std::pin::pin;
 use std::rc::Rc;
-use std::task::{Poll, Waker};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll, Wake, Waker};
 
 use embassy_time::Instant;
 use embassy_time_driver::{Driver, TICK_HZ};
@@ -108,7 +110,7 @@ impl Clock {
     }
 
     /// Calls `poll`, which polls a future in the background. A run ends although that future still waits for a time.
-    pub(crate) fn in_background<R>(&self, poll: impl FnOnce() -> R) -> R {
+    fn in_background<R>(&self, poll: impl FnOnce() -> R) -> R {
         self.0.borrow_mut().in_background = true;
         let polled = poll();
         self.0.borrow_mut().in_background = false;
@@ -116,7 +118,7 @@ impl Clock {
     }
 
     /// Says whether somebody waits for what runs in the background, so that it counts.
-    pub(crate) fn count_background(&self, counts: bool) {
+    fn count_background(&self, counts: bool) {
         self.0.borrow_mut().background_counts = counts;
     }
 
@@ -159,6 +161,38 @@ impl State {
         let deadline = Deadline { waker: waker.clone(), in_background: self.in_background };
         self.deadlines.insert((at_ns, self.sequence), deadline);
         self.sequence += 1;
+    }
+}
+
+/// Polls `future` as part of the task that awaits it, in the background unless `counts`: somebody in the task waits for it.
+pub(crate) async fn in_background<F: Future>(clock: &Clock, counts: impl Fn() -> bool, future: F) -> F::Output {
+    let mut future = pin!(future);
+    let watcher = Arc::new(Watcher(Mutex::new(None)));
+    // A waker of its own, so that its deadlines are not those of the task.
+    let waker = Waker::from(watcher.clone());
+    poll_fn(|context| {
+        watcher.set(context.waker());
+        let polled = clock.in_background(|| future.as_mut().poll(&mut Context::from_waker(&waker)));
+        clock.count_background(counts());
+        polled
+    })
+    .await
+}
+
+/// Wakes the task that it is a part of.
+struct Watcher(Mutex<Option<Waker>>);
+
+impl Watcher {
+    fn set(&self, task: &Waker) {
+        *self.0.lock().expect("nothing panics here") = Some(task.clone());
+    }
+}
+
+impl Wake for Watcher {
+    fn wake(self: Arc<Self>) {
+        if let Some(task) = &*self.0.lock().expect("nothing panics here") {
+            task.wake_by_ref();
+        }
     }
 }
 

@@ -75,8 +75,8 @@ impl MoveCheck {
 
 /// Checks every move of the program. Moves of homing are left out because they end at a switch.
 pub fn moves(outcome: &Outcome) -> impl Iterator<Item = MoveCheck> {
-    let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
-    program.map(|(index, _)| check(outcome, index))
+    let indices = 0..outcome.moves.len();
+    indices.filter(|&index| !outcome.moves[index].homing).map(|index| check(outcome, index))
 }
 
 /// Checks the move with this index in [`Outcome::moves`].
@@ -103,7 +103,7 @@ pub fn check(outcome: &Outcome, index: usize) -> MoveCheck {
 
 /// The results for a move that is judged by itself. `whole` is the single profile of its line, if it has one.
 fn judged(outcome: &Outcome, record: &MoveRecord, whole: Option<Profile>, unjudged: MoveCheck) -> MoveCheck {
-    let (edges, port) = (&outcome.edges[record.edges.clone()], outcome.config.port);
+    let (edges, port) = (outcome.edges_of(record), outcome.config.port);
     let times_s = axis_times_s(record, edges);
     let emitted_steps = std::array::from_fn(|axis| {
         edges.iter().filter(|edge| edge.axis == axis).map(|edge| edge.direction).sum::<i32>()

@@ -1,8 +1,6 @@
 //! The simulated world around the controller: wires, drivers, motors, carriages and switches, and a record of all
 //! events.
 
-mod bouncing;
-mod diag;
 mod inputs;
 mod motor_world;
 mod uart_drivers;
@@ -14,13 +12,13 @@ use std::task::Waker;
 use isostep_motion::{AXES, Axis, Event, GangedMotor, Machine, Motor as Moving};
 use oorandom::Rand32;
 
-pub use self::bouncing::bounce;
+pub use self::inputs::bounce;
 use self::inputs::{EmergencyStop, INPUTS, Input};
 use self::motor_world::MotorWorld;
 use self::uart_drivers::UartDrivers;
 use crate::config::{Config, Gantry};
 use crate::drive::{Load, MotorData};
-use crate::drivers::{self, DriverFault};
+use crate::drivers::{DriverFault, Tmc2209, Wire as DriverWires};
 use crate::mechanics::{Mechanics, Wiring};
 use crate::motor::Slip;
 use crate::plant::SwitchFault;
@@ -259,7 +257,7 @@ impl World {
     /// Sets or mends what is wrong with a UART driver. One that is off or has switched its motor off makes no step.
     pub fn set_driver(&mut self, motor: Moving, fault: Option<DriverFault>) {
         if let (Some(index), Some(uart_drivers)) = (motor_index(&self.wiring, motor), &mut self.uart_drivers) {
-            uart_drivers.set(index, fault);
+            uart_drivers.wire[index].set_fault(fault);
         }
         self.refresh_diags();
     }
@@ -267,7 +265,7 @@ impl World {
     /// Whether a motor's driver, if it has a UART, has switched it off, or is switched off itself.
     pub fn is_driver_off(&self, motor: Moving) -> bool {
         let uart_drivers = motor_index(&self.wiring, motor).zip(self.uart_drivers.as_ref());
-        uart_drivers.is_some_and(|(index, uart_drivers)| uart_drivers.is_off(index))
+        uart_drivers.is_some_and(|(index, uart_drivers)| uart_drivers.wire[index].is_off())
     }
 
     /// What the board hears on the wire of its drivers when it sends this; nothing if they have no UART.
@@ -280,8 +278,8 @@ impl World {
     }
 
     /// The UART drivers, as they are set.
-    pub fn drivers(&self) -> Option<&drivers::Wire> {
-        self.uart_drivers.as_ref().map(UartDrivers::wire)
+    pub fn drivers(&self) -> Option<&DriverWires> {
+        self.uart_drivers.as_ref().map(|uart_drivers| &uart_drivers.wire)
     }
 
     /// How far the second motor is ahead of the first, mm away from their switches, by how the frame is when square;
@@ -452,8 +450,9 @@ impl World {
         }
         self.count(t_ns, index, direction);
         let binds = self.binds(index, direction);
-        let is_off = self.uart_drivers.as_ref().is_some_and(|uart_drivers| uart_drivers.is_off(index));
-        let microsteps = self.uart_drivers.as_ref().map(|uart_drivers| uart_drivers.microsteps(index));
+        let driver = self.uart_drivers.as_ref().map(|uart_drivers| &uart_drivers.wire[index]);
+        let is_off = driver.is_some_and(Tmc2209::is_off);
+        let microsteps = driver.map(|driver| driver.microsteps().into());
         let this = &mut self.motors[index];
         let (from_steps, hindrance) = (this.carriage.place_steps(), this.hindrance(binds, is_off));
         let lost = this.turn(t_ns, direction, hindrance, microsteps);

@@ -16,8 +16,9 @@ fn wire() -> Wire {
 
 /// A motor turns at this speed with this load for four full steps.
 fn turn(wire: &mut Wire, driver: usize, speed_steps_s: f64, load: f64) {
-    wire.set_load(driver, speed_steps_s, load);
-    wire.step(driver, 4 * i32::from(wire.microsteps(driver)));
+    wire[driver].set_load(speed_steps_s, load);
+    let full_steps = 4 * i32::from(wire[driver].microsteps());
+    wire[driver].step(full_steps);
 }
 
 /// What is heard after the echo.
@@ -90,8 +91,8 @@ fn after_power_up_registers_are_as_the_data_sheet_says() {
         assert_eq!(number(Address::DRV_STATUS), 0xC01F_0000);
         assert_eq!(number(Address::IOIN), 0x2100_0040 | pins);
     }
-    assert_eq!([0, 1, 2, 3].map(|driver| wire.microsteps(driver)), [8, 64, 32, 16]);
-    assert!(!wire.is_spread_cycle(0));
+    assert_eq!([0, 1, 2, 3].map(|driver| wire[driver].microsteps()), [8, 64, 32, 16]);
+    assert!(!wire[0].setup().is_spread_cycle);
 }
 
 #[test]
@@ -129,52 +130,52 @@ fn writes_are_counted_to_255_and_on_from_0() {
 #[test]
 fn current_and_microsteps_follow_their_registers() {
     let mut wire = wire();
-    assert_eq!((wire.run_current_ma(0), wire.hold_current_ma(0)), (1_768, 1_768));
+    assert_eq!((wire[0].setup().run_ma, wire[0].setup().hold_ma), (1_768, 1_768));
     set(&mut wire, 0, IHOLD_IRUN::from(15 << 8 | 7));
-    assert_eq!((wire.run_current_ma(0), wire.hold_current_ma(0)), (884, 884), "PDN_UART idles high");
+    assert_eq!((wire[0].setup().run_ma, wire[0].setup().hold_ma), (884, 884), "PDN_UART idles high");
     set(&mut wire, 0, GCONF::from(1 << 6 | 1 << 7));
-    assert_eq!((wire.run_current_ma(0), wire.hold_current_ma(0)), (884, 442));
+    assert_eq!((wire[0].setup().run_ma, wire[0].setup().hold_ma), (884, 442));
     assert_eq!(get::<DRV_STATUS>(&mut wire, 0).cs_actual(), 7);
-    wire.set_load(0, FAST_STEPS_S, 0.0);
+    wire[0].set_load(FAST_STEPS_S, 0.0);
     assert_eq!(get::<DRV_STATUS>(&mut wire, 0).cs_actual(), 15);
     for resolution in 0..=8 {
         set(&mut wire, 0, CHOPCONF::from(resolution << 24 | 1 << 17 | 3));
-        assert_eq!(wire.microsteps(0), 256 >> resolution);
+        assert_eq!(wire[0].microsteps(), 256 >> resolution);
     }
     // The sensitive range: 0.18 V instead of 0.325 V.
-    assert_eq!((wire.run_current_ma(0), wire.hold_current_ma(0)), (490, 245));
+    assert_eq!((wire[0].setup().run_ma, wire[0].setup().hold_ma), (490, 245));
 }
 
 #[test]
 fn steps_are_counted_within_four_full_steps() {
     let mut wire = wire();
     let count = |wire: &mut Wire, driver| number(wire, driver, Address::MSCNT);
-    wire.step(0, 33);
-    wire.step(3, -1);
+    wire[0].step(33);
+    wire[3].step(-1);
     assert_eq!((count(&mut wire, 0), count(&mut wire, 3)), (32, 1_008), "8 and 16 microsteps");
     set(&mut wire, 0, GCONF::from(1 << 3));
-    wire.step(0, 2);
+    wire[0].step(2);
     assert_eq!(count(&mut wire, 0), 992, "with the direction inverted");
 }
 
 #[test]
 fn speed_selects_the_chopper() {
     let mut wire = wire();
-    wire.set_load(0, FAST_STEPS_S, 0.0);
+    wire[0].set_load(FAST_STEPS_S, 0.0);
     assert_eq!(get::<TSTEP>(&mut wire, 0).get(), FAST_TSTEP);
-    wire.set_load(0, -FAST_STEPS_S / 2.0, 0.0);
+    wire[0].set_load(-FAST_STEPS_S / 2.0, 0.0);
     assert_eq!(get::<TSTEP>(&mut wire, 0).get(), 187, "backward");
     for (threshold, is_spread_cycle) in [(0, false), (187, false), (188, true)] {
         set(&mut wire, 0, TPWMTHRS::from(threshold));
         turn(&mut wire, 0, -FAST_STEPS_S / 2.0, 0.0);
-        assert_eq!(wire.is_spread_cycle(0), is_spread_cycle, "{threshold}");
+        assert_eq!(wire[0].setup().is_spread_cycle, is_spread_cycle, "{threshold}");
         assert_eq!(get::<DRV_STATUS>(&mut wire, 0).stealth(), !is_spread_cycle);
         assert_eq!(get::<SG_RESULT>(&mut wire, 0).get() == 0, is_spread_cycle);
     }
-    wire.set_load(0, 0.0, 0.0);
-    assert!(!wire.is_spread_cycle(0));
+    wire[0].set_load(0.0, 0.0);
+    assert!(!wire[0].setup().is_spread_cycle);
     set(&mut wire, 0, GCONF::from(1 << 2));
-    assert!(wire.is_spread_cycle(0));
+    assert!(wire[0].setup().is_spread_cycle);
     assert!(get::<DRV_STATUS>(&mut wire, 0).stst());
 }
 
@@ -200,8 +201,8 @@ fn diag_tells_of_a_stall_where_it_may() {
     let mut wire = wire();
     let stalls = |wire: &mut Wire, speed_steps_s, load| {
         turn(wire, 0, speed_steps_s, load);
-        assert_eq!(get::<IOIN>(wire, 0).diag(), wire.diag(0));
-        wire.diag(0)
+        assert_eq!(get::<IOIN>(wire, 0).diag(), wire[0].diag());
+        wire[0].diag()
     };
     assert!(!stalls(&mut wire, FAST_STEPS_S, 1.0), "not set up");
     set(&mut wire, 0, TCOOLTHRS::from(FAST_TSTEP));
@@ -210,7 +211,7 @@ fn diag_tells_of_a_stall_where_it_may() {
     assert!(stalls(&mut wire, FAST_STEPS_S, 0.8));
     assert!(!stalls(&mut wire, FAST_STEPS_S, 0.7));
     assert!(!stalls(&mut wire, FAST_STEPS_S * 0.98, 1.0), "slower than TCOOLTHRS");
-    assert!(!wire.diag(1), "that of another driver");
+    assert!(!wire[1].diag(), "that of another driver");
     set(&mut wire, 0, TCOOLTHRS::from(0xF_FFFF));
     assert!(stalls(&mut wire, 300.0, 0.0), "too slow to be measured");
     assert!(!stalls(&mut wire, 400.0, 0.0));
@@ -227,21 +228,21 @@ fn a_driver_that_was_off_has_forgotten_all() {
     assert!(!get::<GSTAT>(&mut wire, 0).reset());
     assert!(get::<GSTAT>(&mut wire, 1).reset(), "that of another driver");
     set(&mut wire, 0, IHOLD_IRUN::from(0));
-    wire.step(0, 1);
-    wire.fault(0, DriverFault::Off);
+    wire[0].step(1);
+    wire[0].set_fault(Some(DriverFault::Off));
     assert!(ask::<GCONF>(&mut wire, 0).is_none());
     assert!(ask::<GCONF>(&mut wire, 1).is_some(), "others are on");
     set(&mut wire, 0, IHOLD_IRUN::from(0));
-    wire.mend(0);
+    wire[0].set_fault(None);
     assert!(get::<GSTAT>(&mut wire, 0).reset());
     assert_eq!((get::<IFCNT>(&mut wire, 0).get(), get::<MSCNT>(&mut wire, 0).get()), (0, 0));
-    assert_eq!(wire.run_current_ma(0), 1_768);
+    assert_eq!(wire[0].setup().run_ma, 1_768);
 }
 
 #[test]
 fn a_late_reply_comes_before_the_next_echo() {
     let mut wire = wire();
-    wire.fault(0, DriverFault::Late);
+    wire[0].set_fault(Some(DriverFault::Late));
     assert!(ask::<GCONF>(&mut wire, 0).is_none());
     let other = ReadRequest::new::<IOIN>(ADDRESSES[1]);
     let heard = wire.exchange(other.bytes());
@@ -255,7 +256,7 @@ fn a_late_reply_comes_before_the_next_echo() {
 fn every_second_reply_is_garbled() {
     let mut wire = wire();
     get::<GCONF>(&mut wire, 3);
-    wire.fault(3, DriverFault::Garbled);
+    wire[3].set_fault(Some(DriverFault::Garbled));
     for _ in 0..50 {
         assert!(ask::<GCONF>(&mut wire, 3).is_some());
         assert!(ask::<GCONF>(&mut wire, 3).is_none());
@@ -271,17 +272,17 @@ fn each_fault_has_its_flags() {
         (DriverFault::OpenCoil, 0b0000_0100_0000, false),
     ] {
         let mut wire = wire();
-        wire.fault(2, fault);
+        wire[2].set_fault(Some(fault));
         for clear in [1, 7] {
             assert_eq!(u32::from(get::<DRV_STATUS>(&mut wire, 2)) & 0xFFFF, flags, "{fault:?}");
-            assert_eq!((get::<GSTAT>(&mut wire, 2).drv_err(), wire.diag(2)), (stops, stops), "{fault:?}");
+            assert_eq!((get::<GSTAT>(&mut wire, 2).drv_err(), wire[2].diag()), (stops, stops), "{fault:?}");
             set(&mut wire, 2, GSTAT::from(clear));
         }
-        wire.mend(2);
+        wire[2].set_fault(None);
         switch_off_and_on(&mut wire, 2);
         assert_eq!(u32::from(get::<DRV_STATUS>(&mut wire, 2)) & 0xFFFF, 0, "{fault:?}");
         assert_eq!(
-            (get::<GSTAT>(&mut wire, 2).drv_err(), wire.diag(2)),
+            (get::<GSTAT>(&mut wire, 2).drv_err(), wire[2].diag()),
             (stops, false),
             "{fault:?}: until it is cleared"
         );
@@ -302,15 +303,15 @@ fn switch_off_and_on(wire: &mut Wire, driver: usize) {
 fn a_short_that_was_found_keeps_the_motor_off_until_toff_has_been_0() {
     let mut wire = wire();
     let is_reported = |wire: &mut Wire| {
-        let reported = [get::<DRV_STATUS>(wire, 1).s2ga(), get::<GSTAT>(wire, 1).drv_err(), wire.diag(1)];
+        let reported = [get::<DRV_STATUS>(wire, 1).s2ga(), get::<GSTAT>(wire, 1).drv_err(), wire[1].diag()];
         set(wire, 1, GSTAT::from(7));
         reported
     };
-    wire.fault(1, DriverFault::Shorted);
+    wire[1].set_fault(Some(DriverFault::Shorted));
     assert_eq!(is_reported(&mut wire), [true; 3]);
     switch_off_and_on(&mut wire, 1);
     assert_eq!(is_reported(&mut wire), [true; 3], "it is still there");
-    wire.mend(1);
+    wire[1].set_fault(None);
     assert_eq!(is_reported(&mut wire), [true; 3], "nobody has switched the driver off");
     set(&mut wire, 1, CHOPCONF::from(0x1000_0055));
     assert_eq!(is_reported(&mut wire), [true; 3], "another TOFF is not off");
@@ -329,7 +330,7 @@ fn two_drivers_of_one_address_are_heard_as_noise() {
     }
     // Both hear what is written.
     set(&mut wire, 1, IHOLD_IRUN::from(0));
-    assert_eq!((wire.run_current_ma(1), wire.run_current_ma(2)), (55, 55));
-    wire.fault(1, DriverFault::Off);
+    assert_eq!((wire[1].setup().run_ma, wire[2].setup().run_ma), (55, 55));
+    wire[1].set_fault(Some(DriverFault::Off));
     assert!(ask::<GCONF>(&mut wire, 1).is_some(), "the other alone");
 }

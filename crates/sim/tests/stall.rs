@@ -30,9 +30,9 @@ fn set<R: WritableRegister>(wire: &mut Wire, register: R) {
 /// DIAG after each step of ten full steps, at this speed and load.
 fn stalls(wire: &mut Wire, speed_steps_s: f64, load: f64) -> Vec<bool> {
     let step = |_| {
-        wire.set_load(0, speed_steps_s, load);
-        wire.step(0, 1);
-        wire.diag(0)
+        wire[0].set_load(speed_steps_s, load);
+        wire[0].step(1);
+        wire[0].diag()
     };
     (0..10 * MICROSTEPS).map(step).collect()
 }
@@ -48,7 +48,7 @@ fn a_motor_that_turns_freely_is_not_stalled_unless_the_threshold_is_above_its_lo
 fn a_stall_is_reported_where_the_next_full_step_ends_and_until_one_ends_that_is_free() {
     for begun in 0..MICROSTEPS {
         let mut wire = turning(THRESHOLD, FAST_TCOOLTHRS);
-        wire.step(0, begun);
+        wire[0].step(begun);
         let reported = stalls(&mut wire, FAST_STEPS_S, 1.0);
         let first = reported.iter().position(|stalls| *stalls).unwrap();
         assert_eq!(first as i32, MICROSTEPS - 1 - begun);
@@ -68,10 +68,10 @@ fn a_slow_motor_is_a_stall_if_tcoolthrs_includes_its_speed() {
 fn spread_cycle_and_a_tcoolthrs_of_0_tell_no_stall() {
     let mut wire = turning(255, FAST_TCOOLTHRS);
     set(&mut wire, GCONF::from(1 << 2));
-    assert!(!wire.diag(0), "as soon as it is written");
+    assert!(!wire[0].diag(), "as soon as it is written");
     assert!(!stalls(&mut wire, FAST_STEPS_S, 1.0).contains(&true));
     set(&mut wire, GCONF::from(0));
-    assert!(wire.diag(0));
+    assert!(wire[0].diag());
     set(&mut wire, TCOOLTHRS::from(0));
     for speed_steps_s in [0.0, SLOW_STEPS_S, FAST_STEPS_S, 1e9] {
         assert!(!stalls(&mut wire, speed_steps_s, 1.0).contains(&true), "{speed_steps_s} steps/s");
@@ -88,9 +88,9 @@ fn a_motor_that_comes_to_rest_is_stalled_no_more() {
     ] {
         let mut wire = turning(THRESHOLD, tcoolthrs);
         assert!(stalls(&mut wire, FAST_STEPS_S, 1.0).contains(&true));
-        wire.set_load(0, speed_steps_s, 1.0);
-        assert_eq!(wire.diag(0), is_reported, "{speed_steps_s} steps/s");
-        wire.set_load(0, FAST_STEPS_S, 1.0);
-        assert_eq!(wire.diag(0), is_reported, "no full step was made");
+        wire[0].set_load(speed_steps_s, 1.0);
+        assert_eq!(wire[0].diag(), is_reported, "{speed_steps_s} steps/s");
+        wire[0].set_load(FAST_STEPS_S, 1.0);
+        assert_eq!(wire[0].diag(), is_reported, "no full step was made");
     }
 }

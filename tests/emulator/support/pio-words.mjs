@@ -11,7 +11,7 @@ import { PIO0, PioBench, REG } from './pio-bench.mjs';
  * each RX FIFO is taken at the end of every cycle. After `cycles` cycles come the writes of `finish`.
  *
  * Output, for each state machine of each experiment: the cycles on which its pin (`pins`) rose and fell; those on which
- * the next pin changed, with its level, [cycle, level] in `turns`; the cycle on which its flag was set (or null); the
+ * the next pin changed, [cycle, whether it is high] in `turns`; the cycle on which its flag was set (or null); the
  * words taken from its RX FIFO, [cycle, word] in `taken`; and the word that is in it in the end, its `count`.
  */
 class Experiment {
@@ -75,7 +75,7 @@ class Experiment {
 
   #seen(index) {
     const to = (level) => this.edges[index].filter(([, now]) => now === level).map(([cycle]) => cycle);
-    return { rises: to(1), falls: to(0), turns: this.turns[index], halt: this.halts[index], taken: this.taken[index], count: this.bench.readAt(PIO0 + REG.rxf + 4 * index) };
+    return { rises: to(1), falls: to(0), turns: this.turns[index].map(([cycle, level]) => [cycle, level === 1]), halt: this.halts[index], taken: this.taken[index], count: this.bench.readAt(PIO0 + REG.rxf + 4 * index) };
   }
 }
 

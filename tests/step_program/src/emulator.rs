@@ -5,7 +5,6 @@ use std::mem;
 use std::process::{Command, Stdio};
 
 use rp2040_emu::{Config, EmulatorBuilder};
-use serde_json::{Value, json};
 
 use crate::experiment::{Experiment, FLEVEL, IRQ, Seen, dir_pin, rxf, txf};
 
@@ -20,6 +19,31 @@ pub enum Emulator {
     Own,
 }
 
+/// Makes tests of functions of an emulator, on both.
+macro_rules! on_both {
+    ($($test:ident: $run:ident;)*) => {
+        mod published {
+            $(
+                #[test]
+                fn $test() {
+                    super::$run($crate::emulator::Emulator::Published);
+                }
+            )*
+        }
+
+        mod own {
+            $(
+                #[test]
+                #[ignore = "needs Node's packages: cargo xtask test"]
+                fn $test() {
+                    super::$run($crate::emulator::Emulator::Own);
+                }
+            )*
+        }
+    };
+}
+pub(crate) use on_both;
+
 impl Emulator {
     /// The results of each state machine in each experiment.
     pub fn run(self, experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
@@ -29,6 +53,11 @@ impl Emulator {
             }
             Self::Own => own(experiments),
         }
+    }
+
+    /// The words that the only state machine puts into its RX FIFO, with their cycles.
+    pub fn taken(self, experiment: &Experiment) -> Vec<(u64, u32)> {
+        self.run(&[experiment]).remove(0).remove(0).taken
     }
 }
 
@@ -133,33 +162,14 @@ fn own(experiments: &[&Experiment]) -> Vec<Vec<Seen>> {
         .stdout(Stdio::piped());
     let mut node = node.spawn().expect("node runs");
     let mut stdin = node.stdin.take().expect("a pipe");
-    let input: Vec<_> = experiments.iter().map(|experiment| written(experiment)).collect();
+    let input = serde_json::to_vec(experiments).expect("numbers");
     // The process may have ended already. Its error is reported below.
-    let sent = stdin.write_all(Value::from(input).to_string().as_bytes());
+    let sent = stdin.write_all(&input);
     drop(stdin);
     let output = node.wait_with_output().expect("node runs");
     assert!(output.status.success(), "node says above what is wrong; `cargo xtask test` installs what it needs");
     sent.expect("node reads the experiments");
-    let seen: Vec<Vec<Value>> = serde_json::from_slice(&output.stdout).expect("what the machines did");
+    let seen: Vec<Vec<Seen>> = serde_json::from_slice(&output.stdout).expect("what the machines did");
     assert_eq!(seen.len(), experiments.len());
-    seen.iter().map(|machines| machines.iter().map(read).collect()).collect()
-}
-
-fn written(experiment: &Experiment) -> Value {
-    let Experiment { setup, pins, words, writes, cycles, takes_from, finish } = experiment;
-    json!({
-        "setup": setup, "pins": pins, "words": words, "writes": writes, "cycles": cycles, "takes_from": takes_from,
-        "finish": finish,
-    })
-}
-
-fn read(seen: &Value) -> Seen {
-    let list = |name: &str| seen[name].as_array().expect(name);
-    let cycles = |name| list(name).iter().map(|cycle| cycle.as_u64().expect("a cycle")).collect();
-    let turn = |turn: &Value| (turn[0].as_u64().expect("a cycle"), turn[1] == 1);
-    let turns = list("turns").iter().map(turn).collect();
-    let word = |taken: &Value| (taken[0].as_u64().expect("a cycle"), taken[1].as_u64().expect("a word") as u32);
-    let taken = list("taken").iter().map(word).collect();
-    let count = seen["count"].as_u64().expect("a count") as u32;
-    Seen { rises: cycles("rises"), falls: cycles("falls"), turns, halt: seen["halt"].as_u64(), taken, count }
+    seen
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use pio::{InstructionOperands, SetDestination};
+use serde::{Deserialize, Serialize};
 
 use crate::program::{self, Words, forced};
 
@@ -13,16 +14,22 @@ const TXF: u32 = PIO0 + 0x10;
 const RXF: u32 = PIO0 + 0x20;
 pub const IRQ: u32 = PIO0 + 0x30;
 const IRQ_FORCE: u32 = PIO0 + 0x34;
-pub const INSTR_MEM: u32 = PIO0 + 0x48;
+const INSTR_MEM: u32 = PIO0 + 0x48;
 /// The registers of the first state machine, and the distance to those of the next one.
 pub const CLKDIV: u32 = PIO0 + 0xC8;
-pub const EXECCTRL: u32 = PIO0 + 0xCC;
+const EXECCTRL: u32 = PIO0 + 0xCC;
 pub const SHIFTCTRL: u32 = PIO0 + 0xD0;
 pub const INSTR: u32 = PIO0 + 0xD8;
 pub const PINCTRL: u32 = PIO0 + 0xDC;
 const MACHINE_BYTES: u32 = 0x18;
-pub const GPIO_CTRL: u32 = 0x4001_4004;
+const GPIO_CTRL: u32 = 0x4001_4004;
 const FUNCSEL_PIO0: u32 = 6;
+const FUNCSEL_SIO: u32 = 5;
+/// The level at the pad is seen.
+const PAD: u32 = 0x4001_C004;
+const PAD_INPUT_ENABLE: u32 = 1 << 6;
+pub const SIO_OUT: u32 = 0xD000_0010;
+const SIO_OE: u32 = 0xD000_0020;
 
 /// Bit 19 is clear, so OUT shifts left. IN shifts right, as after a reset.
 const OUT_SHIFTS_LEFT: u32 = 1 << 18;
@@ -89,6 +96,7 @@ impl Axis {
 }
 
 /// Register writes and words for the FIFOs, by cycle. A write on cycle N takes effect on N + 1.
+#[derive(Serialize)]
 pub struct Experiment {
     /// Writes before cycle 0: address and value.
     pub setup: Vec<(u32, u32)>,
@@ -106,7 +114,7 @@ pub struct Experiment {
 }
 
 /// What one state machine did, in cycles.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq, Deserialize)]
 pub struct Seen {
     pub rises: Vec<u64>,
     pub falls: Vec<u64>,
@@ -123,9 +131,7 @@ pub struct Seen {
 impl Experiment {
     /// One run of these axes. It is observed until `until` and some time beyond.
     pub fn new(axes: &[Axis], until: u64) -> Self {
-        let program = program::steps();
-        let load = |(address, &word): (u32, &u16)| (address, u32::from(word));
-        let mut setup: Vec<_> = (INSTR_MEM..).step_by(4).zip(&program.code).map(load).collect();
+        let mut setup: Vec<_> = at_origin(0, program::steps().code.iter().copied()).collect();
         setup.push((IRQ_FORCE, program::BARRIER.into()));
         let pins: Vec<_> = (0..axes.len() as u8).map(|machine| 2 + 2 * machine).collect();
         for (machine, (axis, &pin)) in (0..).zip(axes.iter().zip(&pins)) {
@@ -151,6 +157,11 @@ impl Experiment {
         }
     }
 
+    /// One state machine, which has nothing to do with steps.
+    pub fn alone(setup: Vec<(u32, u32)>, writes: Vec<(u64, u32, u32)>, cycles: u64) -> Self {
+        Self { setup, pins: vec![2], words: vec![vec![]], writes, cycles, takes_from: 0, finish: vec![] }
+    }
+
     /// Engages the inhibit on the first of these cycles, and releases it at their end.
     pub fn inhibit(&mut self, cycles: &Range<u64>) {
         self.writes.push((cycles.start, IRQ_FORCE, program::INHIBIT.into()));
@@ -173,6 +184,29 @@ pub const fn txf(machine: u32) -> u32 {
 
 pub const fn rxf(machine: u32) -> u32 {
     RXF + 4 * machine
+}
+
+/// Loads a program from this address of the memory on.
+pub fn at_origin(origin: u8, code: impl IntoIterator<Item = u16>) -> impl Iterator<Item = (u32, u32)> {
+    let first = INSTR_MEM + 4 * u32::from(origin);
+    (first..).step_by(4).zip(code).map(|(address, instruction)| (address, instruction.into()))
+}
+
+/// Runs the first state machine on every cycle, with the wrap of a program at this address, and its JMP pin.
+pub fn clocked(origin: u8, wrap: pio::Wrap, jmp_pin: u8) -> [(u32, u32); 2] {
+    let [source, target] = [wrap.source, wrap.target].map(|address| u32::from(origin + address));
+    [(CLKDIV, 1 << 16), (EXECCTRL, u32::from(jmp_pin) << 24 | source << 12 | target << 7)]
+}
+
+/// Makes these pads outputs that are set by SIO and seen by PIO.
+pub fn by_hand(pins: impl IntoIterator<Item = u8>) -> Vec<(u32, u32)> {
+    let (mut all, mut writes) = (0, Vec::new());
+    for pin in pins.into_iter().map(u32::from) {
+        all |= 1 << pin;
+        writes.extend([(GPIO_CTRL + 8 * pin, FUNCSEL_SIO), (PAD + 4 * pin, PAD_INPUT_ENABLE)]);
+    }
+    writes.push((SIO_OE, all));
+    writes
 }
 
 const fn of(machine: u32, register: u32) -> u32 {

@@ -7,19 +7,13 @@ use oorandom::Rand32;
 
 pub use self::program::watch;
 use self::program::{KNOW_NOTHING, go_to, moved};
-use crate::emulator::Emulator;
-use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, GPIO_CTRL, INSTR, INSTR_MEM, PINCTRL, SHIFTCTRL};
+use crate::emulator::{Emulator, on_both};
+use crate::experiment::{CTRL, Experiment, INSTR, PINCTRL, SHIFTCTRL, SIO_OUT, at_origin, by_hand, clocked};
 
 const INPUTS: u8 = 6;
 const FIRST_PIN: u8 = 9;
 const ALL: u32 = (1 << INPUTS) - 1;
 const CHANGES: usize = 20_000;
-const FUNCSEL_SIO: u32 = 5;
-/// The level at the pad is seen.
-const PAD: u32 = 0x4001_C004;
-const PAD_INPUT_ENABLE: u32 = 1 << 6;
-const SIO_OUT: u32 = 0xD000_0010;
-const SIO_OE: u32 = 0xD000_0020;
 /// OUT shifts right, IN left. The RX FIFO has all eight places.
 const SHIFTS: u32 = 1 << 31 | 1 << 19;
 /// The first look is on cycle 1, and this many cycles later the levels are in the FIFO.
@@ -33,14 +27,8 @@ const SYNC_CYCLES: u64 = 2;
 /// A board whose inputs have these levels from these cycles on.
 fn experiment(levels: &[(u64, u32)], takes_from: u64, cycles: u64) -> Experiment {
     let watch = watch(INPUTS);
-    let mut setup: Vec<_> = (INSTR_MEM..).step_by(4).zip(watch.code.iter().map(|&word| u32::from(word))).collect();
-    for pin in u32::from(FIRST_PIN)..u32::from(FIRST_PIN + INPUTS) {
-        setup.extend([(GPIO_CTRL + 8 * pin, FUNCSEL_SIO), (PAD + 4 * pin, PAD_INPUT_ENABLE)]);
-    }
-    setup.extend([
-        (SIO_OE, ALL << FIRST_PIN),
-        (CLKDIV, 1 << 16),
-        (EXECCTRL, u32::from(watch.wrap.source) << 12 | u32::from(watch.wrap.target) << 7),
+    let setup = at_origin(0, watch.code.iter().copied()).chain(by_hand(FIRST_PIN..FIRST_PIN + INPUTS));
+    let setup = setup.chain(clocked(0, watch.wrap, 0)).chain([
         (SHIFTCTRL, SHIFTS),
         (PINCTRL, u32::from(FIRST_PIN) << 15),
         (INSTR, KNOW_NOTHING.into()),
@@ -48,7 +36,7 @@ fn experiment(levels: &[(u64, u32)], takes_from: u64, cycles: u64) -> Experiment
         (CTRL, 1),
     ]);
     let writes = levels.iter().map(|&(cycle, levels)| (cycle, SIO_OUT, levels << FIRST_PIN)).collect();
-    Experiment { setup, pins: vec![2], words: vec![vec![]], writes, cycles, takes_from, finish: vec![] }
+    Experiment { takes_from, ..Experiment::alone(setup.collect(), writes, cycles) }
 }
 
 /// The levels that the machine tells, with the cycle, when nobody lets it wait.
@@ -90,7 +78,7 @@ fn random_levels() -> Vec<(u64, u32)> {
 fn every_change_is_reported(emulator: Emulator) {
     let levels = random_levels();
     let cycles = levels.last().unwrap().0 + 100;
-    let seen = emulator.run(&[&experiment(&levels, 0, cycles)]).remove(0).remove(0).taken;
+    let seen = emulator.taken(&experiment(&levels, 0, cycles));
     assert_eq!(seen[0].1, 0, "the levels at the start");
     assert_eq!(seen.len(), 1 + CHANGES);
     for (&(reported_at, reported), &(cycle, levels)) in seen[1..].iter().zip(&levels) {
@@ -103,7 +91,7 @@ fn every_change_is_reported(emulator: Emulator) {
 /// While nobody takes what the machine tells it waits, and then goes on from there.
 fn a_full_fifo_keeps_what_it_holds(emulator: Emulator) {
     let levels: Vec<_> = (0..30).map(|change| (100 + 20 * change, change as u32 + 1)).collect();
-    let seen = emulator.run(&[&experiment(&levels, 1_000, 1_200)]).remove(0).remove(0).taken;
+    let seen = emulator.taken(&experiment(&levels, 1_000, 1_200));
     let reported: Vec<_> = seen.iter().map(|&(_, levels)| levels).collect();
     // Eight in the FIFO, the first of which are the levels at the start, the one that waited for room, and the last.
     assert_eq!(reported, [0, 1, 2, 3, 4, 5, 6, 7, 8, 30]);
@@ -122,30 +110,7 @@ fn a_program_that_is_moved_jumps_within_itself() {
     assert!(code.len() + 6 <= pio::RP2040_MAX_PROGRAM_SIZE);
 }
 
-macro_rules! on {
-    ($emulator:expr $(, #[$ignored:meta])?) => {
-        #[test]
-        $(#[$ignored])?
-        fn every_change_of_an_input_is_reported_in_9_cycles() {
-            every_change_is_reported($emulator);
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn a_full_fifo_loses_no_change_that_it_holds() {
-            a_full_fifo_keeps_what_it_holds($emulator);
-        }
-    };
-}
-
-mod published {
-    use super::*;
-
-    on!(Emulator::Published);
-}
-
-mod own {
-    use super::*;
-
-    on!(Emulator::Own, #[ignore = "needs Node's packages: cargo xtask test"]);
+on_both! {
+    every_change_of_an_input_is_reported_in_9_cycles: every_change_is_reported;
+    a_full_fifo_loses_no_change_that_it_holds: a_full_fifo_keeps_what_it_holds;
 }

@@ -25,7 +25,7 @@ use isostep_motion::{Capabilities, DriverTiming, Wiring, ticks_covering};
 use oorandom::Rand32;
 use pio::{InstructionOperands, IrqIndexMode, JmpCondition};
 
-use self::emulator::Emulator;
+use self::emulator::{Emulator, on_both};
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
 use self::program::{AXES_MAX, STARVED_AT, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
@@ -128,7 +128,8 @@ impl Case {
     }
 }
 
-fn check(emulator: Emulator, cases: &[Case]) {
+fn check(emulator: Emulator, cases: impl IntoIterator<Item = Case>) {
+    let cases: Vec<_> = cases.into_iter().collect();
     let experiments: Vec<_> = cases.iter().map(|case| &case.experiment).collect();
     for (case, seen) in cases.iter().zip(emulator.run(&experiments)) {
         case.check(emulator, &seen);
@@ -187,37 +188,39 @@ fn steps(cycles: &[u32]) -> Vec<Wait> {
     cycles.iter().copied().map(Wait::High).collect()
 }
 
-fn random_words() -> Vec<Case> {
+fn random_words(emulator: Emulator) {
     let replay = "cargo test --package isostep-step-program -- --include-ignored random_words";
-    seeds().map(|seed| Case::new(format!("replay: ISOSTEP_SEED={seed} {replay}"), &random_axes(seed))).collect()
+    let case = |seed| Case::new(format!("replay: ISOSTEP_SEED={seed} {replay}"), &random_axes(seed));
+    check(emulator, seeds().map(case));
 }
 
 /// All axes start together, however full their FIFOs are and whatever follows.
-fn one_barrier() -> Vec<Case> {
+fn one_barrier(emulator: Emulator) {
     let words = Words::with_pulse(250);
     let axes = [(20, 300), (0, 300), (3, 700), (20, 300)]
         .map(|(more, cycles)| Axis::new(words, steps(&[&[40], &vec![cycles; more][..]].concat())));
     assert_eq!(axes.len(), AXES_MAX);
     let case = Case::new("the start barrier".to_owned(), &axes);
     assert!(case.wanted.iter().all(|seen| seen.rises[0] == case.wanted[0].rises[0]));
-    vec![case]
+    check(emulator, [case]);
 }
 
 /// The inhibit is set on every cycle around a step, and released. Pulses must stay whole, and no edge may rise while the
 /// inhibit is on. DIR may already have changed for a step that does not rise.
-fn inhibits() -> Vec<Case> {
+fn inhibits(emulator: Emulator) {
     let axes = [4, 30].map(|pulse| {
         let waits = [true, false, false, true, false, true].map(|high| step(high, 60)).to_vec();
         Axis::new(Words::with_pulse(pulse), waits)
     });
     let second = predicted(&axes[0], &(0..0)).rises[1];
     let inhibits = (second - 3..second + 35).flat_map(|from| [1, 2, 500].map(|cycles| from..from + cycles));
-    inhibits.map(|inhibit| Case::inhibited(format!("inhibit on cycles {inhibit:?}"), &axes, &inhibit)).collect()
+    let case = |inhibit| Case::inhibited(format!("inhibit on cycles {inhibit:?}"), &axes, &inhibit);
+    check(emulator, inhibits.map(case));
 }
 
 /// The FIFO is empty before the first step, after a step, and after a rest. The state machine must halt and leave DIR
 /// unchanged, and a word that comes too late must not make a step.
-fn empty_fifos() -> Vec<Case> {
+fn empty_fifos(emulator: Emulator) {
     let words = Words::with_pulse(13);
     let late = vec![Wait::Low(20), Wait::Rest(500)];
     let axes = [vec![], steps(&[50, 60, 70]), vec![Wait::Rest(90)], late].map(|waits| Axis::new(words, waits));
@@ -225,12 +228,12 @@ fn empty_fifos() -> Vec<Case> {
     for machine in 0..axes.len() as u32 {
         case.experiment.send(OPENS_AT + 2_000, machine, words.step(60, true));
     }
-    vec![case]
+    check(emulator, [case]);
 }
 
 /// An axis starves: its FIFO is empty and its end was not announced, or one cycle too late. No other axis makes another
 /// step, whatever it is about to do, and none is inhibited by an end that was announced in time.
-fn starved() -> Vec<Case> {
+fn starved(emulator: Emulator) {
     let words = Words::with_pulse(13);
     let fetch = predicted(&Axis::new(words, steps(&[50, 60, 70])), &(0..0)).falls[2];
     let status = fetch + STATUS_AFTER_FETCH_CYCLES;
@@ -244,12 +247,12 @@ fn starved() -> Vec<Case> {
         Case::of(name, &[short, long.clone(), long], &inhibit)
     };
     let known = (status - 3..status + 3).map(|known| case(Some(known), 31));
-    known.chain((30..70).map(|others| case(None, others))).collect()
+    check(emulator, known.chain((30..70).map(|others| case(None, others))));
 }
 
 /// Every step reverses the direction, as soon after the previous step as `PioPort` allows, and the first step comes as
 /// soon as DIR is set up. The drivers' hold and set-up times must be kept.
-fn reversals() -> Vec<Case> {
+fn reversals(emulator: Emulator) {
     let drivers = [(DriverTiming::DRV8825, 0), (DriverTiming::TMC2209, 0), (DriverTiming::TMC2209, 5_000)];
     let axis = |(timing, pulse_ns): (DriverTiming, u32)| {
         let wiring = Wiring { pulse_ns, ..Wiring::default() };
@@ -273,59 +276,16 @@ fn reversals() -> Vec<Case> {
             assert!(turn - rise >= needs, "hold from cycle {rise}");
         }
     }
-    vec![case]
+    check(emulator, [case]);
 }
 
-macro_rules! on {
-    ($emulator:expr $(, #[$ignored:meta])?) => {
-        #[test]
-        $(#[$ignored])?
-        fn random_words_are_exact() {
-            check($emulator, &random_words());
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn the_barrier_opens_all_machines_on_one_cycle() {
-            check($emulator, &one_barrier());
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn the_inhibit_keeps_edges_from_rising() {
-            check($emulator, &inhibits());
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn an_empty_fifo_halts_the_machine() {
-            check($emulator, &empty_fifos());
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn a_machine_that_starves_inhibits_the_others() {
-            check($emulator, &starved());
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn reversals_keep_the_drivers_times() {
-            check($emulator, &reversals());
-        }
-    };
-}
-
-mod published {
-    use super::*;
-
-    on!(Emulator::Published);
-}
-
-mod own {
-    use super::*;
-
-    on!(Emulator::Own, #[ignore = "needs Node's packages: cargo xtask test"]);
+on_both! {
+    random_words_are_exact: random_words;
+    the_barrier_opens_all_machines_on_one_cycle: one_barrier;
+    the_inhibit_keeps_edges_from_rising: inhibits;
+    an_empty_fifo_halts_the_machine: empty_fifos;
+    a_machine_that_starves_inhibits_the_others: starved;
+    reversals_keep_the_drivers_times: reversals;
 }
 
 /// The firmware tells a fault from an end by the place at which the machine stays.

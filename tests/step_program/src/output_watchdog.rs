@@ -6,8 +6,8 @@ mod program;
 use oorandom::Rand32;
 
 use self::program::{ORIGIN, count_down, forced};
-use crate::emulator::Emulator;
-use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, INSTR, INSTR_MEM, SHIFTCTRL, txf};
+use crate::emulator::{Emulator, on_both};
+use crate::experiment::{CTRL, Experiment, INSTR, SHIFTCTRL, at_origin, clocked, txf};
 use crate::guard::watch;
 
 const WORD: u32 = 0x321F;
@@ -26,14 +26,10 @@ const FIFO_IS_ALL_RX: u32 = 1 << 31;
 /// An output watchdog that is set before cycle 0, with these writes.
 fn experiment(writes: Vec<(u64, u32, u32)>, cycles: u64) -> Experiment {
     let program = count_down();
-    let first = INSTR_MEM + 4 * u32::from(ORIGIN);
-    let mut setup: Vec<_> = (first..).step_by(4).zip(program.code.iter().map(|&word| u32::from(word))).collect();
-    let wrap = [program.wrap.source, program.wrap.target].map(|address| u32::from(ORIGIN + address));
-    setup.extend([(CLKDIV, 1 << 16), (EXECCTRL, wrap[0] << 12 | wrap[1] << 7), (SHIFTCTRL, SHIFTS)]);
-    setup.extend([(txf(0), WORD), (INSTR, forced::PULL.into()), (INSTR, forced::SET_WORD.into())]);
-    setup.extend(set(PATIENCE));
-    setup.push((CTRL, 1));
-    Experiment { setup, pins: vec![2], words: vec![vec![]], writes, cycles, takes_from: 0, finish: vec![] }
+    let setup = at_origin(ORIGIN, program.code.iter().copied()).chain(clocked(ORIGIN, program.wrap, 0));
+    let words = [(SHIFTCTRL, SHIFTS), (txf(0), WORD), (INSTR, forced::PULL.into()), (INSTR, forced::SET_WORD.into())];
+    let setup = setup.chain(words).chain(set(PATIENCE)).chain([(CTRL, 1)]);
+    Experiment::alone(setup.collect(), writes, cycles)
 }
 
 /// The writes that set an output watchdog, or set it again.
@@ -59,7 +55,7 @@ fn feed(cycle: u64) -> (u64, u32, u32) {
 }
 
 fn words(emulator: Emulator, experiment: &Experiment) -> Vec<u64> {
-    let taken = emulator.run(&[experiment]).remove(0).remove(0).taken;
+    let taken = emulator.taken(experiment);
     assert!(taken.iter().all(|&(_, word)| word == WORD), "{taken:?}");
     taken.into_iter().map(|(cycle, _)| cycle).collect()
 }
@@ -102,38 +98,10 @@ fn is_as_patient_as_it_is_told(emulator: Emulator) {
     assert_eq!(words(emulator, &experiment(writes, out + 20)), said(out, out + 20));
 }
 
-macro_rules! on {
-    ($emulator:expr $(, #[$ignored:meta])?) => {
-        #[test]
-        $(#[$ignored])?
-        fn a_watchdog_that_is_fed_says_nothing_and_then_runs_out_to_the_cycle() {
-            runs_out_to_the_cycle($emulator);
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn a_watchdog_that_has_run_out_stays_so_until_it_is_set_again() {
-            stays_out_until_it_is_set($emulator);
-        }
-
-        #[test]
-        $(#[$ignored])?
-        fn a_watchdog_is_as_patient_as_it_is_told() {
-            is_as_patient_as_it_is_told($emulator);
-        }
-    };
-}
-
-mod published {
-    use super::*;
-
-    on!(Emulator::Published);
-}
-
-mod own {
-    use super::*;
-
-    on!(Emulator::Own, #[ignore = "needs Node's packages: cargo xtask test"]);
+on_both! {
+    a_watchdog_that_is_fed_says_nothing_and_then_runs_out_to_the_cycle: runs_out_to_the_cycle;
+    a_watchdog_that_has_run_out_stays_so_until_it_is_set_again: stays_out_until_it_is_set;
+    a_watchdog_is_as_patient_as_it_is_told: is_as_patient_as_it_is_told;
 }
 
 #[test]

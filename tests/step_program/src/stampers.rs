@@ -6,15 +6,10 @@ mod program;
 use oorandom::Rand32;
 
 use self::program::{EARLY, LATE, LATE_CYCLES, MARKER, SHORT_ORIGIN, SKIPPING_ORIGIN, forced, moved};
-use crate::emulator::Emulator;
-use crate::experiment::{CLKDIV, CTRL, EXECCTRL, Experiment, GPIO_CTRL, INSTR, INSTR_MEM, SHIFTCTRL, txf};
+use crate::emulator::{Emulator, on_both};
+use crate::experiment::{CTRL, Experiment, INSTR, SHIFTCTRL, SIO_OUT, at_origin, by_hand, clocked, txf};
 
 const PIN: u8 = 2;
-const FUNCSEL_SIO: u32 = 5;
-const PAD: u32 = 0x4001_C004;
-const PAD_INPUT_ENABLE: u32 = 1 << 6;
-const SIO_OUT: u32 = 0xD000_0010;
-const SIO_OE: u32 = 0xD000_0020;
 /// A push at every IN, and all places of the FIFO for what is pushed.
 const STAMPS_ONLY: u32 = 1 << 31 | 1 << 16;
 const AUTOPUSH: u32 = 1 << 16;
@@ -42,17 +37,9 @@ impl Stamper {
     fn experiment(self, rises: &[(u64, u64)]) -> Experiment {
         let (origin, program) =
             if self.is_short { (SHORT_ORIGIN, program::short()) } else { (SKIPPING_ORIGIN, program::skipping()) };
-        let first = INSTR_MEM + 4 * u32::from(origin);
-        let code = program.code.iter().map(|&instruction| u32::from(moved(instruction, origin)));
-        let mut setup: Vec<_> = (first..).step_by(4).zip(code).collect();
-        for pin in [PIN, MARKER].map(u32::from) {
-            setup.extend([(GPIO_CTRL + 8 * pin, FUNCSEL_SIO), (PAD + 4 * pin, PAD_INPUT_ENABLE)]);
-        }
-        let wrap = [program.wrap.source, program.wrap.target].map(|address| u32::from(origin + address));
-        setup.extend([
-            (SIO_OE, 1 << PIN | 1 << MARKER),
-            (CLKDIV, 1 << 16),
-            (EXECCTRL, u32::from(PIN) << 24 | wrap[0] << 12 | wrap[1] << 7),
+        let code = program.code.iter().map(|&instruction| moved(instruction, origin));
+        let setup = at_origin(origin, code).chain(by_hand([PIN, MARKER])).chain(clocked(origin, program.wrap, PIN));
+        let setup = setup.chain([
             (SHIFTCTRL, AUTOPUSH),
             (txf(0), self.skip),
             (INSTR, forced::PULL.into()),
@@ -68,7 +55,7 @@ impl Stamper {
             writes.extend([(rise, SIO_OUT, mark | 1 << PIN), (fall, SIO_OUT, mark)]);
         }
         let cycles = rises.last().expect("some").1 + AFTERWARDS_CYCLES;
-        Experiment { setup, pins: vec![PIN], words: vec![vec![]], writes, cycles, takes_from: 0, finish: vec![] }
+        Experiment::alone(setup.collect(), writes, cycles)
     }
 
     /// The edges, from 0, that it stamps.
@@ -87,8 +74,7 @@ impl Stamper {
 
     /// How much later than the edge each stamp says, a constant aside.
     fn latenesses(self, emulator: Emulator, rises: &[(u64, u64)]) -> Vec<i64> {
-        let experiment = self.experiment(rises);
-        let taken = emulator.run(&[&experiment]).remove(0).remove(0).taken;
+        let taken = emulator.taken(&self.experiment(rises));
         let stamped = self.stamped(rises.len());
         assert_eq!(taken.len(), stamped.len(), "every edge once");
         let stamps = taken.iter().enumerate().map(|(index, &(_, x))| i64::from(self.seen_cycles(index, x)));
@@ -132,32 +118,7 @@ fn two_stamp_to_the_cycle(emulator: Emulator) {
     assert!(early != sooner, "one alone does not know");
 }
 
-mod published {
-    use super::*;
-
-    #[test]
-    fn the_stampers_stamp_within_two_cycles() {
-        stamps_within_two_cycles(Emulator::Published);
-    }
-
-    #[test]
-    fn two_stampers_stamp_to_the_cycle() {
-        two_stamp_to_the_cycle(Emulator::Published);
-    }
-}
-
-mod own {
-    use super::*;
-
-    #[test]
-    #[ignore = "needs Node: cargo xtask test"]
-    fn the_stampers_stamp_within_two_cycles() {
-        stamps_within_two_cycles(Emulator::Own);
-    }
-
-    #[test]
-    #[ignore = "needs Node: cargo xtask test"]
-    fn two_stampers_stamp_to_the_cycle() {
-        two_stamp_to_the_cycle(Emulator::Own);
-    }
+on_both! {
+    the_stampers_stamp_within_two_cycles: stamps_within_two_cycles;
+    two_stampers_stamp_to_the_cycle: two_stamp_to_the_cycle;
 }

@@ -464,7 +464,7 @@ fn write_files(args: &Args, outcome: &Outcome, figures: &Figures) -> Result<()> 
         files::write_by(path, |out| isostep_sim::trace::write(&outcome.edges, out))?;
     }
     if let Some(path) = &args.outputs {
-        files::write_by(path, |out| isostep_sim::tool::trace::write(&outcome.tool, out))?;
+        files::write_by(path, |out| isostep_sim::trace::write_tool(&outcome.tool, out))?;
     }
     if let Some(path) = &args.vcd {
         files::write_by(path, |out| {

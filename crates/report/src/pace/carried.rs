@@ -19,8 +19,7 @@ const BOARD_PIXELS_PER_S: f64 = 3_280.0;
 pub fn longer_s(outcome: &Outcome) -> f64 {
     let mut begun_s = VecDeque::with_capacity(MOVES_AHEAD);
     let (mut planned_s, mut late_s) = (None, 0.0_f64);
-    let program = outcome.moves.iter().filter(|record| !record.homing);
-    let lines = program.flat_map(|record| {
+    let lines = outcome.program_moves().flat_map(|record| {
         let marks = record.marks_steps.iter().map(|place_steps| {
             let begin_s = record.place_time_s(f64::from(*place_steps));
             (record.start_ns as f64 * 1e-9 + begin_s, 1.0 / BOARD_PIXELS_PER_S)

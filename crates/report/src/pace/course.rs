@@ -8,7 +8,7 @@
 //! much of either line as it leaves out. So distances and times add up as without blends, and no time is lost where a
 //! corner is passed at the feed. It is at the corner after the fraction √p/(√p + √q) of its time, at the speed √(p q).
 
-use isostep_motion::{AXES, Finish};
+use isostep_motion::AXES;
 use isostep_profile::{Profile, SyncMove};
 
 use super::asked::{Asked, SAME};
@@ -113,7 +113,7 @@ impl Phase<'_> {
 /// All phases of the program, in order; `sources` are those of all moves.
 pub fn phases<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl Iterator<Item = Phase<'a>> {
     let program = outcome.moves.iter().enumerate().filter(|(_, record)| !record.homing);
-    let first = outcome.moves.iter().find(|record| !record.homing);
+    let first = outcome.program_moves().next();
     program.flat_map(move |(index, record)| {
         let asked = Asked::new(outcome, record, sources.get(index).and_then(Option::as_ref));
         let run_s = first.map_or(0.0, |first| run_s(first, record));
@@ -128,7 +128,7 @@ pub fn phases<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl I
 
 /// When the last move of the program ends, s from the start of the first one; `None` without a move.
 pub fn end_s(outcome: &Outcome) -> Option<f64> {
-    let mut program = outcome.moves.iter().filter(|record| !record.homing);
+    let mut program = outcome.program_moves();
     let first = program.next()?;
     let last = program.next_back().unwrap_or(first);
     pieces(last).last().map(|piece| run_s(first, last) + piece.to_s)
@@ -167,10 +167,7 @@ fn pieces(record: &MoveRecord) -> impl Iterator<Item = Piece<'_>> {
 
 /// When a move was stopped abruptly, which so did not reach the end of its plan, s from the start of its run.
 fn stop_s(record: &MoveRecord) -> f64 {
-    match record.finish {
-        Finish::Done | Finish::Held => f64::INFINITY,
-        _ => (record.end_ns - record.start_ns) as f64 * 1e-9,
-    }
+    if record.is_whole() { f64::INFINITY } else { (record.end_ns - record.start_ns) as f64 * 1e-9 }
 }
 
 /// The state of a profile at an instant.

@@ -6,7 +6,7 @@
 //! explain is assigned to the look-ahead. With a curved law it is assigned to the law instead, because the law has
 //! separate ramps in each move.
 
-use isostep_motion::{AXES, BLEND_S, Finish, STRAIGHT_S, shaped_s};
+use isostep_motion::{AXES, BLEND_S, STRAIGHT_S, shaped_s};
 use isostep_profile::SpeedLaw;
 
 use super::asked::{Asked, Limit, SAME};
@@ -163,7 +163,7 @@ impl<'a> Finder<'a> {
     /// How much longer the run of this phase takes at its end because it is shaped, s.
     fn shaping_s(&self, last: &Phase<'a>) -> f64 {
         let record = &self.outcome.moves[last.index];
-        if matches!(record.finish, Finish::Done | Finish::Held) { record.lasts_s() } else { 0.0 }
+        if record.is_whole() { record.lasts_s() } else { 0.0 }
     }
 
     fn rise(&mut self, phase: &Phase<'a>) {

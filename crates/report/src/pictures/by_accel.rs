@@ -3,14 +3,13 @@
 use isostep_motion::Axis;
 
 use super::other_rule::Rule;
-use super::plane::{FINE, Plane, Room, XY, moves_in, program};
+use super::plane::{FINE, Plane, Room, XY, moves_in};
 use super::ratio_scale::{RatioScale, key};
 use super::strokes::{self, Piece};
 use super::theme;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves;
-use isostep_sim::measure::across;
-use isostep_sim::measure::along::{self, Stretch, WITHIN};
+use isostep_sim::measure::across::{self, Stretch, WITHIN};
 
 /// Width of the area inside the labels of two pictures, or of one alone, and their height, fine pixels.
 const WIDTHS: [f64; 2] = [3_664.0, 1_664.0];
@@ -39,13 +38,13 @@ pub struct Picture {
 /// X or Y.
 pub fn picture(runs: &[(Rule, &Outcome)]) -> Option<Picture> {
     let &(_, first) = runs.first()?;
-    if first.edges.is_empty() || !program(first).any(|record| moves_in(record, XY)) {
+    if first.edges.is_empty() || !first.program_moves().any(|record| moves_in(record, XY)) {
         return None;
     }
     let room =
         Room { inner: (WIDTHS[runs.len() - 1], HEIGHTS.1), lowest: HEIGHTS.0, above: KEY + TITLES, with_rack: false };
     let plane = Plane::new(first, XY, room);
-    let is_wide = program(first).count() <= MOVES_WITH_WIDE_LINES;
+    let is_wide = first.program_moves().count() <= MOVES_WITH_WIDE_LINES;
     let width = if is_wide { 2 * FINE } else { FINE * 5 / 4 };
     let (panel_wide, high) = plane.size();
     let size = (panel_wide * runs.len() as u32, high);
@@ -96,7 +95,7 @@ impl<'a> Panel<'a> {
     fn new(rule: &'a Rule, outcome: &Outcome, plane: &Plane, width: u32) -> Self {
         let mut pieces: Vec<Piece<f64>> = Vec::new();
         let (mut motion_s, mut above_s, mut highest) = (0.0, 0.0, None::<Stretch>);
-        for stretch in along::stretches(outcome) {
+        for stretch in across::stretches(outcome) {
             motion_s += stretch.span_s;
             above_s += if stretch.ratio > WITHIN { stretch.span_s } else { 0.0 };
             highest = highest.filter(|highest| highest.ratio >= stretch.ratio).or(Some(stretch));

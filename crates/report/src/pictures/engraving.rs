@@ -1,12 +1,11 @@
 //! What a laser engraved: the dose of its beam in the XY plane, dark where it is high.
 
-mod lit;
 mod sheet;
 
 use png::{BitDepth, ColorType, Encoder, EncodingError, PixelDimensions, Unit};
 
 use self::sheet::Sheet;
-use crate::tool::spells;
+use crate::tool::spells::{self, Spell};
 use isostep_motion::AXES;
 use isostep_sim::Outcome;
 
@@ -35,7 +34,7 @@ pub fn picture(outcome: &Outcome) -> Option<Picture> {
     let extent_mm = extent_mm(outcome, &spells)?;
     let step_mm = [0, 1].map(|axis| 1.0 / outcome.steps_per_mm[axis]);
     let mut sheet = Sheet::new(extent_mm, step_mm[0].max(step_mm[1]), outcome.config.beam_mm);
-    lit::places(outcome, &spells, &mut |steps, dose| sheet.add(mm(outcome, steps), dose));
+    places(outcome, &spells, &mut |steps, dose| sheet.add(mm(outcome, steps), dose));
     let strong = sheet.strong();
     let png = encoded(&sheet, strong).expect("drawing into memory does not fail");
     Some(Picture {
@@ -56,15 +55,55 @@ fn mm(outcome: &Outcome, [x, y]: [i32; 2]) -> [f64; 2] {
 }
 
 /// The extent in which the beam was on; `None` if it never was.
-fn extent_mm(outcome: &Outcome, spells: &[spells::Spell]) -> Option<[(f64, f64); 2]> {
+fn extent_mm(outcome: &Outcome, spells: &[Spell]) -> Option<[(f64, f64); 2]> {
     let mut extent: Option<[(i32, i32); 2]> = None;
-    lit::places(outcome, spells, &mut |steps, _| {
+    places(outcome, spells, &mut |steps, _| {
         let known = extent.unwrap_or(steps.map(|at| (at, at)));
         extent = Some([0, 1].map(|axis| (known[axis].0.min(steps[axis]), known[axis].1.max(steps[axis]))));
     });
     let [x, y] = extent?;
     let (low_mm, high_mm) = (mm(outcome, [x.0, y.0]), mm(outcome, [x.1, y.1]));
     Some([0, 1].map(|axis| (low_mm[axis], high_mm[axis])))
+}
+
+/// The position of the carriage between two steps of X or Y.
+struct Stand {
+    since_ns: u64,
+    steps: [i32; 2],
+}
+
+/// Calls `take` with every position at which the beam was on, X and Y in steps, and with the dose there, which is duty
+/// times s. In order of time.
+fn places(outcome: &Outcome, spells: &[Spell], take: &mut impl FnMut([i32; 2], f64)) {
+    let mut stands = stands(outcome).peekable();
+    let mut spells = spells.iter().peekable();
+    while let Some(Stand { since_ns, steps }) = stands.next() {
+        let until_ns = stands.peek().map_or(u64::MAX, |next| next.since_ns);
+        while let Some(spell) = spells.peek() {
+            let (begin_ns, end_ns) = (spell.begin_ns.max(since_ns), spell.end_ns.min(until_ns));
+            if begin_ns < end_ns {
+                take(steps, (end_ns - begin_ns) as f64 * 1e-9 * spell.duty_ratio);
+            }
+            if spell.end_ns > until_ns {
+                break;
+            }
+            spells.next();
+        }
+    }
+}
+
+/// All positions of the program, in order. Homing is left out because it resets the origin.
+fn stands(outcome: &Outcome) -> impl Iterator<Item = Stand> {
+    outcome.runs().flat_map(|(_, run)| {
+        let [x, y, ..] = run[0].origin_steps;
+        let mut steps = [x, y];
+        let edges = outcome.edges_of_run(run).iter().filter(|edge| edge.axis < 2);
+        let after = edges.map(move |edge| {
+            steps[edge.axis] += edge.direction;
+            Stand { since_ns: edge.t_ns, steps }
+        });
+        std::iter::once(Stand { since_ns: run[0].begin_ns(), steps: [x, y] }).chain(after)
+    })
 }
 
 fn encoded(sheet: &Sheet, strong: f32) -> Result<Vec<u8>, EncodingError> {

@@ -5,7 +5,6 @@ use isostep_motion::{AXES, Axis};
 use super::chart::{self, Chart, Curve, axes_key};
 use super::theme::{self, AXIS, BOUND};
 use isostep_sim::Outcome;
-use isostep_sim::measure::across;
 use isostep_sim::verify::{self, shaped};
 
 /// Columns of the picture. Each shows an axis's range of errors, from the earliest step to the latest.
@@ -44,8 +43,9 @@ fn chart(outcome: &Outcome) -> Chart {
 
 /// From the beginning of the first move of the program to the end of the last one, s since power-up.
 fn span_s(outcome: &Outcome) -> (f64, f64) {
-    let program = outcome.moves.iter().filter(|record| !record.homing);
-    theme::range(program.flat_map(|record| [record.begin_ns(), record.end_ns]).map(|ns| ns as f64 * 1e-9))
+    theme::range(
+        outcome.program_moves().flat_map(|record| [record.begin_ns(), record.end_ns]).map(|ns| ns as f64 * 1e-9),
+    )
 }
 
 /// For each axis and column, the least and the greatest error, ns; `None` without steps.
@@ -57,7 +57,7 @@ fn columns(outcome: &Outcome, from_s: f64, to_s: f64) -> [[Option<(f64, f64)>; C
         let (low, high) = span.unwrap_or((error_ns, error_ns));
         *span = Some((low.min(error_ns), high.max(error_ns)));
     };
-    for (_, run) in across::runs(outcome) {
+    for (_, run) in outcome.runs() {
         if run[0].shaping.is_some() {
             for axis in Axis::ALL {
                 let errors_ns = shaped::errors_ns(outcome, run, axis);
@@ -66,7 +66,7 @@ fn columns(outcome: &Outcome, from_s: f64, to_s: f64) -> [[Option<(f64, f64)>; C
             continue;
         }
         for record in run {
-            let times_s = verify::axis_times_s(record, &outcome.edges[record.edges.clone()]);
+            let times_s = verify::axis_times_s(record, outcome.edges_of(record));
             let begin_s = record.begin_ns() as f64 * 1e-9;
             for (axis, times_s) in times_s.iter().enumerate() {
                 verify::errors_ns(record, axis, times_s)

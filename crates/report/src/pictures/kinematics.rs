@@ -94,7 +94,7 @@ fn duration_s(record: &MoveRecord) -> f64 {
 
 /// The instants of an axis's edges, s from the beginning of the move, and its positions there, mm from the first.
 fn places(outcome: &Outcome, record: &MoveRecord, axis: usize) -> Vec<(f64, f64)> {
-    let edges = outcome.edges[record.edges.clone()].iter().filter(|edge| edge.axis == axis);
+    let edges = outcome.edges_of(record).iter().filter(|edge| edge.axis == axis);
     let mut made = 0;
     let places = edges.map(|edge| {
         made += edge.direction;

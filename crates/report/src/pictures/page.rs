@@ -165,7 +165,7 @@ fn kinematics(outcome: &Outcome, figures: &Figures) -> Section {
 /// The moves shown as pictures, with their numbers. Moves of several axes are preferred; for a long program, the
 /// longest moves.
 fn shown(outcome: &Outcome) -> Vec<(usize, &MoveRecord)> {
-    let program = || (1..).zip(outcome.moves.iter().filter(|record| !record.homing));
+    let program = || (1..).zip(outcome.program_moves());
     let axes = |record: &MoveRecord| record.plan.steps.iter().filter(|n| **n != 0).count();
     let several = program().any(|(_, record)| axes(record) > 1);
     let candidates = program().filter(|(_, record)| !several || axes(record) > 1);

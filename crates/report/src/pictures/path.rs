@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use isostep_console::Rate;
 
-use super::plane::{Axes, FINE, Plane, Room, XY, letters, moves_in, program};
+use super::plane::{Axes, FINE, Plane, Room, XY, letters, moves_in};
 use super::speed_scale::{Made, SpeedScale};
 use super::strokes::{self, Piece};
 use super::theme;
@@ -37,7 +37,7 @@ pub const SIDES: [Axes; 2] = [[0, 2], [1, 2]];
 
 /// Whether the program moves Z, so that it has sides to look at.
 pub fn has_sides(outcome: &Outcome) -> bool {
-    program(outcome).any(|record| record.plan.steps.get(2).is_some_and(|&steps| steps != 0))
+    outcome.program_moves().any(|record| record.plan.steps.get(2).is_some_and(|&steps| steps != 0))
 }
 
 /// A picture and how it was drawn.
@@ -59,7 +59,7 @@ pub struct Picture {
 /// Draws the picture of the plane of two axes; `sources` are those of all moves.
 pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Picture {
     let course = || phases(outcome, sources);
-    let moves = program(outcome).count();
+    let moves = outcome.program_moves().count();
     let rapids = rapids(sources);
     let plane = Plane::new(outcome, axes, if axes == XY { ROOM } else { SIDE_ROOM });
     let with_rapids = rapids.contains(&true);
@@ -172,7 +172,7 @@ fn stands_steps(outcome: &Outcome) -> Vec<[i32; AXES]> {
         let mut at = run[0].origin_steps;
         let stands = run.iter().map(move |record| {
             let stands = at;
-            outcome.edges[record.edges.clone()].iter().for_each(|edge| at[edge.axis] += edge.direction);
+            outcome.edges_of(record).iter().for_each(|edge| at[edge.axis] += edge.direction);
             stands
         });
         stands.collect::<Vec<_>>()
@@ -182,7 +182,7 @@ fn stands_steps(outcome: &Outcome) -> Vec<[i32; AXES]> {
 
 /// Instants from the beginning of a move, s, and the positions at its edges, mm.
 fn points(outcome: &Outcome, record: &MoveRecord, stands_steps: [i32; AXES]) -> Vec<(f64, [f64; AXES])> {
-    let edges = &outcome.edges[record.edges.clone()];
+    let edges = outcome.edges_of(record);
     let stride = edges.len().div_ceil(POINTS_PER_MOVE).max(1);
     let mut at = stands_steps;
     let mut points = vec![(0.0, outcome.mm(at))];

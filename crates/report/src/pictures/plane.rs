@@ -20,11 +20,6 @@ pub fn letters(axes: Axes) -> String {
     axes.map(|axis| AXIS_NAMES[axis]).concat()
 }
 
-/// The moves of the program.
-pub fn program(outcome: &Outcome) -> impl Iterator<Item = &MoveRecord> + Clone {
-    outcome.moves.iter().filter(|record| !record.homing)
-}
-
 /// Whether a move moves either axis.
 pub fn moves_in(record: &MoveRecord, axes: Axes) -> bool {
     axes.iter().any(|&axis| record.origin_steps[axis] != record.end_steps[axis])
@@ -130,7 +125,7 @@ impl Plane {
 
     /// A dot where the program starts, in the colour of a CSS variable.
     pub fn start(&self, outcome: &Outcome, colour: &str) -> String {
-        let first = program(outcome).find(|record| moves_in(record, self.axes));
+        let first = outcome.program_moves().find(|record| moves_in(record, self.axes));
         let Some(record) = first else { return String::new() };
         let [x, y] = self.point(outcome.mm(record.origin_steps));
         let is_low = y + 96.0 > self.corner()[1] + self.room.inner.1;
@@ -145,7 +140,7 @@ impl Plane {
 
 /// The range of both axes over the moves that move either, mm.
 fn extent_mm(outcome: &Outcome, axes: Axes) -> [(f64, f64); 2] {
-    let moved = program(outcome).filter(|record| moves_in(record, axes));
+    let moved = outcome.program_moves().filter(|record| moves_in(record, axes));
     let ends = moved.flat_map(|record| [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps)));
     axes.map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
 }

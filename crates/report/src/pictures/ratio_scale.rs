@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::strokes::Scale;
-use isostep_sim::measure::along::WITHIN;
+use isostep_sim::measure::across::WITHIN;
 
 /// The highest ratio of each class but the last, from the lowest: `--ratio-1` to `--ratio-7` of the style sheet.
 const TOPS: [f64; 6] = [0.5, WITHIN, 1.5, 2.5, 5.0, 10.0];

@@ -69,7 +69,7 @@ fn row(rule: &str, one: &RingingFigures) -> Vec<String> {
 pub fn picture(outcome: &Outcome) -> Option<String> {
     let springs = Axis::ALL.into_iter().zip(outcome.config.springs.0);
     let loads: Vec<_> = springs.filter_map(|(axis, spring)| Some((axis, spring?))).collect();
-    let mut program = outcome.moves.iter().filter(|record| !record.homing);
+    let mut program = outcome.program_moves();
     let first = program.next()?;
     let last = program.next_back().unwrap_or(first);
     let slowest_hz = loads.iter().map(|(_, spring)| spring.natural_hz()).reduce(f64::min)?;

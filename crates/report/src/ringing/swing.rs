@@ -62,7 +62,7 @@ struct Step {
 fn edges(outcome: &Outcome, axis: usize) -> impl Iterator<Item = Step> {
     outcome.moves.iter().enumerate().flat_map(move |(index, record)| {
         let step_mm = 1.0 / outcome.config_of(record).steps_per_mm[axis];
-        let own = outcome.edges[record.edges.clone()].iter().filter(move |edge| edge.axis == axis);
+        let own = outcome.edges_of(record).iter().filter(move |edge| edge.axis == axis);
         own.map(move |edge| Step { t_ns: edge.t_ns, step_mm: f64::from(edge.direction) * step_mm, index })
     })
 }

@@ -1,4 +1,5 @@
-//! How close an axis came to its limits, measured from its edges and nothing else.
+//! How close an axis came to its limits, measured from its edges and nothing else. Corners of a run are checked by their planned speeds;
+//! of shaped runs see [`shaped`].
 //!
 //! # Method
 //! The edge of step k means that the axis is at k - 1/2 steps at that instant. The position is uncertain by off v, the
@@ -18,9 +19,14 @@
 //! of a run, so the speed at this edge is at most √(v_s² + 2 a). The second edge comes no earlier than this speed and
 //! the acceleration a allow.
 
+use isostep_motion::{AXES, Config};
 use isostep_profile::{Limits, SpeedLaw};
 
+use super::shaped;
 use crate::analysis::mean_derivative;
+use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
+use crate::verify;
 
 /// By what fraction a measurement may exceed a limit that is kept.
 pub const GRAIN: f64 = 0.01;
@@ -170,6 +176,115 @@ fn highest(values: impl IntoIterator<Item = f64>) -> f64 {
 pub(super) fn either_way(limits: &Limits) -> Limits {
     let accel = limits.accel_steps_s2.max(limits.decel_steps_s2);
     Limits { accel_steps_s2: accel, decel_steps_s2: accel, ..*limits }
+}
+
+/// Tolerance for floating-point rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// How close all moves came to their limits. `speed_limit` is the speed limit of an axis in a move at a time in s from
+/// the start of its run, steps/s; it never decreases. Of a shaped run it is the top speed.
+pub fn of_run(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -> f64) -> LimitRatios {
+    let off_s = outcome.config.port.tolerance_ns() * 1e-9;
+    let mut highest = shaped::ratios(outcome).into_iter().fold(LimitRatios::default(), LimitRatios::max);
+    for record in outcome.moves.iter().filter(|record| record.shaping.is_none()) {
+        let config = outcome.config_of(record);
+        let [begins, ends] = are_rests(record, config);
+        // A stopped move ends abruptly, not at rest.
+        let ends = Ends { at_rest: [begins, ends && record.is_whole()] };
+        for (axis, times_s) in line_times_s(outcome, record).iter().enumerate() {
+            let (own, law) = (&config.limits[axis], config.speed_law);
+            highest = highest.max(ratios(times_s, off_s, own, law, ends, |t_s| speed_limit(record, axis, t_s)));
+        }
+    }
+    let corners = outcome.moves.windows(2).filter(|pair| pair[0].run == pair[1].run);
+    let corner =
+        corners.map(|pair| corner_ratio([&pair[0], &pair[1]], outcome.config_of(&pair[0]))).fold(0.0, f64::max);
+    LimitRatios { corner, ..highest }
+}
+
+/// Instants of each axis's edges on the line of a move, s from the beginning of the move. In a blend an axis may turn.
+pub fn line_times_s(outcome: &Outcome, record: &MoveRecord) -> [Vec<f64>; AXES] {
+    let mut times_s = verify::axis_times_s(record, outcome.edges_of(record));
+    for (axis, times_s) in times_s.iter_mut().enumerate() {
+        times_s.drain(..times_s.len().min(record.blend_steps(axis) as usize));
+    }
+    times_s
+}
+
+/// The length of a path of these steps, mm.
+pub fn path_mm(steps: [i32; AXES], config: &Config) -> f64 {
+    length_mm(std::array::from_fn(|axis| f64::from(steps[axis]) / config.steps_per_mm[axis]))
+}
+
+/// The speed of a move at its start and its end, along its path.
+pub fn speeds_mm_s(record: &MoveRecord, config: &Config) -> [f64; 2] {
+    let mm_per_step = length_mm(way_mm(record, config)) / record.plan.distance_steps();
+    [record.plan.speed_at(record.plan.begin_s()), record.last_part().profile.exit_speed_steps_s()]
+        .map(|steps| steps * mm_per_step)
+}
+
+/// Whether a move begins and ends at the start speed or slower.
+pub fn are_rests(record: &MoveRecord, config: &Config) -> [bool; 2] {
+    let start_mm_s = start_mm_s(record, config);
+    let [begins, ends] = speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING));
+    [begins && record.blend.is_none(), ends && !record.ends_in_blend]
+}
+
+/// How far a move goes along each axis, mm.
+pub fn way_mm(record: &MoveRecord, config: &Config) -> [f64; AXES] {
+    std::array::from_fn(|axis| record.plan.axis_steps(axis) / config.steps_per_mm[axis])
+}
+
+fn length_mm(way_mm: [f64; AXES]) -> f64 {
+    way_mm.into_iter().map(|mm| mm * mm).sum::<f64>().sqrt()
+}
+
+/// The start speed along a path.
+fn start_mm_s(record: &MoveRecord, config: &Config) -> f64 {
+    let path_mm = length_mm(way_mm(record, config));
+    let steps = |axis: usize| record.plan.axis_steps(axis).abs();
+    let moving = (0..AXES).filter(|axis| steps(*axis) > 0.0);
+    let starts = moving.map(|axis| config.limits[axis].start_speed_steps_s * path_mm / steps(axis));
+    starts.fold(f64::INFINITY, f64::min)
+}
+
+/// The speed at a corner as a fraction of that allowed by Grbl's rule. Both moves must have the same speed there, or
+/// both must be at rest. Otherwise the result is infinite.
+fn corner_ratio(moves: [&MoveRecord; 2], config: &Config) -> f64 {
+    if moves[0].ends_in_blend {
+        return 0.0;
+    }
+    let [[_, out_mm_s], [in_mm_s, _]] = moves.map(|record| speeds_mm_s(record, config));
+    let [[_, stops], [starts, _]] = moves.map(|record| are_rests(record, config));
+    if stops && starts {
+        return 0.0;
+    }
+    let is_one = (out_mm_s / in_mm_s - 1.0).abs() < ROUNDING;
+    if is_one { in_mm_s / corner_mm_s(moves, config) } else { f64::INFINITY }
+}
+
+/// The highest speed at which the corner between two moves may be taken.
+fn corner_mm_s(moves: [&MoveRecord; 2], config: &Config) -> f64 {
+    let [before, after] = moves.map(|record| {
+        let way_mm = way_mm(record, config);
+        way_mm.map(|mm| mm / length_mm(way_mm))
+    });
+    let across: [f64; AXES] = std::array::from_fn(|axis| after[axis] - before[axis]);
+    let length = across.iter().map(|part| part * part).sum::<f64>().sqrt();
+    if length < 1e-9 {
+        return f64::INFINITY;
+    }
+    let moving = (0..AXES).filter(|axis| across[*axis] != 0.0);
+    let accels = moving.map(|axis| {
+        let limits = &config.limits[axis];
+        limits.accel_steps_s2.min(limits.decel_steps_s2) / config.steps_per_mm[axis] * length / across[axis].abs()
+    });
+    let accel_mm_s2 = accels.fold(f64::INFINITY, f64::min);
+    // The sine of half the angle between the reversed first path and the second path.
+    let sine = (1.0 - length * length / 4.0).max(0.0).sqrt();
+    // A corner may always be taken at the start speed.
+    let start_mm_s = moves.map(|record| start_mm_s(record, config)).into_iter().fold(f64::INFINITY, f64::min);
+    (accel_mm_s2 * config.junction_deviation_mm * sine / (1.0 - sine)).sqrt().max(start_mm_s)
 }
 
 #[cfg(test)]

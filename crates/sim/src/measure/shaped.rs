@@ -9,7 +9,6 @@ use std::ops::RangeInclusive;
 
 use isostep_motion::AXES;
 
-use super::across;
 use super::limits::{self, Ends, LimitRatios};
 use crate::corners;
 use crate::moves::MoveRecord;
@@ -18,7 +17,7 @@ use crate::outcome::Outcome;
 /// The highest values of each axis over all shaped runs of the program, each as a fraction of its limit.
 pub fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
     let mut highest = [LimitRatios::default(); AXES];
-    for (_, run) in across::runs(outcome).filter(|(_, run)| run[0].shaping.is_some()) {
+    for (_, run) in outcome.runs().filter(|(_, run)| run[0].shaping.is_some()) {
         for (axis, highest) in highest.iter_mut().enumerate() {
             *highest = highest.max(of_axis(outcome, run, axis));
         }
@@ -31,8 +30,7 @@ fn of_axis(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> LimitRatios {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
     let ends = Ends { at_rest: [false; 2] };
     let (jumps_s, ramps_s) = (jumps_s(outcome, run, axis), ramps_s(outcome, run, axis));
-    let edges = outcome.edges[run[0].edges.start..run[run.len() - 1].edges.end].iter();
-    let edges = edges.filter(|edge| edge.axis == axis).map(|edge| {
+    let edges = outcome.edges_of_run(run).iter().filter(|edge| edge.axis == axis).map(|edge| {
         let t_s = (edge.t_ns as f64 - run[0].start_ns as f64) * 1e-9;
         (t_s, (edge.direction, jumps_s.partition_point(|jump_s| *jump_s <= t_s)))
     });
@@ -57,7 +55,7 @@ fn ramps_s(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> Vec<RangeInclu
     let (first, last) = (&run[0], &run[run.len() - 1]);
     let ends_s = first.shaping.as_ref().and_then(|shaping| shaping.impulses[axis].box_ends_s());
     let Some([from_s, to_s]) = ends_s else { return Vec::new() };
-    let exit_steps_s = last.parts.last().unwrap_or(&last.plan).profile.exit_speed_steps_s();
+    let exit_steps_s = last.last_part().profile.exit_speed_steps_s();
     let begin_s = (first.plan.profile.entry_speed_steps_s() > 0.0).then(|| first.begin_s());
     let end_s = (exit_steps_s > 0.0).then(|| last.plan_s - last.lasts_s());
     let jumping_s = corners_s(outcome, run, axis).chain(begin_s).chain(end_s);

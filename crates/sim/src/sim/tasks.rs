@@ -10,7 +10,6 @@ use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{Axis, Event, LimitInput, Machine, Motor, axis, buttons, limit, probing, tool};
 
 use super::Console;
-use crate::background::in_background;
 use crate::config::Config;
 use crate::drivers::DriverWire;
 use crate::executor::{Executor, Priority};
@@ -19,7 +18,8 @@ use crate::link::{Pipe, Uart};
 use crate::pin::{Input, Output};
 use crate::port::AxisPort;
 use crate::record::Wire;
-use crate::tool::port::SimTool;
+use crate::time::in_background;
+use crate::tool::SimTool;
 use crate::world::Shared;
 
 /// Spawns the tasks that run at high priority on a board, then the coordinator.

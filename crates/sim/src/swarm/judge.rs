@@ -1,9 +1,9 @@
 //! What the record of a run must show, whatever was done to the machine.
 
-use isostep_motion::{AXES, Axis, Finish};
+use isostep_motion::{AXES, Axis};
 
 use crate::losses;
-use crate::measure::kept;
+use crate::measure::limits;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::record::{Loss, LossCause};
@@ -53,7 +53,7 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
     for check in verify::moves(outcome) {
         let record = &outcome.moves[check.index];
         let at = || format!("move {} from {:.6} s", check.index + 1, record.begin_ns() as f64 * 1e-9);
-        if check.exact == Some(false) && matches!(record.finish, Finish::Done | Finish::Held) {
+        if check.exact == Some(false) && record.is_whole() {
             let found = format!("{:?} of {:?} steps of {}", check.emitted_steps, record.planned_steps(), at());
             return Err(("steps are made as planned", found));
         }
@@ -67,8 +67,7 @@ fn moves(outcome: &Outcome) -> Result<(), Broken> {
             return Err(("equal intervals on every axis", format!("{:?} s apart in {}", check.apart_s(), at())));
         }
     }
-    let whole = |pair: &&[crate::MoveRecord]| matches!(pair[0].finish, Finish::Done | Finish::Held);
-    for pair in outcome.moves.windows(2).filter(whole) {
+    for pair in outcome.moves.windows(2).filter(|pair| pair[0].is_whole()) {
         let (pause_ns, flows) = (pair[0].pause_ns(&pair[1]), pair[0].run == pair[1].run);
         // The end of a plan is computed in floating point.
         if pause_ns <= -1.0 || flows && pause_ns >= 1.0 {
@@ -96,7 +95,7 @@ fn shaped_runs(outcome: &Outcome) -> Result<(), Broken> {
 /// fast.
 fn limits(outcome: &Outcome) -> Result<(), Broken> {
     let top = |record: &MoveRecord, axis: usize, _t_s: f64| outcome.config_of(record).limits[axis].top_speed_steps_s;
-    let ratios = kept::ratios(outcome, top);
+    let ratios = limits::of_run(outcome, top);
     if ratios.are_within() { Ok(()) } else { Err(("limits kept, by the edges", format!("{ratios:?} of them"))) }
 }
 

@@ -1,6 +1,6 @@
 //! What the promises of a run rest on, gathered from the whole of it or piece by piece.
 
-use isostep_motion::{Event, Finish, State};
+use isostep_motion::{Event, State};
 
 use super::{Findings, Verdict, shaped};
 use crate::driver::Violation;
@@ -48,7 +48,7 @@ impl Gathered {
         let befores = self.last.iter().chain(&piece.moves);
         // From the first move on, each with the one before it.
         let nexts = piece.moves.iter().skip(usize::from(self.last.is_none()));
-        let pairs = befores.zip(nexts).filter(|(before, _)| matches!(before.finish, Finish::Done | Finish::Held));
+        let pairs = befores.zip(nexts).filter(|(before, _)| before.is_whole());
         let pauses_ns: Vec<_> = pairs.map(|(before, next)| before.pause_ns(next)).collect();
         self.pauses += pauses_ns.len();
         self.shortest_ns = self.shortest_ns.into_iter().chain(pauses_ns).reduce(f64::min);

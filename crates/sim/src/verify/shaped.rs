@@ -11,9 +11,8 @@
 //!   after the edge out is over: so it may be late, but not early.
 //! - No edge is nearer than 1e-6 steps to where an axis stands, because rounding decides whether it gets there.
 
-use isostep_motion::{AXES, Axis, Finish};
+use isostep_motion::{AXES, Axis};
 
-use crate::measure::across;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::places::Places;
@@ -109,12 +108,12 @@ impl Findings {
 
 /// Checks every shaped run of the program.
 pub fn runs(outcome: &Outcome) -> impl Iterator<Item = RunCheck> {
-    across::runs(outcome).filter(|(_, run)| run[0].shaping.is_some()).map(|(first, run)| check(outcome, first, run))
+    outcome.runs().filter(|(_, run)| run[0].shaping.is_some()).map(|(first, run)| check(outcome, first, run))
 }
 
 fn check(outcome: &Outcome, first: usize, run: &[MoveRecord]) -> RunCheck {
     let (places, last) = (Places::of(run), &run[run.len() - 1]);
-    let is_whole = matches!(last.finish, Finish::Done | Finish::Held);
+    let is_whole = last.is_whole();
     let axes = Axis::ALL.map(|axis| Track::of(outcome, run, &places, axis));
     let start_s = run[0].start_ns as f64 * 1e-9;
     let place = |(axis, t_s): (usize, f64)| Place { axis: Axis::ALL[axis], t_s: start_s + t_s };
@@ -173,7 +172,7 @@ impl<'a> Track<'a> {
         let period_ticks = outcome.capabilities[axis].map_or(0, |port| port.period_min_ticks(config.wiring[axis]));
         let period_s = (f64::from(period_ticks) + 1.0) * port.tick_ns() * 1e-9;
         let mut edges: Vec<TrackEdge> = Vec::new();
-        for edge in &outcome.edges[first.edges.start..run[run.len() - 1].edges.end] {
+        for edge in outcome.edges_of_run(run) {
             if edge.axis == axis {
                 let (t_s, direction) = ((edge.t_ns as f64 - first.start_ns as f64) * 1e-9, edge.direction);
                 let turns_from = edges.last().filter(|before| before.direction != direction);

@@ -1,10 +1,14 @@
-//! UART drivers, and what their motors do.
+//! UART drivers: what they make of the steps of their motors, and show by DIAG.
+
+use std::task::Waker;
 
 use isostep_motion::AXES;
 use oorandom::Rand32;
 
+use super::World;
 use crate::config::Config;
-use crate::drivers::{DriverFault, Wire};
+use crate::drivers::Wire;
+use crate::record::LossCause;
 
 /// A motor that has made no step for so long stands, ns.
 const STANDS_NS: u64 = 20_000_000;
@@ -13,7 +17,7 @@ const TURNING: f64 = 0.25;
 
 /// The drivers, in the order of the motors.
 pub(super) struct UartDrivers {
-    wire: Wire,
+    pub(super) wire: Wire,
     paces: [Pace; 4],
     /// The axes whose limit input is wired to DIAG.
     diag: [bool; AXES],
@@ -41,37 +45,16 @@ impl UartDrivers {
         Some(Self { wire, paces: [Pace::default(); 4], diag, load_noise, random })
     }
 
-    pub(super) fn wire(&self) -> &Wire {
-        &self.wire
-    }
-
-    pub(super) fn set(&mut self, motor: usize, fault: Option<DriverFault>) {
-        match fault {
-            Some(fault) => self.wire.fault(motor, fault),
-            None => self.wire.mend(motor),
-        }
-    }
-
-    /// Whether the driver makes no step of its motor.
-    pub(super) fn is_off(&self, motor: usize) -> bool {
-        self.wire.is_off(motor)
-    }
-
-    /// Microsteps of a full step.
-    pub(super) fn microsteps(&self, motor: usize) -> i32 {
-        self.wire.microsteps(motor).into()
-    }
-
     /// Whether a driver's DIAG is high, if a limit input is wired to it.
     pub(super) fn diag(&self, motor: usize) -> Option<bool> {
         let is_wired = self.diag.get(motor) == Some(&true);
-        is_wired.then(|| self.wire.diag(motor))
+        is_wired.then(|| self.wire[motor].diag())
     }
 
     /// When a driver's DIAG falls that tells of a stall at a limit input, if no step is made until then.
     pub(super) fn stall_ends_ns(&self, motor: usize) -> Option<u64> {
         self.diag(motor)?;
-        let after_ns = self.wire.stall_ends_after_ns(motor)?;
+        let after_ns = self.wire[motor].stall_ends_after_ns()?;
         Some(self.paces[motor].last_ns + after_ns.min(STANDS_NS))
     }
 
@@ -80,8 +63,8 @@ impl UartDrivers {
         let load = self.load(blocked_full);
         let pace = &mut self.paces[motor];
         *pace = Pace { last_ns: t_ns, between_ns: t_ns - pace.last_ns, load };
-        self.wire.set_load(motor, pace.speed_steps_s(t_ns), load);
-        self.wire.step(motor, direction);
+        self.wire[motor].set_load(pace.speed_steps_s(t_ns), load);
+        self.wire[motor].step(direction);
     }
 
     /// The load of a motor that turns, or as the field winds up that of one that does not.
@@ -93,7 +76,7 @@ impl UartDrivers {
     /// Makes the drivers follow time, in which motors come to rest.
     pub(super) fn follow(&mut self, now_ns: u64) {
         for (motor, pace) in self.paces.into_iter().enumerate() {
-            self.wire.set_load(motor, pace.speed_steps_s(now_ns), pace.load);
+            self.wire[motor].set_load(pace.speed_steps_s(now_ns), pace.load);
         }
     }
 
@@ -111,6 +94,39 @@ impl Pace {
         let since_ns = now_ns.saturating_sub(self.last_ns);
         let turns = self.between_ns > 0 && since_ns < STANDS_NS;
         if turns { 1e9 / self.between_ns.max(since_ns) as f64 } else { 0.0 }
+    }
+}
+
+impl World {
+    /// Tells its driver of a step of a motor, and of what kept the motor from it.
+    pub(super) fn drivers_step(&mut self, t_ns: u64, index: usize, direction: i32, hindrance: Option<LossCause>) {
+        let Some(uart_drivers) = &mut self.uart_drivers else { return };
+        let ahead_full =
+            f64::from(self.motors[index].carriage.ahead_steps()) / f64::from(uart_drivers.wire[index].microsteps());
+        let is_held = matches!(hindrance, Some(LossCause::Stalled | LossCause::Bound));
+        let blocked_full = if is_held { 1.0 } else { ahead_full.abs() };
+        uart_drivers.step(t_ns, index, direction, blocked_full);
+        self.refresh_diags();
+    }
+
+    /// Shows at the limit inputs what the drivers show that are wired to them.
+    pub(super) fn refresh_diags(&mut self) {
+        for index in 0..self.motors.len() {
+            if self.uart_drivers.as_ref().is_some_and(|uart_drivers| uart_drivers.diag(index).is_some()) {
+                self.refresh_limit(index);
+            }
+        }
+        if self.next_stall_end_ns().is_some() {
+            self.bouncer.take().into_iter().for_each(Waker::wake);
+        }
+    }
+
+    /// When the first DIAG falls that tells of a stall at a limit input, if no step is made until then.
+    pub(super) fn next_stall_end_ns(&self) -> Option<u64> {
+        let motors = 0..self.motors.len();
+        self.uart_drivers
+            .as_ref()
+            .and_then(|uart_drivers| motors.filter_map(|motor| uart_drivers.stall_ends_ns(motor)).min())
     }
 }
 

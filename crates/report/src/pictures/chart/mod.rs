@@ -2,7 +2,6 @@
 
 mod draw;
 mod legend;
-mod thin;
 
 pub use draw::FRAME;
 

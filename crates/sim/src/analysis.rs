@@ -1,4 +1,14 @@
-//! Derivatives of samples with unequal spacing.
+//! The effect of a profile on the machine: derivatives of sampled curves, and the oscillation of a carriage.
+//!
+//! | item | what | after |
+//! |---|---|---|
+//! | [`gradient`] | derivative of samples at unequal spacing | `numpy.gradient`, as Fonseca-Campos 2023, section VI.A used it |
+//! | [`Oscillator`] | **model** of a carriage on a spring, driven by a profile's acceleration | Fonseca-Campos 2023, section VI.F |
+//! | [`mean`], [`deviation`] | average and standard deviation | Fonseca-Campos 2023, Table 7 |
+
+mod oscillator;
+
+pub use self::oscillator::{Oscillator, OscillatorError, Ringing};
 
 /// The slope dy/dt at each of the samples (`t`, `y`), in their order.
 ///
@@ -58,6 +68,18 @@ pub fn mean_derivative<const N: usize>(t: [f64; N], mut y: [f64; N]) -> f64 {
     y[0]
 }
 
+/// The average; 0 for no values.
+pub fn mean(values: &[f64]) -> f64 {
+    if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+}
+
+/// The standard deviation of a whole population, not of a sample (`numpy.std`); 0 for no values.
+pub fn deviation(values: &[f64]) -> f64 {
+    let middle = mean(values);
+    let squares: Vec<f64> = values.iter().map(|value| (value - middle) * (value - middle)).collect();
+    mean(&squares).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,5 +118,13 @@ mod tests {
     #[should_panic(expected = "as many instants as values")]
     fn lengths_must_agree() {
         gradient(&[0.0, 1.0], &[0.0]);
+    }
+
+    #[test]
+    fn deviation_of_a_textbook_case() {
+        // Squared distances from 5: 9, 1, 1, 1, 0, 0, 4, 16; their mean is 4.
+        let values = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0];
+        assert_eq!((mean(&values), deviation(&values)), (5.0, 2.0));
+        assert_eq!((mean(&[]), deviation(&[])), (0.0, 0.0));
     }
 }
