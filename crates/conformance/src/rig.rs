@@ -1,6 +1,6 @@
 //! A port on simulated pins with a driver, and the part of the coordinator in a run.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::fmt;
 use std::future::pending;
@@ -135,6 +135,20 @@ impl<P: Ports> Rig<P> {
         world
     }
 
+    /// Has the port of X carry out these works, one after the other. Returns the world and where the count stands.
+    pub(crate) fn makes<W: Work + 'static>(self, works: Vec<(Instant, W)>, motors: Motors) -> (Shared, i32) {
+        let position_steps = Rc::new(Cell::new(0));
+        let counted = position_steps.clone();
+        let world = self.run(|mut port, _| async move {
+            let step_counter = StepCounter::new();
+            for (start, work) in works {
+                carry_out(&mut port, work, (start, motors), &step_counter).await.unwrap();
+            }
+            counted.set(step_counter.position_steps());
+        });
+        (world, position_steps.get())
+    }
+
     /// What the port of X can do.
     pub fn capabilities(self) -> Capabilities {
         let found = Rc::new(RefCell::new(None));
@@ -185,35 +199,33 @@ pub async fn let_go(start_barrier: &StartBarrier, start: Instant) -> Instant {
     start_barrier.wait_begun().await
 }
 
-/// Has the port carry out a plan. Lets it go and supplies its segments like the coordinator.
-pub async fn carry_out(
-    port: &mut impl StepPort,
-    plan: Plan,
-    at: (Instant, Wiring),
-    step_counter: &StepCounter,
-) -> Result<(), PortFault> {
-    let items = plan.items(port.capabilities().tick_hz).chain([StreamItem::End]).collect();
-    carry_out_all(port, items, at, step_counter).await
+/// What a port can be given.
+pub(crate) trait Work {
+    /// Its items for a port with this tick rate, the end included.
+    fn items(self, tick_hz: u32) -> Vec<StreamItem>;
 }
 
-/// The same with any items.
-pub(crate) async fn carry_out_all(
-    port: &mut impl StepPort,
-    items: Vec<StreamItem>,
-    (start, wiring): (Instant, Wiring),
-    step_counter: &StepCounter,
-) -> Result<(), PortFault> {
-    carry_out_run(port, items, (start, Motors { wiring, ..WIRED }), step_counter).await
+impl Work for Plan {
+    fn items(self, tick_hz: u32) -> Vec<StreamItem> {
+        Plan::items(&self, tick_hz).chain([StreamItem::End]).collect()
+    }
 }
 
-/// The same with any motors.
-pub(crate) async fn carry_out_run(
+impl Work for Vec<StreamItem> {
+    fn items(self, _tick_hz: u32) -> Vec<StreamItem> {
+        self
+    }
+}
+
+/// Has the port carry out a work. Lets it go and supplies its segments like the coordinator.
+pub(crate) async fn carry_out(
     port: &mut impl StepPort,
-    items: Vec<StreamItem>,
+    work: impl Work,
     (start, motors): (Instant, Motors),
     step_counter: &StepCounter,
 ) -> Result<(), PortFault> {
     let (queue, start_barrier) = (StreamQueue::new(), StartBarrier::new());
+    let items = work.items(port.capabilities().tick_hz);
     let item = async {
         for item in items {
             queue.send(item).await;

@@ -1,28 +1,21 @@
 //! Edges: each at its instant, in its direction, as long as was asked for.
 
 use embassy_time::Instant;
-use isostep_motion::{
-    AXES, Axis, ConfigError, GangedMotor, Motor, Motors, SecondMotor, StepCounter, StepPort, StreamItem, Wiring,
-};
+use isostep_motion::{AXES, Axis, ConfigError, GangedMotor, Motor, Motors, SecondMotor, StepCounter, Wiring};
 use isostep_profile::{ACCEL_MAX_STEPS_S2, Limits};
 use isostep_sim::world::Wire;
 use isostep_sim::{Config, Sim};
 
 use crate::plan::{LIMITS, Plan};
-use crate::rig::{Ports, Rig, WIRED, carry_out, carry_out_run, edges, rises};
+use crate::rig::{Ports, Rig, WIRED, carry_out, edges, rises};
 
 /// Every edge is where the closed form has it, in several runs, one after the other.
 pub fn every_step_leaves_at_its_instant_there_and_back(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let moves = [(1, 500), (101, -501), (201, 1), (211, -1), (221, 2)];
         let moves = moves.map(|(at_ms, steps)| (Instant::from_millis(at_ms), Plan::new(steps)));
-        let world = rig.run(|mut port, _| async move {
-            let step_counter = StepCounter::new();
-            for (start, plan) in moves {
-                carry_out(&mut port, plan, (start, Wiring::default()), &step_counter).await.unwrap();
-            }
-            assert_eq!(step_counter.position_steps(), 1);
-        });
+        let (world, position_steps) = rig.makes(moves.to_vec(), WIRED);
+        assert_eq!(position_steps, 1);
         rig.assert_plans(&edges(&world), &moves);
     }
 }
@@ -30,13 +23,10 @@ pub fn every_step_leaves_at_its_instant_there_and_back(ports: impl Ports) {
 /// DIR is low for the positive direction if the wiring says so.
 pub fn directions_can_be_inverted(ports: impl Ports) {
     for rig in Rig::all(ports) {
-        let world = rig.run(|mut port, _| async move {
-            let step_counter = StepCounter::new();
-            let wiring = Wiring { direction_inverted: true, ..Wiring::default() };
-            carry_out(&mut port, Plan::new(5), (Instant::from_millis(1), wiring), &step_counter).await.unwrap();
-            assert_eq!(step_counter.position_steps(), 5);
-        });
-        assert_eq!(world.borrow().counted_steps()[0], -5, "{rig}");
+        let wiring = Wiring { direction_inverted: true, ..Wiring::default() };
+        let works = vec![(Instant::from_millis(1), Plan::new(5))];
+        let (world, position_steps) = rig.makes(works, Motors { wiring, ..WIRED });
+        assert_eq!((position_steps, world.borrow().counted_steps()[0]), (5, -5), "{rig}");
     }
 }
 
@@ -52,8 +42,8 @@ pub fn a_motor_that_is_held_makes_no_step_and_the_other_makes_all(ports: impl Po
             let step_counter = StepCounter::new();
             for (at_ms, steps, held) in runs {
                 let motors = Motors { second: Some(SecondMotor { direction_inverted, held }), ..WIRED };
-                let items = Plan::new(steps).items(port.capabilities().tick_hz).chain([StreamItem::End]).collect();
-                carry_out_run(&mut port, items, (Instant::from_millis(at_ms), motors), &step_counter).await.unwrap();
+                let at = (Instant::from_millis(at_ms), motors);
+                carry_out(&mut port, Plan::new(steps), at, &step_counter).await.unwrap();
             }
             assert_eq!(step_counter.position_steps(), 60);
         });
@@ -75,10 +65,8 @@ pub fn pulses_are_as_wide_as_the_driver_or_the_wiring_asks(ports: impl Ports) {
     for rig in Rig::all(ports) {
         for asked_ns in [0, 2_000, 10_000] {
             let wiring = Wiring { pulse_ns: asked_ns, ..Wiring::default() };
-            let world = rig.run(|mut port, _| async move {
-                let start = Instant::from_millis(1);
-                carry_out(&mut port, Plan::new(3), (start, wiring), &StepCounter::new()).await.unwrap();
-            });
+            let works = vec![(Instant::from_millis(1), Plan::new(3))];
+            let (world, _) = rig.makes(works, Motors { wiring, ..WIRED });
             let world = world.borrow();
             let step = world.record().waves.iter().filter(|wave| wave.wire == Wire::Step(Axis::X.into()));
             let pulses: Vec<_> = step.skip_while(|wave| !wave.high).collect();
@@ -104,12 +92,7 @@ pub fn the_highest_rate_it_claims_works_from_rest_and_the_next_is_refused(ports:
         };
         let moves = [2_000, -2_001].map(|steps| Plan::within(steps, limits));
         let moves = [1, 101].map(Instant::from_millis).into_iter().zip(moves).collect::<Vec<_>>();
-        let carried_out = moves.clone();
-        let world = rig.run(|mut port, _| async move {
-            for (start, plan) in carried_out {
-                carry_out(&mut port, plan, (start, Wiring::default()), &StepCounter::new()).await.unwrap();
-            }
-        });
+        let (world, _) = rig.makes(moves.clone(), WIRED);
         rig.assert_plans(&edges(&world), &moves);
 
         let mut config = Sim::new(&Config::default()).machine().config();
@@ -130,10 +113,7 @@ pub fn steps_may_be_an_hour_apart(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let limits = Limits { top_speed_steps_s: 1.0, accel_steps_s2: 1.0, decel_steps_s2: 1.0, ..LIMITS };
         let moves = [(Instant::from_millis(1), Plan::beside(10_800, 3, limits))];
-        let world = rig.run(|mut port, _| async move {
-            let [(start, plan)] = moves;
-            carry_out(&mut port, plan, (start, Wiring::default()), &StepCounter::new()).await.unwrap();
-        });
+        let (world, _) = rig.makes(moves.to_vec(), WIRED);
         rig.assert_plans(&edges(&world), &moves);
     }
 }

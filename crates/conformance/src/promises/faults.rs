@@ -7,11 +7,11 @@ use std::rc::Rc;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
-use isostep_motion::{PortFault, Run, StartBarrier, StepCounter, StepPort, StreamQueue, Wiring};
+use isostep_motion::{Motors, PortFault, Run, StartBarrier, StepCounter, StepPort, StreamQueue, Wiring};
 use isostep_sim::time;
 
 use crate::plan::{Chain, Plan, steps_of};
-use crate::rig::{Ports, Rig, WIRED, carry_out, carry_out_all, edges, let_go};
+use crate::rig::{Ports, Rig, WIRED, carry_out, edges, let_go};
 
 /// After the first segments nothing comes for a second. Every port notices that when a step would be too late, not when the
 /// next segments come.
@@ -54,7 +54,8 @@ pub fn steps_that_are_too_close_for_the_pulses_end_in_a_fault_not_in_a_cut_pulse
             let step_counter = StepCounter::new();
             // At 20,000 steps/s steps are 50 us apart.
             let wiring = Wiring { pulse_ns: 60_000, ..Wiring::default() };
-            let result = carry_out(&mut port, Plan::new(2_000), (Instant::from_millis(1), wiring), &step_counter).await;
+            let at = (Instant::from_millis(1), Motors { wiring, ..WIRED });
+            let result = carry_out(&mut port, Plan::new(2_000), at, &step_counter).await;
             assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
             counted.replace(step_counter.position_steps());
         });
@@ -75,7 +76,7 @@ pub fn steps_to_and_fro_that_are_too_close_are_refused(ports: impl Ports) {
         let reported = counted.clone();
         let world = rig.run(|mut port, _| async move {
             let step_counter = StepCounter::new();
-            let result = carry_out_all(&mut port, items, (start, Wiring::default()), &step_counter).await;
+            let result = carry_out(&mut port, items, (start, WIRED), &step_counter).await;
             assert!(matches!(result, Err(PortFault::TooFast { .. } | PortFault::Late { .. })), "{rig}: {result:?}");
             reported.replace(step_counter.position_steps());
         });

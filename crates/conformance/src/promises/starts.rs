@@ -11,7 +11,7 @@ use isostep_motion::{AXES, Run, StartBarrier, StepCounter, StepPort, StreamItem,
 use isostep_profile::Limits;
 
 use crate::plan::{LIMITS, Plan, delayed, steps_of};
-use crate::rig::{Ports, Rig, WIRED, carry_out, carry_out_all, edges, let_go};
+use crate::rig::{Ports, Rig, WIRED, carry_out, edges, let_go};
 
 /// What an axis shares with the part of the coordinator.
 type Link = (StartBarrier, StreamQueue, StepCounter);
@@ -95,9 +95,7 @@ pub fn a_port_starts_when_it_can_keep_its_first_step(ports: impl Ports) {
 pub fn an_armed_port_makes_no_step_before_it_is_let_go(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let start = Instant::from_secs(3_600);
-        let world = rig.run(|mut port, _| async move {
-            carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &StepCounter::new()).await.unwrap();
-        });
+        let (world, _) = rig.makes(vec![(start, Plan::new(500))], WIRED);
         rig.assert_plans(&edges(&world), &[(start, Plan::new(500))]);
     }
 }
@@ -107,11 +105,11 @@ pub fn a_run_dropped_before_its_start_makes_no_step(ports: impl Ports) {
     for rig in Rig::all(ports) {
         let world = rig.run(|mut port, _| async move {
             let step_counter = StepCounter::new();
-            let late = (Instant::from_secs(1), Wiring::default());
+            let late = (Instant::from_secs(1), WIRED);
             select(carry_out(&mut port, Plan::new(3), late, &step_counter), Timer::after_millis(5)).await;
             Timer::after_secs(2).await;
             assert_eq!(step_counter.position_steps(), 0, "{rig}");
-            let again = (Instant::from_secs(3), Wiring::default());
+            let again = (Instant::from_secs(3), WIRED);
             carry_out(&mut port, Plan::new(2), again, &step_counter).await.unwrap();
             assert_eq!(step_counter.position_steps(), 2, "{rig}");
         });
@@ -133,12 +131,12 @@ pub fn an_axis_may_rest_throughout_its_run(ports: impl Ports) {
             let makes = items.iter().copied().map(steps_of).sum::<i32>();
             let world = rig.run(|mut port, _| async move {
                 let step_counter = StepCounter::new();
-                let items = items.into_iter().chain([StreamItem::End]).collect();
-                carry_out_all(&mut port, items, (start, Wiring::default()), &step_counter).await.unwrap();
+                let items: Vec<_> = items.into_iter().chain([StreamItem::End]).collect();
+                carry_out(&mut port, items, (start, WIRED), &step_counter).await.unwrap();
                 assert!(Instant::now() >= start, "{rig}: it ended before it began");
                 assert_eq!(step_counter.position_steps(), makes, "{rig}");
                 // A second run reverses the direction.
-                let at = (Instant::now() + Duration::from_millis(1), Wiring::default());
+                let at = (Instant::now() + Duration::from_millis(1), WIRED);
                 carry_out(&mut port, Plan::new(2), at, &step_counter).await.unwrap();
                 assert_eq!(step_counter.position_steps(), makes + 2, "{rig}");
             });

@@ -5,13 +5,13 @@ use std::rc::Rc;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
-use isostep_motion::{StepCounter, StepPort, Wiring};
+use isostep_motion::{Motors, StepCounter, StepPort, Wiring};
 use isostep_sim::time;
 use isostep_sim::world::Edge;
 use oorandom::Rand32;
 
 use crate::plan::{Chain, Plan, SEED};
-use crate::rig::{Ports, Rig, carry_out, carry_out_all, edges};
+use crate::rig::{Ports, Rig, WIRED, carry_out, edges};
 
 /// The run is dropped at 400 instants, a fixed interval apart, which fall all over the move and into its pulses. The
 /// inhibit is on, as in a stopped machine.
@@ -25,13 +25,13 @@ pub fn stopping_it_anywhere_leaves_the_exact_count_and_whole_pulses(ports: impl 
                     clock.until(time::ns(start) + i * 177_013).await;
                     inhibit(true);
                 };
-                select(carry_out(&mut port, Plan::new(500), (start, Wiring::default()), &step_counter), cut).await;
+                select(carry_out(&mut port, Plan::new(500), (start, WIRED), &step_counter), cut).await;
                 let stopped_at = step_counter.position_steps();
                 Timer::after_millis(1).await;
                 assert_eq!(step_counter.position_steps(), stopped_at, "{rig}, cut {i}");
                 inhibit(false);
                 let (start, back) = (Instant::now() + Duration::from_millis(1), Plan::new(-stopped_at - 3));
-                carry_out(&mut port, back, (start, Wiring::default()), &step_counter).await.unwrap();
+                carry_out(&mut port, back, (start, WIRED), &step_counter).await.unwrap();
                 assert_eq!(step_counter.position_steps(), -3, "{rig}, cut {i}");
             });
             assert_eq!(world.borrow().counted_steps()[0], -3, "{rig}, cut {i}");
@@ -51,19 +51,20 @@ pub fn stopping_it_between_reversals_leaves_the_exact_count(ports: impl Ports) {
             let (stop_ns, items) = (time::ns(start) + u64::from(random.rand_range(0..lasts_ns)), chain.items());
             let inverted = i % 2 == 1;
             let wiring = Wiring { direction_inverted: inverted, ..Wiring::default() };
+            let motors = Motors { wiring, ..WIRED };
             let world = rig.run(|mut port, clock| async move {
                 let (step_counter, inhibit) = (StepCounter::new(), port.inhibit());
                 let cut = async {
                     clock.until(stop_ns).await;
                     inhibit(true);
                 };
-                select(carry_out_all(&mut port, items, (start, wiring), &step_counter), cut).await;
+                select(carry_out(&mut port, items, (start, motors), &step_counter), cut).await;
                 let stopped_at = step_counter.position_steps();
                 Timer::after_millis(1).await;
                 assert_eq!(step_counter.position_steps(), stopped_at, "{rig}, SEED={SEED}, stop {i}");
                 inhibit(false);
                 let back = Plan::new(-stopped_at - 2_000);
-                carry_out(&mut port, back, (Instant::now(), wiring), &step_counter).await.unwrap();
+                carry_out(&mut port, back, (Instant::now(), motors), &step_counter).await.unwrap();
                 assert_eq!(step_counter.position_steps(), -2_000, "{rig}, SEED={SEED}, stop {i}");
             });
             let seen = world.borrow().counted_steps()[0];
@@ -88,7 +89,7 @@ pub fn the_count_follows_through_reversals(ports: impl Ports) {
                     noted.borrow_mut().push((time::ns(Instant::now()), step_counter.position_steps()));
                 }
             };
-            let run = carry_out_all(&mut port, items, (start, Wiring::default()), &step_counter);
+            let run = carry_out(&mut port, items, (start, WIRED), &step_counter);
             let Either::First(result) = select(run, look).await;
             result.unwrap();
         });
