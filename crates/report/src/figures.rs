@@ -7,7 +7,7 @@ use crate::kinematics::{self, AxisFigures};
 use crate::pace::Pace;
 use crate::ringing::{self, RingingFigures};
 use crate::shaping::ShapingFigures;
-use crate::tool::figures::ToolFigures;
+use crate::tool::ToolFigures;
 use isostep_sim::Outcome;
 use isostep_sim::config::Port;
 use isostep_sim::driver::Violation;
@@ -131,8 +131,8 @@ pub struct Figures {
     /// How the loads on springs swing; left out if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ringing: Vec<RingingFigures>,
-    /// The same without shapers, if whoever asks for the figures has run the program so ([`ringing::unshaped`]); left out
-    /// otherwise.
+    /// The same without shapers, if whoever asks for the figures has run the program so
+    /// ([`unshaped`](crate::again::unshaped)); left out otherwise.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ringing_unshaped: Vec<RingingFigures>,
     /// How the time is spent, and what limits the speed.

@@ -11,9 +11,11 @@
 //! - [`listing`] reads the settings of another controller.
 //! - [`laws`] puts speed laws side by side.
 //! - [`compare`] holds the trace of another machine against the plans of a run.
+//! - [`again`] asks for the same program beside a run, without shapers or by the other rule at corners.
 //! - [`pictures`] draws all of it on a page.
 #![forbid(unsafe_code)]
 
+pub mod again;
 pub mod check;
 pub mod compare;
 mod figures;

@@ -19,13 +19,11 @@
 //! change of a it swings about that place: so a deviation is not 0 where nothing rings.
 
 mod swing;
-mod unshaped;
 
 use isostep_motion::Axis;
 use serde::Serialize;
 
 pub use self::swing::{Swing, swings};
-pub use self::unshaped::unshaped;
 use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
 use isostep_sim::analysis::Oscillator;

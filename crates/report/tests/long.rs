@@ -1,6 +1,6 @@
 //! A program of many lines: the output about it stays small and says what it leaves out.
 
-use isostep_report::{Figures, Listed, MoveFigures, pictures};
+use isostep_report::{Figures, Listed, MoveFigures, again, pictures};
 use isostep_sim::{Config, run};
 
 #[path = "../examples/raster.rs"]
@@ -29,7 +29,7 @@ fn of_a_long_program_little_is_written() {
     assert!((1_000..=2_000).contains(&figures.moves.len()), "{}", figures.moves.len());
     assert!(figures.moves.is_sorted_by_key(|one| one.number));
     let json = serde_json::to_string_pretty(&figures).unwrap();
-    let (lines, other) = pictures::other_rule(&outcome).expect("its rows end in corners");
+    let (lines, other) = again::other_rule(&outcome).expect("its rows end in corners");
     let other = run(&lines.join(&b'\n'), &other).unwrap();
     let page = pictures::page(&outcome, &pictures::BothRules::of(&outcome, Some(other)), &figures).html();
     assert!(json.len() < BYTES_MAX && page.len() < BYTES_MAX, "{} and {} bytes", json.len(), page.len());

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use isostep_console::Settings;
 use isostep_report::Figures;
-use isostep_report::ringing::{self, residual, swings};
+use isostep_report::again;
+use isostep_report::ringing::{residual, swings};
 use isostep_sim::analysis::Oscillator;
 use isostep_sim::springs::Springs;
 use isostep_sim::{AXES, Axis, Config, Outcome, run};
@@ -252,12 +253,12 @@ fn what_rings_without_shapers_is_found_by_another_run() {
         run(program.as_bytes(), &config).unwrap()
     };
     let plain = made(0, "G1 X10 F6000\n");
-    assert!(ringing::unshaped(&plain).is_none());
+    assert!(again::unshaped(&plain).is_none());
     for (kind, program) in [(1, "G1 X10 F6000\n"), (0, "$950=4 ; EI\nG1 X10 F6000\n")] {
-        let (lines, config) = ringing::unshaped(&made(kind, program)).unwrap();
+        let (lines, config) = again::unshaped(&made(kind, program)).unwrap();
         let other = run(&lines.join(&b'\n'), &config).unwrap();
         assert_eq!(other.edges, plain.edges, "{program:?}");
     }
     let rigid = run(b"$950=1\nG1 X10 F6000\n", &machine(STEPS_PER_MM)).unwrap();
-    assert!(ringing::unshaped(&rigid).is_none(), "nothing rings");
+    assert!(again::unshaped(&rigid).is_none(), "nothing rings");
 }

@@ -11,7 +11,7 @@ use isostep_report::pictures::{self, BothRules};
 use isostep_report::remarks;
 use isostep_report::ringing::{self, RingingFigures};
 use isostep_report::survey::Survey;
-use isostep_report::{Figures, Listed, timing};
+use isostep_report::{Figures, Listed, again, timing};
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::plate::Plate;
@@ -444,7 +444,7 @@ fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
 /// How the loads on springs swing in the same program without shapers, if it is shaped. A flash may hold settings that are in
 /// force rather than those known here.
 fn unshaped(args: &Args, outcome: &Outcome) -> Result<Vec<RingingFigures>> {
-    let Some((program, config)) = ringing::unshaped(outcome).filter(|_| args.flash.is_none()) else {
+    let Some((program, config)) = again::unshaped(outcome).filter(|_| args.flash.is_none()) else {
         return Ok(Vec::new());
     };
     let other = run_shown(program, &config, Flash::blank()).context("the same program without shapers")?;
@@ -454,7 +454,7 @@ fn unshaped(args: &Args, outcome: &Outcome) -> Result<Vec<RingingFigures>> {
 /// The same program by the other rule at corners, if the report has something to compare. A flash may hold settings that
 /// are in force rather than those known here.
 fn other_rule(args: &Args, outcome: &Outcome) -> Result<Option<Outcome>> {
-    let other = pictures::other_rule(outcome).filter(|_| args.flash.is_none() && !args.live.pty);
+    let other = again::other_rule(outcome).filter(|_| args.flash.is_none() && !args.live.pty);
     let run = |(program, config)| run_shown(program, &config, Flash::blank());
     other.map(run).transpose().context("the same program by the other rule at corners")
 }

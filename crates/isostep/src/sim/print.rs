@@ -3,7 +3,7 @@
 use isostep_report::kinematics::{AxisFigures, JumpFigures, OfLimit};
 use isostep_report::pace::Pace;
 use isostep_report::ringing::{Deviation, RingingFigures};
-use isostep_report::tool::figures::{BeamFigures, ToolFigures};
+use isostep_report::tool::{BeamFigures, ToolFigures};
 use isostep_report::{Figures, MoveFigures};
 
 use isostep_report::pace::words as pace;

@@ -2,11 +2,11 @@
 
 use isostep_motion::Axis;
 
-use super::other_rule::Rule;
 use super::plane::{FINE, Plane, Room, XY, moves_in};
-use super::ratio_scale::{RatioScale, key};
+use super::scales::RatioScale;
 use super::strokes::{self, Piece};
 use super::theme;
+use crate::again::Rule;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves;
 use isostep_sim::measure::across::{self, Stretch, WITHIN};
@@ -60,7 +60,7 @@ pub fn picture(runs: &[(Rule, &Outcome)]) -> Option<Picture> {
         simplified = simplified.or(panel.simplified);
     }
     reported.extend(simplified);
-    lines += &key([84 * FINE, 14 * FINE], FINE, width);
+    lines += &RatioScale::key([84 * FINE, 14 * FINE], width);
     svg.insert_str(svg.rfind("</svg>")?, &lines);
     Some(Picture { svg, caption: reported.join(" ") })
 }
@@ -130,12 +130,7 @@ impl<'a> Panel<'a> {
     fn titles(&self, plane: &Plane) -> String {
         let [left, top] = plane.corner().map(|at| at as u32);
         let text = |up: u32, size: u32, weight: &str, text: &str| {
-            format!(
-                "<text x=\"{left}\" y=\"{}\" font-family=\"sans-serif\" font-size=\"{}\" font-weight=\"{weight}\" \
-                 fill=\"var(--ink)\">{text}</text>",
-                top - up * FINE,
-                size * FINE
-            )
+            theme::text([left, top - up * FINE], size, &format!(" font-weight=\"{weight}\""), text)
         };
         let Self { rule, highest, motion_s, .. } = self;
         let figures = match highest.ratio > WITHIN {
@@ -186,7 +181,8 @@ fn far(from: strokes::Point, to: strokes::Point) -> f64 {
 mod tests {
     use super::super::strokes::Scale;
     use super::*;
-    use crate::pictures::{BothRules, other_rule};
+    use crate::again::other_rule;
+    use crate::pictures::BothRules;
     use isostep_sim::{Config, run};
 
     const CORNERS: &str = "G1 X10 F1200\nY10\nX3 Y3\nG2 X10 I3.5\n";

@@ -16,23 +16,23 @@ const SOME: usize = 20;
 pub fn section(figures: &Figures) -> Section {
     let about = "Planned intervals hold for every axis. Measured ones come from each axis's own edges alone, by fitting its ramps and \
                  its cruise; a dash stands for an axis at rest or with too few edges to fit.";
-    let (mut text, mut tables) = (vec![about.to_owned()], Vec::new());
+    let section = Section::new("Moves").with_text(about);
     if figures.moves_total <= ALL_MAX {
-        tables.push(table("", figures.moves.iter()));
-    } else {
-        let longest = most(&figures.moves, MoveFigures::duration_s);
-        let latest = most(&figures.moves, MoveFigures::error_max_ns);
-        text.push(format!(
-            "{} moves: here are the first {SOME}, and the {SOME} each that last longest and whose steps are farthest from their \
-             instants. {} moves are left out: --moves lists them all.",
-            figures.moves_total,
-            figures.moves_total - shown(&figures.moves, &[&longest, &latest])
-        ));
-        tables.push(table("The first", figures.moves.iter().take(SOME)));
-        tables.push(table("The longest", longest.into_iter()));
-        tables.push(table("The largest errors", latest.into_iter()));
+        return section.with_tables([table(figures.moves.iter())]);
     }
-    Section { heading: "Moves".to_owned(), text, tables, ..Section::default() }
+    let longest = most(&figures.moves, MoveFigures::duration_s);
+    let latest = most(&figures.moves, MoveFigures::error_max_ns);
+    let some = format!(
+        "{} moves: here are the first {SOME}, and the {SOME} each that last longest and whose steps are farthest from their \
+         instants. {} moves are left out: --moves lists them all.",
+        figures.moves_total,
+        figures.moves_total - shown(&figures.moves, &[&longest, &latest])
+    );
+    section.with_text(some).with_tables([
+        table(figures.moves.iter().take(SOME)).captioned("The first"),
+        table(longest).captioned("The longest"),
+        table(latest).captioned("The largest errors"),
+    ])
 }
 
 /// The moves with the greatest `value`, the greatest first.
@@ -57,10 +57,10 @@ fn shown(moves: &[MoveFigures], others: &[&[&MoveFigures]]) -> usize {
     numbers.len()
 }
 
-fn table<'a>(caption: &str, moves: impl Iterator<Item = &'a MoveFigures>) -> Table {
+fn table<'a>(moves: impl IntoIterator<Item = &'a MoveFigures>) -> Table {
     let head =
         ["#", "line", "to, mm", "steps", "", "accelerate, s", "cruise, s", "decelerate, s", "±, ns", "max. error, ns"];
-    Table { caption: caption.to_owned(), ..Table::new(&head, moves.flat_map(rows).collect()) }
+    Table::new(&head, moves.into_iter().flat_map(rows).collect())
 }
 
 /// A row of the plan, and one of each axis that moves.

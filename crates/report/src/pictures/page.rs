@@ -6,7 +6,8 @@ use isostep_console::{SETTING_TABLE, report};
 
 use super::document::{Page, Picture, Section, Table};
 use super::theme::AXIS_NAMES;
-use super::{BothRules, engraving, errors, kinematics, moves, path, plane, ringing, speed, time};
+use super::{by_accel, engraving, errors, kinematics, moves, path, plane, ringing, speed, time};
+use crate::again::Rule;
 use crate::figures::Figures;
 use crate::kinematics::OfLimit;
 use isostep_motion::Axis;
@@ -26,6 +27,25 @@ const LINES: usize = 20;
 
 /// File name of the picture of what a laser engraved, which is stored beside the page.
 const ENGRAVING: &str = "engraving.png";
+
+/// A run, and the same program by the other rule at corners: what both make of it, drawn once, for the page and for the files
+/// beside it.
+pub struct BothRules {
+    pub(super) by_accel: Option<by_accel::Picture>,
+    pub(super) ringing: Vec<ringing::Row>,
+}
+
+impl BothRules {
+    /// Looks at a run, and at the `other` one that [`other_rule`](crate::again::other_rule) asks for, if there is one.
+    pub fn of(outcome: &Outcome, other: Option<Outcome>) -> Self {
+        let runs = [Some((Rule::of(outcome), outcome)), other.as_ref().map(|other| (Rule::of_other(other), other))];
+        let mut runs: Vec<_> = runs.into_iter().flatten().collect();
+        // Grbl's rule is to the left.
+        runs.sort_by_key(|(rule, _)| rule.blends);
+        let ringing = runs.iter().flat_map(|(rule, run)| ringing::rows(rule, run)).collect();
+        Self { by_accel: by_accel::picture(&runs), ringing }
+    }
+}
 
 /// The whole page, with its pictures and the picture of what a laser engraved, an image beside it.
 pub fn page(outcome: &Outcome, both: &BothRules, figures: &Figures) -> Page {
@@ -67,30 +87,22 @@ fn checks(figures: &Figures) -> Section {
     });
     let lists = [list("Steps lost", &figures.losses), list("Driver timing not kept", &figures.violations)];
     let table = Table::new(&["", "promise", "found"], rows.collect());
-    Section {
-        heading: "Checks".to_owned(),
-        tables: [table].into_iter().chain(lists.into_iter().flatten()).collect(),
-        ..Section::default()
-    }
+    Section::new("Checks").with_tables([table]).with_tables(lists.into_iter().flatten())
 }
 
 /// A table of the first of these lines; `None` if there is none.
 fn list(caption: &str, lines: &[impl Display]) -> Option<Table> {
     let rows = lines.iter().take(LINES).map(|line| vec![line.to_string()]).collect();
-    (!lines.is_empty()).then(|| Table { caption: caption.to_owned(), ..Table::new(&[""], rows) })
+    (!lines.is_empty()).then(|| Table::new(&[""], rows).captioned(caption))
 }
 
 fn of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures, engraved: Option<String>) -> Vec<Section> {
     let sources = lines_of_moves::of_moves(outcome);
-    let with = |heading: &str, picture: Picture| Section {
-        heading: heading.to_owned(),
-        pictures: vec![picture],
-        ..Section::default()
-    };
+    let with = |heading: &str, picture: Picture| Section::new(heading).with_pictures([picture]);
     let sides = path::SIDES.into_iter().filter(|_| path::has_sides(outcome));
     let planes = [plane::XY].into_iter().chain(sides);
     let paths = planes.map(|axes| path_of(axes, path::picture(outcome, &sources, axes), figures));
-    let path = Section { heading: "Path".to_owned(), pictures: paths.collect(), ..Section::default() };
+    let path = Section::new("Path").with_pictures(paths);
     let by_accel = both.by_accel.as_ref().map(|drawn| {
         let picture = Picture::new("path-by-acceleration", drawn.svg.clone(), drawn.caption.clone());
         with("Acceleration over its limit", picture)
@@ -103,11 +115,7 @@ fn of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures, engraved: Op
     let caption = "The line is the mean of each span of time, the band its lowest to highest.";
     let speed = Picture::new("speed", speed::picture(outcome, &sources, seconds), caption);
     let speed = with("Speed along the program", speed);
-    let shaping = figures.shaping.as_ref().map(|shaping| Section {
-        heading: "Shaping".to_owned(),
-        text: vec![format!("{shaping}.")],
-        ..Section::default()
-    });
+    let shaping = figures.shaping.as_ref().map(|shaping| Section::new("Shaping").with_text(format!("{shaping}.")));
     let ringing = ringing::section(outcome, &both.ringing, &figures.ringing_unshaped);
     let caption = "How far the steps were from the closed form of their moves: each bar spans the earliest to the latest of its time. \
                    Dashed: one tick of the step port.";
@@ -154,12 +162,7 @@ fn kinematics(outcome: &Outcome, figures: &Figures) -> Section {
             ),
         )
     });
-    Section {
-        heading: "Speed and acceleration".to_owned(),
-        text: vec![format!("{about}{longest}")],
-        pictures: pictures.collect(),
-        ..Section::default()
-    }
+    Section::new("Speed and acceleration").with_text(format!("{about}{longest}")).with_pictures(pictures)
 }
 
 /// The moves shown as pictures, with their numbers. Moves of several axes are preferred; for a long program, the
@@ -196,16 +199,9 @@ fn axes(figures: &Figures) -> Section {
     });
     let head =
         ["", "speed, mm/s", "accelerates, mm/s²", "decelerates, mm/s²", "jumps, mm/s", "mm/min", "to move", "line"];
-    Section {
-        heading: "Axes and their limits".to_owned(),
-        text: vec![
-            "Within moves, from the edges of each axis alone, up to 1 % high. At a corner the speed of an axis jumps, as planned; at \
-             most by sqrt(8 x acceleration x $11), or twice the start speed."
-                .to_owned(),
-        ],
-        tables: vec![Table::new(&head, rows.collect())],
-        ..Section::default()
-    }
+    let about = "Within moves, from the edges of each axis alone, up to 1 % high. At a corner the speed of an axis jumps, as planned; at \
+                 most by sqrt(8 x acceleration x $11), or twice the start speed.";
+    Section::new("Axes and their limits").with_text(about).with_tables([Table::new(&head, rows.collect())])
 }
 
 fn settings(outcome: &Outcome) -> Section {
@@ -217,11 +213,8 @@ fn settings(outcome: &Outcome) -> Section {
         };
         setting_lines(row, outcome).lines().map(cells).collect::<Vec<_>>()
     });
-    Section {
-        heading: "Settings at power-up".to_owned(),
-        tables: vec![Table::new(&["setting", "value", "unit", "meaning"], rows.collect())],
-        ..Section::default()
-    }
+    let table = Table::new(&["setting", "value", "unit", "meaning"], rows.collect());
+    Section::new("Settings at power-up").with_tables([table])
 }
 
 fn setting_lines(row: &isostep_console::Setting, outcome: &Outcome) -> String {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use isostep_console::Rate;
 
 use super::plane::{Axes, FINE, Plane, Room, XY, letters, moves_in};
-use super::speed_scale::{Made, SpeedScale};
+use super::scales::{Made, SpeedScale};
 use super::strokes::{self, Piece};
 use super::theme;
 use crate::pace::course::{Change, Phase, phases};
@@ -81,7 +81,7 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Pic
     let lines = strokes.finish(width) + &ends + &plane.start(outcome, "--y");
     let title = format!("Path in the {} plane, coloured by speed", letters(axes));
     let svg = theme::svg(plane.size(), &title, |area| plane.draw(area, outcome));
-    let key = scale.key([120 * FINE, 14 * FINE], FINE) + &if with_rapids { key_of_lines(width) } else { String::new() };
+    let key = scale.key([120 * FINE, 14 * FINE]) + &if with_rapids { key_of_lines(width) } else { String::new() };
     let svg = svg.replace("</svg>", &format!("{lines}{key}</svg>"));
     Picture { svg, by_edges, with_dots, simplified, with_rapids, extent_mm: plane.extent_mm }
 }
@@ -94,17 +94,11 @@ fn rapids(sources: &[Option<Source>]) -> Vec<bool> {
 /// The key of the lines, to the right of that of the colours.
 fn key_of_lines(width: u32) -> String {
     let (left, y, long) = (640 * FINE, 19 * FINE, 26 * FINE);
-    let (cut, rapid) = (y - 6 * FINE, y + 10 * FINE);
-    let line = |y: u32, dashes: &str, text: &str| {
-        format!(
-            "<path d=\"M{left} {y}h{long}\" stroke=\"var(--ink)\" stroke-width=\"{width}\"{dashes}/><text x=\"{}\" y=\"{}\" \
-             font-family=\"sans-serif\" font-size=\"{}\" fill=\"var(--ink)\">{text}</text>",
-            left + long + 8 * FINE,
-            y + 5 * FINE,
-            14 * FINE
-        )
+    let line = |y: u32, dashes: &str, name: &str| {
+        let drawn = format!("<path d=\"M{left} {y}h{long}\" stroke=\"var(--ink)\" stroke-width=\"{width}\"{dashes}/>");
+        drawn + &theme::text([left + long + 8 * FINE, y + 5 * FINE], 14, "", name)
     };
-    line(cut, "", "cut") + &line(rapid, &format!(" {}", strokes::dashes(width)), "rapid")
+    line(y - 6 * FINE, "", "cut") + &line(y + 10 * FINE, &format!(" {}", strokes::dashes(width)), "rapid")
 }
 
 /// The phases as planned, with ramps divided into pieces of about one colour.

@@ -1,11 +1,12 @@
 //! The plane of two axes as a picture: its frame with labels, and where places are in it, with the travel where the machine
 //! was homed.
 
-use super::chart::{Axis, Chart, Curve, FRAME};
-use super::rack;
+use isostep_console::Settings;
+
+use super::chart::{Axis, Chart, Curve, FRAME, Label, Place, Style};
 use super::strokes::Point;
 pub use super::theme::FINE;
-use super::theme::{self, AXIS_NAMES, Area, BOUND, Drawn};
+use super::theme::{self, AXIS_NAMES, Area, BOUND, Drawn, RACK};
 use isostep_motion::AXES;
 use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
@@ -58,11 +59,11 @@ impl Plane {
     /// Chooses the area that is shown, with the same scale in both directions.
     pub fn new(outcome: &Outcome, axes: Axes, room: Room) -> Self {
         let homed = outcome.moves.iter().any(|record| record.homing);
-        let has_rack = room.with_rack && homed && axes == XY && rack::is_of(outcome);
+        let has_rack = room.with_rack && homed && axes == XY && is_parking_gantry(outcome);
         let extent_mm = extent_mm(outcome, axes);
         let [mut right, mut up] = extent_mm;
         if has_rack {
-            let (rack_x, rack_y) = rack::extent_mm();
+            let (rack_x, rack_y) = rack_extent_mm();
             right = (right.0.min(rack_x.0), right.1.max(rack_x.1));
             up = (up.0.min(rack_y.0), up.1.max(rack_y.1));
         }
@@ -113,8 +114,8 @@ impl Plane {
             |axis: usize, (low, high): (f64, f64)| Axis::from(format!("{}, mm", AXIS_NAMES[axis])).within(low, high);
         let mut chart = Chart::new(axis(right, self.right_mm), axis(up, self.up_mm), Vec::new());
         if self.has_rack {
-            chart.curves.extend(rack::bays());
-            chart.labels.extend(rack::names());
+            chart.curves.extend(bays());
+            chart.labels.extend(names());
         }
         if self.homed {
             let far = (outcome.travel_mm[right], outcome.travel_mm[up]);
@@ -129,12 +130,10 @@ impl Plane {
         let Some(record) = first else { return String::new() };
         let [x, y] = self.point(outcome.mm(record.origin_steps));
         let is_low = y + 96.0 > self.corner()[1] + self.room.inner.1;
-        let (left, below, size) = (x - 64.0, if is_low { y - 44.0 } else { y + 96.0 }, 14 * FINE);
-        format!(
-            "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var({colour})\"/><text x=\"{left:.0}\" y=\"{below:.0}\" \
-             font-family=\"sans-serif\" font-size=\"{size}\" fill=\"var(--ink)\">start</text>",
-            7 * FINE
-        )
+        let below = if is_low { y - 44.0 } else { y + 96.0 };
+        let at = [x - 64.0, below].map(|at| at.round_ties_even() as u32);
+        let dot = format!("<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var({colour})\"/>", 7 * FINE);
+        dot + &theme::text(at, 14, "", "start")
     }
 }
 
@@ -143,4 +142,47 @@ fn extent_mm(outcome: &Outcome, axes: Axes) -> [(f64, f64); 2] {
     let moved = outcome.program_moves().filter(|record| moves_in(record, axes));
     let ends = moved.flat_map(|record| [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps)));
     axes.map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
+}
+
+/// The centres of the bays in the rack of the papers' parking gantry, mm. It is drawn behind the path of a program that parks
+/// cars.
+const COLUMNS_MM: [f64; 3] = [25.0, 175.0, 325.0];
+const ROWS_MM: [f64; 3] = [160.0, 240.0, 320.0];
+/// Width and height of a bay, mm.
+const BAY_MM: (f64, f64) = (150.0, 80.0);
+/// Where cars are picked up and delivered, mm.
+const PICK_UP_MM: (f64, f64) = (175.0, 40.0);
+
+/// Recognises the parking gantry by its travel.
+fn is_parking_gantry(outcome: &Outcome) -> bool {
+    outcome.travel_mm == Settings::DEFAULT.travel_mm.map(f64::from)
+}
+
+/// The range of X and Y that is shown of the rack, mm.
+fn rack_extent_mm() -> ((f64, f64), (f64, f64)) {
+    let half_mm = BAY_MM.0 / 2.0;
+    ((COLUMNS_MM[0] - half_mm, COLUMNS_MM[2] + half_mm), (0.0, 400.0))
+}
+
+fn middles_mm() -> impl Iterator<Item = (f64, f64)> {
+    ROWS_MM.into_iter().flat_map(|y| COLUMNS_MM.into_iter().map(move |x| (x, y)))
+}
+
+/// The bays.
+fn bays() -> impl Iterator<Item = Curve> {
+    let (half_wide, half_high) = (BAY_MM.0 / 2.0, BAY_MM.1 / 2.0);
+    let corners = move |(x, y): (f64, f64)| [(x - half_wide, y - half_high), (x + half_wide, y + half_high)];
+    let outline = move |middle| {
+        let [low, high] = corners(middle);
+        Curve::new(Style::Thin, RACK, [low, (high.0, low.1), high, (low.0, high.1), low])
+    };
+    [Curve::bars(RACK, middles_mm().map(corners)).faint(0.12)].into_iter().chain(middles_mm().map(outline))
+}
+
+/// The names of the bays.
+fn names() -> impl Iterator<Item = Label> {
+    let bays = (1..).zip(middles_mm()).map(|(number, (x, y))| (format!("bay {number}"), (x, y - BAY_MM.1 * 0.36)));
+    let (x, y) = PICK_UP_MM;
+    let names = bays.chain([("pick-up point".to_owned(), (x, y - 16.0))]);
+    names.map(|(text, at)| Label { colour: RACK, ..Label::new(at, Place::Centre, text) })
 }

@@ -4,8 +4,8 @@ use isostep_motion::Axis;
 
 use super::chart::{self, Chart, Curve, Style};
 use super::document::{Picture, Section, Table};
-use super::other_rule::Rule;
 use super::theme::{AXIS, AXIS_NAMES};
+use crate::again::Rule;
 use crate::ringing::{self, Deviation, RingingFigures, swings};
 use isostep_sim::Outcome;
 use isostep_sim::analysis::Oscillator;
@@ -35,18 +35,11 @@ pub fn section(outcome: &Outcome, rows: &[Row], unshaped: &[RingingFigures]) -> 
     let shaped = rows.iter().map(|Row { rule, load }| row(rule, load));
     let all = shaped.chain(unshaped.iter().map(|load| row("without shapers, for comparison", load)));
     let table = Table::new(&head, all.collect());
-    Some(Section {
-        heading: "Ringing".to_owned(),
-        pictures: vec![Picture::new(
-            "ringing",
-            picture(outcome)?,
-            "How far each load on a spring is from where the edges have put its axis, in this run: the band is the least to \
-                      the greatest deviation of each span of time, good to half a step. While an axis accelerates its load lags, so \
-                      a deviation is not 0 where nothing rings; what is left after a stop is ringing alone.",
-        )],
-        tables: vec![table],
-        ..Section::default()
-    })
+    let caption = "How far each load on a spring is from where the edges have put its axis, in this run: the band is the least to \
+                   the greatest deviation of each span of time, good to half a step. While an axis accelerates its load lags, so \
+                   a deviation is not 0 where nothing rings; what is left after a stop is ringing alone.";
+    let picture = Picture::new("ringing", picture(outcome)?, caption);
+    Some(Section::new("Ringing").with_pictures([picture]).with_tables([table]))
 }
 
 fn row(rule: &str, one: &RingingFigures) -> Vec<String> {

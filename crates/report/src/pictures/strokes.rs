@@ -230,7 +230,7 @@ fn far(from: Point, to: Point) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::speed_scale::{Made, SpeedScale};
+    use super::super::scales::{Made, SpeedScale};
     use super::*;
     use crate::pace;
     use isostep_sim::{Config, lines_of_moves, run};

@@ -103,6 +103,14 @@ pub fn font<'a>(size: u32) -> TextStyle<'a> {
     ("sans-serif", size).into_font().color(&INK)
 }
 
+/// A text of `size` pixels in a picture of [`FINE`] pixels, with its left end at a point, or as `more` attributes say.
+pub(super) fn text([x, y]: [u32; 2], size: u32, more: &str, text: &str) -> String {
+    let size = size * FINE;
+    format!(
+        "<text x=\"{x}\" y=\"{y}\" font-family=\"sans-serif\" font-size=\"{size}\"{more} fill=\"var(--ink)\">{text}</text>"
+    )
+}
+
 /// The range from the least to the greatest of `values`, or 0 to 1 if there are none.
 pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values

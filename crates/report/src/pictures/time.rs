@@ -132,8 +132,8 @@ pub fn slow_places(pace: &Pace) -> Option<Section> {
     } else {
         "All of them".to_owned()
     };
-    let worst = (!worst.is_empty())
-        .then(|| Table { caption, ..Table::new(&head, worst.into_iter().map(slow_place).collect()) });
+    let worst =
+        (!worst.is_empty()).then(|| Table::new(&head, worst.into_iter().map(slow_place).collect()).captioned(caption));
     Some(Section {
         heading: "Time lost at slow places".to_owned(),
         text: [what_is_lost(pace)].into_iter().chain(seconds(pace)).collect(),

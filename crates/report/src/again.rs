@@ -1,8 +1,9 @@
-//! The same program by the other rule at corners: blends where it was run by Grbl's rule, and Grbl's rule where it had blends.
+//! The same program once more, beside the run that was asked for: by the other rule at corners, blends where it was run by
+//! Grbl's rule and Grbl's rule where it had blends; or without shapers.
 
 use std::sync::Arc;
 
-use isostep_motion::State;
+use isostep_motion::{AXES, State};
 use isostep_profile::SpeedLaw;
 
 use isostep_sim::Outcome;
@@ -14,28 +15,52 @@ use isostep_sim::stream::Program;
 /// How far blends leave corners where neither `$904` nor `$11` says so, mm.
 const DEVIATION_MM: f32 = 0.01;
 
-/// The program and the machine that show what the other rule would do, if it would do anything else: the outcome has blends,
-/// or takes corners without a stop and could have blends there. None of a run with faults, which come at an instant, and
-/// of one that did not reach its end.
-///
-/// Blends leave corners by `$904`; where that is 0, by `$11`.
-pub fn other_rule(outcome: &Outcome) -> Option<(Program, Config)> {
+/// The run once more: each line as `line` makes it, on the machine that `change` makes of its. None of a run with faults,
+/// which come at an instant, and of one that did not reach its end.
+fn again(outcome: &Outcome, change: impl FnOnce(&mut Config), line: fn(&[u8]) -> Vec<u8>) -> Option<(Program, Config)> {
     let is_whole = outcome.alarm_code.is_none() && outcome.state == State::Idle && !outcome.cut_short;
-    let is_whole = is_whole && outcome.config.faults.is_empty();
-    let has_edges = !outcome.edges.is_empty();
-    if !(is_whole && has_edges && (has_blends(outcome) || could_have_blends(outcome))) {
+    if !is_whole || !outcome.config.faults.is_empty() {
         return None;
     }
     let mut config = Config { keep_waves: false, ..outcome.config.clone() };
-    let settings = &mut config.settings;
-    settings.blend_deviation_mm = match [settings.blend_deviation_mm, settings.junction_deviation_mm] {
-        _ if has_blends(outcome) => 0.0,
-        [blend_mm, _] if blend_mm > 0.0 => blend_mm,
-        [_, junction_mm] if junction_mm > 0.0 => junction_mm,
-        _ => DEVIATION_MM,
+    change(&mut config);
+    Some((Arc::from_iter(outcome.program.iter().map(|text| line(text))), config))
+}
+
+/// The program and the machine that show how the loads swing without shapers; `None` if nothing was shaped, there is no
+/// load, or the run cannot be made again.
+pub fn unshaped(outcome: &Outcome) -> Option<(Program, Config)> {
+    let is_shaped = outcome.moves.iter().any(|record| record.shaping.is_some());
+    let has_load = outcome.config.springs.0.iter().any(Option::is_some);
+    let change = |config: &mut Config| config.settings.shaper_kind = [0; AXES];
+    (is_shaped && has_load).then(|| again(outcome, change, without_shaper))?
+}
+
+/// A line, empty if it sets the kind of a shaper.
+fn without_shaper(line: &[u8]) -> Vec<u8> {
+    let sets = |text: String| (950..950 + AXES).any(|number| text.starts_with(&format!("${number}=")));
+    if stripped(line).is_ok_and(sets) { Vec::new() } else { line.to_vec() }
+}
+
+/// The program and the machine that show what the other rule would do, if it would do anything else: the outcome has blends,
+/// or takes corners without a stop and could have blends there. `None` if the run cannot be made again.
+///
+/// Blends leave corners by `$904`; where that is 0, by `$11`.
+pub fn other_rule(outcome: &Outcome) -> Option<(Program, Config)> {
+    let has_blends = has_blends(outcome);
+    if outcome.edges.is_empty() || !(has_blends || could_have_blends(outcome)) {
+        return None;
+    }
+    let change = |config: &mut Config| {
+        let settings = &mut config.settings;
+        settings.blend_deviation_mm = match [settings.blend_deviation_mm, settings.junction_deviation_mm] {
+            _ if has_blends => 0.0,
+            [blend_mm, _] if blend_mm > 0.0 => blend_mm,
+            [_, junction_mm] if junction_mm > 0.0 => junction_mm,
+            _ => DEVIATION_MM,
+        };
     };
-    let program: Vec<_> = outcome.program.iter().map(|line| by_setting(line)).collect();
-    Some((Arc::from(program), config))
+    again(outcome, change, by_setting)
 }
 
 /// Whether any corner is a blend.
