@@ -2,7 +2,7 @@
 
 use crate::axes::{A, Z, of_each};
 use crate::rotary::Rotary;
-use crate::{AXES, SettingError, axes, setting_table};
+use crate::{AXES, Conflict, SettingError, axes, setting_table};
 
 /// Maps a pulse width in us (0: as short as possible) to the highest step rate that the step outputs support, steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
@@ -349,23 +349,22 @@ impl Settings {
         if let Some(axis) = (0..AXES).find(|&axis| !self.microsteps[axis].is_power_of_two()) {
             return Err(SettingError::Microsteps { axis, microsteps: self.microsteps[axis] });
         }
-        (0..AXES).filter(|&axis| axis != A).try_for_each(|axis| self.check_travel(axis))
+        match (0..AXES).find(|&axis| axis != A && !self.has_travel(axis)) {
+            Some(axis) => {
+                let (number, value, unit) = (130 + axis as u16, self.travel_mm[axis], self.unit(axis));
+                Err(SettingError::TooLow { number, value, min: TRAVEL_LEAST_MM, unit })
+            }
+            None => Ok(()),
+        }
     }
 
-    /// Checks the rules between settings. Nothing may move with settings that break one.
+    /// Checks the rules between settings, with step outputs that support `carries`. Nothing may move with settings that break
+    /// one.
     ///
     /// # Errors
-    /// The first broken rule: soft limits need homing; the S at least duty is below the S at full duty; the least duty is not
-    /// above the full duty; the pull-off, with the offset of a second motor, is below the travel; a linear axis has a travel;
-    /// the step outputs, which support `carries`, support the step rate; the steps that follow the microsteps are in their
-    /// range; the start speed is not above the top speed; a speed law that needs a start speed has one; an axis has a shaper
-    /// with the trapezoid only.
-    pub fn check(&self, carries: Carries<'_>) -> Result<(), SettingError> {
-        if self.soft_limits && !self.homing {
-            return Err(SettingError::SoftLimitsNeedHoming);
-        }
-        self.check_spindle()?;
-        (0..AXES).try_for_each(|axis| self.check_axis(axis, carries))
+    /// The first broken rule.
+    pub fn check(&self, carries: Carries<'_>) -> Result<(), Conflict<'_>> {
+        Conflict::first(self, carries).map_or(Ok(()), Err)
     }
 
     /// True if the homing order names X, Y and Z once each, and A once at most.
@@ -377,57 +376,19 @@ impl Settings {
         named && order.iter().skip_while(|homes| homes.is_none()).all(|homes| homes.is_some_and(|axis| axis < AXES))
     }
 
-    fn check_spindle(&self) -> Result<(), SettingError> {
-        let Self { spindle_min_rpm: least_rpm, spindle_max_rpm: full_rpm, .. } = *self;
-        if least_rpm >= full_rpm {
-            return Err(SettingError::LeastSpeedNotBelowFull { least_rpm, full_rpm });
-        }
-        let Self { pwm_least_percent: least_percent, pwm_full_percent: full_percent, .. } = *self;
-        if least_percent > full_percent {
-            return Err(SettingError::LeastDutyAboveFull { least_percent, full_percent });
-        }
-        Ok(())
+    /// True if the axis has a travel, or needs none.
+    pub(crate) fn has_travel(&self, axis: usize) -> bool {
+        self.travel_mm[axis] >= TRAVEL_LEAST_MM || self.is_endless(axis)
     }
 
-    fn check_travel(&self, axis: usize) -> Result<(), SettingError> {
-        let (number, value, unit) = (130 + axis as u16, self.travel_mm[axis], self.unit(axis));
-        if value < TRAVEL_LEAST_MM && !self.is_endless(axis) {
-            return Err(SettingError::TooLow { number, value, min: TRAVEL_LEAST_MM, unit });
-        }
-        Ok(())
+    /// The offset of the axis's second motor; 0 if it has none.
+    pub(crate) fn offset_mm(&self, axis: usize) -> f32 {
+        if self.second_motor() == Some(axis) { self.square_offset_mm[axis] } else { 0.0 }
     }
 
-    fn check_axis(&self, axis: usize, carries: Carries<'_>) -> Result<(), SettingError> {
-        let unit = self.unit(axis);
-        let offset_mm = if self.second_motor() == Some(axis) { self.square_offset_mm[axis] } else { 0.0 };
-        let (pull_off_mm, travel_mm) = (self.homing_pull_off_mm, self.reach_mm(axis));
-        self.check_travel(axis)?;
-        if pull_off_mm + offset_mm.abs() >= travel_mm {
-            return Err(SettingError::PullOffNotBelowTravel { axis, pull_off_mm, offset_mm, travel_mm, unit });
-        }
-        let asked_mm_min = self.max_rate_mm_min[axis];
-        let steps_per_mm = self.steps_per_mm[axis];
-        // Other microsteps may have led it there.
-        setting_table::find(100).map_or(Ok(()), |(row, _)| row.check(self, 100 + axis as u16, steps_per_mm))?;
-        // Computed as the machine does it. Rounded to `f32`, a rate just above the limit would pass.
-        let asked_steps_s = f64::from(asked_mm_min) / 60.0 * f64::from(steps_per_mm);
-        let max_steps_s = carries(self.pulse_us);
-        if asked_steps_s > f64::from(max_steps_s) {
-            let (pulse_us, max_mm_min) = (self.pulse_us, max_steps_s * 60.0 / steps_per_mm);
-            return Err(SettingError::RateTooHigh { axis, asked_mm_min, max_mm_min, steps_per_mm, pulse_us, unit });
-        }
-        let start_mm_min = self.start_rate_mm_min[axis];
-        if start_mm_min > asked_mm_min {
-            return Err(SettingError::StartAboveTop { axis, start_mm_min, top_mm_min: asked_mm_min, unit });
-        }
-        if self.speed_law >= FIRST_LAW_OVER_DISPLACEMENT && start_mm_min == 0.0 {
-            return Err(SettingError::LawNeedsStart { axis, law: self.speed_law });
-        }
-        if self.speed_law != 0 && self.shaper_kind[axis] != 0 {
-            let (kind, law) = (self.shaper_kind[axis], self.speed_law);
-            return Err(SettingError::ShapedCurve { axis, kind, law });
-        }
-        Ok(())
+    /// True if the speed law needs a start speed.
+    pub(crate) fn needs_start(&self) -> bool {
+        self.speed_law >= FIRST_LAW_OVER_DISPLACEMENT
     }
 }
 

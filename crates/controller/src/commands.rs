@@ -9,7 +9,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
 use isostep_console::{
-    Command, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings, Unfit,
+    Command, Conflict, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings, Unfit,
 };
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, cold_path};
 
@@ -422,7 +422,7 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    fn check_together(&self, settings: &Settings) -> Result<(), SettingError> {
+    fn check_together<'s>(&self, settings: &'s Settings) -> Result<(), Conflict<'s>> {
         settings.check(&|pulse_us| self.carries_steps_s(pulse_us))
     }
 

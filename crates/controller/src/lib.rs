@@ -7,6 +7,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
 mod arcs;
 mod boot;
 mod commands;
@@ -33,4 +36,5 @@ pub use drivers::{DriverHardware, Wire, exchange_time};
 pub use isostep_console::{Error, Parameters, Settings};
 pub use prove::Prove;
 pub use serve::{FlowControl, LinkError};
+pub use status::alarm_code;
 pub use store::Store;

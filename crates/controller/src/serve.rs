@@ -350,7 +350,7 @@ impl<F: NorFlash> Controller<'_, F> {
         loop {
             match select(states.changed(), news.next()).await {
                 Either::First(State::Alarm(alarm)) => {
-                    let (code, axis) = status::code(alarm);
+                    let (code, axis) = status::alarm_code(alarm);
                     let say = |text: &mut Message| {
                         text.print(|text| report::alarm(text, code));
                         text.say(code.about(axis));

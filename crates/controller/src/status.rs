@@ -9,8 +9,10 @@ pub(crate) const ADVERTISED_BYTES: usize = 128;
 /// The names of an axis's second motor, and of its switch.
 const SECOND_NAMES: [&str; 4] = ["X2", "Y2", "Z2", "A2"];
 
-/// The console's alarm, and what it is about: the axis, or the reason why a move cannot be planned.
-pub(crate) fn code(alarm: Alarm) -> (AlarmCode, &'static str) {
+/// The console's alarm, and what it is about: the axis, or the reason why a move cannot be planned. So
+/// [`AlarmCode::about`] says it to a person, with the remedy.
+#[must_use]
+pub fn alarm_code(alarm: Alarm) -> (AlarmCode, &'static str) {
     let (code, axis) = match alarm {
         Alarm::HardLimit { motor } => return (AlarmCode::HardLimit, name(motor)),
         Alarm::SoftLimit { axis } => (AlarmCode::SoftLimit, axis),
@@ -65,5 +67,57 @@ pub(crate) fn spindle(spindle: Spindle) -> SpindleMode {
         Spindle::Off => SpindleMode::Off,
         Spindle::Clockwise => SpindleMode::Clockwise,
         Spindle::CounterClockwise => SpindleMode::CounterClockwise,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+    use std::vec::Vec;
+
+    use super::*;
+
+    #[test]
+    fn every_reason_says_something_of_its_own() {
+        let axis = Axis::Y;
+        let motor = Motor { axis, ganged: GangedMotor::Second };
+        let reasons = [
+            Unplannable::NoSteps,
+            Unplannable::Limits { axis },
+            Unplannable::Feed,
+            Unplannable::TooLong,
+            Unplannable::Standstill,
+            Unplannable::Ends,
+        ];
+        let alarms = [
+            Alarm::HardLimit { motor },
+            Alarm::SoftLimit { axis },
+            Alarm::ResetInMotion,
+            Alarm::HomingReset,
+            Alarm::SwitchStuck { motor },
+            Alarm::Skewed { motor },
+            Alarm::StallsApart { axis: Axis::X },
+            Alarm::SwitchNotFound { axis },
+            Alarm::EmergencyStop,
+            Alarm::LateStep { axis },
+            Alarm::Underrun { axis },
+            Alarm::ToolCutOff,
+            Alarm::DriverFailed { motor },
+            Alarm::ProbeInitial,
+            Alarm::ProbeContact,
+            Alarm::HomingDoor,
+        ];
+        let alarms = alarms.into_iter().chain(reasons.map(|reason| Alarm::Unplannable { reason }));
+        let words = |alarm| {
+            let (code, what) = alarm_code(alarm);
+            code.about(what).to_string()
+        };
+        let mut texts: Vec<_> = alarms.map(words).collect();
+        assert!(texts.iter().all(|text| text.len() > 10), "{texts:?}");
+        assert!(texts.iter().filter(|text| text.contains('Y')).count() == 9, "those of an axis name it: {texts:?}");
+        let all = texts.len();
+        texts.sort();
+        texts.dedup();
+        assert_eq!(texts.len(), all, "two say the same");
     }
 }

@@ -1,7 +1,8 @@
 //! The laws that a program's moves follow, as `sim` and `emulate` take them.
 
+use anyhow::{Result, anyhow};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use isostep_console::{SettingError, Settings};
+use isostep_console::Settings;
 use isostep_profile::{IntervalLaw, SpeedLaw};
 
 /// Setting `$900`.
@@ -81,12 +82,13 @@ impl Laws {
     ///
     /// # Errors
     /// When the law needs a start speed that the machine does not allow.
-    pub fn over(&self, machine: Settings) -> Result<Settings, SettingError> {
+    pub fn over(&self, machine: Settings) -> Result<Settings> {
         let settings = self.settings().into_iter().try_fold(machine, |settings, (number, value)| {
             let keeps = START_SPEEDS.contains(&number) && settings.get(number) > Some(0.0);
             if keeps { Ok(settings) } else { settings.with(number, value) }
         })?;
-        settings.check(&|_| f32::INFINITY).map(|()| settings)
+        settings.check(&|_| f32::INFINITY).map_err(|conflict| anyhow!("{conflict}"))?;
+        Ok(settings)
     }
 }
 
@@ -123,7 +125,7 @@ mod tests {
     fn laws_that_were_named_win_over_a_machines_own() {
         let thirds =
             Settings { interval_thirds: true, speed_law: 1, start_rate_mm_min: [60.0; 3], ..Settings::DEFAULT };
-        assert_eq!(laws(&[]).over(thirds), Ok(thirds));
+        assert_eq!(laws(&[]).over(thirds).unwrap(), thirds);
         let fastest = laws(&["--law", "fastest", "--speed-law", "linear"]).over(thirds).unwrap();
         assert_eq!((fastest.interval_thirds, fastest.speed_law, fastest.start_rate_mm_min), (false, 3, [60.0; 3]));
         let slow = Settings { max_rate_mm_min: [100.0; 3], ..Settings::DEFAULT };

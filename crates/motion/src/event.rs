@@ -31,7 +31,7 @@ pub enum State {
     Alarm(Alarm),
 }
 
-/// The name that a status report gives it, and what an alarm means.
+/// The name that a status report gives it.
 impl fmt::Display for State {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -41,12 +41,12 @@ impl fmt::Display for State {
             Self::Hold { still: true } => f.write_str("Hold:0"),
             Self::Hold { still: false } => f.write_str("Hold:1"),
             Self::Home => f.write_str("Home"),
-            Self::Alarm(alarm) => write!(f, "Alarm: {alarm}"),
+            Self::Alarm(_) => f.write_str("Alarm"),
         }
     }
 }
 
-/// Why the machine locked itself. Its display says which axis and what to check.
+/// Why the machine locked itself. What a person reads of it, and the remedy, is in the words of the console's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Alarm {
@@ -259,60 +259,4 @@ pub enum Event {
     },
     /// The coordinator changed the state.
     State(State),
-}
-
-impl fmt::Display for Alarm {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::HardLimit { motor } => {
-                write!(f, "{motor} limit switch closed: clear the axis, unlock and home again")
-            }
-            Self::SoftLimit { axis } => {
-                write!(f, "the {axis} target is outside its travel: check the program and the travel setting")
-            }
-            Self::ResetInMotion => write!(f, "reset again while braking: the position is not trusted, home again"),
-            Self::HomingReset => write!(f, "reset while homing: home again"),
-            Self::SwitchStuck { motor } => {
-                write!(f, "{motor} limit switch still closed after pulling off: check its wiring and the pull-off")
-            }
-            Self::SwitchNotFound { axis } => {
-                write!(f, "{axis} limit switch never closed: check its wiring, the homing direction and the travel")
-            }
-            Self::Skewed { motor } => {
-                write!(
-                    f,
-                    "{motor} did not reach its switch within the skew limit of the other motor: free it, home again"
-                )
-            }
-            Self::StallsApart { axis } => {
-                write!(f, "{axis} has stalled at two places: set its driver to tell stalls later, free it, home again")
-            }
-            Self::EmergencyStop => write!(f, "emergency stop pressed: release it, unlock and home again"),
-            Self::LateStep { axis } => write!(f, "a step of {axis} was too late: lower the rate and home again"),
-            Self::Underrun { axis } => {
-                write!(f, "the step port of {axis} ran out of steps: lower the rate or the acceleration and home again")
-            }
-            Self::ToolCutOff => write!(f, "the processor was held up, and the tool was cut off: unlock and home again"),
-            Self::DriverFailed { motor } => {
-                write!(f, "the driver of {motor} has failed: see what it reports, mend it, unlock and home again")
-            }
-            Self::ProbeInitial => write!(f, "the probe touched before it moved, or did not where it was to move off"),
-            Self::ProbeContact => write!(f, "the probe found nothing on its way: check its wiring and the target"),
-            Self::HomingDoor => write!(f, "the safety door was opened while homing: home again"),
-            Self::Unplannable { reason } => write!(f, "this move cannot be planned: {reason}"),
-        }
-    }
-}
-
-impl fmt::Display for Unplannable {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoSteps => write!(f, "it has no steps"),
-            Self::Limits { axis } => write!(f, "the rates or accelerations of {axis} do not work"),
-            Self::Feed => write!(f, "its feed is too slow"),
-            Self::TooLong => write!(f, "it would last too long"),
-            Self::Standstill => write!(f, "the speed law needs a start speed"),
-            Self::Ends => write!(f, "its speeds do not fit its length"),
-        }
-    }
 }

@@ -1,6 +1,6 @@
-//! A configuration that cannot work is refused by name, and every text for a person says something.
+//! A configuration that cannot work is refused by name.
 
-use isostep_motion::{AXES, Alarm, Axis, Capabilities, Config, DriverTiming, GangedMotor, Motor, Squared, Unplannable};
+use isostep_motion::{AXES, Axis, Capabilities, Config, DriverTiming, Squared};
 use isostep_profile::SpeedLaw;
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
@@ -66,45 +66,4 @@ fn what_cannot_work_is_refused_with_its_value() {
     assert_eq!(curved.check([Some(port()); AXES]), Ok(()), "without a shaper its numbers do not count");
     let corners = Config { junction_deviation_mm: 0.0, ..works() };
     assert_eq!(corners.check([None; AXES]), Ok(()), "every corner is a stop");
-}
-
-#[test]
-fn every_reason_says_something_of_its_own() {
-    let axis = Axis::Y;
-    let motor = Motor { axis, ganged: GangedMotor::Second };
-    let reasons = [
-        Unplannable::NoSteps,
-        Unplannable::Limits { axis },
-        Unplannable::Feed,
-        Unplannable::TooLong,
-        Unplannable::Standstill,
-        Unplannable::Ends,
-    ];
-    let alarms = [
-        Alarm::HardLimit { motor },
-        Alarm::SoftLimit { axis },
-        Alarm::ResetInMotion,
-        Alarm::HomingReset,
-        Alarm::SwitchStuck { motor },
-        Alarm::Skewed { motor },
-        Alarm::StallsApart { axis: Axis::X },
-        Alarm::SwitchNotFound { axis },
-        Alarm::EmergencyStop,
-        Alarm::LateStep { axis },
-        Alarm::Underrun { axis },
-        Alarm::ToolCutOff,
-        Alarm::DriverFailed { motor },
-        Alarm::ProbeInitial,
-        Alarm::ProbeContact,
-        Alarm::HomingDoor,
-    ];
-    let alarms = alarms.into_iter().chain(reasons.map(|reason| Alarm::Unplannable { reason }));
-    let mut texts: Vec<_> =
-        reasons.map(|reason| reason.to_string()).into_iter().chain(alarms.map(|a| a.to_string())).collect();
-    assert!(texts.iter().all(|text| text.len() > 10), "{texts:?}");
-    assert!(texts.iter().filter(|text| text.contains('Y')).count() == 10, "those of an axis name it: {texts:?}");
-    let all = texts.len();
-    texts.sort();
-    texts.dedup();
-    assert_eq!(texts.len(), all, "two say the same");
 }

@@ -248,7 +248,8 @@ struct Reader {
     /// In check mode, the position at which it began: nothing moves.
     checks_from_pm: Option<[i64; AXES]>,
     /// Why nothing moves with the settings, whichever step outputs there are.
-    unfit: Option<Unfit>,
+    /// The error and the words of settings that do not work together.
+    unfit: Option<(Error, String)>,
     /// The line that is being read.
     number: usize,
     text: String,
@@ -286,10 +287,12 @@ impl Reader {
             None if self.checks_from_pm.is_some() => ReportedState::Check,
             None => ReportedState::Idle,
         };
-        match (self.interpreter.interpret(&line, state, &self.settings), self.unfit) {
-            (Err(error @ (Error::Locked | Error::NotIdle)), Some(unfit)) => self.refuse(&line, error, Some(&unfit)),
-            (Ok(Command::Home { .. } | Command::Unlock), Some(unfit)) => {
-                self.refuse(&line, unfit.0.error(), Some(&unfit));
+        match (self.interpreter.interpret(&line, state, &self.settings), self.unfit.clone()) {
+            (Err(error @ (Error::Locked | Error::NotIdle)), Some((_, unfit))) => {
+                self.refuse(&line, error, Some(&unfit))
+            }
+            (Ok(Command::Home { .. } | Command::Unlock), Some((error, unfit))) => {
+                self.refuse(&line, error, Some(&unfit))
             }
             (Err(error), _) => self.refuse(&line, error, None),
             (Ok(Command::SetSetting { number, value }), _) => self.set(&line, number, value),
@@ -396,7 +399,7 @@ impl Reader {
         match self.settings.with(number, value) {
             Ok(settings) => {
                 self.settings = settings;
-                self.unfit = settings.check(&|_| f32::INFINITY).err().map(Unfit);
+                self.unfit = settings.check(&|_| f32::INFINITY).err().map(|why| (why.error(), Unfit(why).to_string()));
                 self.measure_room();
             }
             Err(refused) => self.refuse(line, refused.error(), Some(&refused)),

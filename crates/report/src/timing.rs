@@ -2,7 +2,7 @@
 
 use isostep_console::{AXES, Settings};
 use isostep_sim::stream::Program;
-use isostep_sim::{Config, Flash, Outcome, State};
+use isostep_sim::{Config, Flash, Outcome};
 
 use crate::remarks::{meaning, shortened};
 
@@ -26,7 +26,7 @@ pub fn made(program: Program, config: &Config) -> Result<Outcome, String> {
 pub(crate) fn made_watched(program: Program, config: &Config, watch: &mut dyn FnMut(usize)) -> Result<Outcome, String> {
     let outcome = isostep_sim::run_watched(program, config, Flash::blank(), &mut |progress| watch(progress.answered));
     let outcome = outcome.map_err(|error| error.to_string())?;
-    if let State::Alarm(alarm) = outcome.state {
+    if let Some(alarm) = outcome.alarm() {
         let code = outcome.alarm_code.map_or(String::new(), |code| format!("ALARM:{code}: "));
         return Err(format!("{code}{alarm}"));
     }

@@ -109,6 +109,20 @@ fn second_at_end(world: &World, config: &isostep_motion::Config) -> Option<Secon
 }
 
 impl Outcome {
+    /// The alarm at the end, in the console's words, with the remedy.
+    #[must_use]
+    pub fn alarm(&self) -> Option<String> {
+        let State::Alarm(alarm) = self.state else { return None };
+        let (code, what) = isostep_controller::alarm_code(alarm);
+        Some(code.about(what).to_string())
+    }
+
+    /// The final state in words.
+    #[must_use]
+    pub fn state_words(&self) -> String {
+        self.alarm().map_or(self.state.to_string(), |alarm| format!("{}: {alarm}", self.state))
+    }
+
     pub(crate) fn new(
         config: &Config,
         world: &World,

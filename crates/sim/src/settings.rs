@@ -7,8 +7,8 @@
 //! lines may have any order.
 
 use embassy_time::Duration;
-use isostep_console::{Command, Error, Interpreter, ReportedState, SettingError, Settings};
-use isostep_motion::{AXES, Axis, Capabilities, ConfigError, DriverTiming, Wiring};
+use isostep_console::{Command, Conflict, Error, Interpreter, ReportedState, SettingError, Settings};
+use isostep_motion::{AXES, Axis, Capabilities, DriverTiming, Wiring};
 use isostep_profile::Limits;
 
 use crate::config::{Config, Port};
@@ -35,9 +35,9 @@ pub enum Reason {
     /// A value is not allowed.
     #[error(transparent)]
     Setting(SettingError),
-    /// The settings do not work when converted to steps.
+    /// Values do not work together: the broken rule.
     #[error("{0}")]
-    Config(ConfigError),
+    Conflict(String),
     /// The console does not understand the line.
     #[error("error:{code}: {0}", code = .0.code())]
     Line(Error),
@@ -122,15 +122,13 @@ impl<'f> Reading<'f> {
         }
         self.settings
             .check(&|pulse_us| carries_steps_s(ports, pulse_us))
-            .map_err(|error| refused(self.line_of(&involved(&error)), Reason::Setting(error)))?;
-        let config = isostep_controller::config(&self.settings);
-        config.check(ports).map_err(|error| refused(None, Reason::Config(error)))?;
+            .map_err(|conflict| refused(self.line_of(conflict), Reason::Conflict(conflict.to_string())))?;
         Ok(self.settings)
     }
 
-    /// The last line that sets one of `settings`.
-    fn line_of(&self, settings: &[u16]) -> Option<(usize, String)> {
-        let last = self.taken.iter().rfind(|(_, _, setting)| settings.contains(setting));
+    /// The last line that sets one of the settings that do not work together.
+    fn line_of(&self, conflict: Conflict<'_>) -> Option<(usize, String)> {
+        let last = self.taken.iter().rfind(|(_, _, setting)| conflict.numbers().any(|number| number == *setting));
         last.map(|(number, text, _)| (*number, text.clone()))
     }
 }
@@ -150,22 +148,6 @@ fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
     match Interpreter::new().interpret(&line, ReportedState::Idle, &Settings::DEFAULT).map_err(Reason::Line)? {
         Command::SetSetting { number, value } => Ok(Some((number, value))),
         _ => Err(Reason::NoSetting),
-    }
-}
-
-/// The settings that are involved in an error.
-fn involved(error: &SettingError) -> Vec<u16> {
-    match *error {
-        SettingError::SoftLimitsNeedHoming => vec![20, 22],
-        SettingError::HomingOrder { .. } => vec![901],
-        SettingError::RateTooHigh { axis, .. } => vec![0, 100 + axis as u16, 110 + axis as u16],
-        SettingError::StartAboveTop { axis, .. } => vec![110 + axis as u16, 910 + axis as u16],
-        SettingError::LawNeedsStart { axis, .. } => vec![910 + axis as u16, 940],
-        SettingError::ShapedCurve { axis, .. } => vec![940, 950 + axis as u16],
-        SettingError::LeastSpeedNotBelowFull { .. } => vec![30, 31],
-        SettingError::LeastDutyAboveFull { .. } => vec![35, 36],
-        SettingError::PullOffNotBelowTravel { axis, .. } => vec![27, 130 + axis as u16],
-        _ => vec![],
     }
 }
 

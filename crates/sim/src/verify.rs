@@ -258,10 +258,10 @@ pub fn verdicts(outcome: &Outcome, findings: &Findings) -> Vec<Verdict> {
 
 fn program(outcome: &Outcome) -> Verdict {
     let kept = outcome.refusals.is_empty() && outcome.alarm_code.is_none() && outcome.state == State::Idle;
-    let detail = match (outcome.refusals.first(), outcome.state) {
+    let detail = match (outcome.refusals.first(), outcome.alarm()) {
         (Some(refusal), _) => format!("line {} refused with error:{}", refusal.line, refusal.code),
-        (None, State::Alarm(alarm)) => format!("ended in alarm: {alarm}"),
-        (None, _) => format!("{} lines sent", outcome.lines_sent),
+        (None, Some(alarm)) => format!("ended in alarm: {alarm}"),
+        (None, None) => format!("{} lines sent", outcome.lines_sent),
     };
     Verdict { promise: "every line accepted, machine idle", kept, detail }
 }

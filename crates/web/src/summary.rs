@@ -55,7 +55,7 @@ pub(crate) fn of(gathered: &Gathered, end: &Outcome) -> String {
         motion_s: end.motion_s,
         moves: gathered.moves(),
         steps: gathered.edges(),
-        state: end.state.to_string(),
+        state: end.state_words(),
         position_mm: end.position_mm,
         travel_mm: end.travel_mm,
         lines_sent: end.lines_sent,

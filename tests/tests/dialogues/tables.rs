@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use isostep_console::{
-    AlarmCode, Command, DoorPhase, Error, Realtime, ReportedState, SETTING_TABLE, SettingError, Settings, realtime,
+    AlarmCode, Command, DoorPhase, Error, Realtime, ReportedState, SETTING_TABLE, Settings, realtime,
 };
 use isostep_profile::SpeedLaw;
 use isostep_profile::shaper::{DAMPING_RATIO, NATURAL_HZ, ShaperKind};
@@ -155,9 +155,11 @@ fn the_speed_laws_of_the_settings_are_the_profiles() {
         let settings = Settings { speed_law: number, ..Settings::DEFAULT };
         assert_eq!(isostep_controller::config(&settings).speed_law, law);
         // A law over displacement cannot start from standstill.
-        let needs_start = Err(SettingError::LawNeedsStart { axis: 0, law: number });
-        let expected = if law.is_over_displacement() { needs_start } else { Ok(()) };
-        assert_eq!(settings.check(&|_| f32::INFINITY), expected, "{law}");
+        let refused = settings.check(&|_| f32::INFINITY).err().map(|conflict| conflict.to_string());
+        let needs_start = format!(
+            "$940={number} is a law over displacement and never leaves standstill: raise $910 above 0, or lower $940"
+        );
+        assert_eq!(refused, law.is_over_displacement().then_some(needs_start), "{law}");
     }
 }
 

@@ -113,10 +113,10 @@ fn no_words_of_ours_read_like_an_answer() {
     for row in SETTING_TABLE {
         for value in [-1.0, 0.5, 0.0, 1e9, 555.0] {
             let refused = Settings::DEFAULT.with(row.number, value);
-            texts.push(match refused.and_then(|settings| settings.check(&|_| 1.0)) {
-                Ok(()) => continue,
-                Err(refused) => Unfit(refused).to_string(),
-            });
+            match refused {
+                Ok(settings) => texts.extend(settings.check(&|_| 1.0).err().map(|why| Unfit(why).to_string())),
+                Err(refused) => texts.push(refused.to_string()),
+            }
         }
     }
     for text in texts {

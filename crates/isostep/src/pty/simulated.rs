@@ -59,7 +59,7 @@ impl Machine for Simulated {
     fn close(&mut self) -> Result<Closing> {
         let outcome = self.0.outcome();
         Ok(Closing {
-            state: outcome.state.to_string(),
+            state: outcome.state_words(),
             position_mm: outcome.position_mm,
             position_steps: outcome.position_steps,
             steps: self.0.steps(),

@@ -6,7 +6,7 @@ use anyhow::{Result, bail, ensure};
 use isostep_report::Figures;
 use isostep_report::survey::stopping_word;
 use isostep_sim::stream::{Pause, Refusal};
-use isostep_sim::{ConsoleError, Outcome, State};
+use isostep_sim::{ConsoleError, Outcome};
 
 use isostep_report::remarks::{self, SHOWN_MAX, meaning, shortened};
 
@@ -109,9 +109,9 @@ pub fn judge(figures: &Figures, outcome: &Outcome) -> Result<()> {
         let place = raised.map_or(program.clone(), place);
         let words =
             raised.and_then(|refusal| refusal.words.as_ref()).map_or(String::new(), |words| format!(" ({words})"));
-        match outcome.state {
-            State::Alarm(alarm) => bail!("{place}: ALARM:{code}: {alarm}{words}"),
-            _ => bail!("{place}: ALARM:{code} on the way, which the program has left{words}"),
+        match outcome.alarm() {
+            Some(alarm) => bail!("{place}: ALARM:{code}: {alarm}{words}"),
+            None => bail!("{place}: ALARM:{code} on the way, which the program has left{words}"),
         }
     }
     if let Some(refusal) = outcome.refusals.first() {
