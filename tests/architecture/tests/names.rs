@@ -26,8 +26,10 @@ fn declared(line: &str) -> Option<&str> {
     let is_local = line.starts_with(' ') && !line.trim_start().starts_with("pub ");
     let mut words = line.trim_start().split(' ').skip_while(|word| word.starts_with("pub") || *word == "unsafe");
     let is_type = matches!(words.next()?, "struct" | "enum" | "union" | "trait" | "type");
-    let name = words.next()?.split(|c: char| !c.is_alphanumeric()).next();
-    name.filter(|name| is_type && !is_local && !ONE_THING.contains(name))
+    let name = words.next()?.split(|c: char| !c.is_alphanumeric()).next()?;
+    // A type that an alias narrows down keeps its name.
+    let is_narrowed = line.split_once(" = ").is_some_and(|(_, of)| of.contains(&format!("{name}<")));
+    (is_type && !is_local && !is_narrowed && !ONE_THING.contains(&name)).then_some(name)
 }
 
 /// The names that several of these files declare, with the places.
@@ -62,5 +64,6 @@ fn a_name_for_two_things_is_found() {
     assert_eq!(found(["\npub struct Door<'a> {", "pub(super) enum Door {"]), [r#"Door: {"a.rs": 2, "b.rs": 1}"#]);
     assert_eq!(found(["pub unsafe trait Door {", "codes! {\n    pub enum Door {\n"]).len(), 1, "that of a macro, too");
     assert_eq!(found(["struct Door;\nimpl Door {", "    struct Door;\n/// struct Door\nuse Door;"]), [""; 0]);
+    assert_eq!(found(["pub struct Door<T> {", "type Door = other::Door<u8>;"]), [""; 0], "for one parameter");
     assert_eq!(found(["#[cfg(a)]\ntype Door = A;\n#[cfg(b)]\ntype Door = B;", ""]), [""; 0], "by features");
 }
