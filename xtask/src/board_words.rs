@@ -18,7 +18,7 @@ const WORD_BYTES: usize = size_of::<u32>();
 /// The magic, and the words after it: version, contact, driver.
 const SECTION_BYTES: usize = MAGIC.len() + 3 * WORD_BYTES;
 
-/// What the words say.
+/// The choices that the words hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoardWords {
     pub contact: Contact,
@@ -49,7 +49,7 @@ impl BoardWords {
     }
 }
 
-/// Where contact and driver stand in the file.
+/// The places of contact and driver in the file.
 fn place(elf: &[u8]) -> Result<Range<usize>> {
     const REMEDY: &str = "take an image of `cargo xtask build` of the same sources";
     let file = ElfFile32::<Endianness>::parse(elf)?;
@@ -70,7 +70,7 @@ mod tests {
 
     include!("stand_in_elf.rs");
 
-    /// What is read back, as the firmware does: from the address at which the section is loaded.
+    /// The words read back, as the firmware does: from the address at which the section is loaded.
     fn words(elf: &[u8]) -> [u32; 2] {
         let bytes = &elf[place(elf).unwrap()];
         [0, WORD_BYTES].map(|at| u32::from_le_bytes(bytes[at..at + WORD_BYTES].try_into().unwrap()))

@@ -25,7 +25,7 @@ const CNCJS: &str = "cncjs@1.11.5";
 const SIMULATED_SPEED: f64 = 20.0;
 const EMULATED_SPEED: f64 = 10.0;
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Where programs/parking.nc ends, mm. The other programs that are sent end where they begin.
+/// The place where programs/parking.nc ends, mm. The other programs that are sent end where they begin.
 const PARKING_END_MM: [f64; 3] = [175.0, 40.0, 0.0];
 
 /// The folder of the scripts and their requirements.
@@ -38,7 +38,7 @@ fn installed_dir() -> PathBuf {
     workspace::target_dir().join("clients")
 }
 
-/// What the user has to install before the tests with senders from PyPI can run; `None` if they can.
+/// The packages that the user has to install before the tests with senders from PyPI can run; `None` if they can.
 pub fn missing() -> Option<&'static str> {
     let python = process::printed(Command::new("python3").args(["-c", "import ensurepip, venv"]));
     python.is_none().then_some(REMEDY)

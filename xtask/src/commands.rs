@@ -8,7 +8,7 @@ use isostep::Verb;
 
 use crate::workspace;
 
-/// What stands for a word of the reader's, and a word for it.
+/// A placeholder for a word of the reader's, and a word for it.
 const PLACEHOLDERS: [(&str, &str); 3] = [("NAME", "sine"), ("CRATE", "console"), ("N", "1")];
 /// Files of the reader's, and those of ours that stand for them in a run.
 const READERS: [(&str, &str); 4] = [
@@ -121,7 +121,7 @@ fn words(text: &str) -> Vec<String> {
     text.split_whitespace().map(placeholder).collect()
 }
 
-/// What the tool would be given, of a command that is a verb of it.
+/// The arguments that the tool would be given, of a command that is a verb of it.
 fn tool_words(text: &str) -> Option<Vec<String>> {
     let words = words(text);
     let from = match (words[0].as_str(), words.get(1).map(String::as_str)) {
@@ -132,7 +132,7 @@ fn tool_words(text: &str) -> Option<Vec<String>> {
     Some(words[from..].to_vec())
 }
 
-/// Whether a command is one, by the parsers that would read it.
+/// A command is one, by the parsers that would read it.
 fn taken(text: &str) -> Result<(), String> {
     let words = words(text);
     if words[0] == "cargo" && words[1] != "xtask" {
@@ -147,7 +147,7 @@ fn taken(text: &str) -> Result<(), String> {
     parsed.or_else(|answer| if answer.use_stderr() { Err(answer.to_string()) } else { Ok(()) })
 }
 
-/// Whether `cargo run` or `cargo test` finds what it names.
+/// The run or test exists: `cargo run` or `cargo test` finds what it names.
 fn cargo(words: &[String]) -> Result<(), String> {
     let value = |names: &[&str]| {
         words

@@ -163,7 +163,7 @@ struct DependencyKind {
 }
 
 impl Package {
-    /// Whether it is a procedural macro. That runs in the compiler, so no code of it is linked in.
+    /// It is a procedural macro. That runs in the compiler, so no code of it is linked in.
     fn is_macro(&self) -> bool {
         self.targets.iter().any(|target| target.kind.iter().any(|kind| kind == "proc-macro"))
     }

@@ -1,20 +1,16 @@
 //! `cargo xtask flash`: writes the firmware to a board, by the first method that reaches one.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 
 use crate::process::{self, announce};
 use crate::variant::Variant;
 use crate::{build, workspace};
-use isostep::stopwatch::within;
-use isostep::{boot_drive, touch};
+use isostep::boot_loader::{self, MOUNTING_S};
 
 const CHIP: &str = "RP2040";
-/// A board takes up to two seconds to enter its boot loader, and a desktop takes longer to mount the drive.
-const MOUNTING_S: f64 = 15.0;
 
 /// Put the firmware on a board
 #[derive(clap::Args)]
@@ -36,7 +32,7 @@ pub struct Args {
     /// Stay attached and print the firmware's log (needs a debug probe)
     #[arg(long, conflicts_with = "drive")]
     logs: bool,
-    /// Where the boot drive RPI-RP2 is mounted
+    /// Folder at which the boot drive RPI-RP2 is mounted
     #[arg(long, value_name = "DIR")]
     drive: Option<PathBuf>,
     #[command(flatten)]
@@ -55,14 +51,14 @@ pub fn run(args: Args) -> Result<()> {
     if args.logs {
         bail!("--logs needs a debug probe: {no_probe}");
     }
-    if let Some(drive) = boot_drive::mounted() {
+    if let Some(drive) = boot_loader::mounted() {
         return to_drive(&drive);
     }
     let no_picotool = match picotool() {
         Ok(()) => return by_picotool(),
         Err(missing) => missing,
     };
-    match touch::running_board() {
+    match boot_loader::running_board() {
         Ok(port) => by_touch(&port),
         Err(no_board) => bail!("no board was found.\n{}", missing(&no_probe, &no_picotool, &no_board)),
     }
@@ -71,12 +67,11 @@ pub fn run(args: Args) -> Result<()> {
 /// Makes the board on `port` enter its boot loader, then continues as with a board in BOOTSEL mode.
 fn by_touch(port: &str) -> Result<()> {
     announce(&format!("asking the board on {port} for its boot drive (the 1200-baud touch): it frees its motors"));
-    touch::touch(port)?;
     announce(&format!("waiting for the drive RPI-RP2, {MOUNTING_S} s at most"));
-    if let Some(drive) = within(MOUNTING_S, boot_drive::mounted) {
+    if let Some(drive) = boot_loader::drive_of(port)? {
         return to_drive(&drive);
     }
-    if touch::running_board().is_ok() {
+    if boot_loader::running_board().is_ok() {
         bail!(
             "the board on {port} runs on: its firmware knows no touch yet; hold BOOTSEL while you plug in the USB cable"
         );
@@ -136,7 +131,7 @@ fn by_probe(logs: bool) -> Result<()> {
 }
 
 fn to_named_drive(drive: &Path) -> Result<()> {
-    if !boot_drive::is_one(drive) {
+    if !boot_loader::is_one(drive) {
         bail!(
             "{} is not the boot drive of an RP2040 (no INFO_UF2.TXT that says RPI-RP2): \
              hold BOOTSEL while you plug in the USB cable, then mount the drive",
@@ -147,9 +142,7 @@ fn to_named_drive(drive: &Path) -> Result<()> {
 }
 
 fn to_drive(drive: &Path) -> Result<()> {
-    announce(&format!("copying to {}", drive.display()));
-    let uf2 = workspace::firmware_uf2();
-    fs::copy(&uf2, drive.join("firmware.uf2")).with_context(|| format!("cannot copy to {}", drive.display()))?;
+    boot_loader::copy(&workspace::firmware_uf2(), drive)?;
     println!("The board restarts with the new firmware by itself.");
     Ok(())
 }
@@ -178,11 +171,12 @@ mod tests {
 
     #[test]
     fn the_serial_number_and_the_rate_are_the_firmwares() {
-        let firmware =
-            |name: &str| fs::read_to_string(workspace::root().join("boards/rp2040-gantry/src").join(name)).unwrap();
-        let number = format!("config.serial_number = Some(\"{}\");", touch::SERIAL_NUMBER);
+        let firmware = |name: &str| {
+            std::fs::read_to_string(workspace::root().join("boards/rp2040-gantry/src").join(name)).unwrap()
+        };
+        let number = format!("config.serial_number = Some(\"{}\");", boot_loader::SERIAL_NUMBER);
         assert!(firmware("usb.rs").contains(&number));
-        assert!(firmware("touch.rs").contains(&format!("const TOUCH_BAUD: u32 = {};", touch::TOUCH_BAUD)));
+        assert!(firmware("touch.rs").contains(&format!("const TOUCH_BAUD: u32 = {};", boot_loader::TOUCH_BAUD)));
     }
 
     #[test]
@@ -195,17 +189,5 @@ mod tests {
         for part in ["--drive", "no picotool", "rp2040-gantry.uf2"] {
             assert!(text.contains(part), "{part} in {text}");
         }
-    }
-
-    #[test]
-    fn what_appears_is_waited_for_what_does_not_only_so_long() {
-        let looks = std::cell::Cell::new(0);
-        let third = || {
-            looks.set(looks.get() + 1);
-            (looks.get() == 3).then_some("drive")
-        };
-        assert_eq!(within(10.0, third), Some("drive"));
-        assert_eq!(within(0.0, || None::<()>), None);
-        assert_eq!(looks.get(), 3);
     }
 }

@@ -14,9 +14,9 @@ const FLASH_BUDGET_BYTES: u64 = 384 * KIB;
 /// The RP2040 has 264 KiB of RAM in total; the smaller budgets keep room for what is to come.
 const CODE_BUDGET_BYTES: u64 = 131 * KIB;
 const STATICS_BUDGET_BYTES: u64 = 88 * KIB;
-/// What a fourth axis may take, of code and of statics.
+/// The room that a fourth axis may take, of code and of statics.
 const FOURTH_AXIS_BUDGET_BYTES: [u64; 2] = [KIB, 14 * KIB];
-/// What an image that measures itself may take, of code and of statics.
+/// The room that an image that measures itself may take, of code and of statics.
 const PROVE_BUDGET_BYTES: [u64; 2] = [KIB, 7 * KIB];
 
 /// The firmware's use of memory, in bytes.

@@ -32,9 +32,9 @@ Examples:
   cargo xtask fuzz planner --file tests/fuzz/artifacts/planner/crash-0123     again what broke it
   cargo xtask fuzz planner --keep                         put what reaches anything new into tests/fuzz/corpus")]
 pub struct Args {
-    /// What is fuzzed; without it all, one after the other
+    /// The fuzzer; without it all, one after the other
     target: Option<Target>,
-    /// How long each is fuzzed, minutes
+    /// Time for which each is fuzzed, minutes
     #[arg(long, default_value_t = 5)]
     minutes: u64,
     /// Only put the bytes of a file to it, once
@@ -49,7 +49,7 @@ pub struct Args {
 enum Target {
     /// Bytes to the console's lines, words, settings and reports
     Console,
-    /// What flash holds, changes of it, and power cuts
+    /// The content of flash, changes of it, and power cuts
     Store,
     /// Moves that flow, holds and overrides
     Planner,

@@ -1,4 +1,4 @@
-//! How much of the code in RAM runs while the machine moves: counted on the emulated board, function by function.
+//! The part of the code in RAM that runs while the machine moves: counted on the emulated board, function by function.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -22,7 +22,7 @@ const PROGRAMS: [(&str, &[&str]); 2] = [("parking.nc", &[]), ("engraving.nc", &[
 const GROUPS: [&str; 7] =
     ["isostep_profile", "isostep_motion", "isostep_console", "isostep_controller", "rp2040_gantry", "embassy", "libm"];
 const OTHERS: &str = "others";
-/// How many of the functions that never run in motion are listed.
+/// The number of functions listed that never run in motion.
 const LISTED: usize = 8;
 
 /// A function in RAM.
@@ -75,7 +75,7 @@ fn functions(elf: &Path) -> Result<Vec<Function>> {
     Ok(functions)
 }
 
-/// What the core has executed.
+/// The instructions that the core has executed.
 fn run(elf: &Path, program: &str, settings: &[&str]) -> Result<Vec<Executed>> {
     let profile = workspace::target_dir().join("profile.csv");
     let mut command = Command::new("node");

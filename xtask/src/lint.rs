@@ -35,7 +35,7 @@ pub fn run(Args { all }: Args) -> Result<()> {
     if all { what_tests_compile_too() } else { Ok(()) }
 }
 
-/// What is left out otherwise, because a stage of the tests compiles it or something that differs from it in a few lines.
+/// Variants left out otherwise, because a stage of the tests compiles them or something that differs from them in a few lines.
 fn what_tests_compile_too() -> Result<()> {
     with_axes("four-axes", &["--test=four_axes", "--test=emulated"])?;
     with_axes("two-axes", &["--test=two_axes"])?;

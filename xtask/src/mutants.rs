@@ -43,7 +43,7 @@ pub struct Args {
     /// So many of its mutants, chosen by chance; without it all
     #[arg(long)]
     sample: Option<usize>,
-    /// What the chance goes by
+    /// Seed of the choice
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Fail when less than that is caught, percent: in a sample there may be mutants that change nothing
@@ -63,9 +63,9 @@ enum Package {
 struct Suite {
     packages: &'static [&'static str],
     tests: &'static [&'static str],
-    /// Whether the machine has four axes.
+    /// The machine has four axes.
     four_axes: bool,
-    /// Whether random tests try all their cases.
+    /// Random tests try all their cases.
     has_all_cases: bool,
     /// Time limit for all test binaries together, s. A run that takes longer is considered stuck.
     timeout_s: u32,
@@ -336,7 +336,7 @@ impl Tally {
         self.unviable.extend(found.unviable);
     }
 
-    /// How many of the mutants that compile are caught, in percent.
+    /// The share of the mutants that compile that are caught, percent.
     fn score(&self, missed: &[String]) -> f64 {
         let caught = self.caught.len() + self.timeouts.len();
         if missed.is_empty() { 100.0 } else { 100.0 * caught as f64 / (caught + missed.len()) as f64 }

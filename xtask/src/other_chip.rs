@@ -9,7 +9,7 @@ const PACKAGE: &str = "stm32g474";
 /// A Cortex-M4 that computes floats of 32 bits.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// What to do where the target cannot be had. It is added if rustup can do that.
+/// The remedy where the target cannot be had. It is added if rustup can do that.
 pub fn missing() -> Option<String> {
     toolchain::add_target(TARGET).err().map(|error| format!("{error:#}"))
 }

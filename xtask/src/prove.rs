@@ -24,7 +24,7 @@ pub fn run(args: Args) -> Result<()> {
         return emulated::run(&args);
     }
     // Both images take minutes.
-    prove::image::find(args.port.as_deref())?;
+    isostep::boot_loader::find(args.port.as_deref())?;
     let restore = args.restore.clone().map_or_else(|| kept(Variant::default(), USUAL), Ok)?;
     let image = args.image.clone().map_or_else(|| kept(Variant::proving(Port::Pio), PROVING), Ok)?;
     announce("the image for afterwards has the default drivers and contacts: name another with --restore");

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 
 use crate::{process, workspace};
 
-/// What of cargo's home is used as it is: what has been downloaded already.
+/// The parts of cargo's home that are used as they are: what has been downloaded already.
 const DOWNLOADED: [&str; 3] = ["config.toml", "registry/index", "registry/cache"];
 
 /// Packs and compiles all of them. Cargo unpacks our packages to verify them, and would take those of an earlier commit for

@@ -68,7 +68,7 @@ macro_rules! verb {
     ($name:literal, $($arg:literal),+) => { ($name, |_| process::run(cargo("xtask").args([$($arg),+]))) };
 }
 
-/// How many random cases are tried.
+/// The number of random cases that are tried.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Cases {
     Few,
@@ -99,7 +99,7 @@ const ANOTHER_BOARD: Stage = ("another board", another_board);
 const ANOTHER_CHIP: Stage = ("another chip", another_chip);
 const SENDERS: Stage = ("real senders", senders);
 
-/// What a release needs besides, and takes long.
+/// The stages that a release needs besides, and take long.
 const RELEASE: [Stage; 7] = [
     verb!("every image", "lint", "--all"),
     verb!("audit", "audit"),
@@ -180,7 +180,7 @@ fn why_skipped(stage: &str, args: &Args) -> Option<String> {
     }
 }
 
-/// How long something takes, and for how long it occupies a processor.
+/// Time that something takes, and for how long it occupies a processor.
 struct Watch {
     wall: Stopwatch,
     cpu_s: Option<f64>,
@@ -232,7 +232,7 @@ const TMC2209_ELF: &str = "tmc2209";
 /// The firmware that measures itself.
 const PROVE_ELF: &str = "prove";
 
-/// What a dozen tests each look at in every run. Its own stage has all tests.
+/// The emulated tests of which a dozen run every time. Its own stage has all tests.
 const FOUR_AXES_ELF: &str = "four-axes";
 const SKR_PICO_ELF: &str = "skr-pico";
 
@@ -315,7 +315,7 @@ fn four_axes(_: Cases) -> Result<()> {
 }
 
 const FEATURE: &str = "--features=four-axes";
-/// What the emulated board has run already with the images that they are for.
+/// The runs that the emulated board has made already with the images that they are for.
 const OF_OTHERS: [&str; 4] =
     ["--skip=board_words::an_image", "--skip=drivers::", "--skip=stall::", "--skip=skr_pico::"];
 

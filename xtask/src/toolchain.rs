@@ -55,7 +55,7 @@ pub fn short_paths() -> OsString {
 /// Adds `target` to the toolchain if it is not there.
 ///
 /// # Errors
-/// What rustup says, and what to do.
+/// The words of rustup, and what to do.
 pub fn add_target(target: &str) -> Result<()> {
     if has_target(target) {
         return Ok(());
@@ -110,7 +110,7 @@ mod tests {
         assert!(error.contains("rust-std-VERSION-pdp11-none-none.tar.xz"), "{error}");
     }
 
-    /// What is installed for the whole computer, and a compiler that is told to be another, are no business of a build.
+    /// Toolchains installed for the whole computer, and a compiler that is told to be another, are no business of a build.
     #[test]
     fn nothing_is_installed_as_root_and_no_compiler_is_told_to_be_a_nightly() {
         let sources = workspace::root().join("xtask").join("src").read_dir().unwrap();

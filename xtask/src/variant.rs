@@ -9,22 +9,22 @@ use crate::board_words::BoardWords;
 /// The feature of every package that has axes.
 pub const FOUR_AXES: &str = "four-axes";
 
-/// What the firmware is built for.
+/// A build of the firmware.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub struct Variant {
     /// The board
     #[arg(long, value_enum, default_value_t)]
     pub board: Board,
-    /// What makes the steps
+    /// Step port
     #[arg(long, value_enum, default_value_t)]
     pub port: Port,
     /// The stepper drivers whose timing is kept [default: drv8825; those of an SKR Pico are tmc2209]
     #[arg(long, value_enum)]
     pub driver: Option<Driver>,
-    /// How the emergency stop is wired to ground
+    /// Wiring of the emergency stop to ground
     #[arg(long, value_enum, default_value_t)]
     pub estop: Contact,
-    /// How many axes there are: with 4, A has the pins of the second motor
+    /// Number of axes: with 4, A has the pins of the second motor
     #[arg(long, value_enum, default_value_t)]
     pub axes: Axes,
     /// The image that measures itself, for `isostep prove`; it never energises a motor
@@ -71,7 +71,7 @@ impl Variant {
     }
 
     /// # Errors
-    /// What the board does not have.
+    /// Parts that the board does not have.
     pub fn check(self) -> Result<()> {
         let is_skr_pico = self.board == Board::SkrPico;
         ensure!(
@@ -95,7 +95,7 @@ impl Variant {
         board.into_iter().chain(port).chain(prove).chain(axes).collect()
     }
 
-    /// What the image is reported after it is linked.
+    /// The words that are written into the image after it is linked.
     pub fn words(self) -> BoardWords {
         BoardWords { contact: self.estop, driver: self.driver() }
     }

@@ -13,7 +13,7 @@ use crate::process::{self, announce};
 use crate::toolchain::{self, cargo};
 use crate::{node, workspace};
 
-/// What browsers run.
+/// The code that browsers run.
 pub const TARGET: &str = "wasm32-unknown-unknown";
 
 /// Build the page: the simulated machine in a browser

@@ -12,7 +12,7 @@ include!("../src/stand_in_elf.rs");
 
 /// The features in an image.
 const TEXT_BYTES: usize = 256 - WORDS.len();
-/// Where a UF2 block has its page of flash.
+/// The offset of a UF2 block's page of flash.
 const PAGE: std::ops::Range<usize> = 32..32 + 256;
 
 /// A folder with the programs, and what they have noted.
@@ -166,7 +166,7 @@ fn a_drive_gets_the_image_that_was_asked_for() {
 #[test]
 fn picotool_writes_compares_and_starts() {
     // It must not write to a drive that really is there.
-    if isostep::boot_drive::mounted().is_some() {
+    if isostep::boot_loader::mounted().is_some() {
         return;
     }
     let stand_ins = StandIns::new("picotool");

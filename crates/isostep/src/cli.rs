@@ -8,7 +8,7 @@ use crate::web;
 #[derive(Parser)]
 #[command(version, after_help = EXAMPLES)]
 pub struct Cli {
-    /// What is to be done.
+    /// The verb.
     #[command(subcommand)]
     pub verb: Verb,
 }

@@ -103,7 +103,7 @@ impl Named {
         })
     }
 
-    /// Whether this is a page that may write `other`: its `index.html` or one of its pictures.
+    /// This is a page that may write `other`: its `index.html` or one of its pictures.
     fn covers(&self, other: &Self) -> bool {
         let place = other.place();
         let name = place.file_name().unwrap_or_default();

@@ -21,7 +21,7 @@ pub struct Flight {
     restarting: bool,
     /// The highest number of unanswered bytes.
     pub most: usize,
-    /// How often the unanswered bytes have exceeded the window.
+    /// The times that the unanswered bytes have exceeded the window.
     pub times_over: u32,
     /// Lines sent. A reset subtracts those not answered.
     pub lines: u64,
@@ -67,7 +67,7 @@ impl Flight {
         self.in_flight
     }
 
-    /// Whether a line of this length, its end included, fits in the window. A line longer than the window is sent when
+    /// A line of this length, its end included, fits in the window. A line longer than the window is sent when
     /// no other is unanswered.
     pub fn has_room(&self, length: usize) -> bool {
         self.in_flight == 0 || self.in_flight + length <= WINDOW_BYTES

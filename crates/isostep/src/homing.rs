@@ -27,16 +27,16 @@ Examples:
   isostep homing --scatter-mm 0.05                   and that close up to 0.05 mm to either side of it
   isostep homing --settings my.txt --bounce-us 5000  your machine, with worse switches")]
 pub struct Args {
-    /// How often each axis is homed in each direction
+    /// Number of homings of each axis in each direction
     #[arg(long, value_name = "N", default_value_t = 1_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     latches: u32,
     /// Seed of everything random: bounces, where switches close, and where homing begins
     #[arg(long, value_name = "N", default_value_t = Config::default().seed)]
     seed: u64,
-    /// How long the contacts of a switch bounce at most
+    /// Longest time for which the contacts of a switch bounce
     #[arg(long, value_name = "N", default_value_t = Config::default().bounce_us, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
     bounce_us: u32,
-    /// How far from its place a switch closes at most, to either side
+    /// Largest distance from its place at which a switch closes, to either side
     #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = scatter)]
     scatter_mm: f64,
     /// The machine's settings: $n=v lines (`isostep sim --help`) [default: the parking gantry]

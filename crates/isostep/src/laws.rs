@@ -14,13 +14,13 @@ const START_SPEEDS: [u16; 3] = [910, 911, 912];
 /// A start speed for the laws that need one, mm/min: 100 steps/s of the default machine.
 const START_SPEED_MM_MIN: f32 = 120.0;
 
-/// How a move's time is split, and how its speed changes.
+/// The interval law and the speed law of a move.
 #[derive(clap::Args, Debug)]
 pub struct Laws {
-    /// How a move's time is split into its intervals: fastest or thirds, $900 [default: fastest]
+    /// Split of a move's time into its intervals: fastest or thirds, $900 [default: fastest]
     #[arg(long, value_name = "NAME", value_parser = interval_law)]
     law: Option<IntervalLaw>,
-    /// How speed changes on a ramp: $940; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a
+    /// Change of speed on a ramp: $940; those over displacement (linear, quadratic, sinusoidal, logarithmic) set a
     /// start speed of 120 mm/min too, $910-$912 [default: trapezoid]
     #[arg(long, value_name = "NAME", value_parser = speed_laws())]
     speed_law: Option<SpeedLaw>,

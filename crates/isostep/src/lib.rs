@@ -8,7 +8,7 @@
 #[macro_use]
 pub mod screen;
 
-pub mod boot_drive;
+pub mod boot_loader;
 pub mod check;
 pub mod cli;
 pub mod console;
@@ -28,7 +28,6 @@ pub mod sim;
 pub mod stopwatch;
 pub mod swarm;
 pub mod times;
-pub mod touch;
 pub mod web;
 
 use std::process::ExitCode;
@@ -36,7 +35,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// What can be done without the sources of the firmware; but for [`web`], which `cargo xtask` has with a page that it builds.
+/// The verbs that need no sources of the firmware; but for [`web`], which `cargo xtask` has with a page that it builds.
 #[derive(Subcommand)]
 #[expect(missing_docs, reason = "clap shows what is said of the arguments, where each verb is")]
 pub enum Verb {

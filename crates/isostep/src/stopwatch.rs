@@ -33,3 +33,20 @@ pub fn within<T>(limit_s: f64, look: impl Fn() -> Option<T>) -> Option<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::within;
+
+    #[test]
+    fn what_appears_is_waited_for_what_does_not_only_so_long() {
+        let looks = std::cell::Cell::new(0);
+        let third = || {
+            looks.set(looks.get() + 1);
+            (looks.get() == 3).then_some("drive")
+        };
+        assert_eq!(within(10.0, third), Some("drive"));
+        assert_eq!(within(0.0, || None::<()>), None);
+        assert_eq!(looks.get(), 3);
+    }
+}

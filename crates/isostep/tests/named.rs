@@ -151,7 +151,7 @@ impl Run {
         (0..((lasts_s - 1.0) / GRID_S) as u32).map(|number| self.second(f64::from(number) * GRID_S))
     }
 
-    /// Whether this line is under way at an instant from the start of the first move, good to 2 ms.
+    /// This line is under way at an instant from the start of the first move, good to 2 ms.
     fn is_under_way(&self, line: usize, t_s: f64) -> bool {
         let t_s = self.begin_s + t_s;
         self.lines
@@ -164,7 +164,7 @@ impl Run {
     }
 }
 
-/// What the run of a program says, its trace, and its page.
+/// The words of a program's run, its trace, and its page.
 struct Said {
     sim: String,
     check: String,
@@ -213,7 +213,7 @@ fn rows<'p>(page: &'p str, heading: &str) -> impl Iterator<Item = Vec<String>> +
     table.split("<tr").skip(1).map(cells).filter(|cells| !cells.is_empty())
 }
 
-/// Where the way is at most as fast as it turns: legs that follow each other without a wait, at one feed.
+/// Instants at which the path is at most as fast as it turns: legs that follow each other without a wait, at one feed.
 fn corners(legs: &[Leg]) -> impl Iterator<Item = (&Leg, &Leg)> {
     let pairs = legs.iter().zip(&legs[1..]);
     pairs.filter(|(from, to)| !to.waits && from.mm_s == to.mm_s)

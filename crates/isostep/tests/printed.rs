@@ -151,7 +151,7 @@ fn a_dark_pierce_is_printed_by_check_and_sim() {
     }
 }
 
-/// What README shows of a first run is what a first run prints.
+/// The first run that README shows is what a first run prints.
 #[test]
 fn the_readme_shows_what_is_printed() {
     let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md")).unwrap();

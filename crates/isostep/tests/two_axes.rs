@@ -7,7 +7,7 @@ fn verb(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_isostep")).args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
-/// What a verb that succeeds prints.
+/// The words of a verb that succeeds.
 fn printed(arguments: &[&str]) -> String {
     let output = verb(arguments);
     let said = String::from_utf8(output.stdout).unwrap();

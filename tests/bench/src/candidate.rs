@@ -32,7 +32,7 @@ impl Model {
 pub struct Candidate {
     /// The board whose pins it has.
     pub model: Model,
-    /// What makes its steps.
+    /// Its step port.
     pub port: Port,
     /// The drivers that it is built for, by their name for the emulated board.
     pub driver: &'static str,

@@ -1,9 +1,12 @@
-//! The emulated board's file of STEP edges. Each rising edge is a little-endian `u64`: eight times its cycle at 125
-//! MHz, plus twice its axis, plus one if the direction is positive.
+//! The emulated board's file of STEP edges, and its comparison with the closed form of moves. Each rising edge is a little-endian
+//! `u64`: eight times its cycle at 125 MHz, plus twice its axis, plus one if the direction is positive.
 
 use std::io::{self, ErrorKind, Read};
 
-use isostep::measure::course::PROVED;
+use isostep::measure::Course;
+use isostep::measure::board::Followed;
+use isostep::measure::course::{NAMES, NS_PER_CYCLE, PROVED};
+use isostep::measure::errors::{Drift, Errors};
 
 /// A rising edge of STEP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,9 +48,147 @@ fn edge(word: u64) -> io::Result<Edge> {
     Ok(Edge { cycle: word >> 3, axis, direction: if word & 1 == 1 { 1 } else { -1 } })
 }
 
+/// Why the edges do not match the moves.
+#[derive(Debug)]
+pub enum Astray {
+    /// The file cannot be read.
+    Read(io::Error),
+    /// An axis made a wrong number of steps, or moved in the wrong direction.
+    Steps { axis: usize, made: u64, planned: u64 },
+    /// A step came while its axis should rest or move in the other direction.
+    Stray { axis: usize, cycle: u64 },
+}
+
+/// Compares `edges` with the closed form of `courses`.
+///
+/// The firmware chooses the instant at which a move starts. So in each move both the measured and the planned instants
+/// count from its first edge, and a latency common to all edges does not show.
+pub fn follow(edges: impl Iterator<Item = io::Result<Edge>>, courses: &[Course]) -> Result<Followed, Astray> {
+    let mut edges = edges.peekable();
+    let mut errors = Errors::default();
+    let mut drift = None;
+    for course in courses {
+        let mut moved = Move::new(course);
+        while moved.left > 0 {
+            let edge = edges.next().ok_or_else(|| moved.cut_short())?.map_err(Astray::Read)?;
+            errors.add(moved.error_ns(edge)?);
+        }
+        drift = drift.or(Some(moved.drift.figures()));
+    }
+    match edges.next() {
+        None => Ok(Followed { errors, drift }),
+        Some(Ok(Edge { axis, cycle, .. })) => Err(Astray::Stray { axis, cycle }),
+        Some(Err(error)) => Err(Astray::Read(error)),
+    }
+}
+
+/// A move whose edges are being read.
+struct Move<'a> {
+    course: &'a Course,
+    /// Steps that each axis has made.
+    made: [u32; PROVED],
+    /// Number of edges still to come.
+    left: u64,
+    /// The board's time at instant 0 of the plan, ns. It is known from the first edge on.
+    start_ns: Option<f64>,
+    drift: Drift,
+}
+
+impl<'a> Move<'a> {
+    fn new(course: &'a Course) -> Self {
+        let left = course.edges();
+        Self { course, made: [0; PROVED], left, start_ns: None, drift: Drift::new(left) }
+    }
+
+    fn error_ns(&mut self, Edge { cycle, axis, direction }: Edge) -> Result<f64, Astray> {
+        let steps = self.course.steps[axis];
+        if self.made[axis] == steps.unsigned_abs() || direction != steps.signum() {
+            return Err(Astray::Stray { axis, cycle });
+        }
+        self.made[axis] += 1;
+        self.left -= 1;
+        let due_ns = self.course.due_ns(axis, self.made[axis]);
+        let t_ns = cycle as f64 * NS_PER_CYCLE;
+        let start_ns = *self.start_ns.get_or_insert(t_ns - due_ns);
+        let error_ns = t_ns - start_ns - due_ns;
+        self.drift.add(due_ns * 1e-9, error_ns);
+        Ok(error_ns)
+    }
+
+    fn cut_short(&self) -> Astray {
+        let short = (0..PROVED).find(|&axis| self.made[axis] < self.course.count(axis));
+        let axis = short.unwrap_or(0);
+        Astray::Steps { axis, made: self.made[axis].into(), planned: self.course.count(axis).into() }
+    }
+}
+
+impl std::fmt::Display for Astray {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {
+            Self::Read(ref error) => write!(f, "the edges cannot be read: {error}"),
+            Self::Steps { axis, made, planned } => write!(f, "{} made {made} of {planned} steps", NAMES[axis]),
+            Self::Stray { axis, cycle } => {
+                write!(f, "{} made a step that is in no plan, {:.6} s after power-up", NAMES[axis], cycle as f64 * 8e-9)
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use isostep::measure::{Machine, Ramp};
+
     use super::*;
+
+    /// A short move there and back, with edges that are exact to the cycle.
+    fn ideal() -> ([Course; 2], Vec<Edge>) {
+        let machine = Machine::new(10_000, Ramp { s: 0.01, accel_max_steps_s2: 5e6 });
+        let there = machine.course([250, 250, 0]).unwrap();
+        let courses = [there.clone(), there.back()];
+        let start = [1_000_000, 90_000_000];
+        let mut edges = Vec::new();
+        for (course, start) in courses.iter().zip(start) {
+            for k in 1..=250 {
+                for axis in 0..2 {
+                    let cycle = start + (course.due_ns(axis, k) * 0.125).round() as u64;
+                    edges.push(Edge { cycle, axis, direction: course.steps[axis].signum() });
+                }
+            }
+        }
+        (courses, edges)
+    }
+
+    fn judge(courses: &[Course], edges: &[Edge]) -> Result<Followed, Astray> {
+        follow(edges.iter().copied().map(Ok), courses)
+    }
+
+    #[test]
+    fn edges_to_the_cycle_have_no_error_but_rounding() {
+        let (courses, edges) = ideal();
+        let followed = judge(&courses, &edges).unwrap();
+        assert_eq!(followed.errors.count(), 1_000);
+        assert!(followed.errors.max_ns() <= 8.0, "half a cycle on either side: {:?}", followed.errors);
+    }
+
+    #[test]
+    fn a_late_edge_is_seen_with_its_lateness() {
+        let (courses, mut edges) = ideal();
+        edges[100].cycle += 125;
+        let errors = judge(&courses, &edges).unwrap().errors;
+        assert!((errors.extremes_ns()[1] - 1_000.0).abs() <= 8.0 && errors.quantile_ns(0.99) <= 8.0, "{errors:?}");
+    }
+
+    #[test]
+    fn lost_added_and_turned_edges_are_named() {
+        let (courses, edges) = ideal();
+        let lost = judge(&courses, &edges[..edges.len() - 1]).unwrap_err();
+        assert_eq!(lost.to_string(), "Y made 249 of 250 steps");
+        let added = [edges.as_slice(), &edges[edges.len() - 1..]].concat();
+        assert!(matches!(judge(&courses, &added), Err(Astray::Stray { axis: 1, .. })));
+        let mut turned = edges.clone();
+        turned[7].direction = -1;
+        assert!(matches!(judge(&courses, &turned), Err(Astray::Stray { axis: 1, .. })));
+    }
 
     #[test]
     fn edges_are_read_in_their_order() {

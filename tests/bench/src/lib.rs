@@ -23,7 +23,6 @@ mod candidate;
 mod chip;
 mod edges;
 mod effort;
-mod follow;
 mod levels;
 mod lines;
 mod mathematics;
@@ -123,7 +122,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// Whether the files can be written: it is asked before anything is built.
+    /// Checks that the files can be written, before anything is built.
     ///
     /// # Errors
     /// A file or folder that cannot be written.
@@ -143,20 +142,20 @@ impl Args {
         self.board
     }
 
-    /// Whether the mathematics is measured too.
+    /// The mathematics is measured too.
     #[must_use]
     pub fn mathematics(&self) -> bool {
         self.port.is_none() && !self.prove
     }
 
-    /// Whether it is the proving image that is measured.
+    /// It is the proving image that is measured.
     #[must_use]
     pub fn proves(&self) -> bool {
         self.prove
     }
 }
 
-/// What is measured.
+/// The measurements.
 pub struct Images {
     /// The firmware with each port.
     pub candidates: Vec<Candidate>,
@@ -317,16 +316,17 @@ fn long_move(board: &mut Emulated, found: &mut Findings, rate_steps_s: u32, effo
             return Ok(false);
         }
     };
-    let mut add = |key: &str, what: &str, unit: &str, value: f64| {
-        found.add(edges.figure(key, what, unit).measured(value, "a mean of many edges"));
+    let mut add = |key: &str, what: &str, unit: &str, value: f64, finely: &str| {
+        found.add(edges.figure(key, what, unit).measured(value, finely));
     };
     let [earliest_ns, latest_ns] = followed.errors.extremes_ns();
-    add("earliest", "earliest edge", "ns", earliest_ns);
-    add("latest", "latest edge", "ns", latest_ns);
+    add("earliest", "earliest edge", "ns", earliest_ns, "8 ns");
+    add("latest", "latest edge", "ns", latest_ns, "8 ns");
     if let Some(drift) = followed.drift {
-        add("drift", "drift", "ns/s", drift.slope_ns_s);
+        let mean = "a mean of many edges";
+        add("drift", "drift", "ns/s", drift.slope_ns_s, mean);
         let ends = grouped(drift.end_edges);
-        add("ends", &format!("the last {ends} edges less the first {ends}"), "ns", drift.last_less_first_ns);
+        add("ends", &format!("the last {ends} edges less the first {ends}"), "ns", drift.last_less_first_ns, mean);
     }
     edges.add(found, followed.errors, None);
     Ok(true)
@@ -335,13 +335,14 @@ fn long_move(board: &mut Emulated, found: &mut Findings, rate_steps_s: u32, effo
 /// The short moves whose mathematics is timed too, at a feed that the core can hardly keep.
 fn curve(moves: usize, feed_mm_min: f64) -> Curve {
     let mut path = rp2040_bench::Path::new(&FLOW_CASES[0]);
-    let (mut lines, mut steps) = (Vec::new(), 0);
+    let (mut lines, mut steps, mut made) = (Vec::new(), Vec::new(), 0);
     for _ in 0..moves {
         let from = path.place_steps();
         lines.push(String::from_utf8_lossy(path.next_line().bytes()).trim_end().to_owned());
-        steps += from.iter().zip(path.place_steps()).map(|(&from, to)| u64::from(to.abs_diff(from))).sum::<u64>();
+        made += from.iter().zip(path.place_steps()).map(|(&from, to)| u64::from(to.abs_diff(from))).sum::<u64>();
+        steps.push(made);
     }
-    Curve { begin_mm: [START_MM; PROVED], feed_mm_min, lines, steps: Some(steps) }
+    Curve { begin_mm: [START_MM; PROVED], feed_mm_min, lines, steps }
 }
 
 fn command(args: &Args) -> String {
@@ -374,6 +375,6 @@ mod tests {
         let curve = curve(8, 60_000.0);
         assert_eq!(curve.lines[0], "G1X500.180Y500.004Z500.080");
         // A move of 0.2 mm has 14.4, 0.3 and 6.4 steps.
-        assert_eq!((curve.lines.len(), super::curve(1, 60_000.0).steps), (8, Some(14 + 6)));
+        assert_eq!((curve.lines.len(), curve.steps.len(), curve.steps[0]), (8, 8, 14 + 6));
     }
 }

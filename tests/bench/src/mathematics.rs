@@ -37,7 +37,7 @@ struct Truth {
     speed_error_max_percent: f64,
     /// The same error, only above a tenth of the top speed.
     speed_error_max_above_tenth_percent: f64,
-    /// How much too late the last step is, counted from the first step, s.
+    /// The lateness of the last step, counted from the first step, s.
     drift_s: f64,
 }
 
@@ -279,7 +279,7 @@ mod tests {
         assert!((late.drift_s - 1_000.0 / 125e6).abs() < 1e-12);
     }
 
-    /// How often each stage was done.
+    /// The times that each stage was done.
     #[derive(Debug)]
     struct Counted([u32; Stage::ALL.len()]);
 

@@ -40,7 +40,7 @@ pub fn measure(runs: &Runs, found: &mut Findings, stops: u32) -> Result<()> {
 /// The longest time for each cause.
 fn add(found: &mut Findings, stops: u32, tool: Measured<ToolFigures>) {
     for (input, cause, _) in CAUSES {
-        let what = format!("from a {cause} to a dark laser and coolant off, at most");
+        let what = format!("from the cause ({cause}) to a dark laser and coolant off, at most");
         let figure = Figure::new(format!("dark.{input}"), what, "us").compared(Better::Lower, 0.2, 0.5);
         let longest = tool.as_ref().map(|tool| {
             let own = tool.stops.iter().filter(|stop| stop.input == input);

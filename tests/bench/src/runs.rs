@@ -32,7 +32,7 @@ pub struct Runs<'a> {
     pub candidate: &'a Candidate,
     pub chip: Chip,
     folder: &'a Path,
-    /// Whether Y has a second motor.
+    /// Y has a second motor.
     pub has_second: bool,
 }
 
@@ -99,9 +99,6 @@ pub struct Line {
     pub text: String,
     /// When the last byte of the line was in the chip's USB buffer; null if it never was.
     pub arrived_ns: Option<f64>,
-    /// When it was answered; null if it never was.
-    #[serde(default)]
-    pub replied_ns: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -114,9 +111,6 @@ struct FlashCache {
 #[derive(Debug, Deserialize)]
 struct Axis {
     position_steps: i64,
-    /// In both directions.
-    #[serde(default)]
-    edges: u64,
 }
 
 /// The steps of the second motor and of the first one of its axis.
@@ -129,7 +123,7 @@ struct Second {
 /// The load of the core while the machine moved.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Moving {
-    /// How long the machine moved, ns.
+    /// Time for which the machine moved, ns.
     pub time_ns: f64,
     /// The edges of all axes.
     pub edges: f64,
@@ -161,11 +155,6 @@ impl Summary {
         let counted = self.axes.values().map(|axis| axis.position_steps);
         let steps = reported.into_iter().map(|mm| (mm * STEPS_PER_MM).round() as i64);
         counted.zip(steps).map(|(counted, steps)| counted.abs_diff(steps)).max()
-    }
-
-    /// The edges of all axes since power-up.
-    pub fn edges(&self) -> u64 {
-        self.axes.values().map(|axis| axis.edges).sum()
     }
 }
 

@@ -42,7 +42,7 @@ fn value(option: impl ValueEnum) -> String {
     option.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
 }
 
-/// What the values of an option mean, in the words of its help.
+/// The meaning of an option's values, in the words of its help.
 fn meanings<T: ValueEnum>(option: &str) -> String {
     let values = T::value_variants().iter().filter_map(T::to_possible_value);
     let meanings = values.map(|value| format!("`{}`: {}", value.get_name(), value.get_help().unwrap_or_default()));

@@ -52,7 +52,7 @@ pub struct Args {
     /// Write what was said on the console
     #[arg(long, value_name = "FILE")]
     transcript: Option<PathBuf>,
-    /// Where the carriages stand at power-up, in mm from their switches
+    /// Places of the carriages at power-up, in mm from their switches
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     start: Option<String>,
     /// The console that the program is sent over
@@ -64,7 +64,7 @@ pub struct Args {
     /// Flash reads like RAM: what its cache does not hold costs nothing
     #[arg(long, conflicts_with = "miss_factor")]
     ideal_flash: bool,
-    /// What flash's cache does not hold costs N times what it does on the chip
+    /// A word that flash's cache does not hold costs N times what it does on the chip
     #[arg(long, value_name = "N", value_parser = factor)]
     miss_factor: Option<f64>,
     #[command(flatten)]

@@ -16,7 +16,7 @@ use crate::{toolchain, workspace};
 /// Chromium by the names that it has on systems.
 const CHROMIUMS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
-/// What the user has to install before the page can be tested; `None` if it can.
+/// The packages that the user has to install before the page can be tested; `None` if it can.
 pub fn missing() -> Option<&'static str> {
     chromium().is_none().then_some("install Chromium, on Debian by `apt-get install chromium`")
 }
@@ -83,7 +83,7 @@ fn write_native_trace(to: &Path) -> Result<()> {
     Ok(trace::write(&outcome.edges, file)?)
 }
 
-/// Where Chromium is.
+/// The path of Chromium.
 pub fn found() -> Result<PathBuf> {
     chromium().with_context(|| missing().unwrap_or_default())
 }

@@ -34,7 +34,7 @@ pub struct On {
 }
 
 impl Checked {
-    /// Whether the program would run unchanged on each machine.
+    /// The program would run unchanged on each machine.
     pub fn is_good(&self) -> bool {
         self.unreadable.is_none() && self.on.iter().all(|on| on.check.is_good())
     }

@@ -47,7 +47,7 @@ pub struct Args {
     /// Settings of machines: $n=v lines, a file for each [default: the parking gantry]. Without a program: what becomes of each line
     #[arg(long, value_name = "FILE", num_args = 1..)]
     settings: Vec<PathBuf>,
-    /// Where the carriages stand at first, in mm from their switches [default: where the program fits]
+    /// Places of the carriages at first, in mm from their switches [default: where the program fits]
     #[arg(long, value_name = sim::PLACES, value_parser = sim::places, allow_hyphen_values = true)]
     start: Option<[f64; AXES]>,
     /// A plate that the probe touches, such as Z,12.5,below (isostep sim --help)
@@ -96,7 +96,7 @@ pub fn run(args: Args) -> Result<()> {
     Ok(())
 }
 
-/// How far all programs are. It is drawn on a terminal only.
+/// Progress of all programs. It is drawn on a terminal only.
 fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("  {bar:20} {human_pos} of {human_len} lines, {eta} left");
     ProgressBar::new(0).with_style(style.expect("a template of ours"))

@@ -23,7 +23,7 @@ pub fn detail(checked: &Checked, all: bool) -> String {
     text
 }
 
-/// What is said under each name.
+/// The words under each name.
 pub fn listing(rows: &[Row]) -> String {
     rows.iter().map(lines).collect()
 }

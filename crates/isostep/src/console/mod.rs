@@ -20,6 +20,7 @@ mod talk;
 mod tests;
 
 pub use meaning::explained;
+pub use status::Status;
 
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
@@ -97,7 +98,7 @@ pub fn run(args: Args) -> Result<()> {
     }
 }
 
-/// Whether the terminal's input is ours. A job in the background that reads from it would be stopped, in the middle of a
+/// The terminal's input is ours. A job in the background that reads from it would be stopped, in the middle of a
 /// cut.
 #[cfg(unix)]
 fn is_in_foreground() -> bool {

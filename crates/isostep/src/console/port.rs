@@ -8,7 +8,7 @@ use serialport::{Error, ErrorKind, SerialPort, SerialPortInfo, SerialPortType, U
 
 /// The USB ids in boards/rp2040-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
 const BOARD: (u16, u16) = (0x2E8A, 0x000A);
-/// How long a read waits for a byte.
+/// Time that a read waits for a byte.
 const PATIENCE: Duration = Duration::from_millis(20);
 const WITHOUT_HARDWARE: &str = "without hardware: `isostep sim --pty` in another terminal, and the port it prints";
 
@@ -64,7 +64,7 @@ fn is_board(port: &SerialPortInfo) -> bool {
     matches!(&port.port_type, SerialPortType::UsbPort(UsbPortInfo { vid, pid, .. }) if (*vid, *pid) == BOARD)
 }
 
-/// Whether there is such a port. It is not opened, which a board would see.
+/// Finds the port. It is not opened, which a board would see.
 ///
 /// # Errors
 /// When there is none; the error says what to do.

@@ -124,12 +124,12 @@ impl Session {
         &self.flight
     }
 
-    /// Whether an alarm was reported.
+    /// An alarm was reported.
     pub fn is_alarmed(&self) -> bool {
         self.alarm.is_some()
     }
 
-    /// Whether an alarm has cut off the answers to what was sent before it: some controllers send no more answers then.
+    /// An alarm has cut off the answers to what was sent before it: some controllers send no more answers then.
     pub fn is_cut_off(&self) -> bool {
         self.alarm.as_ref().is_some_and(|since| since.elapsed_s() > LAST_WORDS_S)
     }
@@ -139,17 +139,17 @@ impl Session {
         self.status.as_ref().filter(|_| self.reports >= self.fresh_from)
     }
 
-    /// Whether the machine is held at rest, so that nothing goes on until somebody resumes it.
+    /// The machine is held at rest, so that nothing goes on until somebody resumes it.
     pub fn is_held(&self) -> bool {
         self.fresh_status().is_some_and(Status::is_held)
     }
 
-    /// Whether every line and every requested report has been answered.
+    /// Every line and every requested report has been answered.
     pub fn is_answered(&self) -> bool {
         self.flight.in_flight() == 0 && self.asked == 0
     }
 
-    /// Whether the machine has room for this line now.
+    /// The machine has room for this line now.
     pub fn has_room(&self, line: &[u8]) -> bool {
         self.flight.has_room(line.len() + 1)
     }
@@ -192,7 +192,7 @@ impl Session {
         Ok(self.next_fresh())
     }
 
-    /// Whether that report has come and the machine is at rest.
+    /// That report has come and the machine is at rest.
     pub fn is_at_rest(&self, report: u64) -> bool {
         self.reports >= report && !self.status.as_ref().is_some_and(Status::is_moving)
     }

@@ -24,17 +24,17 @@ impl Status {
         matches!(place.len(), 3 | 4).then_some(Self { state, place })
     }
 
-    /// Whether the machine is moving and will come to rest by itself.
+    /// The machine is moving and will come to rest by itself.
     pub fn is_moving(&self) -> bool {
         matches!(self.state.as_str(), "Run" | "Home" | "Jog")
     }
 
-    /// Whether the machine stands still until somebody resumes it: after a hold, at M0 or M6, behind the safety door.
+    /// The machine stands still until somebody resumes it: after a hold, at M0 or M6, behind the safety door.
     pub fn is_held(&self) -> bool {
         matches!(self.state.as_str(), "Hold:0" | "Door:0" | "Door:1")
     }
 
-    /// Whether the machine is locked, and refuses G-code.
+    /// The machine is locked, and refuses G-code.
     pub fn is_locked(&self) -> bool {
         self.state.starts_with("Alarm") || self.state == "Sleep"
     }

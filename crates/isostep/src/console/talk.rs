@@ -17,7 +17,7 @@ pub const NOT_SENT: &str = "not sent";
 /// The message when the machine leaves a line unanswered because it is held.
 const HELD: &str = "the machine waits (Hold): ~ resumes it, alone on a line; so does the cycle-start button";
 
-/// Where the lines come from.
+/// The sources of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Typist {
     /// A person: lines are sent as the machine has room, and quitting ends it at once.

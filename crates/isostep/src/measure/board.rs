@@ -9,13 +9,13 @@ use super::moves::{Carried, Stream};
 use super::starts::Starts;
 use super::stops::{Cause, Stops};
 
-/// What a board has shown, or in words why it could not.
+/// A result of a board, or in words why there is none.
 pub type Measured<T> = Result<T, String>;
 
 /// A board that moves and can be looked at. Each call begins with a machine at rest and without an alarm, and ends so. An
 /// error is returned only if the board is gone, or the user has interrupted.
 pub trait Board {
-    /// How finely it is measured, and what flatters it.
+    /// The resolution of its figures, and what flatters them.
     fn method(&self) -> &'static Method;
 
     /// Shows what is measured now, or what has come out.
@@ -61,21 +61,21 @@ pub struct Followed {
     pub drift: Option<DriftFigures>,
 }
 
-/// How finely a board is measured, and what makes its figures look better than they are, in words.
+/// The resolution of a board's figures, and the reasons why they look better than they are, in words.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
     /// The unit of an edge's instant, ns.
     pub unit_ns: f64,
     /// Event from which a start is timed.
     pub start_from: &'static str,
-    /// What flatters edges.
+    /// Reasons for edges.
     pub edges: &'static str,
-    /// What flatters the highest rates.
+    /// Reasons for the highest rates.
     pub rates: &'static str,
-    /// What flatters the load.
+    /// Reasons for the load.
     pub load: &'static str,
-    /// What flatters starts.
+    /// Reasons for starts.
     pub starts: &'static str,
-    /// What flatters short moves.
+    /// Reasons for short moves.
     pub moves: &'static str,
 }

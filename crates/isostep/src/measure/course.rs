@@ -35,7 +35,12 @@ pub struct Ramp {
 #[derive(Clone, Debug)]
 pub struct Machine {
     settings: Settings,
-    rate_steps_s: f64,
+}
+
+impl From<Settings> for Machine {
+    fn from(settings: Settings) -> Self {
+        Self { settings }
+    }
 }
 
 impl Machine {
@@ -52,7 +57,7 @@ impl Machine {
             accel_mm_s2: [(accel_steps_s2 / STEPS_PER_MM) as f32; AXES],
             ..Settings::default()
         };
-        Self { settings, rate_steps_s }
+        Self { settings }
     }
 
     /// The lines that make the board this machine, in an order in which none contradicts an earlier one: the top speed
@@ -65,8 +70,9 @@ impl Machine {
 
     /// Steps of a move that cruises for about so long between its ramps.
     pub fn steps_of(&self, cruise_s: f64) -> i32 {
-        let accel_steps_s2 = f64::from(self.settings.accel_mm_s2[0]) * STEPS_PER_MM;
-        let steps = self.rate_steps_s * (self.rate_steps_s / accel_steps_s2 + cruise_s);
+        let limits = config(&self.settings).limits[0];
+        let ramp_s = limits.top_speed_steps_s / limits.accel_steps_s2;
+        let steps = limits.top_speed_steps_s * (ramp_s + cruise_s);
         (steps / f64::from(UNIT_STEPS)).round().max(1.0) as i32 * UNIT_STEPS
     }
 
@@ -147,7 +153,7 @@ impl Course {
         self.plan.profile.duration_s()
     }
 
-    /// How many steps of an axis are due in the first `t_s`.
+    /// The number of steps of an axis that are due in the first `t_s`.
     pub fn steps_by(&self, axis: usize, t_s: f64) -> u32 {
         self.plan.steps_before(axis, self.plan.place_at(t_s.clamp(0.0, self.duration_s())))
     }

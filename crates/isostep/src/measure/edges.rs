@@ -11,9 +11,9 @@ pub struct Edges {
     pub key: String,
     /// The kind of move, in words.
     pub of: String,
-    /// How finely the edges are seen, ns.
+    /// The resolution at which the edges are seen, ns.
     pub unit_ns: f64,
-    /// What flatters the figure of the farthest edge.
+    /// The reason why the figure of the farthest edge looks better than it is.
     pub flatters: &'static str,
     /// Edges in a move.
     pub made: u64,
@@ -34,9 +34,9 @@ impl Edges {
         Figure::new(format!("{}.{key}", self.key), format!("{what}, {}", self.of), unit)
     }
 
-    /// The half unit by which a stamp may be wrong, in words.
+    /// The resolution of an error, in words.
     pub fn resolution(&self) -> String {
-        format!("{:.0} ns, so up to {:.0} ns of it are the stamps'", self.unit_ns, self.unit_ns / 2.0)
+        format!("{:.0} ns, so up to {:.0} ns of it may be rounding", self.unit_ns, self.unit_ns / 2.0)
     }
 
     /// Adds the figures of these errors, the first of which is promised.

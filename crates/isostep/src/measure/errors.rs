@@ -11,7 +11,7 @@ const END_EDGES: u64 = 1_000;
 /// Errors of edges, ns, counted by the nearest whole number. Late is positive.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// How many edges there are of each error.
+    /// The number of edges of each error.
     #[serde(deserialize_with = "bins")]
     bins: BTreeMap<i64, u64>,
     #[serde(default)]

@@ -40,9 +40,9 @@ pub enum Better {
 /// A figure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// What names it in every proof.
+    /// Its name in every proof.
     pub key: String,
-    /// What it is, in words.
+    /// Its name in words.
     pub what: String,
     /// Its unit.
     pub unit: String,
@@ -50,9 +50,9 @@ pub struct Figure {
     pub value: Option<f64>,
     /// Why it could not be.
     pub why_not: Option<String>,
-    /// How finely it is measured, in words.
+    /// Its resolution, in words.
     pub resolution: String,
-    /// What makes it look better than it is, in words.
+    /// The reasons why it looks better than it is, in words.
     pub flatters: String,
     /// Which of two values is better.
     pub better: Better,
@@ -69,11 +69,11 @@ pub struct Figure {
 pub struct EdgeErrors {
     /// Of what, in words.
     pub what: String,
-    /// How many edges there were in the moves.
+    /// The number of edges in the moves.
     pub made: u64,
     /// Each edge's distance from the closed form, of those that were stamped.
     pub errors: Errors,
-    /// How finely they were stamped, ns.
+    /// The resolution of the stamps, ns.
     pub unit_ns: f64,
 }
 
@@ -95,7 +95,7 @@ impl Figure {
         Self { why_not: Some(why_not.into()), ..self }
     }
 
-    /// What makes it look better than it is.
+    /// The same figure, with the reasons why it looks better than it is.
     #[must_use]
     pub fn flattered_by(self, flatters: &str) -> Self {
         Self { flatters: flatters.to_owned(), ..self }
@@ -113,7 +113,7 @@ impl Figure {
         Self { promised: Some(promised), ..self }
     }
 
-    /// Whether its value breaks the promise.
+    /// Its value breaks the promise.
     pub fn is_broken(&self) -> bool {
         let (Some(value), Some(promised)) = (self.value, self.promised) else { return false };
         match self.better {
@@ -143,7 +143,7 @@ impl Figure {
         if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
     }
 
-    /// How this value stands to that of a reference, in words, with the tolerance.
+    /// The comparison of its value with that of a reference, in words, with the tolerance.
     pub fn verdict(&self, reference: Option<&Self>) -> String {
         let Some(value) = self.value else {
             return self.why_not.clone().unwrap_or_else(|| "not measured".to_owned());

@@ -16,11 +16,11 @@ pub struct Load {
     pub ramping: Option<Awake>,
     /// The longest time for which an interrupt waited, where that is measured, us.
     pub waited_us: Option<f64>,
-    /// How finely the share of the time is measured, in words.
+    /// The resolution of the share of the time, in words.
     pub resolution: String,
 }
 
-/// How much of the time the core is awake.
+/// The share of the time in which the core is awake.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Awake {
     /// The fraction of the time.

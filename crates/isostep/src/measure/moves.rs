@@ -1,7 +1,5 @@
-//! How many short moves a second are carried: a curve of them, sent as far ahead as the window of characters allows, at a feed
+//! Short moves carried a second: a curve of them, sent as far ahead as the window of characters allows, at a feed
 //! that the core cannot keep.
-
-use std::ops::RangeInclusive;
 
 use anyhow::Result;
 
@@ -15,7 +13,7 @@ const STEPS_PER_MM: f64 = 80.0;
 const ACCEL_MM_S2: f64 = 10_000.0;
 const CORNER_DEVIATION_MM: f64 = 1.0;
 
-/// How the corners between the moves are taken.
+/// The ways to take the corners between the moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Corners {
     /// Exactly.
@@ -37,8 +35,8 @@ pub struct Curve {
     pub feed_mm_min: f64,
     /// A line for each move.
     pub lines: Vec<String>,
-    /// The steps of all axes, where they are known.
-    pub steps: Option<u64>,
+    /// The steps of all axes up to the end of each move; empty where they are not known.
+    pub steps: Vec<u64>,
 }
 
 /// Lines that are sent as far ahead as there is room for them.
@@ -48,15 +46,19 @@ pub struct Stream {
     pub before: Vec<String>,
     /// The lines.
     pub lines: Vec<String>,
-    /// How many edges they make, where that is known.
-    pub edges: Option<RangeInclusive<u64>>,
+    /// The steps of all axes up to the end of each line; empty where they are not known.
+    pub steps: Vec<u64>,
+    /// Shaped motion leaves some of the steps out where an axis turns within a few of them.
+    pub leaves_out: bool,
 }
 
 /// The lines of a stream, carried.
 #[derive(Clone, Debug)]
 pub struct Carried {
-    /// When each line was answered, s.
-    pub answered_s: Vec<f64>,
+    /// When each line was carried, s.
+    pub at_s: Vec<f64>,
+    /// The events that say so, in words.
+    pub by: &'static str,
     /// The fraction of the time during which the core was awake, where it is measured.
     pub awake_ratio: Option<f64>,
 }
@@ -104,18 +106,16 @@ impl Stream {
             format!("G92X{x}Y{y}Z{z}"),
             format!("G21G90G94G1F{}{word}", curve.feed_mm_min),
         ];
-        // Where an axis turns within a few steps, shaped motion leaves some of them out.
-        let edges =
-            curve.steps.map(|steps| if corners.shaper().is_empty() { steps..=steps } else { steps * 99 / 100..=steps });
-        Self { before: settings.chain(begin).collect(), lines: curve.lines.clone(), edges }
+        let (lines, steps) = (curve.lines.clone(), curve.steps.clone());
+        Self { before: settings.chain(begin).collect(), lines, steps, leaves_out: !corners.shaper().is_empty() }
     }
 }
 
 impl Carried {
-    /// Lines a second in the middle half, where the board's queue stays full; none if they were answered at one instant.
+    /// Lines a second in the middle half, where the board's queue stays full; none if they came at one instant.
     fn rate_per_s(&self) -> Option<f64> {
-        let middle = [self.answered_s.len() / 4, self.answered_s.len() * 3 / 4];
-        let lasted_s = self.answered_s.get(middle[1])? - self.answered_s.get(middle[0])?;
+        let middle = [self.at_s.len() / 4, self.at_s.len() * 3 / 4];
+        let lasted_s = self.at_s.get(middle[1])? - self.at_s.get(middle[0])?;
         (lasted_s > 0.0).then(|| (middle[1] - middle[0]) as f64 / lasted_s)
     }
 }
@@ -133,17 +133,19 @@ pub fn measure(board: &mut dyn Board, found: &mut Findings, curve: &Curve, ways:
         let figure = Figure::new(&*key, what, "moves/s").flattered_by(board.method().moves);
         let figure = figure.compared(Better::Higher, 0.05, 0.0);
         let carried = board.stream(&Stream::new(curve, corners))?;
-        let rate = carried.as_ref().map(|carried| (carried.rate_per_s(), carried.awake_ratio));
-        match rate {
+        match carried.as_ref().map(|carried| (carried.rate_per_s(), carried.awake_ratio)) {
             Ok((Some(per_s), awake_ratio)) => {
-                found.add(figure.measured(per_s.round(), format!("by the {count} answers, in the middle half")));
+                found.add(figure.measured(
+                    per_s.round(),
+                    format!("by {} of {count} lines, in the middle half", carried.map_or("", |it| it.by)),
+                ));
                 found.figures.extend(awake_ratio.map(|ratio| {
                     let what = format!("core awake meanwhile, {}", corners.name());
                     let figure = Figure::new(format!("{key}.awake"), what, "%");
                     figure.measured((ratio * 1e4).round() / 100.0, "1 cycle").compared(Better::Neither, 0.05, 0.5)
                 }));
             }
-            Ok((None, _)) => found.add(figure.missing(format!("{count} answers came at one instant"))),
+            Ok((None, _)) => found.add(figure.missing(format!("{count} lines were carried at one instant"))),
             Err(why_not) => found.add(figure.missing(why_not)),
         }
     }
@@ -158,26 +160,26 @@ mod tests {
     fn a_rate_is_that_of_the_middle_half() {
         // Slow at the beginning and at the end, 1,000 a second between.
         let apart_s = |index: usize| if (10..30).contains(&index) { 0.001 } else { 0.1 };
-        let answered_s = (0..40).scan(0.0, |at_s, index| {
+        let at_s = (0..40).scan(0.0, |at_s, index| {
             let now_s = *at_s;
             *at_s += apart_s(index);
             Some(now_s)
         });
-        let carried = Carried { answered_s: answered_s.collect(), awake_ratio: None };
+        let carried = Carried { at_s: at_s.collect(), by: "", awake_ratio: None };
         assert!((carried.rate_per_s().unwrap() - 1_000.0).abs() < 1e-6, "{carried:?}");
-        assert_eq!(Carried { answered_s: vec![1.0; 8], awake_ratio: None }.rate_per_s(), None);
+        assert_eq!(Carried { at_s: vec![1.0; 8], by: "", awake_ratio: None }.rate_per_s(), None);
     }
 
     #[test]
     fn a_stream_has_its_settings_and_its_moves() {
         let lines = vec!["X500.2".to_owned(); 8];
-        let curve = Curve { begin_mm: [500.0; 3], feed_mm_min: 60_000.0, lines, steps: Some(1_000) };
+        let curve = Curve { begin_mm: [500.0; 3], feed_mm_min: 60_000.0, lines, steps: vec![1_000; 8] };
         let exact = Stream::new(&curve, Corners::Exact);
         assert_eq!(exact.before[..4], ["$100=80", "$101=80", "$102=80", "$110=60000"]);
         assert_eq!(exact.before[9..], ["$11=1", "G92X500Y500Z500", "G21G90G94G1F60000G61"]);
-        assert_eq!((exact.lines.len(), exact.edges), (8, Some(1_000..=1_000)));
+        assert_eq!((exact.lines.len(), exact.steps.len(), exact.leaves_out), (8, 8, false));
         let shaped = Stream::new(&curve, Corners::Zv);
-        assert_eq!((shaped.before[9].as_str(), shaped.edges), ("$950=1", Some(990..=1_000)));
+        assert_eq!((shaped.before[9].as_str(), shaped.leaves_out), ("$950=1", true));
         assert!(shaped.before.last().unwrap().ends_with("G64P0.05"));
     }
 }

@@ -1,4 +1,4 @@
-//! How soon a move begins: what the machine adds to its plan between a line and the first edge.
+//! The delay of a move's start: what the machine adds to its plan between a line and the first edge.
 
 use anyhow::Result;
 

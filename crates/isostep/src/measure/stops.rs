@@ -1,4 +1,4 @@
-//! How soon a move stops: from an input, a second reset byte, or the last edge of an axis whose port faults, to the last edge of
+//! The delay of a stop: from an input, a second reset byte, or the last edge of an axis whose port faults, to the last edge of
 //! any axis.
 
 use anyhow::Result;
@@ -7,7 +7,7 @@ use super::board::Board;
 use super::figure::{Better, Figure, Findings};
 use crate::screen::grouped;
 
-/// What stops a move.
+/// A cause that stops a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// X's limit switch.

@@ -20,7 +20,7 @@ pub fn write_csv(curve: &Curve, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// What to draw, chosen by the file's name: a picture, or a page with the table.
+/// The kind of drawing, chosen by the file's name: a picture, or a page with the table.
 pub enum PlotKind {
     /// `.svg`
     Picture,

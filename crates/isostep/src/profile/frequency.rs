@@ -65,7 +65,7 @@ impl FrequencyArgs {
     }
 }
 
-/// What the error asks for when none of these options was given.
+/// The options that the error asks for when none of these options was given.
 const RAMP: &str = "the steps of each ramp (or --top-speed and --accel, as a ramp of the machine)";
 
 type Planned = Result<Curve, FrequencyError>;

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use isostep_generators::{Correction, GeneratorError, StepsPerTime, TimePerStep};
 use isostep_profile::Limits;
 
-/// What turns a plan into steps.
+/// A generator of steps from a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Generator {
     /// Each step at the instant of the closed form
@@ -24,7 +24,7 @@ pub enum Generator {
 pub struct Clocks {
     /// Clock of the time-per-step generators: their intervals are whole ticks.
     pub tick_hz: u32,
-    /// How often the steps-per-time generator adds up speed and position.
+    /// The rate at which the steps-per-time generator adds up speed and position.
     pub service_hz: u32,
 }
 

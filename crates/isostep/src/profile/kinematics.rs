@@ -1,10 +1,10 @@
-//! How the derivatives of a law are taken.
+//! Derivatives of a law, and how they are taken.
 
 use clap::ValueEnum;
 use isostep_report::laws::{Curve, differences};
 use isostep_report::pictures::profile as picture;
 
-/// How derivatives are taken.
+/// The ways to take derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Derivatives {
     /// In closed form where the law has one, otherwise by differences

@@ -28,13 +28,13 @@ pub struct MachineArgs {
     /// Accelerate, cruise and decelerate for a third of the time each (Forero 2023)
     #[arg(long)]
     thirds: bool,
-    /// What makes the steps of a trapezoid [default: exact]
+    /// Generator of a trapezoid's steps [default: exact]
     #[arg(long, value_name = "GENERATOR", value_delimiter = ',')]
     generator: Vec<Generator>,
     /// Clock of the time-per-step generators, Hz: intervals are whole ticks [default: 1000000]
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1..))]
     tick_hz: Option<u32>,
-    /// How often steps-per-time adds up, Hz [default: 10000, the paper's]
+    /// Rate at which steps-per-time adds up, Hz [default: 10000, the paper's]
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1..))]
     service_hz: Option<u32>,
 }

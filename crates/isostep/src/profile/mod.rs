@@ -70,7 +70,7 @@ pub struct Args {
     /// Draw position, speed, acceleration and jerk over time: a picture, or a page with the table
     #[arg(long, value_name = "OUT.svg|OUT.html")]
     plot: Option<PathBuf>,
-    /// How the picture's derivatives are taken
+    /// Derivatives of the picture
     #[arg(long, value_name = "HOW", default_value = "exact", requires = "plot")]
     derivatives: Derivatives,
     #[command(flatten)]

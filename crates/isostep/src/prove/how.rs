@@ -22,7 +22,7 @@ impl Jumper {
     }
 }
 
-/// How much is measured.
+/// The extent of the measurements.
 #[derive(Clone, Debug)]
 pub struct Effort {
     /// The rates at which edges are compared, steps/s.
@@ -70,9 +70,9 @@ impl Effort {
 pub struct How {
     /// The wires that are there.
     pub jumpers: Vec<Jumper>,
-    /// How much.
+    /// Their extent.
     pub effort: Effort,
-    /// Whether the laser's pin may be switched on.
+    /// The laser's pin may be switched on.
     pub laser: bool,
     /// The measurements to make; all if none is named.
     pub only: Vec<Part>,

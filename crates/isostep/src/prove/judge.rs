@@ -19,13 +19,13 @@ use crate::measure::errors::median;
 pub const PROMISE_NS: f64 = 24.0;
 /// For the constant, about this many stamps of an axis are looked at.
 const SAMPLES: usize = 200;
-/// How many of the first edges may be lost without losing the constant.
+/// The first edges that may be lost without losing the constant.
 const FIRST_LOST_MAX: u32 = 3;
-/// What a start must fit better by for each edge that would have been lost before the first, ns. In a cruise all starts
+/// The improvement that a start must bring for each edge that would have been lost before the first, ns. In a cruise all starts
 /// that are a period apart fit.
 const LOST_NS: f64 = 20.0;
 
-/// How finely instants are stamped.
+/// The resolutions of stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fineness {
     /// One stamper a pad: 16 ns.
@@ -43,7 +43,7 @@ impl Fineness {
         }
     }
 
-    /// How far an edge may be from the cycle that the machine compiles for it: half a unit, and a cycle by which a pad may be
+    /// The distance of an edge from the cycle that the machine compiles for it, at most: half a unit, and a cycle by which a pad may be
     /// seen sooner or later. An edge that is three cycles (24 ns) off is beyond this wherever rounding has it.
     fn line_max_ns(self) -> f64 {
         match self {
@@ -62,11 +62,11 @@ pub struct Window {
     pub instants_ns: Vec<f64>,
     /// The number of each edge, as the stamper has counted them.
     pub counted: Vec<u32>,
-    /// Whether it ended because it was full, not because the move was over.
+    /// It ended because it was full, not because the move was over.
     pub is_full: bool,
-    /// Whether the stamper says that it has lost stamps.
+    /// The stamper says that it has lost stamps.
     pub lost: bool,
-    /// How finely they were stamped.
+    /// The resolution of the stamps.
     pub fineness: Fineness,
 }
 
@@ -75,7 +75,7 @@ pub struct Window {
 pub struct Judged {
     /// Number of the step, from 1.
     pub number: u32,
-    /// How late it was, ns.
+    /// Its lateness, ns.
     pub error_ns: f64,
 }
 
@@ -128,12 +128,12 @@ impl std::fmt::Display for Fault {
     }
 }
 
-/// What a move's windows have shown.
+/// The findings of a move's windows.
 #[derive(Clone, Debug, Default)]
 pub struct Verdict {
     /// The steps of each window, in its order.
     pub judged: Vec<Vec<Judged>>,
-    /// What no edge may do.
+    /// The faults of its edges.
     pub faults: Vec<Fault>,
     /// When the move began, ns on the stampers' clock.
     pub start_ns: f64,
@@ -269,7 +269,7 @@ fn astray(course: &Course, window: &Window, judged: &[Judged]) -> Vec<Fault> {
     far.chain(out).collect()
 }
 
-/// How late each edge is beside what the machine compiles, ns: the start of the move is on a cycle that is the same for all,
+/// The lateness of each edge beside what the machine compiles, ns: the start of the move is on a cycle that is the same for all,
 /// which the median finds.
 fn beside_compiled(course: &Course, axis: usize, judged: &[Judged]) -> Vec<f64> {
     let compiled = |one: &Judged| one.error_ns + course.due_ns(axis, one.number) - course.compiled_ns(axis, one.number);
@@ -289,7 +289,7 @@ mod tests {
         Machine::new(1_000_000, Ramp { s: 0.001, accel_max_steps_s2: 2e7 }).course([12_500, -12_500, 12_500]).unwrap()
     }
 
-    /// What stampers see of edges that are on the cycles of the compiled move, `skip` of them left out.
+    /// The windows that stampers see of edges that are on the cycles of the compiled move, `skip` of them left out.
     fn windows(course: &Course, skip: u32, count: usize, cycle: impl FnMut(usize, u32) -> Option<u64>) -> Vec<Window> {
         by(Fineness::Single, course, skip, count, cycle)
     }

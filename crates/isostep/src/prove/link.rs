@@ -90,7 +90,7 @@ mod virtual_time {
     use super::Link;
     use crate::pty::Machine;
 
-    /// How far the machine runs before its lines are looked for, ns.
+    /// Time that the machine runs before its lines are looked for, ns.
     const STRIDE_NS: u64 = 500_000;
 
     /// The shortest wait, ns: more than a cycle, so that time passes.

@@ -9,7 +9,6 @@
 //! ```
 
 mod how;
-pub mod image;
 mod judge;
 mod link;
 mod page;
@@ -40,12 +39,13 @@ pub use self::stamps::Stamps;
 
 use self::session::Session;
 use self::stamped::Stamped;
+use crate::boot_loader;
 use crate::console::port;
 use crate::files::{self, Files};
 use crate::name::as_called;
 use crate::project;
 
-/// What the emulated board measures by the same verb. `cargo xtask prove --emulated` writes it.
+/// The emulated board's figures by the same verb. `cargo xtask prove --emulated` writes it.
 const EMULATED: &str = include_str!("emulated.json");
 
 /// Measure this very board: every figure beside the emulated one
@@ -106,7 +106,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// What is to be measured.
+    /// The measurements to make.
     pub fn how(&self) -> How {
         let effort = if self.quick { Effort::quick() } else { Effort::full() };
         How { jumpers: self.jumper.clone(), effort, laser: self.laser, only: self.only.clone() }
@@ -128,7 +128,7 @@ pub fn run(args: Args) -> Result<()> {
         .read("--restore", &args.restore)
         .check()?;
     let port = match &args.image {
-        Some(image) => image::put(image, args.port.as_deref())?,
+        Some(image) => boot_loader::put(image, args.port.as_deref())?,
         None => args.port.clone().map_or_else(port::find_board, Ok)?,
     };
     let proof = {
@@ -139,7 +139,7 @@ pub fn run(args: Args) -> Result<()> {
     if let Some(restore) = &args.restore
         && (args.yes || is_wanted(restore))
     {
-        image::put(restore, Some(&port))?;
+        boot_loader::put(restore, Some(&port))?;
     }
     judged
 }

@@ -1,4 +1,4 @@
-//! What the verb is at, on a terminal in one line that is written again and again, elsewhere only the beginning of each
+//! Progress of the verb, on a terminal in one line that is written again and again, elsewhere only the beginning of each
 //! measurement.
 
 use std::time::Duration;
@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use crate::screen::announce;
 
-/// How often the line moves.
+/// The interval at which the line moves.
 const TICK: Duration = Duration::from_millis(120);
 
 /// The line.
@@ -26,7 +26,7 @@ impl Progress {
         self.0.suspend(|| announce(name));
     }
 
-    /// What it is at now.
+    /// Shows what it is at now.
     pub fn step(&self, what: &str) {
         self.0.set_message(what.to_owned());
     }

@@ -18,11 +18,11 @@ pub struct Proof {
     pub version: u32,
     /// The version of the tool that measured.
     pub tool: String,
-    /// Whether it was the emulated board.
+    /// It was the emulated board.
     pub is_emulated: bool,
-    /// Whether only a part of the edges was looked at.
+    /// Only a part of the edges was looked at.
     pub is_quick: bool,
-    /// What the board says of itself.
+    /// The board's description of itself.
     pub board: Identity,
     /// The figures, and what was found beside them.
     #[serde(flatten)]

@@ -7,13 +7,13 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 
 use super::link::Link;
 use super::stamps::Stamps;
-use crate::console::explained;
+use crate::console::{Status, explained};
 
 /// The version of the protocol that this tool speaks.
 const PROTOCOL: u32 = 1;
-/// How long a line of the board may take.
+/// Time that a line of the board may take, s.
 const PATIENCE_S: f64 = 3.0;
-/// How long a move may take, s.
+/// Time that a move may take, s.
 const MOVE_S: f64 = 60.0;
 /// The time between two questions for the status, s.
 const POLL_S: f64 = 0.02;
@@ -23,7 +23,7 @@ const BRAKING_S: f64 = 10.0;
 pub const RESET: &str = "\u{18}";
 const GONE: &str = "the board went away: was it unplugged? Plug it in and start anew; it moved no motor, as the image never enables them";
 
-/// What the board answers to a line.
+/// An answer of the board to a line.
 #[derive(Debug, PartialEq)]
 pub enum Answer {
     /// It was carried out, or accepted; what was said before the `ok`.
@@ -32,28 +32,19 @@ pub enum Answer {
     Refused(String),
 }
 
-/// What the board says of itself.
+/// The board's description of itself.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Identity {
     /// The flash's unique number, hexadecimal.
     pub id: String,
     /// The chip's identity, hexadecimal, with its revision in the highest digit; and the version of its ROM.
     pub chip: String,
-    /// What makes the steps: PIO or TIMER.
+    /// The step port: PIO or TIMER.
     pub port: String,
     /// Stamps of a pad that the image keeps at a time.
     pub window: usize,
     /// The chip's time when its consoles were ready, us.
     pub ready_us: Option<f64>,
-}
-
-/// Where the machine stands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
-    /// Its state, such as Idle or Alarm.
-    pub state: String,
-    /// Its position, mm.
-    pub place_mm: Vec<f64>,
 }
 
 /// A board with the proving image, at the other end of a link.
@@ -174,29 +165,29 @@ impl<'l> Session<'l> {
     ///
     /// # Errors
     /// When it moves for longer than any move of a measurement.
-    pub fn rest(&mut self) -> Result<Rest> {
+    pub fn rest(&mut self) -> Result<Status> {
         let from_s = self.now_s();
         while self.now_s() - from_s < MOVE_S {
-            let rest = self.status()?;
-            if matches!(rest.state.as_str(), "Idle" | "Alarm") {
-                return Ok(rest);
+            let status = self.status()?;
+            if matches!(status.state.as_str(), "Idle" | "Alarm") {
+                return Ok(status);
             }
             self.wait(POLL_S)?;
         }
         bail!("the machine still moves after {MOVE_S} s: reset it (Ctrl-X in `isostep console`), and start anew")
     }
 
-    /// What the machine reports now.
+    /// The machine's report of now.
     ///
     /// # Errors
     /// When it reports nothing.
-    pub fn status(&mut self) -> Result<Rest> {
+    pub fn status(&mut self) -> Result<Status> {
         self.say("?")?;
         loop {
             let heard =
                 self.hear(PATIENCE_S)?.with_context(|| format!("no status report came within {PATIENCE_S} s"))?;
-            if let Some(rest) = Rest::read(&heard) {
-                return Ok(rest);
+            if let Some(status) = Status::read(&heard) {
+                return Ok(status);
             }
         }
     }
@@ -262,7 +253,7 @@ impl<'l> Session<'l> {
         self.ask(&arming(pads, skip)).map(drop)
     }
 
-    /// What the three stampers have, which were armed to leave out `skip` edges.
+    /// The stamps of the three stampers, which were armed to leave out `skip` edges.
     ///
     /// # Errors
     /// When what comes is not stamps.
@@ -290,7 +281,7 @@ pub fn arming(pads: [u8; 3], skip: u32) -> String {
     format!("$PROVE=ARM,{one},{two},{three},{skip}")
 }
 
-/// What `[word:...]` holds among these lines.
+/// The content of `[word:...]` among these lines.
 fn field<'s>(said: &'s [String], word: &str) -> Option<&'s str> {
     said.iter().find_map(|line| line.strip_prefix('[')?.strip_prefix(word)?.strip_prefix(':')?.strip_suffix(']'))
 }
@@ -312,15 +303,6 @@ impl Identity {
             window: window.context("the image does not say how many stamps it keeps ([WINDOW:n], 8 or more)")?,
             ready_us: number("READY"),
         })
-    }
-}
-
-impl Rest {
-    fn read(line: &str) -> Option<Self> {
-        let mut fields = line.strip_prefix('<')?.strip_suffix('>')?.split('|');
-        let state = fields.next()?.split(':').next()?.to_owned();
-        let places = fields.find_map(|field| field.strip_prefix("MPos:"))?;
-        Some(Self { state, place_mm: places.split(',').map(str::parse).collect::<Result<_, _>>().ok()? })
     }
 }
 
@@ -350,12 +332,5 @@ mod tests {
         let newer = Identity::read(&said(&["[PROVE:2]", "[WINDOW:2000]"])).unwrap_err().to_string();
         assert!(newer.contains("protocol 2, this tool 1") && newer.contains("same release"), "{newer}");
         assert!(Identity::read(&said(&["[PROVE:1]"])).unwrap_err().to_string().contains("[WINDOW:n]"));
-    }
-
-    #[test]
-    fn a_report_is_a_state_and_a_place() {
-        let rest = Rest::read("<Hold:1|MPos:1.000,-2.500,0.000|FS:0,0>").unwrap();
-        assert_eq!((rest.state.as_str(), rest.place_mm.as_slice()), ("Hold", [1.0, -2.5, 0.0].as_slice()));
-        assert_eq!(Rest::read("ok"), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What a stamper has: instants of edges, in cycles from one that all stampers share, and which edges they are by count.
+//! The stamps of a stamper: instants of edges, in cycles from one that all stampers share, and which edges they are by count.
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -14,7 +14,7 @@ pub struct Stamps {
     pub cycles: Vec<u32>,
     /// The number of each of these edges, from 1, as the stamper has counted them.
     pub counted: Vec<u32>,
-    /// Whether the stamper itself has lost time, because nobody took its stamps soon enough.
+    /// The stamper itself has lost time, because nobody took its stamps soon enough.
     pub lost: bool,
 }
 

@@ -20,7 +20,7 @@ pub struct Tally {
     pub bytes_out: u64,
     /// The part of `bytes_out` that a client did not take in time.
     pub dropped_bytes: u64,
-    /// How often a client opened the port; 0 where the system does not report it.
+    /// The times that a client opened the port; 0 where the system does not report it.
     pub clients: u32,
     /// The lines and their answers.
     pub flight: Flight,

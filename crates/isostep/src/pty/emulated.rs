@@ -29,7 +29,7 @@ pub struct Emulated {
     outbox: Vec<u8>,
     said: Vec<u8>,
     is_open: bool,
-    /// Whether the board notices when its port is opened and closed. A USB port does; a UART's three wires do not.
+    /// The board notices when its port is opened and closed. A USB port does; a UART's three wires do not.
     has_dtr: bool,
 }
 

@@ -8,7 +8,7 @@ pub trait Machine {
     /// Machine time, ns since power-up.
     fn now_ns(&self) -> u64;
 
-    /// How many bytes sent to the machine have not arrived yet.
+    /// The number of bytes sent to the machine that have not arrived yet.
     fn unread(&self) -> usize;
 
     /// Notes that the first client has opened the port, or that the last one has closed it. Returns whether the console
@@ -21,7 +21,7 @@ pub trait Machine {
     /// Runs to this machine time, or not at all if it has passed. Returns what the machine has sent meanwhile.
     fn run_to(&mut self, at_ns: u64) -> Result<Vec<u8>>;
 
-    /// Where the machine stands at the end.
+    /// Ends the machine, and returns where it stands.
     fn close(&mut self) -> Result<Closing>;
 }
 

@@ -74,7 +74,7 @@ impl Pty {
         &self.path
     }
 
-    /// Whether a client has it open.
+    /// A client has it open.
     pub fn is_open(&self) -> bool {
         self.presence.is_open()
     }
@@ -166,7 +166,7 @@ impl Pty {
         }
     }
 
-    /// Whether the client takes all of `bytes` at once.
+    /// Offers `bytes` to the client. True if it takes all of them at once.
     fn take(&mut self, bytes: &[u8]) -> Result<bool> {
         match self.master.write(bytes) {
             Ok(count) => Ok(count == bytes.len()),

@@ -42,7 +42,7 @@ mod linux {
             Ok(Self { inotify, clients: 0 })
         }
 
-        /// Whether another process has the file open.
+        /// Another process has the file open.
         pub fn is_open(&self) -> bool {
             self.clients > 0
         }

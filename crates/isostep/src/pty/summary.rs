@@ -9,7 +9,7 @@ use crate::flight::{Flight, WINDOW_BYTES};
 use isostep_console::AXIS_NAMES;
 use isostep_report::remarks::words;
 
-/// How to reach the machine.
+/// Hints for reaching the machine.
 pub fn hints(path: &Path) -> String {
     let path = path.display();
     format!(

@@ -68,7 +68,7 @@ fn refused(outcome: &Outcome) -> String {
     text + &own.first().map_or(String::new(), |first| carried_on(outcome, first))
 }
 
-/// Whether a line was refused for its own text or for a jog before it, and not because an alarm had locked the machine.
+/// A line was refused for its own text or for a jog before it, and not because an alarm had locked the machine.
 fn is_own(refusal: &Refusal, outcome: &Outcome) -> bool {
     refusal.code != LOCKED || refusal.words.is_some() || outcome.alarm_code.is_none()
 }

@@ -88,22 +88,22 @@ pub struct Args {
     /// Seed of everything random: the bounces of the limit switches
     #[arg(long, value_name = "N", default_value_t = Config::default().seed)]
     seed: u64,
-    /// Where the carriages stand at power-up, in mm from their switches [default: 35,40,15, at most half the travel]
+    /// Places of the carriages at power-up, in mm from their switches [default: 35,40,15, at most half the travel]
     #[arg(long, value_name = PLACES, value_parser = places, allow_hyphen_values = true)]
     start: Option<[f64; AXES]>,
-    /// How far the second side of an axis with two motors is ahead of the first while nothing holds it square, mm
+    /// Distance by which the second motor of an axis is ahead of the first while nothing holds it square, mm
     #[arg(long, value_name = "MM", allow_negative_numbers = true, default_value_t = 0.0)]
     skew: f64,
     /// A faulty limit switch: X, Y or Z = stuck-open or stuck-closed
     #[arg(long, value_name = "AXIS=FAULT", value_parser = switch)]
     switch: Vec<(usize, SwitchFault)>,
-    /// What goes wrong, and when, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where
+    /// Faults and when they happen, any number of times: WHAT@SECONDS, or WHAT@SECONDS+SECONDS for what ends again, where
     /// WHAT is e-stop, broken:e-stop, limit:X, broken:X, chatter:X, stall:X (Y2 is a second motor of Y), hold, start,
     /// probe, starve or deaf; with --board skr-pico also driver-off:X, driver-late:X, driver-garbled:X, driver-hot:X,
     /// driver-overheated:X, driver-shorted:X or driver-open-coil:X. Such as limit:X@1.5+0.2
     #[arg(long, value_name = "WHAT@S+S")]
     fault: Vec<Fault>,
-    /// How the emergency stop is wired: normally open (no), or normally closed (nc), so that a broken wire is a press
+    /// Wiring of the emergency stop: normally open (no), or normally closed (nc), so that a broken wire is a press
     #[arg(long, value_parser = ["no", "nc"], default_value = "no")]
     estop: String,
     /// A plate that the probe touches: an axis, the plate's place in mm above that axis's limit switch, and the side on
@@ -117,7 +117,7 @@ pub struct Args {
     /// revolutions/s. A common NEMA 17 is 0.4,54,12; see docs/motors.md
     #[arg(long, value_name = "NM,GCM2,REV", default_value_t = MotorData::NEMA_17)]
     motor: MotorData,
-    /// What a motor moves: X, Y or Z = mm per revolution of the motor, and kg. Such as Y=8,5. Otherwise 2 kg on a belt below
+    /// Load of a motor: X, Y or Z = mm per revolution of the motor, and kg. Such as Y=8,5. Otherwise 2 kg on a belt below
     /// 200 steps/mm, 10 kg on a screw from there on
     #[arg(long, value_name = "AXIS=MM,KG", value_parser = load)]
     load: Vec<(usize, Load)>,
@@ -144,7 +144,7 @@ pub struct Args {
     /// their switches
     #[arg(long, value_name = "X,Y,Z", value_parser = jumpers)]
     diag: Option<[bool; AXES]>,
-    /// What makes the edges: hardware in ticks of 8 ns, or tasks in ticks of 1 us
+    /// Step port: hardware in ticks of 8 ns, or tasks in ticks of 1 us
     #[arg(long, value_parser = ["pio", "timer"], default_value = "pio")]
     port: String,
     #[command(flatten)]
@@ -441,7 +441,7 @@ fn switch(text: &str) -> Result<(usize, SwitchFault), String> {
     fault.parse().map(|fault| (index, fault)).map_err(|error: isostep_sim::UnknownFault| error.to_string())
 }
 
-/// How the loads on springs swing in the same program without shapers, if it is shaped. A flash may hold settings that are in
+/// The swinging of loads on springs in the same program without shapers, if it is shaped. A flash may hold settings that are in
 /// force rather than those known here.
 fn unshaped(args: &Args, outcome: &Outcome) -> Result<Vec<RingingFigures>> {
     let Some((program, config)) = again::unshaped(outcome).filter(|_| args.flash.is_none()) else {

@@ -134,7 +134,7 @@ fn print_axes(axes: &[AxisFigures]) {
     );
 }
 
-/// How the loads on springs swung, in words, and below how without shapers.
+/// The swinging of loads on springs, in words, and below how without shapers.
 fn ringing_words(axes: &[RingingFigures], unshaped: &[RingingFigures]) -> String {
     if axes.is_empty() {
         return String::new();
@@ -176,7 +176,7 @@ fn print_pace(pace: &Pace) {
     }
 }
 
-/// What the tool did, in words.
+/// The tool's work, in words.
 fn tool_words(tool: &ToolFigures) -> String {
     let mut text = "\ntool\n".to_owned();
     if let Some(duty) = tool.duty {

@@ -18,7 +18,7 @@ use crate::stopwatch::Stopwatch;
 
 /// Number of worlds between two progress lines.
 const BATCH: usize = 500;
-/// How many failures are reduced to a small case.
+/// The number of failures that are reduced to a small case.
 const MADE_SMALL: usize = 3;
 const NS_PER_H: f64 = 3.6e12;
 
@@ -42,7 +42,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub struct Args {
-    /// How many worlds
+    /// Number of worlds
     #[arg(long, value_name = "N", default_value_t = 1_000, conflicts_with = "seed", value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
     /// The first of their seeds
@@ -54,7 +54,7 @@ pub struct Args {
     /// The I-th of N shares of these worlds: a machine among several takes each N-th seed
     #[arg(long, value_name = "I/N", default_value = "1/1", hide_default_value = true, conflicts_with = "seed")]
     shard: Shard,
-    /// How many worlds at a time; without it, as many as there are processors
+    /// Worlds at a time; without it, as many as there are processors
     #[arg(long, value_name = "N", conflicts_with = "seed")]
     jobs: Option<NonZero<usize>>,
     /// One line of JSON in the end rather than words; it has each failure with what shows it again

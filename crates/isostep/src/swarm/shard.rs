@@ -38,7 +38,7 @@ impl FromStr for Shard {
     }
 }
 
-/// What came of a shard, as its line.
+/// The result of a shard, as its line.
 #[derive(Debug, Serialize)]
 pub struct Line<'a> {
     shard: String,
@@ -61,7 +61,7 @@ struct Failed<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// What came of `worlds` worlds, in `took_s` seconds.
+    /// The result of `worlds` worlds, in `took_s` seconds.
     pub fn new(shard: Shard, worlds: u64, amount: Amount, took_s: f64, failed: &'a [(u64, Failure)]) -> Self {
         let Amount { virtual_ns, faults, lines, steps, sections } = amount;
         let failures = failed.iter().map(|(seed, failure)| Failed {

@@ -13,7 +13,7 @@ use isostep_console::Settings;
 use isostep_sim::Config;
 
 use self::ratios::{Bounds, Report};
-use self::simulate::{Job, Timed};
+use self::simulate::Job;
 use self::table::Table;
 use crate::files::{self, Files};
 use crate::{project, sim};
@@ -60,7 +60,7 @@ pub struct Args {
     /// The most that each ratio may be
     #[arg(long, value_name = "RATIO", default_value_t = 1.05)]
     each: f64,
-    /// How far the blends of their column may leave a corner, mm
+    /// Distance by which the blends of their column may leave a corner, mm
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     blends: f32,
     /// Programs that are simulated at a time
@@ -90,7 +90,8 @@ fn report(args: &Args) -> Result<Report> {
     let machines: Vec<(String, Settings)> = machines.collect::<Result<_>>()?;
     unused(&args.machine, &machines)?;
     let jobs = jobs(args, &table, &machines)?;
-    let timed: Vec<Timed> = simulate::all(&jobs, args.jobs.into());
+    let made = simulate::all(&jobs, args.jobs.into());
+    let timed = jobs.into_iter().zip(made).collect();
     Ok(Report::new(&table, machines, timed, Bounds { median: args.median, each: args.each }))
 }
 

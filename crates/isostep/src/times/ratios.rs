@@ -4,7 +4,7 @@ use isostep_console::Settings;
 use isostep_sim::AXES;
 use serde::Serialize;
 
-use super::simulate::Timed;
+use super::simulate::{Job, Made};
 use super::table::Table;
 
 /// The highest allowed ratios.
@@ -29,7 +29,7 @@ pub struct ColumnTimes {
     /// The name in the table, without its unit.
     pub name: String,
     pub machine: Machine,
-    /// Whether every feed was replaced by F12000.
+    /// Every feed was replaced by F12000.
     pub is_max_feed: bool,
     pub programs: Vec<Times>,
     /// Null if no program reached its end.
@@ -73,7 +73,12 @@ pub struct Ratios {
 
 impl Report {
     /// The report on the runs of a table's programs.
-    pub fn new(table: &Table, machines: Vec<(String, Settings)>, timed: Vec<Timed>, bounds: Bounds) -> Self {
+    pub fn new(
+        table: &Table,
+        machines: Vec<(String, Settings)>,
+        timed: Vec<(Job, Result<Made, String>)>,
+        bounds: Bounds,
+    ) -> Self {
         let mut columns: Vec<ColumnTimes> = table
             .columns
             .iter()
@@ -89,8 +94,8 @@ impl Report {
                 }
             })
             .collect();
-        for one in timed {
-            columns[one.column].programs.push(Times::of(one));
+        for (job, made) in timed {
+            columns[job.column].programs.push(Times::of(job, made));
         }
         for column in &mut columns {
             column.ratios = Ratios::of(column.programs.iter().filter_map(|times| times.ratio));
@@ -136,8 +141,7 @@ impl Machine {
 }
 
 impl Times {
-    fn of(timed: Timed) -> Self {
-        let Timed { program, grbl_s, made, .. } = timed;
+    fn of(Job { name: program, grbl_s, .. }: Job, made: Result<Made, String>) -> Self {
         let ran = made.as_ref().ok().copied();
         Self {
             program,

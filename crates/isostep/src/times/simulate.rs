@@ -17,37 +17,29 @@ pub struct Job {
     pub label: String,
     pub program: Vec<u8>,
     pub settings: Settings,
-    /// How far blends may leave the corners, mm.
+    /// The distance by which blends may leave the corners, mm.
     pub blend_mm: f32,
     pub grbl_s: f64,
-}
-
-/// The result of a job.
-pub struct Timed {
-    pub column: usize,
-    pub program: String,
-    pub grbl_s: f64,
-    /// The completed run, or why the program did not reach its end.
-    pub made: Result<Made, String>,
 }
 
 /// A run from the program's beginning to its end.
 #[derive(Clone, Copy)]
 pub struct Made {
-    /// How long it takes.
+    /// Its duration, s.
     pub s: f64,
-    /// How long it takes if corners are blends.
+    /// Its duration if corners are blends, s.
     pub blends_s: f64,
     /// The largest jump of an axis's speed at a corner, without blends.
     pub jump_mm_s: f64,
 }
 
-/// Runs all jobs, several at once, and prints a line as each ends. The results are in the order of the jobs.
-pub fn all(jobs: &[Job], at_a_time: usize) -> Vec<Timed> {
+/// Runs all jobs, several at once, and prints a line as each ends. The results are in the order of the jobs: the completed run, or
+/// why the program did not reach its end.
+pub fn all(jobs: &[Job], at_a_time: usize) -> Vec<Result<Made, String>> {
     parallel::map(jobs, at_a_time, |job| one(job, jobs.len()))
 }
 
-fn one(job: &Job, of: usize) -> Timed {
+fn one(job: &Job, of: usize) -> Result<Made, String> {
     let stopwatch = Stopwatch::start();
     let made = make(&job.program, job.settings, job.blend_mm);
     let reported = made.as_ref().map_or_else(Clone::clone, |made| {
@@ -55,7 +47,7 @@ fn one(job: &Job, of: usize) -> Timed {
         format!("{s:.3} s, {:.3} of Grbl's, and {blends_s:.3} s with blends", s / job.grbl_s)
     });
     eprintln!("    {} of {of} on {}: {reported} ({:.1} s)", job.name, job.label, stopwatch.elapsed_s());
-    Timed { column: job.column, program: job.name.clone(), grbl_s: job.grbl_s, made }
+    made
 }
 
 /// Runs `program` on a machine with these settings, with corners by Grbl's rule and with blends.

@@ -23,7 +23,7 @@ pub struct Column {
     /// The name in the table, without its unit.
     pub name: String,
     pub machine: String,
-    /// Whether every feed is replaced by F12000.
+    /// Every feed is replaced by F12000.
     pub is_max_feed: bool,
 }
 

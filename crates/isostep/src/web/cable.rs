@@ -16,15 +16,15 @@ use super::Board;
 use crate::console::port;
 use crate::flight::Flight;
 
-/// How much is kept of what the board has said. A reader that is slower lets the board wait, or drop its words.
+/// The most that is kept of the board's words. A reader that is slower lets the board wait, or drop its words.
 const AHEAD: usize = 64;
-/// How long a board may take to say what it does. One that says nothing may move.
+/// Time that a board may take to say what it does. One that says nothing may move.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 /// A board that has said nothing for so long has answered all that it was asked.
 const SILENCE: Duration = Duration::from_millis(100);
 const JOG_CANCEL: u8 = 0x85;
 
-/// What the board says, or why it says nothing more.
+/// The board's words, or why it says nothing more.
 type Heard = Result<Vec<u8>, String>;
 
 /// An open port.
@@ -55,7 +55,7 @@ impl Cable {
         Ok(Self { port, heard, is_over, reader, lines: Lines::default(), flight: Flight::default(), report: None })
     }
 
-    /// What the board says next.
+    /// The board's next words.
     ///
     /// # Errors
     /// Why it says nothing more. When this future is dropped, nothing is lost.
@@ -91,7 +91,7 @@ impl Cable {
         "a jog is cancelled, a program held"
     }
 
-    /// Whether the machine says that it is idle, twice: the first report may be an answer to the page, and of a time before
+    /// The machine says that it is idle, twice: the first report may be an answer to the page, and of a time before
     /// its last line.
     async fn is_idle(&mut self) -> bool {
         if !self.says_idle().await {

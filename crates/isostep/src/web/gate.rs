@@ -1,4 +1,4 @@
-//! Who may have what: every page that is open in the user's browser can send requests to this server.
+//! Rights of requests: every page that is open in the user's browser can send requests to this server.
 
 use anyhow::{Result, anyhow};
 use axum::http::{HeaderMap, Uri, header};
@@ -36,12 +36,12 @@ impl Gate {
         Ok(Self { hosts, token })
     }
 
-    /// What a page has to show for the board.
+    /// The token that a page has to show for the board.
     pub fn token(&self) -> &str {
         &self.token
     }
 
-    /// Whether the server is called by its own name. By another's, a page of somebody else would count as ours: its name
+    /// The server is called by its own name. By another's, a page of somebody else would count as ours: its name
     /// may lead here meanwhile (DNS rebinding).
     ///
     /// # Errors
@@ -52,7 +52,7 @@ impl Gate {
         self.hosts.iter().any(|own| own.eq_ignore_ascii_case(host)).then_some(()).ok_or_else(remedy)
     }
 
-    /// Whether the board is asked for by our page, and by somebody who knows the token.
+    /// The board is asked for by our page, and by somebody who knows the token.
     ///
     /// # Errors
     /// Why not, in words.

@@ -46,7 +46,7 @@ pub struct Args {
     serving: Serving,
 }
 
-/// How the page is served.
+/// The ways to serve the page.
 #[derive(clap::Args, Default, PartialEq, Eq)]
 pub struct Serving {
     /// Let the page operate the board on this port [without a name: the board on USB]
@@ -67,7 +67,7 @@ pub struct Serving {
 }
 
 impl Serving {
-    /// Whether nothing is asked for but the page, for this computer alone.
+    /// Nothing is asked for but the page, for this computer alone.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }

@@ -7,13 +7,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 
-/// What was built into this tool, by `build.rs`.
+/// The files built into this tool, by `build.rs`.
 const OWN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/page.rs"));
 const REMEDY: &str = "`cargo xtask web` makes one in target/web, and `cargo xtask web --install` a tool that has it";
-/// What stands before the policy in the page, which holds for its workers too if it comes as a header.
+/// The text before the policy in the page, which holds for its workers too if it comes as a header.
 const POLICY: &str = "http-equiv=\"Content-Security-Policy\" content=\"";
 
-/// How files are compressed, the smallest first: by the name in HTTP, and at the end of the file's name.
+/// Compressions of files, the smallest first: by the name in HTTP, and at the end of the file's name.
 const ENCODINGS: [(&str, &str); 2] = [("br", "br"), ("gzip", "gz")];
 
 /// A file as it is sent.
@@ -22,7 +22,7 @@ pub struct File<'a> {
     pub content: &'a [u8],
     /// The media type of what is compressed.
     pub media_type: &'static str,
-    /// How it is compressed.
+    /// Its compression.
     pub encoding: Option<&'static str>,
 }
 

@@ -26,7 +26,7 @@ const TAKEN: &str = "another page has the board: close that one, then connect ag
 /// More than a page sends at once.
 const MESSAGE_BYTES_MAX: usize = 4096;
 
-/// What all requests share.
+/// State that all requests share.
 struct Served {
     page: Page,
     board: Option<Board>,
@@ -56,7 +56,7 @@ impl Server {
         Ok(Self { listener, at, served: Arc::new(Served { page, board, gate: Gate::new(at)?, turn, ending }) })
     }
 
-    /// What to open in a browser. The token stands where browsers do not send it on.
+    /// The address to open in a browser. The token stands where browsers do not send it on.
     pub fn address(&self) -> String {
         let token = self.served.board.as_ref().map(|_| format!("#operate&token={}", self.served.gate.token()));
         format!("http://{}/{}", self.at, token.unwrap_or_default())

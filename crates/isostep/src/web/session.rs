@@ -12,7 +12,7 @@ use super::cable::Cable;
 /// A page answers each ping, unless its computer sleeps or the network is gone.
 const PING_EVERY: Duration = Duration::from_millis(500);
 const PINGS_UNANSWERED_MAX: u32 = 4;
-/// How long a page may take to read what the board says.
+/// Time that a page may take to read what the board says.
 const SEND_PATIENCE: Duration = Duration::from_secs(2);
 
 /// Why a page has the board no more.

@@ -261,7 +261,7 @@ fn a_page_that_answers_no_ping_has_gone() {
     assert!((50..5000).contains(&closing.position_steps[0]), "{:?}", closing.position_steps);
 }
 
-/// What goes to a board once its page has gone. The page has said this, and has heard `before`; the board answers each `?`
+/// The bytes that go to a board once its page has gone. The page has said this, and has heard `before`; the board answers each `?`
 /// that comes later by the next of `answers`, and then by the last.
 fn last_bytes(name: &str, said: &[u8], before: &str, answers: &[&[u8]]) -> String {
     let mut pty = Pty::open(None).unwrap();
@@ -309,7 +309,7 @@ fn a_machine_that_is_idle_is_not_held_and_one_that_is_silent_is() {
     assert_eq!(leaving("silent", b""), r"\x85?!");
 }
 
-/// What the page has heard is of earlier.
+/// A report that the page has heard is of earlier.
 #[test]
 fn a_machine_that_was_idle_when_the_page_last_asked_is_asked_anew() {
     let before = format!("{IDLE}ok\r\n");

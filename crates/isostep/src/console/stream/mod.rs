@@ -56,12 +56,12 @@ impl Program {
     }
 }
 
-/// How a program is streamed.
+/// The way in which a program is streamed.
 #[derive(Clone, Copy, Debug)]
 pub struct How {
-    /// Who can be asked, and who resumes the machine where it waits.
+    /// The typist, who can be asked, and who resumes the machine where it waits.
     pub typist: Typist,
-    /// Whether refused lines are passed over.
+    /// Refused lines are passed over.
     pub keep_going: bool,
 }
 
@@ -134,16 +134,16 @@ struct Stream<'a, S> {
     decided: usize,
     /// The first alarm.
     alarm: Option<String>,
-    /// Whether no further line is sent.
+    /// No further line is sent.
     is_over: bool,
-    /// Whether the machine is in check mode (`$C`), in which nothing moves.
+    /// The machine is in check mode (`$C`), in which nothing moves.
     is_checking: bool,
-    /// What was typed and is not carried out yet.
+    /// Lines that were typed and are not carried out yet.
     typed: VecDeque<String>,
     is_input_over: bool,
-    /// Whether the person knows that the machine is held.
+    /// The person knows that the machine is held.
     is_hold_reported: bool,
-    /// How often Ctrl-C was pressed.
+    /// The times that Ctrl-C was pressed.
     interrupts: u32,
     is_interrupt_reported: bool,
     /// While we reset the machine: whether it has sent its welcome.
@@ -316,7 +316,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     }
 }
 
-/// Whether Ctrl-C was pressed since the last look.
+/// Ctrl-C was pressed since the last look.
 struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {

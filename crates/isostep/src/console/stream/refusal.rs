@@ -1,4 +1,4 @@
-//! What happens when the machine refuses a line of a program that is streamed.
+//! Refusals: the machine refuses a line of a program that is streamed.
 
 use anyhow::{Result, bail};
 
@@ -33,7 +33,7 @@ pub fn listed(program: &Program, refused: &[Refused], is_alarmed: bool) -> Vec<S
     words
 }
 
-/// What the person wants.
+/// The person's choice.
 enum Choice {
     GoOn,
     Stop,

@@ -21,7 +21,7 @@ const RAMP_S: f64 = 0.02;
 const CRUISE_S: f64 = 0.01;
 /// Faults of a measurement that are reported one by one.
 const REPORTED_MAX: usize = 20;
-/// How often a window is tried whose stamper has lost stamps.
+/// The times that a window is tried whose stamper has lost stamps.
 const TRIES: u32 = 3;
 
 pub fn measure(board: &mut Stamped, found: &mut Findings) -> Result<()> {

@@ -1,12 +1,9 @@
 //! The measurements of a proof, in order: those that every board has ([`crate::measure`]), and those that only the proving image
 //! has, a file each.
 
-mod cache;
-mod crystal;
+mod chip;
 pub mod edges;
 mod intervals;
-mod laser;
-mod ready;
 
 use anyhow::{Context, Result};
 
@@ -32,7 +29,7 @@ type Measurement = (Part, &'static str, fn(&mut Stamped, &mut Findings) -> Resul
 
 /// All of them, in order.
 const ALL: [Measurement; 11] = [
-    (Part::Ready, "time from power to ready", ready::measure),
+    (Part::Ready, "time from power to ready", chip::ready),
     (Part::Edges, "edges against the closed form", edges::measure),
     (Part::Intervals, "equal intervals", intervals::measure),
     (Part::Rates, "highest rates", |board, found| {
@@ -50,13 +47,13 @@ const ALL: [Measurement; 11] = [
         moves::measure(board, found, &curve, &[Corners::Exact, Corners::Blends])
     }),
     (Part::Load, "load of the core", |board, found| load::measure(board, found, &[10_000, 100_000, 1_000_000])),
-    (Part::Cache, "flash and its cache", cache::measure),
+    (Part::Cache, "flash and its cache", chip::cache),
     (Part::Starts, "starts", |board, found| {
         let count = board.how.effort.starts;
         starts::measure(board, found, count)
     }),
-    (Part::Crystal, "the crystal", crystal::measure),
-    (Part::Laser, "the laser's pin", laser::measure),
+    (Part::Crystal, "the crystal", chip::crystal),
+    (Part::Laser, "the laser's pin", chip::laser),
 ];
 
 /// Makes every measurement. One that fails on a board that still answers is a remark, and the next one follows.
@@ -94,5 +91,5 @@ fn curve(count: u32) -> Curve {
         format!("X{x:.3}Y{y:.3}Z{:.3}", CENTRE_MM + (y - CENTRE_MM) / 2.0)
     };
     let begin_mm = [CENTRE_MM + RADIUS_MM, CENTRE_MM, CENTRE_MM];
-    Curve { begin_mm, feed_mm_min: 48_000.0, lines: (0..count).map(line).collect(), steps: None }
+    Curve { begin_mm, feed_mm_min: 48_000.0, lines: (0..count).map(line).collect(), steps: Vec::new() }
 }

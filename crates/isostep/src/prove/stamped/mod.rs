@@ -24,7 +24,7 @@ use crate::measure::{Board, Course, Machine, Measured, Method, Ramp};
 pub const PADS: [u8; PROVED] = [2, 4, 6];
 /// The pad of the image that pulls an input down.
 pub const OUT: u8 = 28;
-/// How long the load is measured, and how long the move cruises around that, s.
+/// Time for which the load is measured, and for which the move cruises around that, s.
 const LOADED_S: f64 = 0.5;
 const LOADED_CRUISE_S: f64 = 1.0;
 
@@ -48,9 +48,9 @@ pub const fn ramp(s: f64) -> Ramp {
 pub struct Stamped<'b, 'l> {
     /// Its console.
     pub session: &'b mut Session<'l>,
-    /// What it is.
+    /// Its description of itself.
     pub identity: Identity,
-    /// What is measured.
+    /// The measurements.
     pub how: &'b How,
     /// Shows how far a measurement is.
     pub progress: &'b Progress,
@@ -134,7 +134,7 @@ impl Stamped<'_, '_> {
         Window { axis, instants_ns, counted: stamps.counted.clone(), is_full, lost: stamps.lost, fineness }
     }
 
-    /// How many edges are left out in each of the windows that cover a move of `count` steps: all of them, or `most`,
+    /// The edges that are left out in each of the windows that cover a move of `count` steps: all of them, or `most`,
     /// evenly from its beginning to its end.
     pub fn skips(&self, count: u32, most: usize) -> Vec<u32> {
         // Each window has the first edge again.
@@ -263,9 +263,9 @@ impl Board for Stamped<'_, '_> {
             self.session.ask(line)?;
         }
         let (mut unanswered, mut in_flight) = (VecDeque::new(), 0);
-        let mut answered_s = Vec::with_capacity(stream.lines.len());
+        let mut at_s = Vec::with_capacity(stream.lines.len());
         let mut waiting = stream.lines.iter().peekable();
-        while answered_s.len() < stream.lines.len() {
+        while at_s.len() < stream.lines.len() {
             let mut packet = String::new();
             while let Some(line) = waiting.next_if(|line| in_flight + line.len() < WINDOW_BYTES) {
                 in_flight += line.len() + 1;
@@ -280,11 +280,12 @@ impl Board for Stamped<'_, '_> {
                 return Ok(Err(format!("`{line}` was answered {why}")));
             }
             in_flight -= line.len() + 1;
-            answered_s.push(self.session.now_s());
+            at_s.push(self.session.now_s());
         }
         self.session.rest()?;
         let alarm = self.session.take_alarm();
-        Ok(alarm
-            .map_or(Ok(Carried { answered_s, awake_ratio: None }), |alarm| Err(format!("the moves ended in {alarm}"))))
+        Ok(alarm.map_or(Ok(Carried { at_s, by: "the answers", awake_ratio: None }), |alarm| {
+            Err(format!("the moves ended in {alarm}"))
+        }))
     }
 }

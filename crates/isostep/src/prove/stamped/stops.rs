@@ -83,7 +83,7 @@ pub fn measure(board: &mut Stamped, cause: Cause, rate_steps_s: u32, wanted: u32
     Ok(Ok(stops))
 }
 
-/// How many edges to leave out, so that a stop that comes as late in the move as this one is in the middle of the window.
+/// The edges to leave out, so that a stop that comes as late in the move as this one is in the middle of the window.
 fn laid(board: &Stamped, course: &Course, stop: &Stop) -> u32 {
     let into_s = (stop.pulled_ns - stop.first_ns + course.due_ns(0, 1)) * 1e-9;
     course.steps_by(0, into_s).saturating_sub(board.identity.window as u32 / 2)
@@ -136,7 +136,7 @@ fn one(
     let place_steps = |place_mm: &[f64]| place_mm.get(axes[0]).map(|mm| (mm * STEPS_PER_MM).round() as i64);
     let astray_steps = seen.then(|| {
         let counted = i64::from(*watched[0].counted.last()?);
-        let moved = (place_steps(&after.place_mm)? - place_steps(&before.place_mm)?).abs();
+        let moved = (place_steps(&after.place)? - place_steps(&before.place)?).abs();
         Some((moved - counted).unsigned_abs())
     });
     Ok(Ok(Stop {

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, bail};
-use isostep_console::{AXES, Settings};
-use isostep_controller::config;
-use isostep_profile::SyncMove;
+use isostep_console::Settings;
 
 use super::super::Link;
+use super::super::stamped::PADS;
+use crate::measure::course::NAMES;
+use crate::measure::{Course, Machine};
 
-const CLOCK_HZ: u32 = 125_000_000;
 /// Stamps that are kept of a pad.
 pub const WINDOW: usize = 1_000;
 /// The port makes no more than this, steps/s.
@@ -23,9 +23,8 @@ const LINE_S: f64 = 0.000_3;
 const STOPPING_S: f64 = 3.4e-6;
 /// The chip's clock is so much faster than the frames of USB.
 const FAST: f64 = 20e-6;
-const STEP: [u8; 3] = [2, 4, 6];
 
-/// What is wrong with the board.
+/// Faults of the board.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
     /// Inputs that the wire from GP28 goes to.
@@ -58,7 +57,7 @@ pub struct Fake {
     now_s: f64,
     /// Steps of X, Y and Z when the machine rests.
     place_steps: [i64; 3],
-    course: Option<Course>,
+    run: Option<Run>,
     alarm: Option<&'static str>,
     armed: Option<Armed>,
     /// When GP28 falls.
@@ -72,7 +71,7 @@ pub struct Fake {
 /// A stop while stampers were armed.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopped {
-    /// How many edges the stampers of an axis were to skip.
+    /// Edges that the stampers of an axis were to skip.
     pub skip: u32,
     /// Edges of each axis before it.
     pub made: u32,
@@ -81,11 +80,9 @@ pub struct Stopped {
 }
 
 /// A move under way.
-struct Course {
+struct Run {
     begin_s: f64,
-    plan: SyncMove<AXES>,
-    /// The cycle of each step of X, Y and Z, from the start of the move.
-    cycles: [Vec<u64>; 3],
+    course: Course,
     /// No edge comes after this.
     stop_s: f64,
 }
@@ -108,7 +105,7 @@ impl Fake {
             lines: 0,
             now_s: 1.0,
             place_steps: [0; 3],
-            course: None,
+            run: None,
             alarm: None,
             armed: None,
             falls_s: None,
@@ -119,7 +116,7 @@ impl Fake {
         }
     }
 
-    /// How many reset bytes have come.
+    /// The number of reset bytes that have come.
     pub fn resets(&self) -> u32 {
         self.resets
     }
@@ -130,7 +127,7 @@ impl Fake {
     }
 
     pub fn is_at_rest(&self) -> bool {
-        self.course.is_none()
+        self.run.is_none()
     }
 
     pub fn has_defaults(&self) -> bool {
@@ -141,14 +138,14 @@ impl Fake {
         self.said.push_back(line.into());
     }
 
-    /// What has happened up to now.
+    /// Lets happen what is due up to now.
     fn look(&mut self) {
         let now_s = self.now_s;
         if let Some(falls_s) = self.falls_s.filter(|falls_s| *falls_s <= now_s) {
             self.falls_s = None;
             self.fall(falls_s);
         }
-        if self.course.as_ref().is_some_and(|course| course.end_s() <= now_s) {
+        if self.run.as_ref().is_some_and(|run| run.end_s() <= now_s) {
             self.end();
         }
     }
@@ -160,17 +157,16 @@ impl Fake {
         }
         let is_wired = |pad: u8| self.faults.wires.contains(&pad) && (pad != 9 || self.settings.hard_limits);
         let alarm = if is_wired(12) { "ALARM:10" } else { "ALARM:1" };
-        if (is_wired(9) || is_wired(12)) && self.course.is_some() && self.braking_since_s.is_none() {
+        if (is_wired(9) || is_wired(12)) && self.run.is_some() && self.braking_since_s.is_none() {
             self.stop(at_s, alarm);
         }
     }
 
     fn stop(&mut self, at_s: f64, alarm: &'static str) {
-        if let Some(course) = &mut self.course {
-            course.stop_s = at_s + STOPPING_S;
-            let steps = 1..=course.plan.steps[0].unsigned_abs();
-            let made = steps.take_while(|&number| course.at_s(0, number) <= course.stop_s).count() as u32;
-            let latency_us = 1e6 * (course.at_s(0, made.max(1)) - at_s);
+        if let Some(run) = &mut self.run {
+            run.stop_s = at_s + STOPPING_S;
+            let made = run.made(0).count() as u32;
+            let latency_us = 1e6 * (run.at_s(0, made.max(1)) - at_s);
             let skip = self.armed.as_ref().map_or(0, |armed| armed.skip);
             self.stops.push(Stopped { skip, made, latency_us });
         }
@@ -181,20 +177,18 @@ impl Fake {
 
     /// Makes the edges of the move that is over.
     fn end(&mut self) {
-        let Some(course) = self.course.take() else { return };
+        let Some(run) = self.run.take() else { return };
         self.braking_since_s = None;
-        for (axis, pad) in STEP.into_iter().enumerate() {
-            let steps = course.plan.steps[axis];
-            let made = (1..=steps.unsigned_abs()).take_while(|&number| course.at_s(axis, number) <= course.stop_s);
-            let made: Vec<u32> = made.collect();
-            self.place_steps[axis] += i64::from(steps.signum()) * made.len() as i64;
+        for (axis, pad) in PADS.into_iter().enumerate() {
+            let made: Vec<u32> = run.made(axis).collect();
+            self.place_steps[axis] += i64::from(run.course.steps[axis].signum()) * made.len() as i64;
             let Some(armed) = &mut self.armed else { continue };
             let cycles = armed.cycles.entry(pad).or_default();
             for number in made {
                 if self.faults.lost == Some((axis, number)) {
                     continue;
                 }
-                let cycle = ((course.at_s(axis, number) - armed.since_s) * 125e6).round() as i64;
+                let cycle = ((run.at_s(axis, number) - armed.since_s) * 125e6).round() as i64;
                 let late = self
                     .faults
                     .shifted
@@ -208,7 +202,7 @@ impl Fake {
     fn byte_at_once(&mut self, byte: u8) {
         match byte {
             b'?' => {
-                let state = match (&self.course, self.alarm) {
+                let state = match (&self.run, self.alarm) {
                     (Some(_), _) => "Run",
                     (None, Some(_)) => "Alarm",
                     (None, None) => "Idle",
@@ -226,10 +220,10 @@ impl Fake {
     /// The first has the machine brake, which lasts; the second stops it, and pulls GP28 down.
     fn reset(&mut self) {
         self.partial.clear();
-        if self.braking_since_s.is_some() && self.course.is_some() {
+        if self.braking_since_s.is_some() && self.run.is_some() {
             self.fall(self.now_s);
             self.stop(self.now_s, "ALARM:3");
-        } else if self.course.is_some() {
+        } else if self.run.is_some() {
             self.braking_since_s = Some(self.now_s);
             self.fall(self.now_s);
             return;
@@ -291,16 +285,14 @@ impl Fake {
         }
         let word =
             |letter: char| line.split_whitespace().find_map(|word| word.strip_prefix(letter)?.parse::<f64>().ok());
-        let steps: [i32; AXES] = std::array::from_fn(|axis| {
-            let mm = "XYZ".chars().nth(axis).and_then(word).unwrap_or(0.0);
+        let steps = std::array::from_fn(|axis| {
+            let mm = NAMES[axis].chars().next().and_then(word).unwrap_or(0.0);
             (mm * f64::from(self.settings.steps_per_mm[axis])).round() as i32
         });
-        let config = config(&self.settings);
-        let plan = SyncMove::plan(steps, &config.limits, config.interval_law, config.speed_law, None).unwrap();
         // Starts are on a cycle.
         let begin_s = ((self.now_s + START_S) * 125e6).round() / 125e6;
-        let cycles = |axis| plan.segments(axis, CLOCK_HZ).flat_map(|segment| segment.ticks()).collect();
-        self.course = Some(Course { begin_s, cycles: std::array::from_fn(cycles), plan, stop_s: f64::INFINITY });
+        let course = Machine::from(self.settings).course(steps).unwrap();
+        self.run = Some(Run { begin_s, course, stop_s: f64::INFINITY });
         true
     }
 
@@ -374,13 +366,18 @@ impl Fake {
     }
 }
 
-impl Course {
+impl Run {
     fn at_s(&self, axis: usize, number: u32) -> f64 {
-        self.begin_s + self.cycles[axis][number as usize - 1] as f64 / f64::from(CLOCK_HZ)
+        self.begin_s + self.course.compiled_ns(axis, number) * 1e-9
+    }
+
+    /// The steps that come before the stop.
+    fn made(&self, axis: usize) -> impl Iterator<Item = u32> {
+        (1..=self.course.count(axis)).take_while(move |&number| self.at_s(axis, number) <= self.stop_s)
     }
 
     fn end_s(&self) -> f64 {
-        self.begin_s + self.plan.profile.duration_s()
+        self.begin_s + self.course.duration_s()
     }
 }
 
