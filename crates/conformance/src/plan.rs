@@ -1,4 +1,4 @@
-//! What a port is given: one move, or several in one run; and when the closed form has their steps.
+//! The work of a port: one move, or several in one run; and when the closed form has their steps.
 
 use embassy_time::Instant;
 use isostep_motion::{Capabilities, Direction, StreamItem, Wiring};
@@ -117,7 +117,7 @@ impl Chain {
         self.end_ticks += lasts_ticks;
     }
 
-    /// Where they lead to, steps.
+    /// Their target, steps.
     #[must_use]
     pub fn steps(&self) -> i32 {
         self.moves.iter().map(|(_, plan)| plan.steps()).sum()

@@ -37,19 +37,19 @@ pub trait Ports: fmt::Display + Copy + 'static {
         Duration::MIN
     }
 
-    /// Whether an axis may have a second motor. If not, what a port promises of it is not tested.
+    /// True if an axis may have a second motor. If not, what a port promises of it is not tested.
     fn take_second_motors(&self) -> bool {
         true
     }
 }
 
-/// Where ports are opened: pins and time of a simulated machine.
+/// The place where ports are opened: pins and time of a simulated machine.
 pub struct Bench<'a> {
-    /// What runs tasks that the ports need.
+    /// The spawner of tasks that the ports need.
     pub executor: &'a mut Executor,
     /// The machine that the pins belong to.
     pub world: &'a Shared,
-    /// What the drivers need.
+    /// The times that the drivers need.
     pub driver: DriverTiming,
 }
 
@@ -76,7 +76,7 @@ impl Bench<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct Rig<P> {
     ports: P,
-    /// What the drivers need.
+    /// The times that the drivers need.
     pub driver: DriverTiming,
 }
 
@@ -149,7 +149,7 @@ impl<P: Ports> Rig<P> {
         (world, position_steps.get())
     }
 
-    /// What the port of X can do.
+    /// The capabilities of the port of X.
     pub fn capabilities(self) -> Capabilities {
         let found = Rc::new(RefCell::new(None));
         let kept = found.clone();
@@ -199,7 +199,7 @@ pub async fn let_go(start_barrier: &StartBarrier, start: Instant) -> Instant {
     start_barrier.wait_begun().await
 }
 
-/// What a port can be given.
+/// The work that a port can be given.
 pub(crate) trait Work {
     /// Its items for a port with this tick rate, the end included.
     fn items(self, tick_hz: u32) -> Vec<StreamItem>;

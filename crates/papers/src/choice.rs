@@ -24,12 +24,12 @@ pub const STEPS: f64 = 10_000.0;
 
 /// Number of sampled intervals per ramp.
 const PIECES: u32 = 4_000;
-/// How long the ringing is observed after the end of the longest move, s.
+/// The time for which the ringing is observed after the end of the longest move, s.
 const AFTER_S: f64 = 0.5;
 /// Samples of the carriage's acceleration per second.
 const READINGS_HZ: f64 = 1_000.0;
 
-/// What each law is good for, in the order of [`SpeedLaw::ALL`].
+/// The use of each law, in the order of [`SpeedLaw::ALL`].
 const ADVICE: [&str; 7] = [
     "the fastest there is within the limit of acceleration; a jolt at each of its four corners",
     "the first choice: a little longer, no jolt, and as gentle as its jerk is set",
@@ -44,7 +44,7 @@ const ADVICE: [&str; 7] = [
 struct Move {
     exact: Exact,
     curve: profile::Curve,
-    /// What it does to a carriage, without the jump to the start speed, which is the same for all laws.
+    /// The effect on a carriage, without the jump to the start speed, which is the same for all laws.
     drive: Drive,
 }
 

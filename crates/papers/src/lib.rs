@@ -50,7 +50,7 @@ struct Figures<'a> {
 
 /// The command that prints this report.
 const COMMAND: &str = "isostep papers";
-/// Where all figures come from.
+/// The sources of all figures.
 const BASIS: &str = "All figures are computed or simulated on a computer; nothing here is measured on hardware.";
 
 impl Report {

@@ -35,7 +35,7 @@ impl Paper {
     }
 }
 
-/// Where the paper's value in a row comes from.
+/// The source of the paper's value in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Basis {
@@ -70,13 +70,13 @@ pub enum Cell {
 pub struct Row {
     /// The paper.
     pub paper: Paper,
-    /// Where the figure is in the paper.
+    /// The place of the figure in the paper.
     pub place: &'static str,
     /// The quantity that is compared.
     pub quantity: String,
     /// The unit of the numbers.
     pub unit: &'static str,
-    /// Where `theirs` comes from.
+    /// The source of `theirs`.
     pub basis: Basis,
     /// The paper's value.
     pub theirs: Cell,
@@ -152,7 +152,7 @@ impl Row {
         self.text(&self.difference, |value| signed(value, self.decimals))
     }
 
-    /// Whether the figure is stated in words.
+    /// True if the figure is stated in words.
     pub fn is_words(&self) -> bool {
         matches!(self.ours, Cell::Words(_))
     }

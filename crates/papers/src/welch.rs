@@ -130,7 +130,7 @@ mod tests {
         }
     }
 
-    /// What `scipy.signal.welch(numpy.array([1., 2., 4., 7., 11., 16., 3., 5.]), fs=10)` gives (SciPy 1.17).
+    /// The result of `scipy.signal.welch(numpy.array([1., 2., 4., 7., 11., 16., 3., 5.]), fs=10)` (SciPy 1.17).
     #[test]
     fn values_of_scipy() {
         let spectrum = welch(&[1.0, 2.0, 4.0, 7.0, 11.0, 16.0, 3.0, 5.0], 10.0);

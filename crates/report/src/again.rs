@@ -12,7 +12,7 @@ use isostep_sim::corners;
 use isostep_sim::program::stripped;
 use isostep_sim::stream::Program;
 
-/// How far blends leave corners where neither `$904` nor `$11` says so, mm.
+/// The distance by which blends leave corners where neither `$904` nor `$11` says so, mm.
 const DEVIATION_MM: f32 = 0.01;
 
 /// The run once more: each line as `line` makes it, on the machine that `change` makes of its. None of a run with faults,
@@ -63,18 +63,18 @@ pub fn other_rule(outcome: &Outcome) -> Option<(Program, Config)> {
     again(outcome, change, by_setting)
 }
 
-/// Whether any corner is a blend.
+/// True if any corner is a blend.
 fn has_blends(outcome: &Outcome) -> bool {
     outcome.moves.iter().any(|record| record.blend.is_some())
 }
 
 /// By which rule a run takes its corners.
 pub struct Rule {
-    /// Whether by blends, where it can.
+    /// True if it takes them by blends, where it can.
     pub blends: bool,
     /// Its name, and the setting that says how.
     pub name: String,
-    /// Whether the user has asked for this run.
+    /// True if the user has asked for this run.
     pub is_own: bool,
 }
 
@@ -94,7 +94,7 @@ impl Rule {
         Self { blends, name, is_own: false }
     }
 
-    /// Whose run it is, in words.
+    /// The owner of the run, in words.
     pub fn whose(&self) -> &'static str {
         if self.is_own { "this run" } else { "for comparison" }
     }

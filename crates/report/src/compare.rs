@@ -17,7 +17,7 @@ use isostep_sim::measure;
 use isostep_sim::verify::shaped;
 use isostep_sim::world::Edge;
 
-/// Why a trace does not match the run.
+/// The reason why a trace does not match the run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Mismatch {
@@ -243,7 +243,7 @@ fn start_of(instants: &Instants) -> f64 {
     starts.get(starts.len() / 2).copied().unwrap_or_default()
 }
 
-/// How late each edge was in a run that started at `start_ns`, ns.
+/// The lateness of each edge in a run that started at `start_ns`, ns.
 fn errors_of(instants: &Instants, start_ns: f64) -> Vec<f64> {
     instants.iter().flatten().map(|(traced, exact)| (traced - start_ns) - exact).collect()
 }

@@ -25,13 +25,13 @@ pub struct MoveFigures {
     pub number: usize,
     /// Its line of the program, from 1; null if unknown.
     pub line: Option<usize>,
-    /// How long the blend lasts in which it begins, s; 0 without one.
+    /// The duration of the blend in which it begins, s; 0 without one.
     pub blend_s: f64,
     /// When it began, ns since power-up.
     pub start_ns: u64,
-    /// Where it begins; the corner, if a blend goes round it.
+    /// The place where it begins; the corner, if a blend goes round it.
     pub from_mm: [f64; AXES],
-    /// Where it ends; the corner, if a blend goes round it.
+    /// The place where it ends; the corner, if a blend goes round it.
     pub to_mm: [f64; AXES],
     /// Steps of each axis, signed: those of the blend in which it begins, and of its line.
     pub steps: [i32; AXES],
@@ -45,7 +45,7 @@ pub struct MoveFigures {
     pub error_max_ns: [Option<f64>; AXES],
     /// Deviation from the straight path; 1 is the bound of half a step of both axes.
     pub path_deviation: Option<f64>,
-    /// Whether exactly the planned steps were made; null in a shaped run, whose moves are not judged by themselves.
+    /// True if exactly the planned steps were made; null in a shaped run, whose moves are not judged by themselves.
     pub exact: Option<bool>,
 }
 
@@ -125,19 +125,19 @@ pub struct Figures {
     pub moves: Vec<MoveFigures>,
     /// Speed and acceleration of each axis, within moves and at corners.
     pub axes: [AxisFigures; AXES],
-    /// What shaping costs; left out if no run is shaped.
+    /// The cost of shaping; left out if no run is shaped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shaping: Option<ShapingFigures>,
-    /// How the loads on springs swing; left out if there are none.
+    /// The swinging of the loads on springs; left out if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ringing: Vec<RingingFigures>,
     /// The same without shapers, if whoever asks for the figures has run the program so
     /// ([`unshaped`](crate::again::unshaped)); left out otherwise.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ringing_unshaped: Vec<RingingFigures>,
-    /// How the time is spent, and what limits the speed.
+    /// The time by what limits the speed.
     pub pace: Pace,
-    /// What the tool did; left out if it was not used.
+    /// The tool's work; left out if it was not used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool: Option<ToolFigures>,
     /// Every promise, and whether it was kept.

@@ -23,7 +23,7 @@ const PASSES: RangeInclusive<u16> = 44..=46;
 /// The order of homing.
 const ORDER: u16 = 901;
 
-/// What numbers of grblHAL are about that are not here, and what to do.
+/// The subjects of numbers of grblHAL that are not here, and what to do.
 const ELSEWHERE: &[(RangeInclusive<u16>, &str)] = &[
     (7..=9, "the PWM output is on whenever the spindle is, and S0 has no duty"),
     (
@@ -69,16 +69,16 @@ pub struct Remark {
     pub line: usize,
     /// Its text.
     pub text: String,
-    /// What it means here, and what to do.
+    /// The meaning here, and what to do.
     pub words: String,
 }
 
-/// What becomes of a listing.
+/// The result of a listing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Listing {
     /// The settings that are in force with it, by number, in its order.
     pub taken: Vec<(u16, f32)>,
-    /// How many lines are taken as they are.
+    /// The number of lines that are taken as they are.
     pub as_they_are: usize,
     /// Those that mean something else here.
     pub otherwise: Vec<Remark>,
@@ -115,7 +115,7 @@ impl Listing {
         })
     }
 
-    /// Whether nothing is refused, and what is taken works together.
+    /// True if nothing is refused, and what is taken works together.
     pub fn is_good(&self) -> bool {
         self.settings.is_some() && self.refused.is_empty()
     }
@@ -167,7 +167,7 @@ impl Listing {
         }
     }
 
-    /// Whether what is taken works together.
+    /// Checks that what is taken works together.
     fn check(&mut self, name: &str, config: &Config) {
         match settings::read(name, self.text().as_bytes(), config.port, config.driver) {
             Ok(settings) => self.settings = Some(settings),
@@ -208,7 +208,7 @@ fn words_of(Remark { line, text, words }: &Remark) -> String {
     }
 }
 
-/// Where the travel of each axis lies, and how Grbl's places follow.
+/// A text about where the travel of each axis lies, and how Grbl's places follow.
 fn travel(settings: &Settings) -> Vec<Row> {
     if !settings.homing {
         return vec![Row {
@@ -235,13 +235,13 @@ fn assignment(line: &str) -> Option<(&str, &str)> {
     Some((name.trim(), value.split(['(', ';']).next().unwrap_or(value).trim()))
 }
 
-/// Whether a board has this setting.
+/// True if a board has this setting.
 fn is_known(number: u16, board: Board) -> bool {
     let row = SETTING_TABLE.iter().find(|row| row.numbers().contains(&number));
     row.is_some_and(|row| !row.is_trinamic() || board == Board::SkrPico)
 }
 
-/// What a value means here, if that is not what it means there: the value to set, and why.
+/// The meaning of a value here, if that is not what it means there: the value to set, and why.
 fn meaning(number: u16, value: f32, is_hal: bool) -> Option<(Option<f32>, String)> {
     let mask = value as u32;
     let as_flag = |words: &str| (value > 1.0).then(|| (Some(f32::from(u8::from(mask & 1 == 1))), words.to_owned()));

@@ -11,7 +11,6 @@ mod carried;
 mod corner;
 pub(crate) mod course;
 mod finder;
-mod samples;
 mod seconds;
 mod slow;
 pub mod words;
@@ -28,7 +27,6 @@ use isostep_sim::lines_of_moves::{self, Source};
 
 pub use self::carried::BOARD_MOVES_PER_S;
 pub use self::corner::{CornerLimit, Rule};
-pub use self::samples::{Sample, samples};
 pub use self::seconds::Second;
 pub use self::slow::{LEAST_SHOWN_S, SlowKind, SlowPlace, SlowPlaces, Why};
 
@@ -85,7 +83,7 @@ pub struct AxisPace {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Pace {
-    /// Whether the program sets steps/mm, or anything that limits speed, after its first move. Then the times in motion
+    /// True if the program sets steps/mm, or anything that limits speed, after its first move. Then the times in motion
     /// and at standstill are given, but not what limits them: [`slow`](Self::slow) is empty, [`axes`](Self::axes) are
     /// 0, and there is no second and no fastest axis.
     pub limits_changed: bool,
@@ -101,13 +99,13 @@ pub struct Pace {
     pub standing_s: f64,
     /// The total time, divided by what limits it.
     pub shares: Shares,
-    /// Where the program is slow, and how much time that costs.
+    /// The slow places of the program, and the time that they cost.
     pub slow: SlowPlaces,
     /// Of all seconds in progress, the one with the shortest distance; null if there is none.
     pub slowest_second: Option<Second>,
     /// The second in which most moves begin; null for a program of less than a second.
     pub busiest_second: Option<Second>,
-    /// How much longer it takes at least on the board, which plans [`BOARD_MOVES_PER_S`] moves a second, s.
+    /// The time that it takes longer at least on the board, which plans [`BOARD_MOVES_PER_S`] moves a second, s.
     pub longer_on_board_s: f64,
     /// The pace of X, Y and Z.
     pub axes: [AxisPace; AXES],

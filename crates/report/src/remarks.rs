@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::survey::{Fit, Outside, Survey};
 use isostep_sim::{AXES, ConsoleError, Outcome};
 
-/// How many remarks are printed one by one.
+/// The number of remarks that are printed one by one.
 pub const SHOWN_MAX: usize = 10;
 
 /// Names of the axes.
@@ -29,7 +29,7 @@ pub fn shortened(text: &str) -> String {
     }
 }
 
-/// What an `error:N` means for a line of a program.
+/// The meaning of an `error:N` for a line of a program.
 pub fn meaning(code: u8) -> String {
     let words = ConsoleError::from_code(code).map_or(String::new(), |error| error.to_string());
     // A sender can wait until `?` reports Idle; a file cannot.

@@ -82,7 +82,7 @@ pub fn figures(outcome: &Outcome, sources: &[Option<Source>]) -> Vec<RingingFigu
     springs.filter_map(of).collect()
 }
 
-/// What is left of the vibration of one load.
+/// The rest of the vibration of one load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Residual {
@@ -94,7 +94,7 @@ pub struct Residual {
     pub anywhere_mm: f64,
 }
 
-/// What a load with the spring `oscillator` on `axis` would do, whether or not the run has one there.
+/// The swinging of a load with the spring `oscillator` on `axis`, whether or not the run has one there.
 pub fn residual(outcome: &Outcome, axis: Axis, oscillator: Oscillator) -> Residual {
     let places = places(outcome, 1.0 / oscillator.natural_hz());
     let mut places = places.into_iter().peekable();
@@ -171,7 +171,7 @@ fn is_corner(outcome: &Outcome, before: &MoveRecord, after: &MoveRecord) -> bool
     after.blend.is_some() || jumps_mm_s.iter().any(|mm_s| *mm_s > corners::NO_JUMP_MM_S)
 }
 
-/// Whether a move ends at rest.
+/// True if a move ends at rest.
 fn is_stop(record: &MoveRecord, next: Option<&MoveRecord>) -> bool {
     let flows_on = next.is_some_and(|next| next.run == record.run);
     !flows_on || !record.ends_in_blend && record.last_part().profile.exit_speed_steps_s() == 0.0

@@ -1,4 +1,4 @@
-//! What shaping costs: the time that runs take longer, and how far their path leaves that of the program.
+//! The cost of shaping: the time that runs take longer, and how far their path leaves that of the program.
 //!
 //! Shapers of different axes are of different lengths, and all of them round off what is not straight and even. The figures
 //! are those of the closed form ([`Places`]), so they are the same whether or not edges are made. The path of the program is
@@ -21,15 +21,15 @@ const INSTANTS: f64 = 24.0;
 /// Into how many straight pieces a blend is divided.
 const PIECES: u32 = 8;
 
-/// What shaping costs in a program.
+/// The cost of shaping in a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ShapingFigures {
     /// Number of shaped runs that came to their end: each ends with a stop.
     pub stops: usize,
-    /// How much longer the longest of these stops takes, s.
+    /// The time that the longest of these stops takes longer, s.
     pub stop_s: f64,
-    /// How much longer all of them take, s.
+    /// The time that all of them take longer, s.
     pub time_s: f64,
     /// The farthest that the axes leave the path of the program; null if they do not move.
     pub deviation: Option<Deviation>,
@@ -71,7 +71,7 @@ impl ShapingFigures {
 /// A place on the path of the program, mm, and when it would be passed unshaped, s from the start of the run.
 type Point = (f64, [f64; AXES]);
 
-/// How far a shaped run is from the path of its plans at most, mm, and the index of the move there.
+/// The largest distance of a shaped run from the path of its plans, mm, and the index of the move there.
 fn farthest(outcome: &Outcome, first: usize, run: &[MoveRecord]) -> Option<(f64, usize)> {
     let shaping = run[0].shaping.as_deref()?;
     let (places, last) = (Places::of(run), &run[run.len() - 1]);
@@ -118,7 +118,7 @@ fn points<'a>(run: &'a [MoveRecord], per_mm: &'a [f64; AXES]) -> impl Iterator<I
     begins.chain([of(last, last.plan_s)])
 }
 
-/// How far a place is from a straight piece of a path, mm.
+/// The distance of a place from a straight piece of a path, mm.
 fn distance_mm(at: &[f64; AXES], from: &[f64; AXES], to: &[f64; AXES]) -> f64 {
     let dot = |one: [f64; AXES], other: [f64; AXES]| one.iter().zip(other).map(|(one, other)| one * other).sum::<f64>();
     let less =

@@ -43,7 +43,7 @@ pub struct Refused {
     pub code: u8,
     /// The word at which reading stopped, if it was a word.
     pub word: Option<String>,
-    /// What is wrong and what to do about it.
+    /// The fault, and the remedy.
     pub remedy: String,
 }
 
@@ -61,13 +61,13 @@ pub struct Outside {
     pub place_mm: f64,
     /// The nearest position within the travel.
     pub nearest_mm: f64,
-    /// Whether the axis is homed then, so that the machine itself refuses the move.
+    /// True if the axis is homed then, so that the machine itself refuses the move.
     pub homed: bool,
-    /// Whether the whole program would fit with another start, and with which.
+    /// The start with which the whole program would fit, if there is one.
     pub fit: Fit,
 }
 
-/// What is known about a program without running it.
+/// Knowledge about a program without running it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Survey {
@@ -112,7 +112,7 @@ pub struct Survey {
     pub tool_numbers: BTreeSet<u8>,
     /// Number of lines that tell the operator something, by `(MSG, ...)`.
     pub messages: usize,
-    /// What comments have that acts at once if a sender does not strip them, in words, with the numbers of the first lines.
+    /// The bytes in comments that act at once if a sender does not strip them, in words, with the numbers of the first lines.
     pub acting: BTreeMap<String, Vec<usize>>,
     /// The lines whose S is above `$30`, at most [`LISTED_MAX`].
     pub above_full: Vec<usize>,
@@ -124,14 +124,14 @@ pub struct Survey {
     pub moves_beside_places: Vec<usize>,
     /// Number of these lines.
     pub moves_beside_places_total: usize,
-    /// Whether the program homes.
+    /// True if the program homes.
     pub homes: bool,
     /// The line at which the program ends: M2 or M30.
     pub ends_at: Option<usize>,
     /// The settings in force after the last line.
     #[serde(skip)]
     pub settings: Settings,
-    /// Whether a spindle or a laser is still on after the last line.
+    /// True if a spindle or a laser is still on after the last line.
     pub leaves_tool_on: bool,
     /// The first move that leaves the travel.
     pub outside: Option<Outside>,
@@ -178,7 +178,8 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
     reader
 }
 
-/// Where the program that `reader` has read would fit. Before homing, the carriages can be moved; after it, the origin.
+/// The places where the program that `reader` has read would fit. Before homing, the carriages can be moved; after it, the
+/// origin.
 fn fit(program: &[Vec<u8>], settings: &Settings, reader: &Reader, homed: bool) -> Fit {
     let start_mm = reader.start_mm;
     let room = if homed { Room::homed(&reader.settings) } else { Room::before_homing(&reader.settings, start_mm) };
@@ -241,14 +242,13 @@ struct Reader {
     settings: Settings,
     start_mm: [f64; AXES],
     homed: [bool; AXES],
-    /// Where the axes can go at present.
+    /// The places where the axes can go at present.
     room: Room,
     /// The least and the greatest position of each axis before it is homed, and after that.
     reach_mm: [[Option<(f64, f64)>; AXES]; 2],
     /// In check mode, the position at which it began: nothing moves.
     checks_from_pm: Option<[i64; AXES]>,
-    /// Why nothing moves with the settings, whichever step outputs there are.
-    /// The error and the words of settings that do not work together.
+    /// The error and the words of settings that do not work together, whichever step outputs there are.
     unfit: Option<(Error, String)>,
     /// The line that is being read.
     number: usize,

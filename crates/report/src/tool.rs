@@ -12,13 +12,13 @@ use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::Source;
 use isostep_sim::tool::ToolOutput;
 
-/// What the tool did.
+/// The tool's work.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ToolFigures {
-    /// Whether the tool is a laser at the end of the run.
+    /// True if the tool is a laser at the end of the run.
     pub laser: bool,
-    /// How long the spindle was enabled, or the laser on, s.
+    /// The time that the spindle was enabled, or the laser on, s.
     pub on_s: f64,
     /// The duty of the PWM output during that time; null if it was never on.
     pub duty: Option<DutyFigures>,
@@ -26,9 +26,9 @@ pub struct ToolFigures {
     pub duty_changes: usize,
     /// Figures of a laser's beam; null for a spindle.
     pub beam: Option<BeamFigures>,
-    /// How long flood coolant was on, s.
+    /// The time that flood coolant was on, s.
     pub flood_s: f64,
-    /// How long mist coolant was on, s.
+    /// The time that mist coolant was on, s.
     pub mist_s: f64,
 }
 
@@ -44,7 +44,7 @@ pub struct DutyFigures {
     pub mean: f64,
 }
 
-/// What a laser's beam did.
+/// The work of a laser's beam.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct BeamFigures {
@@ -52,7 +52,7 @@ pub struct BeamFigures {
     pub path_mm: f64,
     /// Time on this path, s.
     pub path_s: f64,
-    /// How long the beam was on while no axis moved, s.
+    /// The time that the beam was on while no axis moved, s.
     pub still_s: f64,
     /// Distances of the changes of level from the beginnings of their moves; null if there were none.
     pub beginnings: Option<Beginnings>,

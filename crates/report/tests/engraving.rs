@@ -58,7 +58,7 @@ fn line(word: &str) -> Outcome {
 struct Pixel<'a> {
     record: &'a MoveRecord,
     begin_ns: u64,
-    /// Where the next one begins, or where the plan ends.
+    /// The place where the next one begins, or where the plan ends.
     end_ns: u64,
     edges: Range<usize>,
 }

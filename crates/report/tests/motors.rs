@@ -56,7 +56,7 @@ fn a_leadscrew_takes_jumps_of_2_mm_s() {
     assert!(jump > 1.75, "the test's own jump, {jump} mm/s");
 }
 
-/// What is lost in a run of `program`, as the report tells it.
+/// The losses in a run of `program`, as the report tells them.
 fn lost(program: &str, config: &Config) -> Vec<String> {
     let outcome = run(program.as_bytes(), config).unwrap();
     Figures::new("test", &outcome).losses.iter().map(ToString::to_string).collect()

@@ -205,7 +205,7 @@ fn what_a_pen_draws_behind_a_corner_is_the_frequency_of_the_load() {
     }
 }
 
-/// What is left after a move along X whose shaper is for a load of 30 Hz with this damping, of this kind; of a load at another
+/// The rest after a move along X whose shaper is for a load of 30 Hz with this damping, of this kind; of a load at another
 /// frequency too. Steps are so fine that they do not hide it.
 fn shaped_mm(kind: u16, damping_ratio: f64, program: &str, natural_hz: f64) -> f64 {
     let mut config = machine(10.0 * STEPS_PER_MM);

@@ -9,13 +9,13 @@
 
 /// Torque repeats after so many full steps.
 const PERIOD_FULL: i32 = 4;
-/// How far the field can be ahead of a rotor that is blocked, full steps.
+/// The lead that the field can have on a rotor that is blocked, full steps.
 const AHEAD_MAX_FULL: i32 = PERIOD_FULL / 2;
 
 /// A carriage and its true position.
 #[derive(Debug)]
 pub struct Carriage {
-    /// Where it would be without the end stops.
+    /// The place where it would be without the end stops.
     field_steps: i32,
     stops_steps: (i32, i32),
 }
@@ -31,7 +31,7 @@ impl Carriage {
         self.field_steps.clamp(self.stops_steps.0, self.stops_steps.1)
     }
 
-    /// How far the field is ahead of the rotor, beyond an end stop: negative towards the switch.
+    /// The lead of the field on the rotor, beyond an end stop: negative towards the switch.
     pub fn ahead_steps(&self) -> i32 {
         self.field_steps - self.place_steps()
     }

@@ -36,7 +36,7 @@ impl Board {
     /// the emergency stop's.
     pub const JUMPERS: usize = if AXES < 3 { AXES } else { 3 };
 
-    /// What the timing of its drivers is, if nothing else is said.
+    /// The timing of its drivers, if nothing else is said.
     pub fn driver(self) -> DriverTiming {
         match self {
             Self::Pico => DriverTiming::DRV8825,
@@ -101,7 +101,7 @@ impl fmt::Display for Port {
     }
 }
 
-/// How a program is sent.
+/// The way in which a program is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Streaming {
@@ -122,10 +122,10 @@ impl Streaming {
 /// The frame between the two motors of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gantry {
-    /// How far the second motor is ahead of the first while no motor holds the frame, mm away from the switches.
+    /// The lead of the second motor on the first while no motor holds the frame, mm away from the switches.
     pub skew_mm: f64,
-    /// How much farther from its switch the second motor stands than the first when the frame is square, mm: what a
-    /// user has to find out, and to set as the offset.
+    /// The distance by which the second motor stands farther from its switch than the first when the frame is square, mm: what
+    /// a user has to find out, and to set as the offset.
     pub square_mm: f64,
     /// From this skew on the frame binds, mm: no motor skews it any more.
     pub binds_mm: f64,
@@ -153,7 +153,7 @@ pub struct Config {
     pub emergency_contact: Contact,
     /// The plate that the probe touches.
     pub plate: Option<Plate>,
-    /// How long the contacts of a switch may bounce, us; 0 for no bounce.
+    /// The time for which the contacts of a switch may bounce, us; 0 for no bounce.
     pub bounce_us: u32,
     /// Largest deviation of a limit switch from its nominal position, mm to either side. It differs in each approach.
     pub switch_scatter_mm: f64,
@@ -161,10 +161,10 @@ pub struct Config {
     pub seed: u64,
     /// The motor of all axes.
     pub motor: MotorData,
-    /// How much the load of a motor that turns varies to either side, as a part of what would stall it. UART drivers
+    /// The variation of the load of a motor that turns, to either side, as a part of what would stall it. UART drivers
     /// measure it; no step is lost by it.
     pub load_noise: f64,
-    /// What each motor moves. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
+    /// The load of each motor. If `None`, the usual load of an axis of that resolution: see [`Load::preset`].
     pub loads: [Option<Load>; AXES],
     /// The loads on springs, whose ringing is reported: see `ringing` of isostep-report. They change nothing else.
     pub springs: Springs,
@@ -179,7 +179,7 @@ pub struct Config {
     pub port: Port,
     /// Timing requirements of the drivers.
     pub driver: DriverTiming,
-    /// How a program is sent.
+    /// The way in which a program is sent.
     pub streaming: Streaming,
     /// Interval between status requests while a program runs.
     pub poll_every: Option<Duration>,
@@ -188,7 +188,7 @@ pub struct Config {
     /// Baud rate of the console, 8N1: a byte takes its time on the wire in both directions. If `None`, it takes no
     /// time.
     pub baud: Option<u32>,
-    /// Whether there is a second console, as a board has USB and a UART.
+    /// True if there is a second console, as a board has USB and a UART.
     pub second_console: bool,
     /// If set, tasks interrupt each other at the end of every critical section, as on a chip. Code of threads takes a
     /// random time of up to this many ns between two critical sections. If `None`, a task runs undisturbed until it
@@ -205,7 +205,7 @@ pub struct Config {
     pub only_time: bool,
 }
 
-/// Where the carriages stand at power-up, mm from their switches.
+/// The places where the carriages stand at power-up, mm from their switches.
 const START_MM: [f64; AXES] = *[35.0, 40.0, 15.0, 15.0].first_chunk().expect("there are four axes at most");
 
 impl Default for Config {

@@ -28,7 +28,7 @@ const SUDDEN: f64 = 0.724_6;
 /// From this many steps/mm on, an axis has a screw rather than a belt.
 const SCREW_STEPS_PER_MM: f64 = 200.0;
 
-/// What a motor's datasheet says.
+/// The data of a motor's datasheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorData {
     /// Holding torque with both phases at full current, N m.
@@ -68,7 +68,7 @@ fn positive<const N: usize>(text: &str) -> Option<[f64; N]> {
     text.split(',').map(number).collect::<Option<Vec<f64>>>()?.try_into().ok()
 }
 
-/// What a motor moves.
+/// The load of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
     /// Travel per revolution: the circumference of a pulley, or the lead of a screw, mm.
@@ -150,7 +150,7 @@ impl Drive {
         }
     }
 
-    /// Whether it follows any edge.
+    /// True if it follows any edge.
     pub(crate) fn is_rigid(&self) -> bool {
         self.torque_nm.is_infinite()
     }

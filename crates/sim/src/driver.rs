@@ -128,7 +128,7 @@ impl DriverInputs {
         if self.dir_high { 1 } else { -1 }
     }
 
-    /// Whether the motor is energised.
+    /// True if the motor is energised.
     pub(crate) fn is_enabled(&self) -> bool {
         self.enabled
     }

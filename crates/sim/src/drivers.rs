@@ -34,7 +34,7 @@ pub use self::wire::Wire;
 use crate::time::Clock;
 use crate::world::Shared;
 
-/// How a driver is set.
+/// The settings of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DriverSetup {
     /// Microsteps of a full step.
@@ -49,7 +49,7 @@ pub struct DriverSetup {
     pub tells_stalls: bool,
 }
 
-/// What may be wrong with a driver.
+/// A fault of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DriverFault {

@@ -30,7 +30,7 @@ use crate::time::{self, Clock};
 /// ever.
 const POLLS_PER_INSTANT_MAX: u32 = 1_000_000;
 
-/// Why [`Executor::run_until`] ended early.
+/// The reason why [`Executor::run_until`] ended early.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -60,7 +60,7 @@ pub enum RunError {
     },
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
     /// Nothing is ready and no deadline is pending.
@@ -84,9 +84,9 @@ pub enum Priority {
     World,
 }
 
-/// How tasks are interrupted.
+/// The way in which tasks are interrupted.
 pub(crate) struct Preemption {
-    /// Whether an interruption is possible at the end of this critical section. It is not while the simulated world,
+    /// True if an interruption is possible at the end of this critical section. It is not while the simulated world,
     /// which no chip has, is being changed.
     pub open: Box<dyn Fn() -> bool>,
     /// Longest time between two critical sections of a thread, ns; the time is random.
@@ -313,7 +313,7 @@ impl Core {
         self.clock.next_deadline_ns().into_iter().chain(delayed.filter(|&free_ns| free_ns > now_ns)).min()
     }
 
-    /// Whether anything is to happen that does not run in the background.
+    /// True if anything is to happen that does not run in the background.
     fn is_due(&self) -> bool {
         self.clock.has_deadlines() || self.tasks.borrow().iter().any(|task| task.is_awake())
     }

@@ -48,7 +48,7 @@ pub struct Fault {
     pub trouble: Trouble,
     /// When it begins, ns since power-up.
     pub at_ns: u64,
-    /// How long it lasts, ns; `None` for ever.
+    /// Its duration, ns; `None` for ever.
     pub lasts_ns: Option<u64>,
 }
 
@@ -71,7 +71,7 @@ const PLAIN: [(&str, Trouble); 7] = [
     ("deaf", Trouble::Deaf),
 ];
 
-/// What befalls a motor, its switch or its driver.
+/// The troubles of a motor, its switch and its driver.
 fn of_motor(motor: Motor) -> impl Iterator<Item = Trouble> {
     let own = [Trouble::Limit(motor), Trouble::Broken(motor), Trouble::Chatter(motor), Trouble::Stall(motor)];
     own.into_iter().chain(DriverFault::ALL.map(|fault| Trouble::Driver(motor, fault)))

@@ -42,7 +42,7 @@ struct Fault {
     torn: Option<Rand64>,
 }
 
-/// Why an operation failed.
+/// The reason why an operation failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FlashError {
@@ -82,7 +82,7 @@ impl<const WORD_BYTES: usize, const ERASE_BYTES: usize> WordFlash<WORD_BYTES, ER
         change(&mut self.0.borrow_mut().bytes);
     }
 
-    /// How often each sector was erased.
+    /// The number of times that each sector was erased.
     pub fn erases(&self) -> Vec<u32> {
         self.0.borrow().erases.clone()
     }
@@ -131,7 +131,7 @@ impl Cells {
         }
     }
 
-    /// Whether the next operation changes cells: not where the flash refuses it, nor after the power has gone.
+    /// True if the next operation changes cells: not where the flash refuses it, nor after the power has gone.
     fn works(&self) -> bool {
         !self.fault.as_ref().is_some_and(|fault| self.operations >= fault.at_operation && fault.torn.is_none())
     }

@@ -14,9 +14,9 @@ const AWAY_MAX_MM: f32 = 5.0;
 /// The result of one homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Latch {
-    /// Where the switch closed, steps from the switch's nominal position; negative is beyond it.
+    /// The place where the switch closed, steps from the switch's nominal position; negative is beyond it.
     pub closed_steps: i32,
-    /// Where the latch ended, steps from the switch's nominal position. The pull-off to zero counts from there.
+    /// The place where the latch ended, steps from the switch's nominal position. The pull-off to zero counts from there.
     pub set_steps: i32,
 }
 
@@ -27,7 +27,7 @@ impl Latch {
     }
 }
 
-/// Why there are no results.
+/// The reason why there are no results.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum HomingError {

@@ -68,7 +68,7 @@ impl Pipe {
         self.0.borrow().bytes.len()
     }
 
-    /// Whether all bytes have been read.
+    /// True if all bytes have been read.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -19,7 +19,7 @@ use crate::record::{Loss, LossCause};
 
 /// Instants of a swing at which plans are looked at.
 const INSTANTS: u32 = 32;
-/// What is set leaves half of what the motor has.
+/// The part of what the motor has that settings leave unused.
 const MARGIN: f64 = 0.5;
 /// Numbers that differ by no more than this part of them are the same: settings are single floats.
 const SAME: f64 = 1e-6;
@@ -35,7 +35,7 @@ pub struct LossFigures {
     pub line: Option<usize>,
     /// Number of the move, from 1; null in homing and without a move.
     pub move_number: Option<usize>,
-    /// What was asked of the motor, what it has, and what to set.
+    /// The demand on the motor, what it has, and what to set.
     pub remedy: Option<String>,
 }
 
@@ -76,7 +76,7 @@ fn move_at(outcome: &Outcome, t_ns: u64) -> Option<usize> {
     outcome.moves.partition_point(|record| record.reached_ns() <= t_ns).checked_sub(1)
 }
 
-/// Whether steps were lost because the machine was stopped before the end of a move, and not as it was planned.
+/// True if steps were lost because the machine was stopped before the end of a move, and not as it was planned.
 pub(crate) fn is_by_abrupt_stop(outcome: &Outcome, loss: &Loss) -> bool {
     let is_planned = |index: usize| outcome.moves[index].is_whole() && !outcome.moves[index].homing;
     matches!(loss.cause, LossCause::Overshoot { .. }) && !move_at(outcome, loss.t_ns).is_some_and(is_planned)
@@ -86,13 +86,13 @@ fn drive(outcome: &Outcome, index: usize, axis: usize) -> Drive {
     outcome.config.mechanics(outcome.config_of(&outcome.moves[index])).drives[axis]
 }
 
-/// What strained a motor.
+/// The strain of a motor.
 #[derive(Clone, Copy, Debug)]
 struct Strain {
     /// Index of the move.
     index: usize,
     asked: Asked,
-    /// How much of what the motor takes; above 1 it slips.
+    /// The share of what the motor takes; above 1 it slips.
     share: f64,
 }
 
@@ -106,7 +106,7 @@ enum Asked {
     Stop { mm_s: f64 },
 }
 
-/// What strained the motor most within a swing before the loss, while moves up to the one at `last` were made.
+/// The greatest strain of the motor within a swing before the loss, while moves up to the one at `last` were made.
 fn worst_strain(outcome: &Outcome, loss: &Loss, last: usize) -> Strain {
     let axis = loss.axis;
     let swing_s = TAU / drive(outcome, last, axis).natural_rad_s();
@@ -251,7 +251,7 @@ fn accel_remedy(config: &Config, axis: usize, drive: &Drive, (mm_s2, mm_s): (f64
     format!("it {verb} by {:.0} mm/s2 at {mm_s:.0} mm/s there, {takes}: set {set} or less", mm_s2.abs())
 }
 
-/// What the motor takes; `most` is finite if that is more than was asked of it.
+/// The load that the motor takes; `most` is finite if that is more than was asked of it.
 fn takes(value: String, most: f64) -> String {
     let why = if most.is_finite() { ", but less while it still swings" } else { "" };
     format!("and the motor takes {value}{why}")

@@ -64,12 +64,12 @@ pub struct Measured {
     /// The measured intervals.
     #[serde(flatten)]
     pub intervals: Intervals,
-    /// How far each of them may be off, s.
+    /// The error that each of them may have, s.
     pub resolution_s: f64,
 }
 
 impl Measured {
-    /// Whether both may be the same intervals, within their resolution.
+    /// True if both may be the same intervals, within their resolution.
     pub fn agrees(&self, other: &Self) -> bool {
         self.intervals.apart_s(&other.intervals) <= self.resolution_s + other.resolution_s
     }
@@ -80,7 +80,7 @@ pub fn stray_max_ns(port: Port) -> f64 {
     STRAY_MAX * port.tolerance_ns()
 }
 
-/// How far an axis goes, and where on this way its first edge is. Each edge is a step farther.
+/// The distance of an axis, and where on this way its first edge is. Each edge is a step farther.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Way {
     /// Its distance, steps: beside a blend, not a whole number of them.
@@ -107,7 +107,7 @@ pub fn intervals_of(profile: &Profile, way: &Way, times_s: &[f64], port: Port) -
     }
 }
 
-/// Whether it is constant acceleration from rest to rest. Of all laws, only this one begins without jerk.
+/// True if it is constant acceleration from rest to rest. Of all laws, only this one begins without jerk.
 fn is_even_from_rest(profile: &Profile) -> bool {
     let [begin, end] = [0.0, profile.duration_s()].map(|t_s| profile.jerk_at(t_s));
     profile.entry_speed_steps_s() == 0.0 && profile.exit_speed_steps_s() == 0.0 && begin == 0.0 && end == 0.0

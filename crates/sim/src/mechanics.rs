@@ -8,7 +8,7 @@ use crate::drive::{Drive, Load, MotorData};
 /// Distance from a limit switch to the end stop behind it, and from the other end of the travel to the end stop there,
 /// mm.
 const END_STOP_MARGIN_MM: f64 = 3.0;
-/// Where an axis without an end is said to have its end stops, degrees: farther than programs go.
+/// The place where an axis without an end is said to have its end stops, degrees: farther than programs go.
 const NOWHERE_MM: f64 = 1e5;
 
 /// The mechanics that follow the settings: whoever changes these settings has built another machine.

@@ -30,11 +30,11 @@ const CEASED_INTERVALS: u64 = 3;
 pub struct Slip {
     /// When, since power-up.
     pub t_ns: u64,
-    /// How far the rotor is from its place now, microsteps, signed by direction.
+    /// The distance of the rotor from its place now, microsteps, signed by direction.
     pub steps: i32,
     /// The rate of the last edges.
     pub asked_steps_s: f64,
-    /// Whether edges had ceased and the rotor went on turning. Otherwise the edges asked for too much.
+    /// True if edges had ceased and the rotor went on turning. Otherwise the edges asked for too much.
     pub has_overshot: bool,
 }
 
@@ -76,7 +76,7 @@ impl Motor {
         *self = Self { t_ns: self.t_ns, ..Self::new(drive) };
     }
 
-    /// Whether an edge at `now_ns` begins another motion.
+    /// True if an edge at `now_ns` begins another motion.
     pub fn has_paused(&self, now_ns: u64) -> bool {
         self.edge_ns.is_none_or(|edge_ns| now_ns.saturating_sub(edge_ns) >= PAUSE_NS)
     }
@@ -193,7 +193,7 @@ mod tests {
             })
     }
 
-    /// What a motor makes of edges at the times that `time_s` gives for each place in mm, up to `end_mm`: the first
+    /// The response of a motor to edges at the times that `time_s` gives for each place in mm, up to `end_mm`: the first
     /// slip, or where the rotor has come to rest after the last edge, which is an abrupt stop.
     fn first_slip(drive: Drive, steps_per_mm: f64, end_mm: f64, time_s: &dyn Fn(f64) -> f64) -> Option<Slip> {
         let mut motor = Motor::new(drive);

@@ -26,15 +26,15 @@ pub struct MoveRecord {
     pub end_ns: u64,
     /// The number of its run, from 0: moves that follow each other without a pause.
     pub run: usize,
-    /// How its run is shaped, if it is. Its plans are what goes into the shapers.
+    /// The shaping of its run, if it is shaped. Its plans are what goes into the shapers.
     pub shaping: Option<Arc<Shaping>>,
     /// The blend round the corner at which it begins, if there is one.
     pub blend: Option<Blend<AXES>>,
-    /// Whether a blend follows, into which it ends.
+    /// True if a blend follows, into which it ends.
     pub ends_in_blend: bool,
     /// The plan of its line; of no distance if all of it is in blends.
     pub plan: SyncMove<AXES>,
-    /// Where the program lines begin that it is made for beside the first, in steps of the longest axis from its
+    /// The places where the program lines begin that it is made for beside the first, in steps of the longest axis from its
     /// beginning.
     pub marks_steps: Vec<u32>,
     /// The replans of the move, in the order in which they were made.
@@ -43,20 +43,20 @@ pub struct MoveRecord {
     pub origin_steps: [i32; AXES],
     /// End position, steps.
     pub end_steps: [i32; AXES],
-    /// How it ended.
+    /// Its end.
     pub finish: Finish,
-    /// Where it was held, if it was, in steps of the longest axis along the path.
+    /// The place where it was held, if it was, in steps of the longest axis along the path.
     pub held_at_steps: f64,
     /// When its plan ended, s from the start of its run.
     pub plan_s: f64,
-    /// Whether it belongs to homing.
+    /// True if it belongs to homing.
     pub homing: bool,
     /// Its edges, up to the beginning of the next move, as a range of [`Outcome::edges`](crate::Outcome::edges).
     pub edges: Range<usize>,
 }
 
 impl MoveRecord {
-    /// Whether it was made as planned, to its end or to where it was held, and not stopped abruptly.
+    /// True if it was made as planned, to its end or to where it was held, and not stopped abruptly.
     pub fn is_whole(&self) -> bool {
         matches!(self.finish, Finish::Done | Finish::Held)
     }
@@ -81,19 +81,19 @@ impl MoveRecord {
         self.plan.step_numbers(axis).start..last + 1
     }
 
-    /// Where its line begins, steps: at the corner, if it begins with a blend, which does not come there.
+    /// The place where its line begins, steps: at the corner, if it begins with a blend, which does not come there.
     pub fn corner_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| self.origin_steps[axis] - self.blend.map_or(0, |blend| blend.ends_steps(axis)[0]))
     }
 
-    /// Where its line ends, steps: at the corner, if a blend follows, which does not come there.
+    /// The place where its line ends, steps: at the corner, if a blend follows, which does not come there.
     pub fn next_corner_steps(&self) -> [i32; AXES] {
         let corner_steps = self.corner_steps();
         let end_steps = |axis: usize| corner_steps[axis] + self.plan.steps[axis];
         if self.ends_in_blend { std::array::from_fn(end_steps) } else { self.end_steps }
     }
 
-    /// How many steps the axis with index `axis` makes in its blend.
+    /// The number of steps that the axis with index `axis` makes in its blend.
     pub fn blend_steps(&self, axis: usize) -> u32 {
         self.blend.map_or(0, |blend| blend.step_counts(axis).0)
     }
@@ -110,7 +110,7 @@ impl MoveRecord {
         })
     }
 
-    /// How many edges it should have made.
+    /// The number of edges that it should have made.
     pub(crate) fn planned_edges(&self) -> u64 {
         (0..AXES).map(|axis| u64::from(self.blend_steps(axis)) + self.step_numbers(axis).len() as u64).sum()
     }
@@ -151,7 +151,7 @@ impl MoveRecord {
         self.shaping.as_ref().map_or(0.0, |shaping| shaping.delay_s)
     }
 
-    /// How much longer its run takes because it is shaped, at the end, s.
+    /// The time that its run takes longer because it is shaped, at the end, s.
     pub fn lasts_s(&self) -> f64 {
         self.shaping.as_ref().map_or(0.0, |shaping| shaping.lasts_s)
     }
@@ -239,12 +239,12 @@ impl MoveRecord {
         if is_planned { Some(first) } else { SpeedLaw::ALL.into_iter().filter_map(by).find(is_it) }
     }
 
-    /// Whether it begins where its blend ends, or at rest, and not where an earlier part of the move was held.
+    /// True if it begins where its blend ends, or at rest, and not where an earlier part of the move was held.
     fn has_all_of_its_line(&self) -> bool {
         self.blend.is_some() || (0..AXES).all(|axis| self.plan.step_numbers(axis).start == 1)
     }
 
-    /// How far the axis with index `axis` goes on its line, and from the beginning of the line to its first step there.
+    /// The distance of the axis with index `axis` on its line, and from the beginning of the line to its first step there.
     pub fn way(&self, axis: usize) -> Way {
         let end_steps = self.last_part().end_steps();
         let [begin, end] = [self.plan.begin_steps(), end_steps].map(|place| self.plan.axis_place(axis, place));
@@ -381,8 +381,8 @@ impl Moves {
         &self.records
     }
 
-    /// How many moves nothing can change any more, if any: those before one that began well before the last edge, which
-    /// was at `edge_ns`. A shaped run is judged as a whole, and stays together.
+    /// The number of moves that nothing can change any more, if any: those before one that began well before the last edge,
+    /// which was at `edge_ns`. A shaped run is judged as a whole, and stays together.
     pub(crate) fn settled(&self, edge_ns: u64) -> Option<usize> {
         let has_begun = |record: &MoveRecord| record.begin_ns() + SETTLED_NS <= edge_ns;
         let may_part = |index: usize| {

@@ -29,7 +29,7 @@ pub struct Outcome {
     pub limits_high_at_start: [bool; AXES],
     /// Every move that ended, in order.
     pub moves: Vec<MoveRecord>,
-    /// What the port of each axis can do.
+    /// The capabilities of the port of each axis.
     pub capabilities: [Option<Capabilities>; AXES],
     /// Configurations that the moves were planned with; each applies from the run with that number on.
     pub configs: Vec<(usize, isostep_motion::Config)>,
@@ -47,7 +47,7 @@ pub struct Outcome {
     pub pauses: Vec<Pause>,
     /// The number after `ALARM:`, if the console reported one.
     pub alarm_code: Option<u8>,
-    /// Whether sending stopped before the program's end.
+    /// True if sending stopped before the program's end.
     pub cut_short: bool,
     /// Every edge that a driver may misread.
     pub violations: Vec<Violation>,
@@ -63,7 +63,7 @@ pub struct Outcome {
     pub places_steps: [i32; AXES],
     /// Distance of each carriage from its position by the count of edges, steps.
     pub drift_steps: [i32; AXES],
-    /// How far the field of each motor is beyond an end stop that blocks the carriage, steps: they are not lost yet. Only
+    /// The distance of the field of each motor beyond an end stop that blocks the carriage, steps: they are not lost yet. Only
     /// where the drivers have a UART.
     pub ahead_steps: [i32; AXES],
     /// The second motor of an axis.
@@ -95,7 +95,7 @@ pub struct SecondAtEnd {
     pub axis: Axis,
     /// Distance of the ganged motor from its position by the count of edges, steps.
     pub drift_steps: i32,
-    /// How much farther from its switch it is than the first motor, beyond what the offset says, steps.
+    /// The distance that it is farther from its switch than the first motor, beyond the offset, steps.
     pub off_square_steps: i32,
 }
 

@@ -151,7 +151,8 @@ mod tests {
     use crate::executor::Executor;
     use crate::world::World;
 
-    /// What a task that waits for edges sees while another task moves X onto its switch, 3 steps away, and back off it.
+    /// The edges that a task that waits for them sees while another task moves X onto its switch, 3 steps away, and back off
+    /// it.
     #[test]
     fn edges_reach_the_task_that_waits_for_them() {
         let mut executor = Executor::new();

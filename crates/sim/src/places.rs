@@ -1,4 +1,4 @@
-//! Where the axes of a run are in closed form: by the plans of its moves, and by its shapers.
+//! The places of the axes of a run in closed form: by the plans of its moves, and by its shapers.
 //!
 //! The plans say where an axis would be unshaped. If the run is shaped, the axis is where the weighted sum of that at
 //! several instants is. Before the first plan an axis stands where that begins, and after the last where that ends.
@@ -26,7 +26,7 @@ impl<'a> Places<'a> {
         self.run[0].shaping.as_deref()
     }
 
-    /// Where an axis is at `t_s` from the start of the run, steps.
+    /// The place where an axis is at `t_s` from the start of the run, steps.
     pub fn steps(&self, axis: usize, t_s: f64) -> f64 {
         match self.shaping() {
             Some(shaping) => {
@@ -41,8 +41,8 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Where it would be unshaped in the mean, steps: exact by Simpson's rule between the instants at which its acceleration
-    /// changes.
+    /// The place where it would be unshaped in the mean, steps: exact by Simpson's rule between the instants at which its
+    /// acceleration changes.
     fn mean_steps(&self, axis: usize, from_s: f64, to_s: f64) -> f64 {
         let first = self.knots_s.partition_point(|t_s| *t_s <= from_s);
         let knots_s = self.knots_s[first..].iter().copied().take_while(|t_s| *t_s < to_s);
@@ -56,7 +56,7 @@ impl<'a> Places<'a> {
         integral / (to_s - from_s)
     }
 
-    /// Where it would be unshaped, steps.
+    /// The place where it would be unshaped, steps.
     fn unshaped_steps(&self, axis: usize, t_s: f64) -> f64 {
         let begun = self.begins_s.partition_point(|begin_s| *begin_s <= t_s);
         self.run[begun.saturating_sub(1)].place_steps(axis, t_s)
@@ -99,7 +99,7 @@ fn ramp_ends_s(plan: &SyncMove<AXES>) -> [f64; 4] {
 }
 
 impl MoveRecord {
-    /// Where its plan has an axis at `t_s` from the start of the run, unshaped, steps.
+    /// The place where its plan has an axis at `t_s` from the start of the run, unshaped, steps.
     pub fn place_steps(&self, axis: usize, t_s: f64) -> f64 {
         if let Some(blend) = self.blend {
             let corner = f64::from(self.origin_steps[axis] - blend.ends_steps(axis)[0]);

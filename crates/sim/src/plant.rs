@@ -112,7 +112,7 @@ impl Switch {
         self.fault = fault;
     }
 
-    /// Whether its contacts conduct.
+    /// True if its contacts conduct.
     pub fn is_closed(&self) -> bool {
         match self.fault {
             SwitchFault::None => self.touched == self.flips_ns.len().is_multiple_of(2),

@@ -18,7 +18,7 @@ pub struct Plate {
 }
 
 impl Plate {
-    /// Whether the probe touches it at this position of the axis.
+    /// True if the probe touches it at this position of the axis.
     pub(crate) fn is_touched(&self, place_steps: i32, steps_per_mm: f64) -> bool {
         let plate_steps = (self.place_mm * steps_per_mm).round() as i32;
         if self.is_below { place_steps <= plate_steps } else { place_steps >= plate_steps }

@@ -26,7 +26,7 @@ use crate::world::Shared;
 
 const TICK_HZ: u32 = PIO_TICK_HZ;
 const NS_PER_TICK: u64 = 1_000_000_000 / TICK_HZ as u64;
-/// How much shorter than planned an interval may be, because both its ends are rounded and its segment is fitted.
+/// The time by which an interval may be shorter than planned, because both its ends are rounded and its segment is fitted.
 const MARGIN_TICKS: u32 = 4;
 /// From the fall of STEP to the change of DIR. `PioPort` takes as many cycles.
 const TURN_TICKS: u32 = 4;
@@ -146,7 +146,7 @@ pub struct SimPort {
     capabilities: Capabilities,
     /// When STEP may rise next, ns since power-up.
     ready_ns: u64,
-    /// Whether no edges are made: see [`Config::only_time`].
+    /// True if no edges are made: see [`Config::only_time`].
     only_time: bool,
     barrier: Barrier,
 }

@@ -2,7 +2,7 @@
 
 use isostep_console::{Error, LineAssembler, Realtime, realtime};
 
-/// Why a file is not a program.
+/// The reason why a file is not a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
     /// It has no content.
@@ -26,7 +26,7 @@ pub enum ProgramError {
     },
 }
 
-/// What to do about a byte that text cannot contain.
+/// The remedy for a byte that text cannot contain.
 fn remedy(byte: u8) -> &'static str {
     match byte {
         // A UTF-16 file begins with these bytes, and UTF-8 never has them.
@@ -44,7 +44,7 @@ pub fn stripped(line: &[u8]) -> Result<String, Error> {
     assembled(line).line().map(str::to_owned)
 }
 
-/// What the comments of a line tell the operator, `(MSG, ...)`; empty if they do not.
+/// The message of the comments of a line to the operator, `(MSG, ...)`; empty if there is none.
 pub fn message(line: &[u8]) -> String {
     assembled(line).message().to_owned()
 }
@@ -136,7 +136,7 @@ fn with_comments(bytes: &[u8]) -> impl Iterator<Item = (u8, bool)> {
     })
 }
 
-/// What is in the comments of a line that the controller obeys at once, if a sender does not strip it: the place of each
+/// The bytes in the comments of a line that the controller obeys at once, if a sender does not strip it: the place of each
 /// byte in the line, and what it does. A status report is left out.
 pub fn acting(bytes: &[u8]) -> Vec<(usize, &'static str)> {
     let act = |(place, (byte, in_comment)): (usize, (u8, bool))| {

@@ -1,4 +1,4 @@
-//! What is recorded during a run.
+//! The record of a run.
 
 use std::fmt;
 use std::mem::take;
@@ -55,7 +55,7 @@ pub struct Edge {
     pub position_steps: i32,
 }
 
-/// Why steps were lost.
+/// The reason why steps were lost.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LossCause {
@@ -113,7 +113,7 @@ impl fmt::Display for Loss {
     }
 }
 
-/// What was recorded during a run.
+/// The record of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
     /// Every step.
@@ -130,7 +130,7 @@ pub struct Record {
     pub violations: Vec<Violation>,
     /// Every step that a carriage did not make.
     pub losses: Vec<Loss>,
-    /// Whether what came before was taken out already, so that all edges are of the moves here.
+    /// True if what came before was taken out already, so that all edges are of the moves here.
     pub continues: bool,
 }
 

@@ -17,7 +17,7 @@ use crate::drive::Drive;
 use crate::program;
 use crate::sim::Sim;
 
-/// Why a file of settings was refused. None of its settings is in force.
+/// The reason why a file of settings was refused. None of its settings is in force.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{file}{}: {reason}", .line.as_ref().map_or(String::new(), |(number, text)| format!(":{number}: `{text}`")))]
 pub struct Refused {
@@ -29,7 +29,7 @@ pub struct Refused {
     pub reason: Reason,
 }
 
-/// What is wrong with a file of settings.
+/// The fault of a file of settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
     /// A value is not allowed.

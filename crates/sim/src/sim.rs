@@ -30,10 +30,10 @@ pub use self::streamed::{Silencer, Streamed};
 
 const RESET: u8 = 0x18;
 
-/// How often a run reports its progress, in virtual time.
+/// The interval at which a run reports its progress, in virtual time.
 const WATCHED_EVERY: Duration = Duration::from_secs(1);
 
-/// Why a run has no outcome.
+/// The reason why a run has no outcome.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SimError {
     /// The file is not a program.
@@ -147,7 +147,7 @@ pub struct Came {
     pub at_ns: u64,
     /// The state of the machine then.
     pub state: State,
-    /// Whether an interrupt of a board would have inhibited for it, before anything was decided.
+    /// True if an interrupt of a board would have inhibited for it, before anything was decided.
     pub inhibits: bool,
 }
 
@@ -330,12 +330,12 @@ impl Sim {
         self.world.borrow_mut().set_driver(motor.into(), fault);
     }
 
-    /// Whether a motor's driver has switched it off, or is switched off itself; never, if it has no UART.
+    /// True if a motor's driver has switched it off, or is switched off itself; never, if it has no UART.
     pub(crate) fn is_driver_off(&self, motor: Motor) -> bool {
         self.world.borrow().is_driver_off(motor)
     }
 
-    /// How a UART driver is set, in the order of the axes, then the fourth motor's; `None` on other boards.
+    /// The settings of a UART driver, in the order of the axes, then the fourth motor's; `None` on other boards.
     pub fn driver_setup(&self, driver: usize) -> Option<DriverSetup> {
         self.world.borrow().drivers().map(|wire| wire[driver].setup())
     }
@@ -422,7 +422,7 @@ impl Sim {
         self.world.borrow().second_place_steps()
     }
 
-    /// How far the second motor is ahead of the first, mm away from their switches; 0 is square. `None` without a second
+    /// The lead of the second motor on the first, mm away from their switches; 0 is square. `None` without a second
     /// motor.
     pub fn skew_mm(&self) -> Option<f64> {
         self.world.borrow().skew_mm()
@@ -440,7 +440,7 @@ impl Sim {
         self.outcome_of(record, Default::default())
     }
 
-    /// What was recorded since this was asked last, of moves those that nothing can change any more, so that the memory of a
+    /// The record since this was asked last, of moves those that nothing can change any more, so that the memory of a
     /// long run stays bounded: see [`verify::Gathered`](crate::verify::Gathered).
     pub fn take_piece(&mut self) -> Outcome {
         let record = self.world.borrow_mut().take_settled(self.config.port.tolerance_ns());
@@ -464,7 +464,7 @@ impl Sim {
         }
     }
 
-    /// Why the line that waits for its answer has none.
+    /// The reason why the line that waits for its answer has none.
     fn unanswered(&self, program: &Program, dialogue: &Dialogue) -> SimError {
         let line = dialogue.answered + 1;
         let text = String::from_utf8_lossy(&program[dialogue.answered]).into_owned();

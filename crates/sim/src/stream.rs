@@ -16,7 +16,7 @@ use crate::time::Clock;
 /// The lines of a program, without their line ends.
 pub type Program = Arc<[Vec<u8>]>;
 
-/// What the controller sent in addition to the answers to lines.
+/// The messages of the controller in addition to the answers to lines.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Said {
     /// When it was complete, ns since power-up.
@@ -69,13 +69,13 @@ pub struct Dialogue {
     pub sent: usize,
     /// Lines replied to.
     pub answered: usize,
-    /// Whether sending stopped before the program's end.
+    /// True if sending stopped before the program's end.
     pub cut_short: bool,
-    /// Whether the sender has nothing left to do.
+    /// True if the sender has nothing left to do.
     pub done: bool,
     /// Messages about the line that is answered next.
     about_line: Vec<String>,
-    /// Whether the next message is about the preceding alarm.
+    /// True if the next message is about the preceding alarm.
     about_alarm: bool,
 }
 

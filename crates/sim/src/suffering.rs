@@ -29,7 +29,7 @@ pub(crate) fn spawn(executor: &mut Executor, fault: Fault, seed: u64, world: &Sh
     executor.spawn_at(Priority::World, "fault", surroundings.suffer(fault));
 }
 
-/// What a fault acts on.
+/// The target of a fault.
 struct Surroundings {
     clock: Clock,
     world: Shared,

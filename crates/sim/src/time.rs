@@ -43,7 +43,7 @@ struct State {
     sequence: u64,
     /// Keys: instant, ns, and sequence number.
     deadlines: BTreeMap<(u64, u64), Deadline>,
-    /// What is being polled runs in the background.
+    /// True while what is being polled runs in the background.
     in_background: bool,
     /// Somebody waits for what runs there.
     background_counts: bool,
@@ -122,7 +122,7 @@ impl Clock {
         self.0.borrow_mut().background_counts = counts;
     }
 
-    /// Whether anything waits for an instant, without what runs in the background and does not count.
+    /// True if anything waits for an instant, without what runs in the background and does not count.
     pub(crate) fn has_deadlines(&self) -> bool {
         let state = self.0.borrow();
         state.deadlines.values().any(|deadline| !deadline.in_background || state.background_counts)

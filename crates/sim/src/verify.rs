@@ -26,7 +26,7 @@ pub struct MoveCheck {
     pub index: usize,
     /// Steps that were made, signed; in a shaped run as they were planned.
     pub emitted_steps: [i32; AXES],
-    /// Whether exactly the planned steps were made; `None` in a shaped run, and so is all that is measured.
+    /// True if exactly the planned steps were made; `None` in a shaped run, and so is all that is measured.
     pub exact: Option<bool>,
     /// For each axis, the largest distance of an edge from its closed-form instant, ns; `None` for an axis at rest.
     pub error_max_ns: [Option<f64>; AXES],
@@ -38,7 +38,7 @@ pub struct MoveCheck {
     /// For each axis, intervals of its line measured from its own edges ([`measure`]); `None` for an axis at rest or with too
     /// few edges.
     pub measured: [Option<Measured>; AXES],
-    /// How much the tolerance of the instants can add to `path_deviation`.
+    /// The amount that the tolerance of the instants can add to `path_deviation`.
     path_slack: f64,
 }
 
@@ -48,7 +48,7 @@ impl MoveCheck {
         self.error_max_ns.iter().flatten().copied().fold(0.0, f64::max)
     }
 
-    /// Whether the path stayed within half a step of both axes.
+    /// True if the path stayed within half a step of both axes.
     pub fn is_straight(&self) -> bool {
         self.path_deviation.is_none_or(|deviation| deviation <= 1.0 + self.path_slack)
     }
@@ -66,7 +66,7 @@ impl MoveCheck {
         self.measured.iter().flatten().map(|measured| measured.resolution_s).reduce(f64::max)
     }
 
-    /// Whether the measured intervals of all axes are equal, within the resolution of their edges.
+    /// True if the measured intervals of all axes are equal, within the resolution of their edges.
     pub fn is_equal(&self) -> bool {
         let measured: Vec<_> = self.measured.iter().flatten().collect();
         measured.iter().enumerate().all(|(index, one)| measured[index + 1..].iter().all(|other| one.agrees(other)))
@@ -186,7 +186,7 @@ fn path(record: &MoveRecord, edges: &[Edge], port: Port) -> (Option<f64>, f64) {
 pub struct Verdict {
     /// The promise.
     pub promise: &'static str,
-    /// Whether it was kept.
+    /// True if it was kept.
     pub kept: bool,
     /// Figures on how it was kept or broken.
     pub detail: String,
@@ -217,7 +217,7 @@ impl Findings {
         self.moves
     }
 
-    /// Why there is nothing to tell of moves: `words`, unless all of them are shaped.
+    /// The reason why there is nothing to tell of moves: `words`, unless all of them are shaped.
     fn nothing(&self, words: &str) -> String {
         let all_shaped = self.shaped > 0 && self.shaped == self.moves;
         if all_shaped { "shaped runs are not judged by this" } else { words }.to_owned()

@@ -182,7 +182,7 @@ impl World {
         }
     }
 
-    /// Whether an input of the controller is high.
+    /// True if an input of the controller is high.
     pub fn is_high(&self, wire: Wire) -> bool {
         self.inputs[inputs::index(wire)].high
     }
@@ -192,7 +192,7 @@ impl World {
         self.limits_high_at_start
     }
 
-    /// How often an input has risen and fallen.
+    /// The numbers of times that an input has risen and fallen.
     pub(crate) fn flanks(&self, wire: Wire) -> (u32, u32) {
         let input = &self.inputs[inputs::index(wire)];
         (input.rises, input.falls)
@@ -262,13 +262,13 @@ impl World {
         self.refresh_diags();
     }
 
-    /// Whether a motor's driver, if it has a UART, has switched it off, or is switched off itself.
+    /// True if a motor's driver, if it has a UART, has switched it off, or is switched off itself.
     pub fn is_driver_off(&self, motor: Moving) -> bool {
         let uart_drivers = motor_index(&self.wiring, motor).zip(self.uart_drivers.as_ref());
         uart_drivers.is_some_and(|(index, uart_drivers)| uart_drivers.wire[index].is_off())
     }
 
-    /// What the board hears on the wire of its drivers when it sends this; nothing if they have no UART.
+    /// The bytes that the board hears on the wire of its drivers when it sends this; nothing if they have no UART.
     pub fn exchange_with_drivers(&mut self, sent: &[u8]) -> Vec<u8> {
         let now_ns = self.clock.now_ns();
         let heard =
@@ -282,7 +282,7 @@ impl World {
         self.uart_drivers.as_ref().map(|uart_drivers| &uart_drivers.wire)
     }
 
-    /// How far the second motor is ahead of the first, mm away from their switches, by how the frame is when square;
+    /// The lead of the second motor on the first, mm away from their switches, by how the frame is when square;
     /// `None` without a second motor.
     pub fn skew_mm(&self) -> Option<f64> {
         let second = self.motors.get(SECOND)?;
@@ -300,7 +300,7 @@ impl World {
         }
     }
 
-    /// Whether a step of a motor would skew a frame further that is so skewed that it binds. Two motors that move together
+    /// True if a step of a motor would skew a frame further that is so skewed that it binds. Two motors that move together
     /// do so one after the other, which is a step of skew.
     fn binds(&self, index: usize, direction: i32) -> bool {
         let Some(skew_mm) = self.skew_mm().filter(|_| self.motors[index].axis == self.motors[SECOND].axis) else {
@@ -382,7 +382,7 @@ impl World {
         self.motors.get(SECOND).map(MotorWorld::drift_steps)
     }
 
-    /// How far the field of each first motor is beyond an end stop that blocks the carriage.
+    /// The distance of the field of each first motor beyond an end stop that blocks the carriage.
     pub(crate) fn ahead_steps(&self) -> [i32; AXES] {
         std::array::from_fn(|axis| self.motors[axis].carriage.ahead_steps())
     }

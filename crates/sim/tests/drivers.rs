@@ -21,7 +21,7 @@ fn turn(wire: &mut Wire, driver: usize, speed_steps_s: f64, load: f64) {
     wire[driver].step(full_steps);
 }
 
-/// What is heard after the echo.
+/// The bytes that are heard after the echo.
 fn after_echo(wire: &mut Wire, sent: &[u8]) -> Vec<u8> {
     let heard = wire.exchange(sent);
     heard.strip_prefix(sent).expect("the echo comes first").to_vec()
@@ -46,7 +46,7 @@ fn set<R: WritableRegister>(wire: &mut Wire, driver: usize, register: R) {
     assert_eq!(bytes, [], "a write has no reply");
 }
 
-/// What a read of this register gives.
+/// The value that a read of this register gives.
 fn number(wire: &mut Wire, driver: usize, register: Address) -> u32 {
     let bytes = after_echo(wire, ReadRequest::from_addr(ADDRESSES[driver], register).bytes());
     let response = response(&bytes).expect("a reply");

@@ -22,7 +22,7 @@ const END_STEPS: i32 = -1_200;
 const STEP_NS: u64 = 250_000;
 const THRESHOLD: u32 = 50;
 const TCOOLTHRS_CLOCKS: u32 = 300;
-/// How far it backs off from the end.
+/// The distance that it backs off from the end.
 const OFF_STEPS: i32 = 100;
 
 /// X, whose carriage is driven by hand.

@@ -1,4 +1,4 @@
-//! How well homing without switches finds the same place again, by the stalls that drivers tell.
+//! The accuracy with which homing without switches finds the same place again, by the stalls that drivers tell.
 
 use std::collections::BTreeSet;
 

@@ -38,7 +38,7 @@ const FIFO_IS_ALL_TX: u32 = 1 << 30;
 
 /// By this cycle every machine waits at the start barrier and its FIFO is full.
 pub const OPENS_AT: u64 = 100;
-/// How long the experiment goes on after the last halt, so that surplus edges are seen.
+/// The time that the experiment goes on after the last halt, so that surplus edges are seen.
 const AFTER_CYCLES: u64 = 4_000;
 
 /// The input of one state machine.
@@ -113,7 +113,7 @@ pub struct Experiment {
     pub finish: Vec<(u32, u32)>,
 }
 
-/// What one state machine did, in cycles.
+/// The edges of one state machine, in cycles.
 #[derive(Debug, Default, PartialEq, Deserialize)]
 pub struct Seen {
     pub rises: Vec<u64>,

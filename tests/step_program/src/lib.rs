@@ -31,7 +31,7 @@ use self::program::{AXES_MAX, STARVED_AT, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
 /// Cycles from the write that opens the start barrier to time zero of a run, at which a first step of 0 cycles would rise.
 const ZERO_AFTER_BARRIER_CYCLES: u64 = 9;
-/// How many cycles before time zero the first word is fetched.
+/// The number of cycles before time zero at which the first word is fetched.
 const FETCH_BEFORE_ZERO_CYCLES: u64 = 7;
 /// The shortest time for which STEP is low.
 const LOW_MIN_CYCLES: u32 = 7;

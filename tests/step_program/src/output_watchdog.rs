@@ -11,7 +11,7 @@ use crate::experiment::{CTRL, Experiment, INSTR, SHIFTCTRL, at_origin, clocked, 
 use crate::guard::watch;
 
 const WORD: u32 = 0x321F;
-/// How long the output watchdog is patient. On the chip it is longer.
+/// The patience of the output watchdog. On the chip it is longer.
 const PATIENCE: u32 = 1_000;
 /// From the write that feeds it to the word of a machine that is patient for 0 cycles: the round that finds X run out,
 /// and the two instructions after it.

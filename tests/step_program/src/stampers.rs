@@ -72,7 +72,7 @@ impl Stamper {
         }
     }
 
-    /// How much later than the edge each stamp says, a constant aside.
+    /// The lateness of each stamp after its edge, a constant aside.
     fn latenesses(self, emulator: Emulator, rises: &[(u64, u64)]) -> Vec<i64> {
         let taken = emulator.taken(&self.experiment(rises));
         let stamped = self.stamped(rises.len());

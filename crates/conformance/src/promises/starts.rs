@@ -13,7 +13,7 @@ use isostep_profile::Limits;
 use crate::plan::{LIMITS, Plan, delayed, steps_of};
 use crate::rig::{Ports, Rig, WIRED, carry_out, edges, let_go};
 
-/// What an axis shares with the part of the coordinator.
+/// The data that an axis shares with the part of the coordinator.
 type Link = (StartBarrier, StreamQueue, StepCounter);
 
 /// The axes are let go at one instant, and their tasks go on one after the other, 40 us apart. Some have to set DIR.

@@ -1,4 +1,4 @@
-//! How long each law takes, exact and truncated as in the paper, and how much time the logarithmic one saves.
+//! The duration of each law, exact and truncated as in the paper, and how much time the logarithmic one saves.
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;

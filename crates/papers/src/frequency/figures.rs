@@ -26,7 +26,7 @@ fn simulate(table: &Parameters) -> Result<Vec<Simulated>> {
     FrequencyLaw::ALL.into_iter().map(one).collect()
 }
 
-/// What the paper observes in its figures.
+/// The paper's observations in its figures.
 pub fn rows() -> Result<Vec<Row>> {
     let laws = simulate(&TABLE_1)?;
     let place = "VI.A, figure 7";

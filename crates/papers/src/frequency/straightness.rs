@@ -1,4 +1,4 @@
-//! Why the linear law's speed over time is not a straight line (Fonseca-Campos 2023, section VI.A).
+//! The reason why the linear law's speed over time is not a straight line (Fonseca-Campos 2023, section VI.A).
 
 use anyhow::Result;
 use isostep_generators::FrequencyLaw;

@@ -44,7 +44,7 @@ pub fn without_jumps(drive: &Drive) -> Drive {
     drive.iter().map(|&(t_s, speed)| (t_s, speed - start)).collect()
 }
 
-/// What a sensor on the carriage would measure in the ten waveforms, steps/s².
+/// The measurements of a sensor on the carriage in the ten waveforms, steps/s².
 pub fn waveforms(drive: &Drive, oscillator: &Oscillator) -> Vec<Vec<f64>> {
     let instants = |waveform: usize| -> Vec<f64> {
         let late_s = waveform as f64 / WAVEFORMS as f64 / SAMPLE_HZ;

@@ -37,7 +37,7 @@ impl Edges {
         (made(&self.long_s), made(&self.across_s))
     }
 
-    /// How far the axis across is ahead of the straight line, steps.
+    /// The lead of the axis across on the straight line, steps.
     fn error_steps(&self, t_s: f64) -> f64 {
         let (long, across) = self.at(t_s);
         across - long * f64::from(ACROSS_STEPS) / f64::from(STEPS)

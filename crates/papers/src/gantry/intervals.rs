@@ -83,7 +83,7 @@ fn lost_steps(timed: &TimedStaircase) -> Row {
     Paper::Gantry.asks("section 4", "steps lost").says("some in each interval", found, short == moving.len())
 }
 
-/// How the deceleration depends on the cost of a reload.
+/// The dependence of the deceleration on the cost of a reload.
 pub fn reload_table() -> Result<Table> {
     let mut rows = Vec::new();
     for reload_ticks in 0..=3 {

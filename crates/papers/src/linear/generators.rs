@@ -131,7 +131,7 @@ impl Generator {
         intervals.map(|(i, interval_s)| 100.0 * (1.0 / interval_s / exact_steps_s(i) - 1.0)).collect()
     }
 
-    /// How much longer the generator takes from its first step to its last than the law, s.
+    /// The time that the generator takes longer from its first step to its last than the law, s.
     pub fn late_s(&self, law: &Profile) -> f64 {
         let first = self.first_steps();
         let last = first + self.intervals_s.len() as f64;

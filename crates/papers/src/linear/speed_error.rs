@@ -1,4 +1,5 @@
-//! How closely the generators' speed follows the linear law; and the first steps, figures 2 and 5 (Stoychitch 2018).
+//! The closeness with which the generators' speed follows the linear law; and the first steps, figures 2 and 5 (Stoychitch
+//! 2018).
 
 use anyhow::Result;
 use isostep_report::pictures::chart::{self, Axis, Chart, Curve, Scale};

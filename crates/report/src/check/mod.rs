@@ -1,4 +1,4 @@
-//! What would become of a program on a machine: its survey, and how long it takes and why, from a run without edges.
+//! The fate of a program on a machine: its survey, and how long it takes and why, from a run without edges.
 
 mod words;
 
@@ -20,7 +20,7 @@ pub use self::words::{Row, fate, rows, without_dust};
 pub struct Check {
     /// The initial position of the carriages, mm from their switches.
     pub start_mm: [f64; AXES],
-    /// What was read of it.
+    /// The survey of it.
     pub survey: Survey,
     /// Time from the start of the first move to the end of the last, with the waits before and after, without homing and
     /// without refused lines, s.
@@ -31,24 +31,24 @@ pub struct Check {
     pub waits_s: Option<[f64; 2]>,
     /// The results of the first probing moves.
     pub probes: Vec<String>,
-    /// How its time is spent.
+    /// The time by what it is spent on.
     pub pace: Option<Pace>,
-    /// What shaping costs, if anything is shaped.
+    /// The cost of shaping, if anything is shaped.
     pub shaping: Option<ShapingFigures>,
-    /// Why the program does not reach its end.
+    /// The reason why the program does not reach its end.
     pub trouble: Option<String>,
 }
 
-/// Where the carriages stand, and a plate for the probe.
+/// The places where the carriages stand, and a plate for the probe.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stand {
     /// mm from the switches; where the program fits, if it is not given.
     pub start_mm: Option<[f64; AXES]>,
-    /// What the probe touches.
+    /// The plate that the probe touches.
     pub plate: Option<Plate>,
 }
 
-/// What the run of a program shows.
+/// The results of the run of a program.
 struct Made {
     homing_s: f64,
     waits_s: [f64; 2],
@@ -77,7 +77,7 @@ impl Check {
         }
     }
 
-    /// Whether the program would run unchanged.
+    /// True if the program would run unchanged.
     pub fn is_good(&self) -> bool {
         self.survey.refused_total == 0 && self.survey.outside.is_none() && self.trouble.is_none()
     }
@@ -128,7 +128,7 @@ fn made(
     })
 }
 
-/// How long after the last motion the motors are freed (`$1`), which nobody waits for, s.
+/// The time after the last motion at which the motors are freed (`$1`), which nobody waits for, s.
 fn freed_s(settings: &Settings) -> f64 {
     match settings.idle_delay_ms {
         255 => 0.0,

@@ -8,12 +8,12 @@ use crate::pace::{LEAST_SHOWN_S, words as pace};
 use crate::remarks::{self, AXIS_NAMES, SHOWN_MAX, shortened};
 use crate::survey::{LISTED_MAX, Survey};
 
-/// What is said under one name.
+/// A group of lines under one name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Row {
     /// In one or two words.
     pub name: &'static str,
-    /// What is said.
+    /// The lines.
     pub words: String,
     /// The places that it is about, a line for each.
     pub places: Vec<String>,
@@ -28,7 +28,7 @@ pub fn rows(check: &Check, all: bool) -> Vec<Row> {
     [fate(&check.survey, all), places(check), times(check)].concat()
 }
 
-/// What happens to the program's lines.
+/// The remarks about the program's lines.
 pub fn fate(survey: &Survey, all: bool) -> Vec<Row> {
     let Survey { lines, blocks, statements, empty, moves, arcs, .. } = *survey;
     let counts = format!(
@@ -65,7 +65,7 @@ fn refused(survey: &Survey, all: bool) -> Row {
     said
 }
 
-/// Where a person has to act.
+/// The places where a person has to act.
 fn persons(survey: &Survey) -> Vec<Row> {
     let tool = |(tool, line): (&u8, &usize)| match tool {
         0 => format!("any (line {line})"),
@@ -85,7 +85,7 @@ fn persons(survey: &Survey) -> Vec<Row> {
     rows.into_iter().flatten().collect()
 }
 
-/// Whether a tool is changed, and nothing tells the person more than its number.
+/// True if a tool is changed, and nothing tells the person more than its number.
 fn needs_messages(survey: &Survey) -> bool {
     survey.messages == 0 && (!survey.tools.is_empty() || survey.tool_numbers.len() > 1)
 }
@@ -105,7 +105,7 @@ fn beside_places(survey: &Survey) -> Option<String> {
     ))
 }
 
-/// What in comments acts on the machine.
+/// The remarks about comments that act on the machine.
 fn comments(survey: &Survey) -> Option<Row> {
     let place = |(words, lines): (&String, &Vec<usize>)| {
         let lines = remarks::numbers(lines, lines.len()).unwrap_or_default();

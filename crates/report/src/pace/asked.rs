@@ -1,4 +1,4 @@
-//! What a move asks for: its direction, its speed, and the allowed speed at the corner to the next move.
+//! The demands of a move: its direction, its speed, and the allowed speed at the corner to the next move.
 
 use isostep_console::Rate;
 use isostep_motion::AXES;
@@ -15,7 +15,7 @@ const STRAIGHT: f64 = 1e-12;
 /// A path that turns by more than this reverses, and stops: a cosine of -0.999999.
 const BACK_DEG: f64 = 179.9;
 
-/// What limits the speed of a move.
+/// The limit of the speed of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
     /// The feed that the line asks for.
@@ -24,7 +24,7 @@ pub enum Limit {
     Axis(usize),
 }
 
-/// What a move asks for.
+/// The demands of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asked {
     /// Unit vector of the path.
@@ -33,12 +33,12 @@ pub struct Asked {
     pub mm_per_step: f64,
     /// The speed along the path that it would have without ramps, mm/s.
     pub mm_s: f64,
-    /// What limits this speed.
+    /// The limit of this speed.
     pub limit: Limit,
 }
 
 impl Asked {
-    /// What a move of `outcome` asks for. Without a source, its speed is the planned one, or as fast as its axes allow.
+    /// The demands of a move of `outcome`. Without a source, its speed is the planned one, or as fast as its axes allow.
     pub fn new(outcome: &Outcome, record: &MoveRecord, source: Option<&Source>) -> Self {
         let distance_mm: [f64; AXES] =
             std::array::from_fn(|axis| record.plan.axis_steps(axis) / outcome.steps_per_mm[axis]);
@@ -58,7 +58,7 @@ impl Asked {
         Self { direction, mm_per_step, mm_s, limit }
     }
 
-    /// Whether `mm_s` is no slower than the speed asked for.
+    /// True if `mm_s` is no slower than the speed asked for.
     pub fn is_reached(&self, mm_s: f64) -> bool {
         mm_s >= self.mm_s * (1.0 - SAME)
     }
@@ -69,7 +69,7 @@ impl Asked {
         2.0 * self.half_difference(next).min(1.0).asin().to_degrees()
     }
 
-    /// Whether the path goes back at the corner to the next move.
+    /// True if the path goes back at the corner to the next move.
     pub fn is_back(&self, next: &Self) -> bool {
         self.turn_deg(next) > BACK_DEG
     }

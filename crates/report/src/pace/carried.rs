@@ -1,5 +1,5 @@
-//! Whether the board carries a program: it plans no more than so many moves a second, and in virtual time planning takes
-//! none.
+//! The pace at which the board carries a program: it plans no more than so many moves a second, and in virtual time planning
+//! takes none.
 
 use std::collections::VecDeque;
 
@@ -13,7 +13,7 @@ pub const BOARD_MOVES_PER_S: f64 = 1_560.0;
 /// Lines that go straight on with another power, each 0.1 mm, that it carries out in a second: measured in the same way.
 const BOARD_PIXELS_PER_S: f64 = 3_280.0;
 
-/// How much longer than planned the program takes at least, because the board plans a move no faster than that, s. It
+/// The time that the program takes longer than planned at least, because the board plans a move no faster than that, s. It
 /// plans ahead while the machine moves, as far as it has room, so that a short burst of moves costs nothing. Where it
 /// falls behind it also brakes, as fewer moves are known ahead: that is not counted.
 pub fn longer_s(outcome: &Outcome) -> f64 {

@@ -1,4 +1,4 @@
-//! What limits the speed at a corner, and so what would make it faster.
+//! The limit of the speed at a corner, and so what would make it faster.
 //!
 //! By Grbl's rule it is `$11` and the axis whose acceleration allows least across the corner. In a blend it is the axis that
 //! comes nearest to its acceleration there, and how far the blend reaches: as far as the deviation allows, which is
@@ -34,7 +34,7 @@ pub enum Rule {
     Reversal,
 }
 
-/// What limits the speed at a corner.
+/// The limit of the speed at a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CornerLimit {
     /// The rule.
@@ -49,20 +49,20 @@ pub struct CornerLimit {
 #[derive(Clone, Copy, Debug)]
 pub struct Corner<'a> {
     pub outcome: &'a Outcome,
-    /// What the moves before and after it ask for.
+    /// The demands of the moves before and after it.
     pub sides: [&'a Asked; 2],
     /// Index of the move after it.
     pub after: usize,
-    /// How far a blend may leave it, mm.
+    /// The distance by which a blend may leave it, mm.
     pub deviation_mm: f64,
     /// The speed at which it is taken, mm/s.
     pub taken_mm_s: f64,
-    /// Whether the machine comes to rest there.
+    /// True if the machine comes to rest there.
     pub is_rest: bool,
 }
 
 impl Corner<'_> {
-    /// What limits the speed; `None` if the corner would allow more.
+    /// The limit of the speed; `None` if the corner would allow more.
     pub fn limit(&self) -> Option<CornerLimit> {
         let Self { outcome, sides: [from, to], deviation_mm, .. } = *self;
         if self.is_rest && from.is_back(to) {

@@ -16,7 +16,7 @@ use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::Source;
 
-/// How the speed changes.
+/// The change of the speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// It rises.
@@ -32,9 +32,9 @@ pub enum Change {
 pub struct Phase<'a> {
     /// Index of its move in [`Outcome::moves`].
     pub index: usize,
-    /// What its move asks for.
+    /// The demands of its move.
     pub asked: Asked,
-    /// How the speed changes.
+    /// The change of the speed.
     pub change: Change,
     /// When it begins, s from the start of the first move.
     pub begin_s: f64,
@@ -44,14 +44,14 @@ pub struct Phase<'a> {
     pub speeds_mm_s: [f64; 2],
     /// Its distance along the path, mm.
     pub distance_mm: f64,
-    /// Where it begins and ends, in steps of the longest axis from the beginning of the whole move.
+    /// The places where it begins and ends, in steps of the longest axis from the beginning of the whole move.
     pub places_steps: [f64; 2],
     /// If it is in a blend, the index of the move to which that leads.
     pub bent_to: Option<usize>,
     way: Way<'a>,
 }
 
-/// How the speed of a phase changes.
+/// The change of the speed in a phase.
 #[derive(Clone, Copy, Debug)]
 enum Way<'a> {
     /// By a profile, from this time and this step of it on.
@@ -224,7 +224,7 @@ struct Bent {
     to: usize,
     /// When it begins, its corner begins, is passed, and ends, s from the start of the run.
     times_s: [f64; 4],
-    /// How fast it is then, mm/s.
+    /// The speeds then, mm/s.
     speeds_mm_s: [f64; 4],
     stop_s: f64,
 }

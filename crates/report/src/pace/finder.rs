@@ -23,7 +23,7 @@ const BRIEF: f64 = 1.02;
 /// A pause between two runs that is longer than this was asked for, s.
 const PAUSE_S: f64 = 0.01;
 
-/// Whether the machine is at standstill at a place.
+/// True if the machine is at standstill at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stand {
     /// It does not stop.
@@ -49,7 +49,7 @@ struct Open {
     lost_s: f64,
 }
 
-/// How the time of a program is spent.
+/// A finder of how the time of a program is spent.
 pub struct Found {
     /// Its slow places.
     pub places: SlowPlaces,
@@ -70,7 +70,7 @@ pub struct Finder<'a> {
     open: Option<Open>,
     /// The speed has fallen towards the open place, and has not risen since.
     falls: bool,
-    /// What limited the last stretch that was as fast as asked for.
+    /// The limit of the last stretch that was as fast as asked for.
     level: Limit,
     last: Option<Phase<'a>>,
     /// The place of the current arc so far, and the time of its ramps.
@@ -160,7 +160,7 @@ impl<'a> Finder<'a> {
         open.stand = Stand::Ends;
     }
 
-    /// How much longer the run of this phase takes at its end because it is shaped, s.
+    /// The time that the run of this phase takes longer at its end because it is shaped, s.
     fn shaping_s(&self, last: &Phase<'a>) -> f64 {
         let record = &self.outcome.moves[last.index];
         if record.is_whole() { record.lasts_s() } else { 0.0 }
@@ -280,7 +280,7 @@ impl<'a> Finder<'a> {
         self.put(place, open.ramps_s);
     }
 
-    /// Whether a place is a corner that allows no higher speed. The corner that leads into an arc belongs to the arc, if that
+    /// True if a place is a corner that allows no higher speed. The corner that leads into an arc belongs to the arc, if that
     /// is as slow.
     fn is_explained(&self, open: &Open) -> bool {
         let (Some((_, from)), Some((after, to))) = (open.before, open.after) else { return false };
@@ -288,7 +288,7 @@ impl<'a> Finder<'a> {
         !leads_into_arc && self.corner_limit(open, [&from, &to], after).is_some()
     }
 
-    /// What limits the speed at a place as a corner; `None` if it is none, or would allow more.
+    /// The limit of the speed at a place as a corner; `None` if it is none, or would allow more.
     fn corner_limit(&self, open: &Open, sides: [&Asked; 2], after: usize) -> Option<CornerLimit> {
         let is_rest = open.stand != Stand::Flows || open.taken_mm_s <= self.start_mm_s(sides[0]).max(REST_MM_S);
         let deviation_mm = self.source(after).map_or(0.0, |source| source.deviation_mm);
@@ -333,7 +333,7 @@ impl<'a> Finder<'a> {
         })
     }
 
-    /// Whether a move lasts as briefly at that speed as the board plans any like it.
+    /// True if a move lasts as briefly at that speed as the board plans any like it.
     fn is_brief(&self, (index, asked): (usize, &Asked), mm_s: f64) -> bool {
         let record = &self.outcome.moves[index];
         let length_mm = record.plan.distance_steps() * asked.mm_per_step;

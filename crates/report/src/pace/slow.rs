@@ -13,7 +13,7 @@ const WORST: usize = 10;
 /// Number of corners that are listed one by one.
 const WORST_CORNERS: usize = 5;
 
-/// Why a place is slow.
+/// The reason why a place is slow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Why {
@@ -32,7 +32,7 @@ pub enum Why {
     /// The moves are so short that the board takes longer to plan them: each lasts [`STRAIGHT_S`](isostep_motion::STRAIGHT_S), or
     /// with a blend [`BLEND_S`](isostep_motion::BLEND_S).
     ShortMoves,
-    /// What follows was not known early enough: the moves are so short that the whole look-ahead is needed for braking,
+    /// The moves behind it were not known early enough: the moves are so short that the whole look-ahead is needed for braking,
     /// or the sender was late. Also an override.
     LookAhead,
     /// The start of the first move, the end of the last one, or homing.
@@ -68,7 +68,7 @@ impl Why {
         }
     }
 
-    /// Whether the machine is at standstill there.
+    /// True if the machine is at standstill there.
     pub(super) const fn is_standstill(self) -> bool {
         matches!(self, Self::ExactStop | Self::Thirds | Self::Stop | Self::Ends)
     }
@@ -95,7 +95,7 @@ pub struct SlowPlace {
     pub asked_mm_s: f64,
     /// The angle by which the path turns there, degrees; for an arc, that of the whole arc.
     pub turn_deg: f64,
-    /// What limits the speed there, if it is a corner or an arc.
+    /// The limit of the speed there, if it is a corner or an arc.
     pub limit: Option<CornerLimit>,
     /// Duration of the standstill there, s.
     pub standing_s: f64,

@@ -6,7 +6,7 @@ use crate::remarks::{AXIS_NAMES, words};
 
 /// A limit that holds for a smaller part of the time is left out.
 const LEAST_SHOWN_PERCENT: f64 = 0.05;
-/// How many slow places are printed.
+/// The number of slow places that are printed.
 const WORST_REPORTED: usize = 3;
 
 /// `the feed 62.0 %, corners 21.3 %`: the limit that holds for longest comes first; limits that hardly ever hold are
@@ -75,7 +75,7 @@ pub fn corners(pace: &Pace) -> impl Iterator<Item = String> + '_ {
     corners.map(|corner| format!("{}: {}", place(corner), corner.limit.map_or(String::new(), faster)))
 }
 
-/// What would make a corner faster.
+/// The change that would make a corner faster.
 fn faster(limit: CornerLimit) -> String {
     let CornerLimit { rule, axis, deviation_mm } = limit;
     let acceleration = format!("more acceleration of {}", AXIS_NAMES[axis]);
@@ -101,7 +101,7 @@ fn place(place: &SlowPlace) -> String {
     )
 }
 
-/// When this second is, how fast the machine moves, how many moves it makes, and where in the program they are.
+/// The place of this second in time and program, its speed and the number of its moves, in words.
 pub fn second(second: &Second) -> String {
     let lines = match second.lines {
         [Some(first), Some(last)] if first != last => format!(", lines {first} to {last}"),
@@ -114,7 +114,7 @@ pub fn second(second: &Second) -> String {
     )
 }
 
-/// Whether more moves come than the board plans, and how long that takes; `None` if it carries them.
+/// A sentence about moves that come faster than the board plans them; `None` if it carries them.
 pub fn beyond_board(pace: &Pace) -> Option<String> {
     if pace.longer_on_board_s < LEAST_SHOWN_S {
         return None;

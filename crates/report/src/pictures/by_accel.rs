@@ -26,11 +26,11 @@ const LEAST: f64 = 4.0;
 /// Places that are no farther apart are the same, mm.
 const SAME_MM: f64 = 1e-6;
 
-/// What the page shows.
+/// A picture for the page.
 pub struct Picture {
     /// The SVG element.
     pub svg: String,
-    /// What it shows and how to read it, in sentences.
+    /// Sentences about what it shows and how to read it.
     pub caption: String,
 }
 
@@ -83,7 +83,7 @@ struct Panel<'a> {
     lines: String,
     /// A sentence about what was left out of it, if anything was.
     simplified: Option<String>,
-    /// Where the ratio is highest, and the line of the program.
+    /// The place where the ratio is highest, and the line of the program.
     highest: Stretch,
     line: Option<usize>,
     /// Time in motion, and the part of it above the limit, s.
@@ -116,7 +116,7 @@ impl<'a> Panel<'a> {
         Self { rule, lines, simplified, highest, line, motion_s, above_s }
     }
 
-    /// Where it is highest, in words.
+    /// The place where it is highest, in words.
     fn place(&self) -> String {
         let line = self.line.map_or(String::new(), |line| format!(", line {line}"));
         format!("{}{line}", Axis::ALL[self.highest.axis])

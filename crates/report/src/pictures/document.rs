@@ -27,7 +27,7 @@ pub struct Page {
 pub struct Section {
     /// Its heading.
     pub heading: String,
-    /// What it is about, in paragraphs.
+    /// Paragraphs about it.
     pub text: Vec<String>,
     /// The pictures.
     pub pictures: Vec<Picture>,
@@ -42,7 +42,7 @@ pub struct Picture {
     pub name: String,
     /// The SVG element, or one that shows an image of the page.
     pub svg: String,
-    /// What it shows and how to read it.
+    /// A text about what it shows and how to read it.
     pub caption: String,
 }
 

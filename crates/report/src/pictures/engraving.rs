@@ -1,4 +1,4 @@
-//! What a laser engraved: the dose of its beam in the XY plane, dark where it is high.
+//! A picture of the work of a laser: the dose of its beam in the XY plane, dark where it is high.
 
 mod sheet;
 
@@ -121,7 +121,7 @@ fn encoded(sheet: &Sheet, strong: f32) -> Result<Vec<u8>, EncodingError> {
 }
 
 impl Picture {
-    /// What the picture shows and how to read it, in sentences.
+    /// Sentences about what the picture shows and how to read it.
     pub fn caption(&self) -> String {
         let [x, y] = self.extent_mm.map(|(low, high)| format!("{:.2} to {:.2}", low + 0.0, high + 0.0));
         let Self { size: [width, height], pixel_mm, spot_mm, black_s_mm2, .. } = self;

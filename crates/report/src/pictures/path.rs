@@ -35,7 +35,7 @@ const KEY: u32 = 40;
 /// The planes that are drawn if the path leaves XY.
 pub const SIDES: [Axes; 2] = [[0, 2], [1, 2]];
 
-/// Whether the program moves Z, so that it has sides to look at.
+/// True if the program moves Z, so that it has sides to look at.
 pub fn has_sides(outcome: &Outcome) -> bool {
     outcome.program_moves().any(|record| record.plan.steps.get(2).is_some_and(|&steps| steps != 0))
 }
@@ -44,13 +44,13 @@ pub fn has_sides(outcome: &Outcome) -> bool {
 pub struct Picture {
     /// The SVG element.
     pub svg: String,
-    /// Whether it was drawn through the edges and not from the plans.
+    /// True if it was drawn through the edges and not from the plans.
     pub by_edges: bool,
-    /// Whether ends of moves are drawn as dots.
+    /// True if ends of moves are drawn as dots.
     pub with_dots: bool,
     /// A sentence about what was left out to limit the size, if anything was.
     pub simplified: Option<String>,
-    /// Whether there are rapids, drawn as dashes.
+    /// True if there are rapids, drawn as dashes.
     pub with_rapids: bool,
     /// The least and greatest positions on both axes, mm.
     pub extent_mm: [(f64, f64); 2],
@@ -159,7 +159,7 @@ fn pieces_by_edges<'a>(
     }
 }
 
-/// Where every axis stands before the edges of each move, steps. In a shaped run that is not where the move begins.
+/// The places where every axis stands before the edges of each move, steps. In a shaped run that is not where the move begins.
 fn stands_steps(outcome: &Outcome) -> Vec<[i32; AXES]> {
     let runs = outcome.moves.chunk_by(|one, next| one.run == next.run);
     let stands_of = |run: &[MoveRecord]| {

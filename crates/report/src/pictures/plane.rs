@@ -21,7 +21,7 @@ pub fn letters(axes: Axes) -> String {
     axes.map(|axis| AXIS_NAMES[axis]).concat()
 }
 
-/// Whether a move moves either axis.
+/// True if a move moves either axis.
 pub fn moves_in(record: &MoveRecord, axes: Axes) -> bool {
     axes.iter().any(|&axis| record.origin_steps[axis] != record.end_steps[axis])
 }
@@ -34,9 +34,9 @@ pub struct Room {
     pub inner: (f64, f64),
     /// The least height.
     pub lowest: f64,
-    /// What is kept free above, pixels.
+    /// The height kept free above, pixels.
     pub above: u32,
-    /// Whether the whole machine may be shown: the rack of the parking gantry.
+    /// True if the whole machine may be shown: the rack of the parking gantry.
     pub with_rack: bool,
 }
 
@@ -48,9 +48,9 @@ pub struct Plane {
     pub extent_mm: [(f64, f64); 2],
     room: Room,
     homed: bool,
-    /// Whether the machine is the parking gantry, whose rack is shown.
+    /// True if the machine is the parking gantry, whose rack is shown.
     has_rack: bool,
-    /// What is shown to the right and upwards.
+    /// The ranges shown to the right and upwards.
     right_mm: (f64, f64),
     up_mm: (f64, f64),
 }
@@ -90,12 +90,12 @@ impl Plane {
         [FRAME.left, FRAME.above + self.room.above].map(|pixels| f64::from(pixels * FINE))
     }
 
-    /// How many fine pixels a millimetre has.
+    /// The number of fine pixels to a millimetre.
     pub fn fine_per_mm(&self) -> f64 {
         self.room.inner.0 / (self.right_mm.1 - self.right_mm.0)
     }
 
-    /// Where a position is in the picture.
+    /// The place of a position in the picture.
     pub fn point(&self, mm: [f64; AXES]) -> Point {
         let (scale, [left, top]) = (self.fine_per_mm(), self.corner());
         let [right, up] = self.axes.map(|axis| mm[axis]);
@@ -150,7 +150,7 @@ const COLUMNS_MM: [f64; 3] = [25.0, 175.0, 325.0];
 const ROWS_MM: [f64; 3] = [160.0, 240.0, 320.0];
 /// Width and height of a bay, mm.
 const BAY_MM: (f64, f64) = (150.0, 80.0);
-/// Where cars are picked up and delivered, mm.
+/// The place where cars are picked up and delivered, mm.
 const PICK_UP_MM: (f64, f64) = (175.0, 40.0);
 
 /// Recognises the parking gantry by its travel.

@@ -1,4 +1,4 @@
-//! How the loads on springs swing: a table, and the deviation of each load over time.
+//! The swinging of the loads on springs: a table, and the deviation of each load over time.
 
 use isostep_motion::Axis;
 
@@ -13,7 +13,7 @@ use isostep_sim::lines_of_moves;
 
 /// Number of time spans, each with its least and its greatest deviation.
 const SPANS: usize = 760;
-/// How many periods are shown after the last plan.
+/// The number of periods that are shown after the last plan.
 const PERIODS_AFTER: f64 = 8.0;
 
 /// A row of the table: the rule at corners, and what one load does.

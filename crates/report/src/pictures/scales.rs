@@ -33,7 +33,7 @@ fn number(at: [u32; 2], number: &str) -> String {
 const RATIO_TOPS: [f64; 6] = [0.5, WITHIN, 1.5, 2.5, 5.0, 10.0];
 /// Number of classes within the limit.
 const QUIET: usize = 2;
-/// How many times as wide the lines of each class are as those within the limit, from the lowest.
+/// The width of the lines of each class as a multiple of that within the limit, from the lowest.
 const WIDTHS: [f64; RATIO_TOPS.len() + 1] = [1.0, 1.0, 2.0, 2.5, 3.0, 3.5, 4.0];
 
 /// An acceleration over its limit: quiet greys within the limit, loud colours and wider lines above it. The scale is the same
@@ -110,7 +110,7 @@ pub struct SpeedScale {
     tops_mm_s: [f64; SPEEDS],
 }
 
-/// What a piece of a path has made.
+/// The distance and the duration of a piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Made {
     /// Its distance, mm.

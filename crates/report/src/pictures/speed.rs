@@ -2,7 +2,8 @@
 
 use super::chart::{self, Axis, Band, Chart, Curve, Label, Place, Style};
 use super::theme::{AXIS, BOUND, CURVE, Colour};
-use crate::pace::{Sample, Second, samples};
+use crate::pace::Second;
+use crate::pace::course::{Phase, end_s, phases};
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::Source;
 
@@ -13,7 +14,7 @@ const ASKED_MAX: f64 = 1.5;
 /// The mark of a second is at least this fraction of the picture wide.
 const SEEN: f64 = 0.004;
 
-/// How much of the colour of a mark is seen.
+/// The opacity of a mark.
 const MARK: f64 = 0.25;
 
 /// Draws the picture; `sources` are those of all moves, `seconds` are the slowest and the busiest.
@@ -56,7 +57,7 @@ fn chart(samples: &[Sample], extremes: [Option<Second>; 2]) -> Chart {
     Chart { bands: marks.iter().map(band).collect(), labels, ..Chart::new(x, y, curves) }
 }
 
-/// Where the mark of a second ends, so that it is wide enough to be visible.
+/// The place where the mark of a second ends, so that it is wide enough to be visible.
 fn mark_end_s(from_s: f64, end_s: f64) -> f64 {
     (from_s + (SEEN * end_s).max(1.0)).min(end_s)
 }
@@ -68,10 +69,69 @@ fn marks([slowest, busiest]: [Option<Second>; 2]) -> Vec<(&'static str, f64, Col
     [busiest, slowest].into_iter().flatten().collect()
 }
 
+/// The speed along the path in a span of time, mm/s. At standstill it is 0, and so is the speed asked for.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    /// The instant at which the span begins, s from the start of the first move.
+    begin_s: f64,
+    end_s: f64,
+    moving_s: f64,
+    lowest_mm_s: f64,
+    mean_mm_s: f64,
+    highest_mm_s: f64,
+    /// The highest of the speeds asked for.
+    asked_mm_s: f64,
+}
+
+impl Sample {
+    /// A span without motion so far.
+    fn new([begin_s, end_s]: [f64; 2]) -> Self {
+        let [moving_s, mean_mm_s, highest_mm_s, asked_mm_s] = [0.0; 4];
+        Self { begin_s, end_s, moving_s, lowest_mm_s: f64::INFINITY, mean_mm_s, highest_mm_s, asked_mm_s }
+    }
+
+    /// Adds the part of a phase between two instants, which is this part of the mean.
+    fn add(&mut self, phase: &Phase, [from_s, to_s]: [f64; 2], mean_mm_s: f64) {
+        self.moving_s += (to_s - from_s).max(0.0);
+        self.mean_mm_s += mean_mm_s;
+        self.asked_mm_s = self.asked_mm_s.max(phase.asked.mm_s);
+        // In a phase the speed rises, stays constant or falls, so its extremes are at the ends.
+        let [one, other] = [from_s, to_s].map(|t_s| phase.speed_mm_s(t_s));
+        self.lowest_mm_s = self.lowest_mm_s.min(one).min(other);
+        self.highest_mm_s = self.highest_mm_s.max(one).max(other);
+    }
+}
+
+/// The speed in so many equal spans of time, from the start of the first move to the end of the last one; empty without a
+/// move.
+fn samples(outcome: &Outcome, sources: &[Option<Source>], spans: usize) -> Vec<Sample> {
+    let Some(total_s) = end_s(outcome) else { return Vec::new() };
+    let span_s = total_s / spans as f64;
+    let ends_s = |number: usize| [number, number + 1].map(|number| number as f64 * span_s);
+    let mut samples: Vec<_> = (0..spans).map(|number| Sample::new(ends_s(number))).collect();
+    for phase in phases(outcome, sources) {
+        let mut made_mm = 0.0;
+        let mut from_s = phase.begin_s;
+        let number = |t_s: f64| ((t_s / span_s) as usize).min(spans - 1);
+        let (first, last) = (number(phase.begin_s), number(phase.end_s()));
+        for (number, sample) in (first..).zip(&mut samples[first..=last]) {
+            let to_s = if number + 1 == spans { phase.end_s() } else { phase.end_s().min(sample.end_s) };
+            let to_mm = phase.made_mm(to_s);
+            sample.add(&phase, [from_s, to_s], (to_mm - made_mm) / span_s);
+            (from_s, made_mm) = (to_s, to_mm);
+        }
+    }
+    for stands in samples.iter_mut().filter(|sample| sample.moving_s < span_s * (1.0 - 1e-6)) {
+        stands.lowest_mm_s = 0.0;
+    }
+    samples
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::pace::Pace;
+    use isostep_motion::AXES;
     use isostep_sim::{Config, lines_of_moves, run};
 
     /// By hand: 20 mm/s over 20 mm, from and to rest at 50 mm/s2.
@@ -90,5 +150,21 @@ mod tests {
         let way_mm = mean.points.iter().map(|point| point.1).sum::<f64>() * end_s / SPANS as f64;
         assert!((way_mm - 20.0).abs() < 0.01, "{way_mm}");
         assert!(chart.bands.iter().zip(&chart.labels).all(|(band, label)| band.to == label.at.0), "{:?}", chart.labels);
+    }
+
+    #[test]
+    fn samples_have_the_whole_way_and_its_speeds() {
+        let mut config = Config { only_time: true, ..Config::default() };
+        let settings = &mut config.settings;
+        (settings.max_rate_mm_min, settings.accel_mm_s2) = ([12_000.0; AXES], [2_000.0; AXES]);
+        let outcome = run(b"G91 G1 F6000 X40\nG4 P0.2\nF3000 Y40\n", &config).unwrap();
+        let samples = samples(&outcome, &lines_of_moves::of_moves(&outcome), 97);
+        let way_mm: f64 = samples.iter().map(|sample| sample.mean_mm_s * (sample.end_s - sample.begin_s)).sum();
+        assert!((way_mm - 80.0).abs() < 1e-6, "{way_mm}");
+        assert!(samples.iter().all(|sample| sample.lowest_mm_s <= sample.mean_mm_s + 1e-9));
+        assert!(samples.iter().all(|sample| sample.mean_mm_s <= sample.highest_mm_s + 1e-9));
+        let highest_mm_s = samples.iter().map(|sample| sample.highest_mm_s).fold(0.0, f64::max);
+        assert!((highest_mm_s - 100.0).abs() < 1e-6, "{highest_mm_s}");
+        assert!(samples.iter().any(|sample| sample.asked_mm_s == 0.0) && samples[0].asked_mm_s == 100.0);
     }
 }

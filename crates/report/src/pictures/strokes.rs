@@ -19,18 +19,18 @@ const LEAST_MAX: f64 = 16.0;
 pub type Point = [f64; 2];
 type Node = [i32; 2];
 
-/// How values of a path become colours, in classes.
+/// A scale by which values of a path become colours, in classes.
 pub trait Scale: Copy {
-    /// What a piece has.
+    /// The value of a piece.
     type Value: Copy;
     /// Number of classes. Lines of the first are drawn on top: they are what readers look for.
     const CLASSES: usize;
-    /// What short pieces have together, as a caption says it.
+    /// The name of the value that short pieces have together, for a caption.
     const TOGETHER: &str;
 
     /// The class of a value, from 0.
     fn class(&self, value: Self::Value) -> usize;
-    /// What two pieces have together that follow each other.
+    /// The value that two pieces have together that follow each other.
     fn together(one: Self::Value, next: Self::Value) -> Self::Value;
     /// The CSS variable of the colour of a class.
     fn variable(class: usize) -> String;
@@ -43,13 +43,13 @@ pub trait Scale: Copy {
 /// A straight piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece<V> {
-    /// Where it begins, units.
+    /// The place where it begins, units.
     pub from: Point,
-    /// Where it ends, units.
+    /// The place where it ends, units.
     pub to: Point,
-    /// What gives it its colour.
+    /// The value that gives it its colour.
     pub value: V,
-    /// Whether it is part of a rapid.
+    /// True if it is part of a rapid.
     pub is_rapid: bool,
 }
 
@@ -155,7 +155,7 @@ impl<S: Scale> Strokes<S> {
 }
 
 impl Line {
-    /// Whether all points between the anchor and `to` can be dropped.
+    /// True if all points between the anchor and `to` can be dropped.
     fn goes_straight_to(&self, to: Node) -> bool {
         let [x, y] = [0, 1].map(|at| f64::from(to[at] - self.anchor[at]));
         let length = x.hypot(y);

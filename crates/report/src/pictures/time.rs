@@ -14,7 +14,7 @@ struct Share {
     s: f64,
 }
 
-/// How the time is spent.
+/// The section about how the time is spent.
 pub fn shares(pace: &Pace) -> Section {
     let total_s = pace.total_s().max(1e-9);
     let shares: Vec<_> = of(pace).into_iter().filter(|share| share.s > 0.0).collect();
@@ -112,7 +112,7 @@ fn seconds(pace: &Pace) -> impl Iterator<Item = String> {
     both.into_iter().filter_map(move |(name, second)| Some(text(name, second.as_ref()?)))
 }
 
-/// Where time is lost; `None` if limits changed.
+/// The section about lost time; `None` if limits changed.
 pub fn slow_places(pace: &Pace) -> Option<Section> {
     if pace.limits_changed {
         return None;

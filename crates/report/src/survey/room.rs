@@ -1,4 +1,4 @@
-//! Where a machine's carriages can go, and whether a program that leaves this range would fit if it began elsewhere.
+//! The room of a machine's carriages, and whether a program that leaves this range would fit if it began elsewhere.
 
 use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, Config, Direction};
@@ -82,8 +82,8 @@ impl Room {
         Self { mm: Axis::ALL.map(|axis| everywhere(&config, axis)), travel_mm: config.travel_mm }
     }
 
-    /// Where the range `way` leaves the room on this axis by more than `same_mm`: the position outside, and the nearest
-    /// position inside.
+    /// The place where the range `way` leaves the room on this axis by more than `same_mm`: the position outside, and the
+    /// nearest position inside.
     pub fn beyond(&self, axis: usize, way: &Bounds, same_mm: f64) -> Option<(f64, f64)> {
         let ((low, high), (least, most)) = (self.mm[axis], (way.low_mm[axis], way.high_mm[axis]));
         match (low - least, most - high) {
@@ -100,7 +100,7 @@ fn everywhere(config: &Config, axis: Axis) -> (f64, f64) {
     (config.mm(axis, *range.start()), config.mm(axis, *range.end()))
 }
 
-/// How a program would fit.
+/// The way in which a program would fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fit {

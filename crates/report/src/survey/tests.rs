@@ -1,4 +1,4 @@
-//! What a survey finds in small programs.
+//! Surveys of small programs.
 
 use super::*;
 use isostep_sim::{Config, program};
@@ -112,7 +112,7 @@ fn the_travel_follows_the_settings_and_where_an_axis_homes() {
     assert_eq!(survey("$23=6\n$H\nG0 X-1\n").outside, None);
 }
 
-/// Who checks a program reads what the machine would say about each line.
+/// A reader of a check finds what the machine would say about each line.
 #[test]
 fn a_refused_line_is_reported_in_the_words_of_the_machine() {
     for (line, words) in [

@@ -1,4 +1,4 @@
-//! How far a laser's changes of level are from the beginnings of their moves, or where one move is made for several lines,
+//! The distances of a laser's changes of level from the beginnings of their moves, or where one move is made for several lines,
 //! of their lines.
 //!
 //! A move of constant power (M3) has one level. Where it begins with another level than before, the duty must change.

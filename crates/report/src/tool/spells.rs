@@ -55,7 +55,7 @@ fn add(spells: &mut Vec<Spell>, spell: Spell) {
     }
 }
 
-/// How long an output was on, up to `end_ns`, s.
+/// The time that an output was on, up to `end_ns`, s.
 pub fn on_s(changes: &[ToolChange], output: ToolOutput, end_ns: u64) -> f64 {
     let mut since_ns = None;
     let mut total_ns = 0;

@@ -21,7 +21,7 @@ pub struct Oscillator {
     damping_ratio: f64,
 }
 
-/// Why an oscillator was refused.
+/// The reason why an oscillator was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum OscillatorError {

@@ -9,13 +9,13 @@ use super::{DriverFault, DriverSetup};
 
 /// Of the resistors that measure the current, as on a BIGTREETECH SKR Pico. VREF is at 2.5 V, which is the whole current.
 const SENSE_OHM: f32 = 0.11;
-/// What the pins MS1 and MS2, which are the address too, say of microsteps.
+/// The microsteps that the pins MS1 and MS2, which are the address too, select.
 const PIN_MICROSTEPS: [u16; 4] = [8, 32, 64, 16];
 /// `TSTEP` of a motor that stands.
 const STANDING: u32 = (1 << 20) - 1;
 /// `SG_RESULT` of a motor without load; at a stall it is 0, and between them the line is straight.
 const SG_FREE: f64 = 400.0;
-/// How far noise takes `SG_RESULT` off the line at most.
+/// The distance that noise takes `SG_RESULT` off the line at most.
 const SG_NOISE: u32 = 10;
 /// Slower motors induce too little to be measured: `SG_RESULT` is 0, as at a stall. A quarter of a turn of most motors.
 const SG_MIN_FULL_STEPS_S: f64 = 50.0;
@@ -35,7 +35,7 @@ pub struct Tmc2209 {
     load: f64,
     /// As it was measured last.
     sg_result: u32,
-    /// Whether that was a stall when it was judged.
+    /// True if that was a stall when it was judged.
     is_stalled: bool,
     /// Its motor is off until it has been switched off itself.
     has_found_short: bool,
@@ -103,8 +103,8 @@ impl Tmc2209 {
         self.registers.chopconf().toff() > 0
     }
 
-    /// What its motor does: steps at the pin STEP a second, and its load from 0, free, to 1, a stall. One that comes to rest stalls no
-    /// more.
+    /// The motion of its motor: steps at the pin STEP a second, and its load from 0, free, to 1, a stall. One that comes to
+    /// rest stalls no more.
     pub fn set_load(&mut self, speed_steps_s: f64, load: f64) {
         (self.speed_steps_s, self.load) = (speed_steps_s.abs(), load);
         self.is_stalled &= self.is_fast();
@@ -139,7 +139,7 @@ impl Tmc2209 {
         self.is_stalled = is_loaded && self.is_fast() && !self.is_spread_cycle();
     }
 
-    /// What a read of this register gives: 0 where nothing can be read.
+    /// The value that a read of this register gives: 0 where nothing can be read.
     fn read(&self, register: u8) -> u32 {
         match Address::try_from(register) {
             Ok(Address::IOIN) => self.pins().into(),
@@ -186,13 +186,13 @@ impl Tmc2209 {
         (f64::from(INTERNAL_CLOCK_HZ) / rate).clamp(1.0, STANDING.into()) as u32
     }
 
-    /// Whether the motor turns, and from the speed of `TCOOLTHRS` on.
+    /// True if the motor turns, and from the speed of `TCOOLTHRS` on.
     fn is_fast(&self) -> bool {
         let tstep = self.tstep();
         tstep < STANDING && tstep <= self.registers.tcoolthrs().get()
     }
 
-    /// How long after its last step a motor that is stalled is slower than `TCOOLTHRS`, ns.
+    /// The time after its last step at which a motor that is stalled is slower than `TCOOLTHRS`, ns.
     pub(crate) fn stall_ends_after_ns(&self) -> Option<u64> {
         let clocks = u64::from(self.registers.tcoolthrs().get() + 1) * 256 / u64::from(self.microsteps());
         self.is_stalled.then_some(clocks * 1_000_000_000 / INTERNAL_CLOCK_HZ as u64 + 1)
@@ -208,24 +208,24 @@ impl Tmc2209 {
             | u32::from(stands) << 31
     }
 
-    /// Whether an error keeps the motor off, which it tells by `GSTAT.drv_err` and DIAG.
+    /// True if an error keeps the motor off, which it tells by `GSTAT.drv_err` and DIAG.
     fn has_stopped(&self) -> bool {
         self.has_found_short || self.fault == Some(DriverFault::Overheated)
     }
 
-    /// Whether it has no supply, or its motor is switched off, by itself or by `TOFF`.
+    /// True if it has no supply, or its motor is switched off, by itself or by `TOFF`.
     pub(crate) fn is_off(&self) -> bool {
         self.has_stopped() || !self.is_switched_on() || self.fault == Some(DriverFault::Off)
     }
 
-    /// Whether DIAG is high: in StealthChop, from the speed of `TCOOLTHRS` on, if `SG_RESULT` is at most twice `SGTHRS`; and while an
-    /// error keeps the motor off. A stall is judged where a full step ends, and when a register is written; it ends too when
-    /// the motor becomes slower than `TCOOLTHRS`, or stands.
+    /// True if DIAG is high: in StealthChop, from the speed of `TCOOLTHRS` on, if `SG_RESULT` is at most twice `SGTHRS`; and
+    /// while an error keeps the motor off. A stall is judged where a full step ends, and when a register is written; it ends
+    /// too when the motor becomes slower than `TCOOLTHRS`, or stands.
     pub fn diag(&self) -> bool {
         self.has_stopped() || self.is_stalled
     }
 
-    /// Whether it chops by current now, by its configuration or above the speed of `TPWMTHRS`. (Without the hysteresis of
+    /// True if it chops by current now, by its configuration or above the speed of `TPWMTHRS`. (Without the hysteresis of
     /// that speed, which is a sixteenth.)
     fn is_spread_cycle(&self) -> bool {
         self.registers.gconf().en_spread_cycle() || self.tstep() < self.registers.tpwmthrs().get()
@@ -240,7 +240,7 @@ impl Tmc2209 {
         256 >> resolution.min(8)
     }
 
-    /// How it is set.
+    /// Its settings.
     pub fn setup(&self) -> DriverSetup {
         DriverSetup {
             microsteps: self.microsteps(),

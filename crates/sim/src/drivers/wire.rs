@@ -22,8 +22,8 @@ impl Wire {
         Self { drivers: std::array::from_fn(driver), late: Vec::new() }
     }
 
-    /// What the board hears when it sends this: the bytes themselves, and the reply if they are a valid read of a driver
-    /// that is there. Bytes that are no whole datagram no driver heeds. Drivers of one address reply at once, and nobody
+    /// The bytes that the board hears when it sends this: the bytes themselves, and the reply if they are a valid read of a
+    /// driver that is there. Bytes that are no whole datagram no driver heeds. Drivers of one address reply at once, and nobody
     /// can read it.
     pub fn exchange(&mut self, sent: &[u8]) -> Vec<u8> {
         let mut heard = std::mem::take(&mut self.late);
@@ -74,7 +74,7 @@ impl IndexMut<usize> for Wire {
 /// The bit of a register's address that says that it is written.
 const WRITES: u8 = 0x80;
 
-/// What a master asks of the drivers that have this address.
+/// A request of a master to the drivers that have this address.
 #[derive(Clone, Copy)]
 enum Request {
     Read { node: u8, register: u8 },
@@ -107,7 +107,7 @@ pub(super) fn reply(register: u8, data: u32) -> [u8; 8] {
     bytes
 }
 
-/// What is heard of two replies at once: low wins, and as no two clocks are equal, the second is a bit behind.
+/// The bytes that are heard of two replies at once: low wins, and as no two clocks are equal, the second is a bit behind.
 fn collide(first: [u8; 8], second: [u8; 8]) -> [u8; 8] {
     std::array::from_fn(|byte| first[byte] & second[byte] << 1)
 }

@@ -54,7 +54,7 @@ pub fn span_s(outcome: &Outcome, limits: &Limits) -> f64 {
     accel_span_s(limits, outcome.config.port.tolerance_ns() * 1e-9)
 }
 
-/// Where an axis is in a run.
+/// The place of an axis in a run.
 struct Samples {
     axis: usize,
     start_ns: u64,
@@ -69,7 +69,7 @@ struct Sample {
     /// s from the start of the run.
     t_s: f64,
     steps: f64,
-    /// How often the axis has turned by its last edge up to then, and by its next one.
+    /// The number of turns of the axis by its last edge up to then, and by its next one.
     turns: [u32; 2],
 }
 
@@ -134,7 +134,7 @@ struct Filled<'a> {
     places: Places<'a>,
     axis: usize,
     span_s: f64,
-    /// How often the axis has turned.
+    /// The number of turns of the axis.
     turns: u32,
     all: Vec<Sample>,
 }
@@ -159,7 +159,7 @@ impl Filled<'_> {
     }
 }
 
-/// Where the plan of a move is at `t_s` from the start of the run, unshaped, mm.
+/// The place where the plan of a move is at `t_s` from the start of the run, unshaped, mm.
 fn place_mm(outcome: &Outcome, record: &MoveRecord, t_s: f64) -> [f64; AXES] {
     std::array::from_fn(|axis| record.place_steps(axis, t_s) / outcome.steps_per_mm[axis])
 }
@@ -172,11 +172,11 @@ pub const WITHIN: f64 = 1.02;
 pub struct Stretch {
     /// Index of its move in [`Outcome::moves`].
     pub index: usize,
-    /// Where it begins, mm.
+    /// The place where it begins, mm.
     pub from_mm: [f64; AXES],
-    /// Where it ends, mm.
+    /// The place where it ends, mm.
     pub to_mm: [f64; AXES],
-    /// How long it takes, s.
+    /// Its duration, s.
     pub span_s: f64,
     /// The axis whose acceleration is nearest to its limit, or most beyond it.
     pub axis: usize,

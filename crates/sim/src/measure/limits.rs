@@ -1,5 +1,5 @@
-//! How close an axis came to its limits, measured from its edges and nothing else. Corners of a run are checked by their planned speeds;
-//! of shaped runs see [`shaped`].
+//! The closeness of an axis to its limits, measured from its edges and nothing else. Corners of a run are checked by their
+//! planned speeds; of shaped runs see [`shaped`].
 //!
 //! # Method
 //! The edge of step k means that the axis is at k - 1/2 steps at that instant. The position is uncertain by off v, the
@@ -52,7 +52,7 @@ pub struct LimitRatios {
     pub corner: f64,
 }
 
-/// Whether a motion begins and ends at rest.
+/// True if a motion begins and ends at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Ends {
     /// Its start and its end.
@@ -73,7 +73,7 @@ impl LimitRatios {
         }
     }
 
-    /// Whether every limit was kept.
+    /// True if every limit was kept.
     #[must_use]
     pub fn are_within(&self) -> bool {
         [self.speed, self.ends, self.accel, self.decel, self.jerk, self.corner]
@@ -181,7 +181,7 @@ pub(super) fn either_way(limits: &Limits) -> Limits {
 /// Tolerance for floating-point rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// How close all moves came to their limits. `speed_limit` is the speed limit of an axis in a move at a time in s from
+/// The closeness of all moves to their limits. `speed_limit` is the speed limit of an axis in a move at a time in s from
 /// the start of its run, steps/s; it never decreases. Of a shaped run it is the top speed.
 pub fn of_run(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -> f64) -> LimitRatios {
     let off_s = outcome.config.port.tolerance_ns() * 1e-9;
@@ -223,14 +223,14 @@ pub fn speeds_mm_s(record: &MoveRecord, config: &Config) -> [f64; 2] {
         .map(|steps| steps * mm_per_step)
 }
 
-/// Whether a move begins and ends at the start speed or slower.
+/// True if a move begins and ends at the start speed or slower.
 pub fn are_rests(record: &MoveRecord, config: &Config) -> [bool; 2] {
     let start_mm_s = start_mm_s(record, config);
     let [begins, ends] = speeds_mm_s(record, config).map(|speed_mm_s| speed_mm_s <= start_mm_s * (1.0 + ROUNDING));
     [begins && record.blend.is_none(), ends && !record.ends_in_blend]
 }
 
-/// How far a move goes along each axis, mm.
+/// The distance of a move along each axis, mm.
 pub fn way_mm(record: &MoveRecord, config: &Config) -> [f64; AXES] {
     std::array::from_fn(|axis| record.plan.axis_steps(axis) / config.steps_per_mm[axis])
 }

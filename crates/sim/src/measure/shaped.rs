@@ -1,4 +1,4 @@
-//! How close the axes came to their limits in shaped runs, by their edges alone.
+//! The closeness of the axes to their limits in shaped runs, by their edges alone.
 //!
 //! A shaped axis is where the mean of several motions is, so it keeps every limit that all of them keep. One of these may
 //! slow down while another speeds up the other way: so an acceleration is compared with the higher of both limits. An axis
@@ -50,7 +50,7 @@ fn corners_s(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> impl Iterato
     run.windows(2).filter(is_jump).map(|pair| pair[1].begin_s())
 }
 
-/// What a box makes of the jumps of an axis's speed, s from the start of the run.
+/// The result of a box on the jumps of an axis's speed, s from the start of the run.
 fn ramps_s(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> Vec<RangeInclusive<f64>> {
     let (first, last) = (&run[0], &run[run.len() - 1]);
     let ends_s = first.shaping.as_ref().and_then(|shaping| shaping.impulses[axis].box_ends_s());

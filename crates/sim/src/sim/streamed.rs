@@ -60,7 +60,7 @@ impl Streamed {
         self.dialogue.borrow().waiting_line().is_some() && self.sim.machine.state() == (State::Hold { still: true })
     }
 
-    /// How far it has come.
+    /// Its progress.
     pub fn progress(&self) -> Progress {
         Progress { answered: self.dialogue.borrow().answered, t_ns: self.sim.now_ns() }
     }
@@ -75,13 +75,13 @@ impl Streamed {
         self.dialogue.borrow().refusals.clone()
     }
 
-    /// What was recorded since it was asked last, of moves those that nothing can change any more: see
+    /// The record since it was asked last, of moves those that nothing can change any more: see
     /// [`verify::Gathered`](crate::verify::Gathered). The dialogue is not in it.
     pub fn take_piece(&mut self) -> Outcome {
         self.sim.take_piece()
     }
 
-    /// What is left after the last piece, and how it ended. Follows the rotors until they stand still.
+    /// The rest after the last piece, and how it ended. Follows the rotors until they stand still.
     ///
     /// # Errors
     /// [`SimError::Silenced`] and [`SimError::Unanswered`].

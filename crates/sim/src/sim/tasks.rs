@@ -88,7 +88,7 @@ fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &Rc<Machine>) {
     });
 }
 
-/// What a controller is made with: its store, and the UART drivers.
+/// The parts that a controller is made with: its store, and the UART drivers.
 pub(super) type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>);
 
 /// Spawns the task of the consoles.

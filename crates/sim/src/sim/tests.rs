@@ -162,7 +162,7 @@ fn fast() -> isostep_console::Settings {
 /// Homes, then moves to the ends of the travel and back, each axis at its top speed.
 const ENDS: &str = "$H\nG0 X200\nG0 Y120\nG0 Z60\nG0 X0 Y0 Z0\n";
 
-/// Whether each axis is at the pull-off of 2 mm from its switch, within the steps that were made during its bounce.
+/// True if each axis is at the pull-off of 2 mm from its switch, within the steps that were made during its bounce.
 fn stands_at_zero(outcome: &Outcome) -> bool {
     outcome.places_steps.iter().zip([160, 320, 800]).all(|(&place, zero)| place.abs_diff(zero) <= 5)
 }

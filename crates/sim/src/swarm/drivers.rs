@@ -8,13 +8,13 @@ use std::fmt;
 use isostep_motion::{AXES, Motor};
 use oorandom::Rand64;
 
-use super::random::Random;
+use super::Random;
 use super::scenario::{Act, Scenario};
 use crate::config::{Board, Config};
 use crate::drivers::DriverFault;
 use crate::faults::Trouble;
 
-/// How fast such worlds seek, full steps/s: fast enough for a stall to be detected.
+/// The speed at which such worlds seek, full steps/s: fast enough for a stall to be detected.
 const SEEK_FULL_STEPS_S: f32 = 80.0;
 /// `SG_RESULT` is 300 of a motor that turns freely, 80 less or more with noise of the load, and 10 at a stall.
 const THRESHOLD: u16 = 60;
@@ -34,11 +34,11 @@ const ROUNDS_US: u64 = 250_000;
 pub struct Failing {
     /// The motor of the driver.
     pub motor: Motor,
-    /// What is wrong with it.
+    /// Its fault.
     pub fault: DriverFault,
     /// When that begins, us from the beginning of the act.
     pub after_us: u64,
-    /// How long it lasts, us.
+    /// Its duration, us.
     pub us: u64,
 }
 
@@ -48,7 +48,7 @@ impl Failing {
         Trouble::Driver(self.motor, self.fault)
     }
 
-    /// Whether the machine must have stopped for this fault half a second after it began.
+    /// True if the machine must have stopped for this fault half a second after it began.
     pub(super) fn must_stop(&self, has_motor: impl Fn(Motor) -> bool) -> bool {
         let is_reported = match self.fault {
             // Somebody must ask while it lasts, and ask again.
@@ -126,7 +126,7 @@ impl Random {
         acts
     }
 
-    /// What is said of a motor's driver. All of them stay watched.
+    /// The message about a motor's driver. All of them stay watched.
     fn driver_line(&mut self, motor: Motor) -> String {
         let axis = motor.axis as usize;
         match self.below(8) {

@@ -1,4 +1,4 @@
-//! What the record of a run must show, whatever was done to the machine.
+//! The rules that the record of a run must keep, whatever was done to the machine.
 
 use isostep_motion::{AXES, Axis};
 
@@ -9,7 +9,7 @@ use crate::outcome::Outcome;
 use crate::record::{Loss, LossCause};
 use crate::verify::{self, shaped};
 
-/// What one motor may go farther than the other: a step under way.
+/// The distance that one motor may go farther than the other: a step under way.
 const OFF_SQUARE_MAX_STEPS: i32 = 1;
 
 /// A broken promise, and what was found instead.

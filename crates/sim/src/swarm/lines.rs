@@ -5,12 +5,12 @@ use std::fmt::Write;
 use isostep_console::{AXIS_NAMES, Settings};
 use isostep_motion::AXES;
 
-use super::random::Random;
+use super::Random;
 use super::scenario::PROBED;
 
 /// Generates lines for one machine.
 pub(super) struct Lines {
-    /// Whether the machine was homed before, so that positions are known.
+    /// True if the machine was homed before, so that positions are known.
     pub is_homed: bool,
     travel_mm: [f64; AXES],
     /// 1 if the travel is above zero, otherwise -1.

@@ -14,18 +14,18 @@ const READING_US: u64 = 100_000;
 const NOTICE_US: u64 = 1_000;
 /// The longest time until all consoles have been told, the machine is at rest and has been quiet, us.
 const LONGEST_US: u64 = 30_000_000;
-/// How long it must be quiet, us. It is longer than any dwell or fault.
+/// The time for which it must be quiet, us. It is longer than any dwell or fault.
 const QUIET_US: u64 = 1_000_000;
 /// The longest time after which a button that was pressed has its effect, ns.
 const BUTTON_NS: u64 = 100_000_000;
 
 const FORGOTTEN: &str = "nothing from before a reset is carried out after it";
 
-/// What the host of a console knows of a reset.
+/// The knowledge that the host of a console has of a reset.
 struct Host {
     /// Number of welcomes of which it knows.
     welcomes: u32,
-    /// How many lines it has sent that may have to be answered after the reset.
+    /// The number of lines it has sent that may have to be answered after the reset.
     sent: usize,
     is_told: bool,
 }
@@ -89,7 +89,7 @@ impl Runner<'_> {
         }
     }
 
-    /// Whether the controller has read all that was sent, after waiting for it.
+    /// True if the controller has read all that was sent, after waiting for it.
     fn is_all_read(&mut self) -> Result<bool, Failure> {
         self.hear()?;
         for _ in 0..READING_US / NOTICE_US {
@@ -143,7 +143,7 @@ impl Runner<'_> {
     }
 }
 
-/// Whether a line printed this behind the last welcome, other than the empty line of the host. The emergency stop and a
+/// True if a line printed this behind the last welcome, other than the empty line of the host. The emergency stop and a
 /// driver that fails lock a machine at rest too, whenever they do; every other alarm needs a motion.
 fn is_of_a_line(printed: &str) -> bool {
     let is_of_reset = ["ok", ">", "[MSG:", "ALARM:10", DRIVER_ALARM].iter().any(|begin| printed.starts_with(begin));

@@ -39,7 +39,7 @@ const LEADS: u32 = 60;
 /// Length of the final test move, mm.
 const SMALL_MM: f64 = 0.5;
 
-/// What was observed at one instant.
+/// The observations at one instant.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     state: State,
@@ -54,17 +54,17 @@ pub(super) struct Runner<'a> {
     flash: Flash,
     pub(super) talks: Vec<Talk>,
     amount: Amount,
-    /// Whether bytes may have been lost on a link. Then the machine may have received any command.
+    /// True if bytes may have been lost on a link. Then the machine may have received any command.
     pub(super) is_spoilt: bool,
     /// The steps made when a console was last welcomed.
     pub(super) welcomed_at: [u64; AXES],
     /// When the last fault of the feed hold, or of the safety door, is over, ns.
     pub(super) held_until_ns: u64,
-    /// Whether switches or motors may have misled the machine.
+    /// True if switches or motors may have misled the machine.
     pub has_deceived: bool,
-    /// Whether a driver may have failed.
+    /// True if a driver may have failed.
     had_driver_fault: bool,
-    /// How often a console was told of an alarm.
+    /// The number of times that a console was told of an alarm.
     alarms: usize,
     act: Option<usize>,
 }

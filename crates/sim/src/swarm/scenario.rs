@@ -6,9 +6,9 @@ use isostep_console::{SETTING_TABLE, Settings};
 use isostep_motion::{AXES, Axis, Contact, Motor};
 use oorandom::Rand64;
 
+use super::Random;
 use super::drivers::{self, Failing};
 use super::lines::Lines;
-use super::random::Random;
 use crate::config::{Config, Gantry, Port};
 use crate::faults::Trouble;
 use crate::plant::SwitchFault;
@@ -55,7 +55,7 @@ pub enum Act {
 }
 
 impl Act {
-    /// Whether it is a fault and not normal use.
+    /// True if it is a fault and not normal use.
     pub(super) fn is_fault(&self) -> bool {
         match self {
             Self::Fault(..)

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use isostep_console::realtime;
 
-/// How the welcome begins.
+/// The beginning of the welcome.
 pub(super) const WELCOME: &str = "Grbl ";
 const RESET: u8 = 0x18;
 
@@ -14,7 +14,7 @@ pub(super) struct Talk {
     unanswered: VecDeque<usize>,
     /// Bytes of a line that has no end yet.
     partial: usize,
-    /// Whether lines may have been discarded: by a reset, or because a host opened the console.
+    /// True if lines may have been discarded: by a reset, or because a host opened the console.
     forgets: bool,
     /// Number of welcomes received.
     pub welcomes: u32,

@@ -1,4 +1,4 @@
-//! What the promises of a run rest on, gathered from the whole of it or piece by piece.
+//! The base of the promises of a run, gathered from the whole of it or piece by piece.
 
 use isostep_motion::{Event, State};
 
@@ -8,7 +8,7 @@ use crate::losses::{self, LossFigures};
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 
-/// What was found so far. Pieces are those of [`Streamed`](crate::Streamed), in order; the last is what was left at the end.
+/// The findings so far. Pieces are those of [`Streamed`](crate::Streamed), in order; the last is what was left at the end.
 /// A piece does not know its program, so a loss is explained without its line.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
@@ -29,7 +29,7 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// What there is to find in a whole run, of whose moves the `findings` are.
+    /// The findings of a whole run, of whose moves the `findings` are.
     pub(super) fn whole(outcome: &Outcome, findings: Findings) -> Self {
         let mut gathered = Self::default();
         gathered.add_all_but_moves(outcome);

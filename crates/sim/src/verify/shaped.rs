@@ -17,13 +17,13 @@ use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::places::Places;
 
-/// What rounding does to a place, steps.
+/// The effect of rounding on a place, steps.
 const ROUNDING_STEPS: f64 = 1e-8;
 /// An edge is no nearer than this to where an axis stands, steps; a tenth more for rounding.
 const NEAREST_STEPS: f64 = 1.1e-6;
 /// An edge that is farther off than this has no instant, ns.
 const OFF_MAX_NS: f64 = 1e9;
-/// How often an interval that has the instant of such an edge is halved.
+/// The number of times that an interval with the instant of such an edge is halved.
 const HALVINGS: u32 = 10;
 
 /// The results for one shaped run.
@@ -36,13 +36,13 @@ pub struct RunCheck {
     pub emitted_steps: [i32; AXES],
     /// Steps that should have been made, signed; `None` if it was stopped before its end.
     pub planned_steps: Option<[i32; AXES]>,
-    /// Where an axis was first farther than half a step from its count, if anywhere.
+    /// The place where an axis was first farther than half a step from its count, if anywhere.
     pub missing: Option<Place>,
     /// The edge that was farthest from its closed-form instant, and that distance, ns.
     pub worst: Option<(Place, f64)>,
 }
 
-/// Where something is.
+/// A place.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// Which axis.
@@ -52,7 +52,7 @@ pub struct Place {
 }
 
 impl RunCheck {
-    /// Whether exactly the planned steps were made, and none was missing on the way.
+    /// True if exactly the planned steps were made, and none was missing on the way.
     pub fn is_exact(&self) -> bool {
         self.missing.is_none() && self.planned_steps.is_none_or(|planned| planned == self.emitted_steps)
     }
@@ -68,11 +68,11 @@ impl RunCheck {
 pub struct Findings {
     /// Number of shaped runs.
     pub runs: usize,
-    /// How many of them are exact.
+    /// The number of them that are exact.
     pub exact: usize,
     /// The largest distance of an edge from its closed-form instant, ns.
     pub error_max_ns: f64,
-    /// Where the first step is missing, if one is.
+    /// The place where the first step is missing, if one is.
     missing: Option<Place>,
 }
 
@@ -97,7 +97,7 @@ impl Findings {
         }
     }
 
-    /// How many are exact, in words; `None` if no run is shaped.
+    /// The number of exact ones, in words; `None` if no run is shaped.
     pub fn words(&self) -> Option<String> {
         let Self { runs, exact, missing, .. } = self;
         let missing =
@@ -150,7 +150,7 @@ struct Track<'a> {
     axis: usize,
     origin_steps: i32,
     edges: Vec<TrackEdge>,
-    /// How far off an edge may be, ns.
+    /// The error that an edge may have, ns.
     tolerance_ns: f64,
     /// Its highest acceleration, steps/s².
     accel_steps_s2: f64,
@@ -206,7 +206,7 @@ impl<'a> Track<'a> {
         })
     }
 
-    /// How much later an edge was than the axis passed this place in its direction, ns.
+    /// The time by which an edge was later than the axis passed this place in its direction, ns.
     fn error_ns(&self, edge: &TrackEdge, half_steps: f64) -> f64 {
         let beyond = |t_s: f64| f64::from(edge.direction) * (self.places.steps(self.axis, t_s) - half_steps);
         let error_ns = nearest_ns(&beyond, edge, self.tolerance_ns, ROUNDING_STEPS);
@@ -246,8 +246,8 @@ impl<'a> Track<'a> {
     }
 }
 
-/// Where a cubic turns within an interval, as shares of it, in order. Its values are those at the beginning, after a third, after
-/// two thirds and at the end. A parabola is one, too.
+/// The turning points of a cubic within an interval, as shares of it, in order. Its values are those at the beginning, after a
+/// third, after two thirds and at the end. A parabola is one, too.
 fn turns_of_cubic([begin, third, two_thirds, end]: [f64; 4]) -> [Option<f64>; 2] {
     // The coefficients of its slope, times 2: a share² + b share + c.
     let a = 27.0 * (end - begin + 3.0 * (third - two_thirds));
@@ -259,9 +259,9 @@ fn turns_of_cubic([begin, third, two_thirds, end]: [f64; 4]) -> [Option<f64>; 2]
     if one < other { [one, other] } else { [other, one] }
 }
 
-/// How much later an edge was than a place was passed, to which `beyond` is negative before and positive behind, ns. A place so
-/// near that it is within `slack_steps` counts as passed. Positive if it was late. What is within the tolerance is at most the
-/// tolerance itself, to the last digit.
+/// The time by which an edge was later than a place was passed, to which `beyond` is negative before and positive behind, ns. A
+/// place so near that it is within `slack_steps` counts as passed. Positive if it was late. What is within the tolerance is at
+/// most the tolerance itself, to the last digit.
 fn nearest_ns(beyond: &impl Fn(f64) -> f64, edge: &TrackEdge, tolerance_ns: f64, slack_steps: f64) -> f64 {
     let around = |off_ns: f64| [beyond(edge.t_s - off_ns * 1e-9), beyond(edge.t_s + off_ns * 1e-9)];
     let is_off = |[before, after]: [f64; 2]| after < -slack_steps || !edge.is_kept_apart && before > slack_steps;

@@ -32,7 +32,7 @@ pub(super) struct MotorWorld {
     pub(super) slipped_ns: u64,
     /// The direction in which the rotor last fell back from an end stop, until it turns the other way; otherwise 0.
     pub(super) fell_back: i32,
-    /// Whether its motor is blocked.
+    /// True if its motor is blocked.
     pub(super) is_stalled: bool,
 }
 
@@ -77,7 +77,7 @@ impl MotorWorld {
         self.zero_steps = self.carriage.place_steps() - self.away * (self.counted_steps + drift_steps);
     }
 
-    /// What keeps the motor from making a step, if its driver `is_off` or the frame `binds`.
+    /// The obstacle that keeps the motor from making a step, if its driver `is_off` or the frame `binds`.
     pub(super) fn hindrance(&self, binds: bool, is_off: bool) -> Option<LossCause> {
         match self.inputs.is_enabled() {
             false => Some(LossCause::Disabled),

@@ -45,7 +45,7 @@ impl UartDrivers {
         Some(Self { wire, paces: [Pace::default(); 4], diag, load_noise, random })
     }
 
-    /// Whether a driver's DIAG is high, if a limit input is wired to it.
+    /// True if a driver's DIAG is high, if a limit input is wired to it.
     pub(super) fn diag(&self, motor: usize) -> Option<bool> {
         let is_wired = self.diag.get(motor) == Some(&true);
         is_wired.then(|| self.wire[motor].diag())
@@ -80,7 +80,7 @@ impl UartDrivers {
         }
     }
 
-    /// What the board hears when it sends this.
+    /// The bytes that the board hears when it sends this.
     pub(super) fn exchange(&mut self, now_ns: u64, sent: &[u8]) -> Vec<u8> {
         self.follow(now_ns);
         self.wire.exchange(sent)

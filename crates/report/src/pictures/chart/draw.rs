@@ -1,4 +1,4 @@
-//! How a chart is drawn.
+//! The drawing of a chart.
 
 use plotters::chart::ChartContext;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
@@ -8,7 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::super::theme::{self, Area, Drawn, FINE, GRID, INK};
 use super::{Chart, Curve, Label, NAME, Place, Scale, Style, short};
 
-/// What stands round the area of a chart whose x axis has a name, pixels.
+/// The margins round the area of a chart whose x axis has a name, pixels.
 pub const FRAME: Frame = Frame { left: MARGIN + 72, right: 16, above: MARGIN, below: MARGIN + NUMBERS + NAME };
 const MARGIN: u32 = 8;
 /// Height of the numbers of the x axis, and of a line of names there, pixels.
@@ -227,14 +227,14 @@ mod tests {
             .collect()
     }
 
-    /// Where a value is between the ends of an axis, from 0 to 1.
+    /// The place of a value between the ends of an axis, from 0 to 1.
     fn share(axis: &Axis, value: f64) -> f64 {
         let (low, high) = axis.range.unwrap();
         let [value, low, high] = [value, low, high].map(|at| if axis.scale.is_logarithmic() { at.ln() } else { at });
         (value - low) / (high - low)
     }
 
-    /// Where a point has to be drawn, by hand: the frame, and the share of the area within it.
+    /// The place where a point has to be drawn, by hand: the frame, and the share of the area within it.
     fn place(chart: &Chart, point: (f64, f64)) -> (f64, f64) {
         let [left, right, above, below] = [FRAME.left, FRAME.right, FRAME.above, FRAME.below].map(f64::from);
         let (wide, high) = (SIZE.0 - left - right, SIZE.1 - above - below);

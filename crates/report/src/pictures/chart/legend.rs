@@ -8,12 +8,12 @@ use super::theme::{self, Area, Colour, Drawn, FINE};
 /// Height of a line and of what is above the first, pixels.
 const LINE: u32 = 22;
 const ABOVE: u32 = 12;
-/// Where a line begins, pixels.
+/// The place where a line begins, pixels.
 const LEFT: u32 = 80;
 /// The length of a sample of a colour, and what it takes with its space, pixels.
 const SAMPLE: u32 = 20;
 const BESIDE: u32 = 27;
-/// What a letter takes at most in the mean, pixels.
+/// The width that a letter takes at most in the mean, pixels.
 const LETTER: u32 = 8;
 /// The space behind a text, pixels.
 const SPACE: u32 = 20;

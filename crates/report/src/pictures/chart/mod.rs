@@ -9,7 +9,7 @@ use super::theme::{self, AXIS, CURVE, Colour, FINE, INK};
 
 /// Width of a picture, pixels.
 const WIDTH: u32 = 860;
-/// What the name of the x axis takes, pixels.
+/// The height that the name of the x axis takes, pixels.
 const NAME: u32 = 22;
 /// An x axis begins at 0 if its first value is less than this fraction of its last.
 const NEAR: f64 = 0.06;
@@ -36,13 +36,13 @@ pub struct Chart {
 pub struct Axis {
     /// Its name, with its unit.
     pub name: String,
-    /// How values are placed and reported.
+    /// The scale by which values are placed and reported.
     pub scale: Scale,
     /// The least and the greatest value shown; if `None`, those of the curves.
     pub range: Option<(f64, f64)>,
 }
 
-/// How values are placed along an axis, and how they are reported.
+/// A scale by which values are placed along an axis and reported.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
     /// Equal distances are equal differences.
@@ -89,9 +89,9 @@ pub enum Style {
 /// A shaded range of x.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
-    /// Where it begins.
+    /// The place where it begins.
     pub from: f64,
-    /// Where it ends.
+    /// The place where it ends.
     pub to: f64,
     /// The colour.
     pub colour: Colour,
@@ -106,13 +106,13 @@ pub struct Label {
     pub at: (f64, f64),
     /// The text.
     pub text: String,
-    /// Where it is from that point.
+    /// Its side of that point.
     pub place: Place,
     /// The colour.
     pub colour: Colour,
 }
 
-/// Where a text is from its point.
+/// The side of its point on which a text is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Its middle is there.
@@ -137,7 +137,7 @@ impl Chart {
         self.curves.iter().flat_map(|curve| &curve.points).map(of)
     }
 
-    /// What is shown of x: from the first to the last value, or from 0 if the first is close to it.
+    /// The range shown of x: from the first to the last value, or from 0 if the first is close to it.
     fn x_range(&self) -> (f64, f64) {
         self.x.range.unwrap_or_else(|| {
             let (from, to) = self.x.scale.extent(self.values(|point| point.0), 0.0);
@@ -146,7 +146,7 @@ impl Chart {
         })
     }
 
-    /// What is shown of y: room for all values.
+    /// The range shown of y: room for all values.
     fn y_range(&self) -> (f64, f64) {
         self.y.range.unwrap_or_else(|| self.y.scale.extent(self.values(|point| point.1), ROOM))
     }
