@@ -7,9 +7,9 @@
 use core::fmt::{self, Write};
 
 use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings, length};
-use isostep_profile::chain::{Chain, ChainConfig, Chunk, Request};
-use isostep_profile::shaper::{Bend, Shaper, ShaperKind};
-use isostep_profile::{AxisCompiler, IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw, TimedPlan};
+use isostep_profile::chain::{Chain, ChainConfig, Chunk, Plan, Request};
+use isostep_profile::shaper::{Shaper, ShaperKind};
+use isostep_profile::{AxisCompiler, CountedPhase, IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw, TimedPlan};
 
 use crate::shaped::ShapedAxes;
 use crate::{AXES, Checksum, TICK_HZ};
@@ -248,11 +248,11 @@ impl Flow {
         for axis in 0..AXES {
             let input = (&mut *shaped, &chunk);
             timer.time(Stage::Shape, input, |(shaped, chunk)| shaped.read(axis, chunk));
-            while let Some(bend) = timer.time(Stage::Shape, &mut *shaped, |shaped| shaped.next_bend(axis)) {
-                summed.add(bend.step_counts().0);
-                if bend.step_counts().0 > 0 {
-                    let input = (&bend, &mut compiled);
-                    timer.time(Stage::Compile, input, |(bend, compiled)| compile_bend(bend, compiled));
+            while let Some(phase) = timer.time(Stage::Shape, &mut *shaped, |shaped| shaped.next_phase(axis)) {
+                summed.add(phase.step_counts().0);
+                if phase.step_counts().0 > 0 {
+                    let input = (&phase, &mut compiled);
+                    timer.time(Stage::Compile, input, |(phase, compiled)| compile_phase(phase, compiled));
                 }
             }
         }
@@ -281,8 +281,16 @@ fn read(interpreter: &mut Interpreter, bytes: &[u8]) -> Option<Block> {
 }
 
 fn compile(chunk: &Chunk<AXES>, timed_plan: &mut TimedPlan, compiled: &mut Checksum) {
-    chunk.plan.convert_to_ticks(timed_plan, TICK_HZ);
-    let mut compilers = [0, 1, 2].map(|axis| chunk.plan.compiler(axis, timed_plan));
+    let line = match &chunk.plan {
+        Plan::Line(line) => line,
+        Plan::Blend(blend) => {
+            let phases = |axis| [0, 1].into_iter().filter_map(move |index| blend.counted_phase(axis, index));
+            let phases = (0..AXES).flat_map(phases).filter(|phase| phase.step_counts().0 > 0);
+            return phases.for_each(|phase| compile_phase(&phase, compiled));
+        }
+    };
+    line.convert_to_ticks(timed_plan, TICK_HZ);
+    let mut compilers = [0, 1, 2].map(|axis| line.compiler(axis, timed_plan));
     let mut fed_ticks = [Some(0); AXES];
     // The axis with the least motion compiled is next, as in the firmware.
     while let Some(axis) = (0..AXES).filter(|axis| fed_ticks[*axis].is_some()).min_by_key(|axis| fed_ticks[*axis]) {
@@ -295,10 +303,10 @@ fn compile(chunk: &Chunk<AXES>, timed_plan: &mut TimedPlan, compiled: &mut Check
     }
 }
 
-fn compile_bend(bend: &Bend, compiled: &mut Checksum) {
+fn compile_phase(phase: &CountedPhase, compiled: &mut Checksum) {
     let mut compiler = AxisCompiler::empty();
-    compiler.begin_bend(bend, TICK_HZ);
-    while let Some(segment) = compiler.next_of_bend() {
+    compiler.begin_phase(phase, TICK_HZ);
+    while let Some(segment) = compiler.next_of_phase() {
         compiled.add(segment.steps());
         compiled.add(segment.last_ticks() as u32);
     }

@@ -1,16 +1,17 @@
 //! The axes of shaped moves in the benchmark: what each makes of the chunks of a chain.
 
+use isostep_profile::CountedPhase;
 use isostep_profile::chain::Chunk;
-use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped, Shaper};
+use isostep_profile::shaper::{Feed, Impulses, Shaped, Shaper};
 
 use crate::AXES;
 
-/// How many legs are kept of each axis, as in the firmware.
-const LEGS: usize = 64;
+/// The number of phases that are kept of each axis, as in the firmware.
+const PHASES: usize = 64;
 
 /// Three axes with the same shaper.
 pub struct ShapedAxes {
-    axes: [Shaped<LEGS>; AXES],
+    axes: [Shaped<PHASES>; AXES],
     feeds: [Feed; AXES],
     impulses: Impulses,
     top_steps_s: f64,
@@ -35,9 +36,9 @@ impl ShapedAxes {
         while feed.read(chunk, shaped) {}
     }
 
-    /// The next bend of an axis; `None` if no more is known.
-    pub fn next_bend(&mut self, axis: usize) -> Option<Bend> {
-        self.axes[axis].next_bend()
+    /// The next shaped phase of an axis; `None` if no more is known.
+    pub fn next_phase(&mut self, axis: usize) -> Option<CountedPhase> {
+        self.axes[axis].next_phase()
     }
 
     /// Notes that all axes have read this chunk.

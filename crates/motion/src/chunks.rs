@@ -1,8 +1,8 @@
 //! The chunks of a run that have been handed out and are still needed.
 
 use heapless::Deque;
-use isostep_profile::chain::{ChunkKind, Plan};
-use isostep_profile::shaper::Bend;
+use isostep_profile::CountedPhase;
+use isostep_profile::chain::ChunkKind;
 
 use crate::axes::{AXES, Axis};
 use crate::shaping::{ShapedAxis, Shaping};
@@ -84,7 +84,7 @@ impl Chunks {
 
     /// The next motion of an axis of a shaped run; `None` if that is not known yet, or if it is over. Its top speed is
     /// `top_steps_s`.
-    pub fn bend(&mut self, axis: Axis, top_steps_s: f64) -> Option<Bend> {
+    pub fn shaped_phase(&mut self, axis: Axis, top_steps_s: f64) -> Option<CountedPhase> {
         let Self { known, first, shaping, shaped, is_closed, .. } = self;
         let shaping = shaping.as_ref()?;
         let chunk = |number: u32| known.get(number.wrapping_sub(*first) as usize);
@@ -170,16 +170,9 @@ impl Chunks {
     }
 }
 
-/// The axis's last step before the end of the chunk, by its number in the move, or in the blend.
-pub(crate) fn last_step(chunk: &Chunk, axis: Axis) -> u32 {
-    match &chunk.plan {
-        Plan::Line(line) => line.steps_before(axis as usize, chunk.until_steps),
-        Plan::Blend(blend) => blend.step_counts(axis as usize).0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use isostep_profile::chain::Plan;
     use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
     use super::*;

@@ -14,7 +14,7 @@ use isostep_profile::chain::Effort;
 
 use crate::axes::AXES;
 use crate::port::{Capabilities, Wiring};
-use crate::shaping::{LEGS, Shaping};
+use crate::shaping::{PHASES, Shaping};
 
 /// Reading, planning and queueing a move without ramps.
 const MOVE_S: f64 = 0.6e-3;
@@ -29,16 +29,16 @@ pub const STRAIGHT_S: f64 = 0.5e-3;
 /// another place than that of the move.
 pub const BLEND_S: f64 = 0.98e-3;
 
-/// The time that a move lasts at least in a shaped run, s: each impulse makes bends of its own of each move.
+/// The time that a move lasts at least in a shaped run, s: each impulse makes phases of its own of each move.
 pub const SHAPED_S: f64 = 1.64e-3;
 
 /// The same with a box, whose steps take a root of a cubic each.
 pub const BOX_S: f64 = 3.6e-3;
 
-/// The number of legs that a short move has, which are kept for as long as the shaper is long, and how many may be kept, with
+/// The number of phases that a short move has, which are kept for as long as the shaper is long, and how many may be kept, with
 /// some to spare.
-const LEGS_OF_A_MOVE: f64 = 3.0;
-const LEGS_KEPT: f64 = (LEGS - LEGS / 8) as f64;
+const PHASES_OF_A_MOVE: f64 = 3.0;
+const PHASES_KEPT: f64 = (PHASES - PHASES / 8) as f64;
 
 /// The time that a move lasts at least if its run is shaped like this, s; 0 if it is not.
 #[must_use]
@@ -46,7 +46,7 @@ pub fn shaped_s(shaping: Option<&Shaping>) -> f64 {
     shaping.map_or(0.0, |shaping| {
         let has_box = shaping.impulses.iter().any(|impulses| impulses.box_ends_s().is_some());
         let least_s = if has_box { BOX_S } else { SHAPED_S };
-        least_s.max(shaping.lasts_s * LEGS_OF_A_MOVE / LEGS_KEPT)
+        least_s.max(shaping.lasts_s * PHASES_OF_A_MOVE / PHASES_KEPT)
     })
 }
 

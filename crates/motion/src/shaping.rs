@@ -8,14 +8,15 @@
 //!
 //! Homing and probing are not shaped: a switch, or a contact, ends them at once.
 
-use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped};
+use isostep_profile::CountedPhase;
+use isostep_profile::shaper::{Feed, Impulses, Shaped};
 
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::tag::Chunk;
 
-/// The number of legs that are kept of each axis.
-pub(crate) const LEGS: usize = if cfg!(feature = "short-look-ahead") { 24 } else { 64 };
+/// The number of phases that are kept of each axis.
+pub(crate) const PHASES: usize = if cfg!(feature = "short-look-ahead") { 24 } else { 64 };
 
 /// The shaping of the axes of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +49,7 @@ impl Config {
 
 /// The shaped motion of an axis in a run, as far as it has been read from the chunks.
 pub(crate) struct ShapedAxis {
-    shaped: Shaped<LEGS>,
+    shaped: Shaped<PHASES>,
     /// The reader of the chunks, and whether it has begun, with the first of them.
     feed: Feed,
     is_begun: bool,
@@ -72,7 +73,7 @@ impl ShapedAxis {
         self.chunk
     }
 
-    /// Up to when bends have been taken, s from the start of the run.
+    /// Up to when shaped phases have been taken, s from the start of the run.
     pub fn taken_s(&self) -> f64 {
         if self.is_begun { self.shaped.taken_s() } else { 0.0 }
     }
@@ -91,12 +92,12 @@ impl ShapedAxis {
         top_steps_s: f64,
         chunk: impl Fn(u32) -> Option<&'a Chunk>,
         is_closed: bool,
-    ) -> Option<Bend> {
+    ) -> Option<CountedPhase> {
         loop {
             if self.is_begun
-                && let Some(bend) = self.shaped.next_bend()
+                && let Some(phase) = self.shaped.next_phase()
             {
-                return Some(bend);
+                return Some(phase);
             }
             let now = chunk(self.chunk)?;
             if !self.is_begun {

@@ -16,16 +16,14 @@
 use embassy_time::{Duration, Instant};
 use heapless::Deque;
 use isostep_profile::chain::Plan;
-use isostep_profile::shaper::Bend;
-use isostep_profile::{AxisCompiler, Segment};
+use isostep_profile::{AxisCompiler, CountedPhase, Segment, SyncMove};
 
 use crate::axes::{AXES, Axis};
-use crate::chunks::{Chunks, last_step};
+use crate::chunks::Chunks;
 use crate::clock::PortTicks;
 use crate::machine::Machine;
 use crate::port::{Direction, StreamItem, StreamQueue};
 use crate::shaping::ShapedAxis;
-use crate::tag::Chunk;
 
 /// The time of motion that is queued for a port ahead, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
@@ -56,9 +54,11 @@ pub(crate) struct SegmentStream<'a> {
     target_ticks: u64,
     /// The number of the chunk that it streams.
     chunk: u32,
-    /// The steps of that chunk's plan, once the stream has reached it.
+    /// The phase of the blend that comes next, if that chunk is one.
+    phase: usize,
+    /// The steps of that chunk's plan, or of a phase, once the stream has reached it.
     plan: Option<PlanSteps>,
-    /// Compiles the axis in that plan, if it has steps there.
+    /// Compiles the axis there, if it has steps.
     compiler: AxisCompiler,
     /// Segments of that plan that are compiled and not queued yet.
     compiled: Deque<Segment, COMPILED_MAX>,
@@ -66,13 +66,14 @@ pub(crate) struct SegmentStream<'a> {
     queued_ticks: u64,
     /// Everything has been queued, the end included.
     is_done: bool,
-    /// The axis's top speed if the run is shaped: then plans are those of bends. 0 otherwise.
+    /// The axis's top speed if the run is shaped: then it streams shaped phases. 0 otherwise.
     shaped_top_steps_s: f64,
 }
 
-/// One axis's steps of a plan. Steps have their numbers in the move.
+/// One axis's steps of the plan of a line, with their numbers in the move; or of a phase of a blend or of a shaped axis, counted in it.
 struct PlanSteps {
-    /// The direction of the first steps, and the last of them: in a blend the axis may turn.
+    is_phase: bool,
+    /// The direction of the first steps, and the last of them: in a phase the axis may turn.
     direction: Direction,
     turns: u32,
     /// The last step that has been compiled.
@@ -173,6 +174,7 @@ impl<'a> SegmentStream<'a> {
             last_step: None,
             target_ticks: 0,
             chunk: 0,
+            phase: 0,
             plan: None,
             compiler: AxisCompiler::empty(),
             compiled: Deque::new(),
@@ -240,37 +242,48 @@ impl<'a> SegmentStream<'a> {
     /// Moves on to the chunk of the next step, if there is one, and says what can be queued.
     fn next(&mut self, chunks: &mut Chunks) -> Next {
         if self.is_shaped() {
-            return self.next_of_bends(chunks);
+            return self.next_of_shaped(chunks);
         }
         loop {
             let Some((chunk, timed_plans)) = chunks.get_with_timed_plans(self.chunk) else { return self.rest(chunks) };
-            let plan = self.plan.get_or_insert_with(|| {
-                self.compiled.clear();
-                // An axis that stands still is ahead of the others. It must not have timed plans computed that the others
-                // do not need yet.
-                let moves = match &chunk.plan {
-                    Plan::Line(line) => line.steps[self.axis as usize] != 0,
-                    Plan::Blend(blend) => blend.step_counts(self.axis as usize).0 != 0,
-                };
-                if moves {
-                    let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
-                    chunk.plan.begin_compiler(self.axis as usize, timed_plan, &mut self.compiler);
+            if let Plan::Line(line) = &chunk.plan {
+                let plan = self.plan.get_or_insert_with(|| {
+                    // An axis that stands still is ahead of the others. It must not have timed plans computed that the others
+                    // do not need yet.
+                    let moves = line.steps[self.axis as usize] != 0;
+                    if moves {
+                        let timed_plan = timed_plans.of(self.axis, self.chunk, line, self.ticks.hz);
+                        line.begin_compiler(self.axis as usize, timed_plan, &mut self.compiler);
+                    }
+                    PlanSteps::of_line(line, self.axis, moves.then_some(&self.compiler))
+                });
+                // As whole numbers: comparing floats is a call.
+                if plan.until_steps.to_bits() != chunk.until_steps.to_bits() {
+                    (plan.until_steps, plan.end) =
+                        (chunk.until_steps, line.steps_before(self.axis as usize, chunk.until_steps));
                 }
-                PlanSteps::of(chunk, self.axis, moves.then_some(&self.compiler))
-            });
-            // As whole numbers: comparing floats is a call.
-            if plan.until_steps.to_bits() != chunk.until_steps.to_bits() {
-                (plan.until_steps, plan.end) = (chunk.until_steps, last_step(chunk, self.axis));
             }
-            if plan.queued < plan.end {
+            if self.has_steps() {
                 return Next::Steps;
+            }
+            if let Plan::Blend(blend) = &chunk.plan
+                && let Some(phase) = blend.counted_phase(self.axis as usize, self.phase)
+            {
+                self.phase += 1;
+                self.begin_phase(&phase);
+                continue;
             }
             if !chunks.has_next(self.chunk) {
                 return self.rest(chunks);
             }
-            self.chunk += 1;
-            self.plan = None;
+            (self.chunk, self.phase, self.plan) = (self.chunk + 1, 0, None);
+            self.compiled.clear();
         }
+    }
+
+    /// True if steps of the plan under way are known and not queued yet.
+    fn has_steps(&self) -> bool {
+        self.plan.as_ref().is_some_and(|plan| plan.queued < plan.end)
     }
 
     fn is_shaped(&self) -> bool {
@@ -278,19 +291,23 @@ impl<'a> SegmentStream<'a> {
     }
 
     /// The same in a shaped run.
-    fn next_of_bends(&mut self, chunks: &mut Chunks) -> Next {
+    fn next_of_shaped(&mut self, chunks: &mut Chunks) -> Next {
         loop {
-            if self.plan.as_ref().is_some_and(|plan| plan.queued < plan.end) {
+            if self.has_steps() {
                 return Next::Steps;
             }
-            let bend = chunks.bend(self.axis, self.shaped_top_steps_s);
+            let phase = chunks.shaped_phase(self.axis, self.shaped_top_steps_s);
             self.chunk = chunks.shaped(self.axis).chunk();
-            let Some(bend) = bend else { return self.rest(chunks) };
-            self.plan = None;
-            if bend.step_counts().0 > 0 {
-                self.compiler.begin_bend(&bend, self.ticks.hz);
-                self.plan = Some(PlanSteps::of_bend(&bend, &self.compiler));
-            }
+            let Some(phase) = phase else { return self.rest(chunks) };
+            self.begin_phase(&phase);
+        }
+    }
+
+    /// Goes on to a phase, in which it may make no step. All steps before it have been queued.
+    fn begin_phase(&mut self, phase: &CountedPhase) {
+        self.plan = (phase.step_counts().0 > 0).then(|| PlanSteps::of_phase(phase));
+        if self.plan.is_some() {
+            self.compiler.begin_phase(phase, self.ticks.hz);
         }
     }
 
@@ -366,14 +383,12 @@ impl<'a> SegmentStream<'a> {
 
     /// Compiles the next segment of the plan under way.
     fn next_compiled(&mut self, chunks: &mut Chunks) -> Option<Segment> {
-        let is_shaped = self.is_shaped();
         let plan = self.plan.as_mut()?;
-        let segment = if is_shaped {
-            self.compiler.next_of_bend()?
+        let segment = if plan.is_phase {
+            self.compiler.next_of_phase()?
         } else {
             let (chunk, timed_plans) = chunks.get_with_timed_plans(self.chunk)?;
-            let timed_plan = timed_plans.of(self.axis, self.chunk, chunk, self.ticks.hz);
-            self.compiler.next(timed_plan)?
+            self.compiler.next(timed_plans.of(self.axis, self.chunk, chunk.plan.line()?, self.ticks.hz))?
         };
         plan.compiled += segment.steps();
         Some(segment)
@@ -382,21 +397,16 @@ impl<'a> SegmentStream<'a> {
 
 impl PlanSteps {
     /// `compiler` is `None` if the axis has no steps in the plan.
-    fn of(chunk: &Chunk, axis: Axis, compiler: Option<&AxisCompiler>) -> Self {
-        let (steps, until_steps) = match &chunk.plan {
-            Plan::Line(line) => (line.steps[axis as usize], line.end_steps()),
-            Plan::Blend(blend) => (blend.direction(axis as usize), blend.end_steps()),
-        };
+    fn of_line(line: &SyncMove<AXES>, axis: Axis, compiler: Option<&AxisCompiler>) -> Self {
         let [before, last] =
             compiler.map_or([0; 2], |compiler| [compiler.steps_before(), compiler.steps_before() + compiler.steps()]);
-        let turns = compiler.map_or(0, |compiler| before + compiler.turns_after());
-        let direction = Direction::of(steps);
-        Self { direction, turns, compiled: before, queued: before, last, until_steps, end: last }
+        let (direction, until_steps) = (Direction::of(line.steps[axis as usize]), line.end_steps());
+        Self { is_phase: false, direction, turns: last, compiled: before, queued: before, last, until_steps, end: last }
     }
 
-    /// The steps of a bend, for which there is an axis compiler.
-    fn of_bend(bend: &Bend, compiler: &AxisCompiler) -> Self {
-        let (direction, turns, last) = (Direction::of(bend.direction()), compiler.turns_after(), compiler.steps());
-        Self { direction, turns, compiled: 0, queued: 0, last, until_steps: 0.0, end: last }
+    fn of_phase(phase: &CountedPhase) -> Self {
+        let (direction, turns, (last, _)) =
+            (Direction::of(phase.direction()), phase.turns_after(), phase.step_counts());
+        Self { is_phase: true, direction, turns, compiled: 0, queued: 0, last, until_steps: 0.0, end: last }
     }
 }

@@ -1,9 +1,8 @@
-//! The timed plans of the chunks that are being compiled: what the axes of a plan have in common when compiled.
+//! The timed plans of the lines that are being compiled: what the axes of a plan have in common when compiled.
 
-use isostep_profile::TimedPlan;
+use isostep_profile::{SyncMove, TimedPlan};
 
 use crate::axes::{AXES, Axis};
-use crate::tag::Chunk;
 
 /// The timed plans of the chunks that the axes compile. There is room for as many as there are axes, because each axis
 /// compiles one chunk at a time. Axes that compile the same chunk share its timed plan.
@@ -31,8 +30,8 @@ impl TimedPlans {
         self.slots.iter_mut().for_each(|slot| (slot.key, slot.users) = (None, 0));
     }
 
-    /// The timed plan by which `axis` compiles `chunk`, whose number is `number`, at `tick_hz`.
-    pub fn of(&mut self, axis: Axis, number: u32, chunk: &Chunk, tick_hz: u32) -> &mut TimedPlan {
+    /// The timed plan by which `axis` compiles the line of the chunk with this number, at `tick_hz`.
+    pub fn of(&mut self, axis: Axis, number: u32, line: &SyncMove<AXES>, tick_hz: u32) -> &mut TimedPlan {
         let (key, user) = (Some((number, tick_hz)), 1 << axis as u8);
         let last = self.last[axis as usize];
         if self.slots[last].key == key && self.slots[last].users & user != 0 {
@@ -42,7 +41,7 @@ impl TimedPlans {
         let index = known.unwrap_or_else(|| self.free(user));
         let slot = &mut self.slots[index];
         if slot.key != key {
-            chunk.plan.convert_to_ticks(&mut slot.timed_plan, tick_hz);
+            line.convert_to_ticks(&mut slot.timed_plan, tick_hz);
             slot.key = key;
         }
         if slot.users & user == 0 {
@@ -67,11 +66,9 @@ mod tests {
 
     use std::vec::Vec;
 
-    use isostep_profile::chain::{ChunkKind, Plan};
     use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
 
     use super::*;
-    use crate::tag::Tag;
 
     /// An axis that is ahead of the others does not take from them the timed plans that they still need.
     #[test]
@@ -85,13 +82,9 @@ mod tests {
         };
         let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
             .expect("a plan");
-        let kind = ChunkKind::Move;
-        let plan = Plan::Line(plan);
-        let chunk =
-            Chunk { plan, until_steps: 0.0, until_s: 1.0, mm_per_step: 1.0, asked_steps_s: 1.0, tag: Tag::NONE, kind };
         let mut timed_plans = TimedPlans::new();
         let mut compiles = |axis, number| {
-            timed_plans.of(axis, number, &chunk, 1_000_000);
+            timed_plans.of(axis, number, &plan, 1_000_000);
             let mut kept: Vec<_> =
                 timed_plans.slots.iter().filter_map(|slot| slot.key).map(|(number, _)| number).collect();
             kept.sort_unstable();

@@ -52,7 +52,7 @@ fn all_axes_are_late_by_the_mean_of_the_latest() {
     }
 }
 
-/// A move has its legs, and all those of the shaper's length are kept.
+/// A move has its phases, and all those of the shaper's length are kept.
 #[test]
 fn a_move_lasts_longer_with_low_frequencies() {
     let at_hz = |natural_hz| shaped_s(shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref());

@@ -8,9 +8,8 @@
 
 use libm::floor;
 
-use crate::compile::{AxisBlend, AxisCompiler, TimedPlan};
 use crate::fixed::{is_negative, is_zero};
-use crate::shaper::{turn, turns};
+use crate::phase::{AxisPhase, CountedPhase, turn, turns};
 use crate::sync::{MoveSteps, SyncMove, offset};
 
 /// The plan of a corner for `N` axes: from the end of a line of one block to the beginning of a line of the next, each
@@ -134,16 +133,6 @@ impl<const N: usize> Blend<N> {
         if is_zero(self.approach_s) { self.begin_s } else { self.begin_s + self.approach_s }
     }
 
-    /// The place and the speed of an axis where the corner begins.
-    pub(crate) fn corner_begins(&self, axis: usize) -> (f64, f64) {
-        (self.places_steps[axis][0], self.speeds_steps_s[axis][0])
-    }
-
-    /// True if it has an approach.
-    pub(crate) fn has_approach(&self) -> bool {
-        !is_zero(self.approach_s)
-    }
-
     /// The time that the corner lasts, without the approach, s.
     #[must_use]
     pub fn corner_s(&self) -> f64 {
@@ -218,51 +207,53 @@ impl<const N: usize> Blend<N> {
     /// The instant at which an axis makes its `k`-th step, counted from 1, s from the start of the run, by the closed form.
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
-        let parts = self.axis(axis);
-        let AxisBlend { begin_s, end_s, ahead, beyond, approach, .. } = parts;
-        if k <= approach {
-            return self.corner_begins_s()
-                - (f64::from(approach - k) + 0.5 + self.approached(axis)) / parts.from_steps_s;
+        let approach = self.approach(axis);
+        let approached = approach.step_counts().0;
+        if k <= approached { approach.step_time_s(k) } else { self.corner(axis).step_time_s(k - approached) }
+    }
+
+    /// The phases of an axis, in order: the approach and the corner. Places and counts are from the whole step next to the corner.
+    #[must_use]
+    pub fn counted_phase(&self, axis: usize, index: usize) -> Option<CountedPhase> {
+        match index {
+            0 => Some(self.approach(axis)),
+            1 => Some(self.corner(axis)),
+            _ => None,
         }
-        let k = f64::from(k - approach);
-        let out = f64::from(parts.out);
-        if k <= out {
-            end_s - parts.time_s(out - k + 0.5 + beyond)
-        } else {
-            begin_s + parts.time_s(k - out - 0.5 - ahead)
-        }
     }
 
-    /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
-    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
-        let begin_s = self.corner_begins_s();
-        timed_plan.set_clock([begin_s, begin_s + self.corner_s], tick_hz);
-    }
-
-    /// Makes `compiler` compile the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks)
-    /// has made from this blend.
-    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
-        compiler.begin_blend(&self.axis(axis), self.approached(axis), timed_plan);
-    }
-
-    /// The distance of an axis beyond its last step, in its direction, where the approach ends, steps.
-    fn approached(&self, axis: usize) -> f64 {
+    /// An approach that lasts no time has any place.
+    #[inline(never)]
+    pub(crate) fn approach(&self, axis: usize) -> CountedPhase {
         let [begin, approached, ..] = self.counts[axis];
-        if approached == begin {
-            return 0.0;
-        }
-        let beyond = self.places_steps[axis][0] - f64::from(approached);
-        if approached < begin { -beyond } else { beyond }
+        let (end_s, end_place_steps, speed_steps_s) =
+            (self.corner_begins_s(), self.places_steps[axis][0], self.speeds_steps_s[axis][0]);
+        let phase = if is_zero(self.approach_s) {
+            AxisPhase::rest(end_s, 0.0)
+        } else {
+            let place_steps = end_place_steps - speed_steps_s * (end_s - self.begin_s);
+            AxisPhase { speed_steps_s, ..AxisPhase::rest(self.begin_s, place_steps) }
+        };
+        let counts = [begin, approached, approached];
+        CountedPhase { phase, end_s, end_place_steps, end_speed_steps_s: speed_steps_s, jerk_steps_s3: 0.0, counts }
     }
 
-    fn axis(&self, axis: usize) -> AxisBlend {
-        AxisBlend::new(
-            self.speeds_steps_s[axis],
-            self.places_steps[axis],
-            self.accel_steps_s2(axis).abs(),
-            self.counts[axis],
-            [self.corner_begins_s(), self.corner_begins_s() + self.corner_s],
-        )
+    #[inline(never)]
+    pub(crate) fn corner(&self, axis: usize) -> CountedPhase {
+        let [_, approached, turn, end] = self.counts[axis];
+        let [place_steps, end_place_steps] = self.places_steps[axis];
+        let [speed_steps_s, end_speed_steps_s] = self.speeds_steps_s[axis];
+        let begin_s = self.corner_begins_s();
+        let phase = AxisPhase { begin_s, place_steps, speed_steps_s, accel_steps_s2: self.accel_steps_s2(axis) };
+        let counts = [approached, turn, end];
+        CountedPhase {
+            phase,
+            end_s: begin_s + self.corner_s,
+            end_place_steps,
+            end_speed_steps_s,
+            jerk_steps_s3: 0.0,
+            counts,
+        }
     }
 }
 

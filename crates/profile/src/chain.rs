@@ -77,7 +77,7 @@ use self::corner::UnitVector;
 use self::plan::{Begun, UnderWay};
 use self::ring::Ring;
 use crate::blend::Blend;
-use crate::compile::{AxisCompiler, TimedPlan};
+use crate::phase::AxisPhase;
 use crate::sync::{PlanError, SyncMove};
 
 /// The highest override of feeds, as a ratio. The delta v² of a block holds for feeds up to this.
@@ -176,28 +176,14 @@ impl<const N: usize> Plan<N> {
         }
     }
 
-    /// Makes `timed_plan` hold what the axes have in common, in ticks of 1/`tick_hz` s; `tick_hz` is above 0.
-    pub fn convert_to_ticks(&self, timed_plan: &mut TimedPlan, tick_hz: u32) {
-        match self {
-            Self::Line(line) => line.convert_to_ticks(timed_plan, tick_hz),
-            Self::Blend(blend) => blend.convert_to_ticks(timed_plan, tick_hz),
-        }
-    }
-
-    /// A compiler of the axis with index `axis`, in the timed plan that [`convert_to_ticks`](Self::convert_to_ticks) has made
-    /// from this plan.
+    /// The phase with this index that the axis with index `axis` has in this plan, and when that ends, s from the start of the
+    /// run; `None` beyond the last. A phase that lasts no time has any place. Its place counts from the whole step next to where the
+    /// move begins, signed by direction.
     #[must_use]
-    pub fn compiler(&self, axis: usize, timed_plan: &TimedPlan) -> AxisCompiler {
-        let mut compiler = AxisCompiler::empty();
-        self.begin_compiler(axis, timed_plan, &mut compiler);
-        compiler
-    }
-
-    /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
-    pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
+    pub fn phase(&self, axis: usize, index: usize) -> Option<(AxisPhase, f64)> {
         match self {
-            Self::Line(line) => line.begin_compiler(axis, timed_plan, compiler),
-            Self::Blend(blend) => blend.begin_compiler(axis, timed_plan, compiler),
+            Self::Line(line) => line.phase(axis, index),
+            Self::Blend(blend) => blend.counted_phase(axis, index).map(|counted| (counted.phase, counted.end_s)),
         }
     }
 }

@@ -44,13 +44,12 @@
 //! Most of that is for spans. A span is computed once for all axes and for all its segments, but near standstill it has
 //! only a few segments.
 
-mod axis_blend;
 mod cubic;
 mod curve;
 mod fit;
+mod fixed_phase;
 mod fixed_ramp;
 mod hermite;
-mod phase;
 mod root_and_log2;
 mod setup;
 mod shared_spans;
@@ -59,18 +58,16 @@ mod spans;
 mod timed_plan;
 mod u96;
 
-pub(crate) use self::axis_blend::AxisBlend;
-use self::cubic::Cubic;
+use self::fixed_phase::FixedPhase;
 use self::fixed_ramp::Sample;
-use self::phase::Phase;
 use self::spans::Spans;
 pub use self::timed_plan::TimedPlan;
-use self::timed_plan::{Clock, ConstantAccelRamp, Cruise, TimedStepRange};
+use self::timed_plan::{Clock, ConstantAccelRamp, TimedStepRange};
 use self::u96::short_fixed;
-use crate::fixed::{is_negative, is_zero};
+use crate::fixed::is_zero;
+use crate::phase::{CountedPhase, SlowEnd};
 use crate::profile::Profile;
 use crate::segment::Segment;
-use crate::shaper::Bend;
 
 /// The distance by which a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
@@ -180,21 +177,15 @@ impl PhaseBounds {
     }
 }
 
-/// The values of an axis of a blend where its phases begin.
+/// The ramp by which an axis that turns speeds up again.
 #[derive(Clone, Copy, Debug)]
-struct BlendPhases {
+struct WayBack {
     ramp: ConstantAccelRamp,
-    /// Begins where it speeds up, and ends where it has slowed down.
     clock: Clock,
-    approach: Option<Cruise>,
-    is_turned: bool,
-    /// If the acceleration changes, this is all of it.
-    cubic: Option<Cubic>,
 }
 
-/// Compiles one axis of a [`TimedPlan`] into segments.
-///
-/// Step k of the axis (k = 1 to `steps`) is due when the longest axis has covered (k - 1/2)/`steps` of the distance.
+/// Compiles an axis into segments: its steps of a line, from what the line's axes share (a [`TimedPlan`]), or those of a phase of its
+/// own.
 #[derive(Clone, Debug)]
 pub struct AxisCompiler {
     step_range: StepRange,
@@ -209,14 +200,14 @@ pub struct AxisCompiler {
     base: u32,
     /// The next step, if it is known from the last segment.
     next: Option<Sample>,
-    blend: Option<BlendPhases>,
+    way_back: Option<WayBack>,
 }
 
 /// The steps of one phase.
 #[derive(Clone, Debug)]
 enum PhaseSteps {
     /// At constant speed or acceleration.
-    ConstantAccel(Phase),
+    ConstantAccel(FixedPhase),
     /// At an acceleration that changes.
     Curved(Spans),
 }
@@ -230,100 +221,60 @@ impl AxisCompiler {
             step_range,
             ends: [0; 3],
             index: 0,
-            phase: PhaseSteps::ConstantAccel(Phase::empty()),
+            phase: PhaseSteps::ConstantAccel(FixedPhase::empty()),
             done: 0,
             base: 0,
             next: None,
-            blend: None,
+            way_back: None,
         }
     }
 
-    /// Begins another step range. What belongs to a phase is left, because the first step sets it.
+    /// Begins the steps of an axis of a line. Its segments come from [`next`](Self::next). What belongs to a phase is left, because the first step sets it.
     pub(crate) fn begin(&mut self, step_range: StepRange, timed_plan: &TimedPlan) {
         self.ends = step_range.phase_ends(&timed_plan.bounds);
-        (self.step_range, self.index, self.done, self.base, self.blend) = (step_range, 0, 0, 0, None);
+        (self.step_range, self.index, self.done, self.base) = (step_range, 0, 0, 0);
     }
 
-    /// Begins an axis of a blend. `approached` is how far it is beyond its last step where the approach ends, steps.
-    pub(crate) fn begin_blend(&mut self, axis: &AxisBlend, approached: f64, timed_plan: &TimedPlan) {
-        self.begin_bent(axis, approached, timed_plan.clock);
-    }
-
-    /// Begins a bend of shaped motion, in ticks of 1/`tick_hz` s; `tick_hz` is above 0. Its segments come from
-    /// [`next_of_bend`](Self::next_of_bend).
-    pub fn begin_bend(&mut self, bend: &Bend, tick_hz: u32) {
-        let ends_s = [bend.leg.begin_s, bend.end_s];
-        let clock = Clock::new(ends_s, tick_hz);
-        let [begin, turn, end] = bend.counts;
-        let from_steps_s = bend.leg.speed_steps_s;
-        let places_steps = [bend.leg.place_steps, bend.end_place_steps];
-        if !is_zero(bend.jerk_steps_s3) {
-            return self.begin_cubic(bend, clock);
+    /// Begins a phase of an axis, in ticks of 1/`tick_hz` s; `tick_hz` is above 0. Its segments come
+    /// from [`next_of_phase`](Self::next_of_phase). None of them holds steps of both directions.
+    pub fn begin_phase(&mut self, counted: &CountedPhase, tick_hz: u32) {
+        let clock = Clock::new([counted.phase.begin_s, counted.end_s], tick_hz);
+        let (steps, _) = counted.step_counts();
+        self.step_range = StepRange { stride: 1.0, before: 0, steps, ahead: 0.0, beyond: 0.0 };
+        (self.ends, self.index, self.done, self.base) = ([0, steps, steps], 0, 0, 0);
+        if steps == 0 {
+            return;
         }
-        if is_zero(bend.leg.accel_steps_s2) {
-            // All of it is an approach, which ends where the bend does.
-            let axis = AxisBlend::even(from_steps_s, end.abs_diff(begin), ends_s[1]);
-            let beyond = places_steps[1] - f64::from(end);
-            let approached = if is_negative(from_steps_s) { -beyond } else { beyond };
-            return self.begin_bent(&axis, approached, Clock { begin_ticks: clock.end_ticks, ..clock });
-        }
-        let speeds_steps_s = [from_steps_s, bend.end_speed_steps_s];
-        let accel = bend.leg.accel_steps_s2.abs();
-        let axis = AxisBlend::new(speeds_steps_s, places_steps, accel, [begin, begin, turn, end], ends_s);
-        self.begin_bent(&axis, 0.0, clock);
-    }
-
-    /// Begins a bend whose acceleration changes.
-    #[inline(never)]
-    fn begin_cubic(&mut self, bend: &Bend, clock: Clock) {
-        let [begin, .., end] = bend.counts;
-        let along = |x: f64| if end < begin { -x } else { x };
-        let (steps, ahead) = (end.abs_diff(begin), along(bend.leg.place_steps - f64::from(begin)));
-        let cubic = Cubic {
-            speed_steps_s: along(bend.leg.speed_steps_s),
-            accel_steps_s2: along(bend.leg.accel_steps_s2),
-            jerk_steps_s3: along(bend.jerk_steps_s3),
-            lasts_s: bend.end_s - bend.leg.begin_s,
-            ahead,
-            tick_hz: clock.tick_hz,
-            point: 0,
-        };
-        self.step_range = StepRange { stride: 1.0, before: 0, steps, ahead, beyond: 0.0 };
-        (self.ends, self.index, self.done, self.base) = ([0, 0, steps], 0, 0, 0);
-        let ramp = ConstantAccelRamp::NONE;
-        self.blend = Some(BlendPhases { ramp, clock, approach: None, is_turned: false, cubic: Some(cubic) });
-    }
-
-    fn begin_bent(&mut self, axis: &AxisBlend, approached: f64, mut clock: Clock) {
-        let AxisBlend { slow_steps_s, accel_steps_s2, begin_s, end_s, ahead, beyond, approach, out, back, .. } = *axis;
-        let (turn, steps) = (approach + out, approach + out + back);
-        self.step_range = StepRange { stride: 1.0, before: 0, steps, ahead, beyond };
-        (self.ends, self.index, self.done, self.base) = ([approach, turn, steps], 0, 0, 0);
-        let approach = (approach > 0).then(|| {
-            let ticks_per_step = clock.tick_hz / axis.from_steps_s;
-            Cruise {
-                ticks_per_step,
-                start_ticks: clock.begin_ticks - (f64::from(approach) + approached) * ticks_per_step,
-            }
-        });
-        if axis.is_turned {
-            (clock.begin_ticks, clock.end_ticks) = (begin_s * clock.tick_hz, end_s * clock.tick_hz);
-        }
-        let ramp = if out + back > 0 {
-            ConstantAccelRamp::new(slow_steps_s, accel_steps_s2, clock.tick_hz)
+        let timed = TimedStepRange { clock: &clock, step_range: &self.step_range };
+        if !is_zero(counted.jerk_steps_s3) {
+            self.phase.constant_accel().change_accel(counted, timed);
+        } else if is_zero(counted.phase.accel_steps_s2) {
+            let ticks_per_step = clock.tick_hz / counted.phase.speed_steps_s.abs();
+            let start_ticks = clock.end_ticks - (f64::from(steps) + counted.beyond_end()) * ticks_per_step;
+            self.phase.constant_accel().cruise_on(start_ticks, ticks_per_step, timed, steps);
         } else {
-            ConstantAccelRamp::NONE
-        };
-        self.blend = Some(BlendPhases { ramp, clock, approach, is_turned: axis.is_turned, cubic: None });
+            self.begin_ramp(counted.slow_end(), clock);
+        }
     }
 
-    /// After how many of its steps the axis turns; if it does not turn, after all of them. No segment holds steps of both
-    /// directions.
-    #[must_use]
-    pub fn turns_after(&self) -> u32 {
-        match self.blend {
-            Some(BlendPhases { is_turned: true, .. }) if self.ends[1] > 0 => self.ends[1],
-            _ => self.step_range.steps,
+    /// Begins to slow down, or to speed up if there is no step before that.
+    fn begin_ramp(&mut self, slow: SlowEnd, mut clock: Clock) {
+        let SlowEnd { speed_steps_s, accel_steps_s2, slows_until_s, speeds_from_s, ahead, beyond, out, back } = slow;
+        self.step_range = StepRange { ahead, beyond, ..self.step_range };
+        self.ends[1] = out;
+        if slows_until_s.to_bits() == speeds_from_s.to_bits() {
+            // It turns.
+            clock.begin_ticks = speeds_from_s * clock.tick_hz;
+            clock.end_ticks = clock.begin_ticks;
+        }
+        let ramp = ConstantAccelRamp::new(speed_steps_s, accel_steps_s2, clock.tick_hz);
+        let timed = TimedStepRange { clock: &clock, step_range: &self.step_range };
+        let phase = self.phase.constant_accel();
+        if out > 0 {
+            phase.decelerate(&ramp, timed, out);
+            self.way_back = (back > 0).then_some(WayBack { ramp, clock });
+        } else {
+            phase.accelerate(&ramp, timed, back);
         }
     }
 
@@ -339,17 +290,16 @@ impl AxisCompiler {
         self.step_range.before
     }
 
-    /// The next segment; `None` after the last. `timed_plan` must be the one that it has begun with.
+    /// The next segment of a line; `None` after the last. `timed_plan` must be the one that it has begun with.
     pub fn next(&mut self, timed_plan: &mut TimedPlan) -> Option<Segment> {
         self.next_on(Some(timed_plan))
     }
 
-    /// The next segment of a bend; `None` after the last.
-    pub fn next_of_bend(&mut self) -> Option<Segment> {
+    /// The next segment of a phase; `None` after the last.
+    pub fn next_of_phase(&mut self) -> Option<Segment> {
         self.next_on(None)
     }
 
-    /// Only a line needs a timed plan.
     fn next_on(&mut self, mut timed_plan: Option<&mut TimedPlan>) -> Option<Segment> {
         if self.done == self.ends[2] {
             return None;
@@ -360,8 +310,8 @@ impl AxisCompiler {
             }
             self.next = None;
             match timed_plan.as_deref_mut() {
-                Some(timed_plan) if self.blend.is_none() => self.begin_phase(timed_plan),
-                _ => self.begin_blend_phase(),
+                Some(timed_plan) => self.begin_phase_of_line(timed_plan),
+                None => self.go_back(),
             }
         }
         let segment = match &mut self.phase {
@@ -376,23 +326,18 @@ impl AxisCompiler {
         Some(segment)
     }
 
-    fn begin_blend_phase(&mut self) {
-        let end = self.ends[self.index] - self.done;
-        let Some(BlendPhases { ramp, clock, approach, cubic, .. }) = &self.blend else { return };
-        let timed = TimedStepRange { clock, step_range: &self.step_range };
-        self.base = self.done;
-        let phase = self.phase.constant_accel();
-        if let Some(cubic) = cubic {
-            return phase.change_accel(cubic, timed, end);
-        }
-        match (self.index, approach) {
-            (0, Some(cruise)) => phase.cruise_on(cruise.start_ticks, cruise.ticks_per_step, timed, end),
-            (2, _) => phase.accelerate(ramp, timed, end),
-            _ => phase.decelerate(ramp, timed, end),
+    /// Speeds up from where the axis has turned, if it has.
+    fn go_back(&mut self) {
+        if self.done > 0
+            && let Some(WayBack { ramp, clock }) = &self.way_back
+        {
+            self.base = self.done;
+            let timed = TimedStepRange { clock, step_range: &self.step_range };
+            self.phase.constant_accel().accelerate(ramp, timed, self.ends[2] - self.done);
         }
     }
 
-    fn begin_phase(&mut self, timed_plan: &mut TimedPlan) {
+    fn begin_phase_of_line(&mut self, timed_plan: &mut TimedPlan) {
         let end = self.ends[self.index];
         let timed = TimedStepRange { clock: &timed_plan.clock, step_range: &self.step_range };
         match (self.index, &timed_plan.accel, &timed_plan.decel) {
@@ -406,9 +351,9 @@ impl AxisCompiler {
 
 impl PhaseSteps {
     /// A phase to be set anew in its place: it is large.
-    fn constant_accel(&mut self) -> &mut Phase {
+    fn constant_accel(&mut self) -> &mut FixedPhase {
         if let Self::Curved(_) = self {
-            *self = Self::ConstantAccel(Phase::empty());
+            *self = Self::ConstantAccel(FixedPhase::empty());
         }
         match self {
             Self::ConstantAccel(phase) => phase,

@@ -11,7 +11,8 @@
 //!    A [`chain`] plans moves that follow each other without a stop; its plans are `SyncMove`s, too.
 //! 4. [`shaper`]: an axis as a weighted sum of its motion at several instants, if it has a shaper.
 //! 5. [`Segments`]: an axis's step instants as short [`Segment`]s, which are replayed by additions alone. [`TimedPlan`]
-//!    and [`AxisCompiler`] do the same for several axes, and compute only once what the axes have in common.
+//!    and [`AxisCompiler`] do the same for several axes, and compute only once what the axes have in common. Axes of blends and
+//!    shaped axes have nothing in common: each is compiled [phase](CountedPhase) by phase.
 //!
 //! This crate knows no clock, no pin and no executor. It allocates nothing and cannot await. Distances are in steps,
 //! times in seconds, speeds in steps/s, accelerations in steps/s². Only segments are in ticks, at a rate that the
@@ -46,6 +47,7 @@ mod fixed;
 mod law;
 mod limits;
 mod newton;
+mod phase;
 mod plan;
 mod profile;
 mod ramp;
@@ -60,6 +62,7 @@ pub use compile::{
 };
 pub use law::{IntervalLaw, SpeedLaw};
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
+pub use phase::{AxisPhase, CountedPhase};
 pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};
 pub use segment::{Intervals, Segment, Ticks};
 pub use sync::{OFFSET_PARTS, PlanError, SyncMove};

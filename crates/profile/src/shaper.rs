@@ -8,11 +8,9 @@
 //! A motion whose acceleration is constant piece by piece stays one, with more pieces: [`Shaped`] makes them. A box, which is
 //! the mean over a time, makes the acceleration change evenly.
 
-mod bend;
 mod feed;
-mod leg;
-mod legs;
 mod shaped;
+mod sum;
 
 use core::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
 use core::fmt;
@@ -20,10 +18,7 @@ use core::ops::RangeInclusive;
 
 use libm::{exp, sqrt};
 
-pub use self::bend::Bend;
-pub(crate) use self::bend::{turn, turns};
 pub use self::feed::Feed;
-pub use self::leg::Leg;
 pub use self::shaped::Shaped;
 
 /// The most impulses that a shaper has.

@@ -7,6 +7,7 @@ use crate::compile::{AxisCompiler, NEAREST_STEPS, PhaseBounds, Segments, StepRan
 use crate::fixed::is_zero;
 use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
+use crate::phase::AxisPhase;
 use crate::profile::{Profile, ProfileError, sum};
 use crate::ramp::Ramp;
 
@@ -168,6 +169,35 @@ impl<const N: usize> SyncMove<N> {
     /// As [`compiler`](Self::compiler), but reuses a compiler that is no longer needed: it is large, and this copies less.
     pub fn begin_compiler(&self, axis: usize, timed_plan: &TimedPlan, compiler: &mut AxisCompiler) {
         compiler.begin(self.step_range(axis, timed_plan.is_whole), timed_plan);
+    }
+
+    /// Speeding up, cruising and slowing down, at constant acceleration: the ramps of a curved law are no phases.
+    // Not inlined, or sums of what may be a blend's numbers are computed before it is known that this is a line.
+    #[inline(never)]
+    pub(crate) fn phase(&self, axis: usize, index: usize) -> Option<(AxisPhase, f64)> {
+        let profile = &self.profile;
+        let cruises_s = self.origin_s + profile.t_accel_s();
+        let slows_s = || cruises_s + profile.t_cruise_s();
+        let accel = |ramp: &Ramp| ramp.constant_accel_steps_s2().unwrap_or(0.0);
+        let cruise_steps_s = profile.cruise_speed_steps_s();
+        let (begin_s, end_s, place_steps, speed_steps_s, accel_steps_s2) = match index {
+            0 => (self.origin_s, cruises_s, 0.0, profile.entry_speed_steps_s(), accel(&profile.accel)),
+            1 => (cruises_s, slows_s(), profile.accel_end_steps(), cruise_steps_s, 0.0),
+            2 => (slows_s(), self.end_s(), profile.cruise_end_steps(), cruise_steps_s, -accel(&profile.decel)),
+            _ => return None,
+        };
+        if is_zero(end_s - begin_s) {
+            return Some((AxisPhase::rest(begin_s, 0.0), end_s));
+        }
+        if self.steps[axis] == 0 && is_zero(self.axis_steps(axis)) {
+            return Some((AxisPhase::rest(begin_s, self.axis_place(axis, 0.0)), end_s));
+        }
+        let share = self.axis_steps(axis) / self.distance_steps();
+        let place_steps = self.axis_place(axis, 0.0) + share * (self.origin_steps + place_steps);
+        let speed_steps_s = share * speed_steps_s;
+        let accel_steps_s2 = share * accel_steps_s2;
+        let phase = AxisPhase { begin_s, place_steps, speed_steps_s, accel_steps_s2 };
+        Some((phase, end_s))
     }
 
     fn step_range(&self, axis: usize, is_whole: bool) -> StepRange {

@@ -297,7 +297,7 @@ mod tests {
             rp2040_bench::flow(case, &mut counted);
             let ([read, push, advance, shape, compile], moves) = (counted.0, rp2040_bench::TIMED_MOVES);
             assert_eq!((read, push), (moves, moves), "{}", case.name);
-            // Each axis of a shaped move has some bends.
+            // Each axis of a shaped move has some phases.
             let all = if case.is_shaped() { 3 * advance..36 * advance } else { advance..advance + 1 };
             assert!(all.contains(&compile) && (shape > compile) == case.is_shaped(), "{}: {counted:?}", case.name);
             assert!((moves..moves * 2).contains(&advance), "{}: {advance} chunks", case.name);

@@ -24,7 +24,7 @@ const CRATES_IN_RAM: [&str; 10] = [
 /// Code without a deadline, all of it in thread mode: it serves the consoles, their reports and arcs; answers a USB host
 /// about the device; plans by the curved laws, ahead of time; homes; probes, at the contact and after it; takes an override;
 /// gets a chain and a run ready; runs once before anything moves; or is named by a table of functions and called by nobody.
-const MAY_WAIT: [&str; 61] = [
+const MAY_WAIT: [&str; 58] = [
     "isostep_console",
     "isostep_controller",
     "rp2040_gantry..flash..Flash",
@@ -51,11 +51,8 @@ const MAY_WAIT: [&str; 61] = [
     "isostep_profile4ramp10mean_speed",
     "isostep_profile4ramp4trig",
     "isostep_profile7compile5cubic",
-    "isostep_profile7compile12AxisCompiler11begin_cubic",
-    "12change_accel",
-    "isostep_profile7compile5phase5Phase7shorten",
-    "isostep_profile6shaper4bend3Sum10at_by_jerk",
-    "isostep_profile6shaper4bend3Sum13turns_after_s",
+    "isostep_profile6shaper3sum3Sum10at_by_jerk",
+    "isostep_profile6shaper3sum3Sum13turns_after_s",
     "isostep_profile6shaper6shaped15Shaped$LT$_$GT$4mean",
     "libm4math5atan2",
     "libm4math4atan",

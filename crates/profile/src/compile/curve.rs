@@ -77,7 +77,7 @@ impl Curve {
     /// The segment that begins at `step`, which is the first of `left` steps that are left.
     pub(super) fn segment(&self, step: u32, left: u32) -> Segment {
         let first = self.instant(step);
-        let mut fit = Quadratic { point: self.point.into(), length: self.length.into(), first, rise: 0, bend: 0 };
+        let mut fit = Quadratic { point: self.point.into(), length: self.length.into(), first, rise: 0, curvature: 0 };
         if left == 1 {
             fit.length = 0;
             return fit.segment(1);
@@ -86,7 +86,7 @@ impl Curve {
         fit.rise = self.instant(step.wrapping_add(n)).wrapping_sub(first);
         if n > 1 {
             let half_rise = self.instant(step.wrapping_add(n / 2)).wrapping_sub(first);
-            fit.bend = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
+            fit.curvature = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
         }
         // The step at the far end lies on the quadratic, too.
         fit.segment(if left.wrapping_sub(1) <= n { left } else { n })
@@ -103,9 +103,9 @@ fn length(hermite: &Hermite, timed: TimedStepRange, count: u32) -> u8 {
     let tick_hz = timed.clock.tick_hz;
     let steps = hermite.steps.abs() / timed.step_range.stride;
     let per_step = tick_hz / steps;
-    let bend = hermite.third_derivative_max() * per_step / (steps * steps * ERROR_DIVISOR);
-    // log2 n for the largest n, a power of two, with n³ bend <= E.
-    let held = |error_ticks: f64| (exponent(error_ticks / bend)).div_euclid(3);
+    let curvature = hermite.third_derivative_max() * per_step / (steps * steps * ERROR_DIVISOR);
+    // log2 n for the largest n, a power of two, with n³ curvature <= E.
+    let held = |error_ticks: f64| (exponent(error_ticks / curvature)).div_euclid(3);
     let strict = held(FIT_ERROR_MAX_TICKS - ERROR_MAX_TICKS);
     let loose = held(fit_error_max_ticks(tick_hz as u32) - ERROR_MAX_TICKS);
     // A brief segment may become up to twice as long.

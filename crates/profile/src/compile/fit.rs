@@ -14,7 +14,7 @@ pub(super) struct Quadratic {
     /// t(n) - t(0); less than 2^31 ticks.
     pub(super) rise: u64,
     /// t(n) - 2 t(n/2) + t(0); 0 if n is 1.
-    pub(super) bend: i64,
+    pub(super) curvature: i64,
 }
 
 impl Quadratic {
@@ -32,8 +32,8 @@ impl Quadratic {
         let (upper, lower) = ((first >> 32) as u32, first as u32);
         let first_ticks = u64::from(joined(0, upper, shift)) << 32 | u64::from(joined(upper, lower, shift));
         let fraction = lower.wrapping_shl(shift);
-        // t(j + 1) - t(j) grows by 4 bend/n² a step, which adds growth n (n - 1)/2 over n steps.
-        let growth = right_signed(left(self.bend as u64, shift) as i64, (2 * self.length).saturating_sub(2));
+        // t(j + 1) - t(j) grows by 4 curvature/n² a step, which adds growth n (n - 1)/2 over n steps.
+        let growth = right_signed(left(self.curvature as u64, shift) as i64, (2 * self.length).saturating_sub(2));
         let grown = (left(growth as u64, self.length) as i64).wrapping_sub(growth) >> 1;
         let interval = right(left(self.rise, shift), self.length).wrapping_sub(grown as u64);
         Segment::new(steps, (first_ticks, fraction), interval, growth as u64)

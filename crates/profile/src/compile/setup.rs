@@ -1,8 +1,7 @@
 //! Takes from the plan's floats what a phase of an axis needs, once a phase.
 
-use super::cubic::Cubic;
+use super::fixed_phase::{FixedPhase, Formula};
 use super::fixed_ramp::{FixedRamp, LENGTH_MAX, log2_of};
-use super::phase::{Law, Phase};
 use super::small_accel::SmallAccel;
 use super::timed_plan::{ConstantAccelRamp, Cruise, TimedPlan, TimedStepRange, point_for};
 use super::u96::{Linear, U96, exponent, fixed, short_fixed};
@@ -14,8 +13,6 @@ const STEPS_END: u32 = 1 << 31;
 /// log2 of the steps of the longest segment of a cruise. Its interval is rounded to 2^-32 tick, which makes 2^-10 tick
 /// over this many steps.
 const CRUISE_LENGTH_MAX: u32 = 22;
-/// log2 of the steps of the longest segment where the acceleration changes.
-const CUBIC_LENGTH_MAX: u32 = 8;
 /// log2 of the lead, ticks, from which on a ramp is a [`SmallAccel`]: 13 days at 125 MHz.
 const SMALL_ACCEL_LEAD_LOG2: i32 = 47;
 
@@ -27,11 +24,19 @@ struct AxisRamp {
     slope_ticks2: f64,
 }
 
-impl Phase {
+impl FixedPhase {
     /// A phase of no steps.
     pub(super) fn empty() -> Self {
         let line = Linear { start: U96::default(), slope: U96::default() };
-        Self { law: Law::ConstantSpeed(line), origin: 0, end: 0, reach: 0, backwards: false, point: 0, length: 0 }
+        Self {
+            formula: Formula::ConstantSpeed(line),
+            origin: 0,
+            end: 0,
+            reach: 0,
+            backwards: false,
+            point: 0,
+            length: 0,
+        }
     }
 
     /// Makes it accelerate from the first step to the one before `end`.
@@ -39,10 +44,10 @@ impl Phase {
         let (clock, more) = (timed.clock, doubled(-timed.step_range.ahead));
         let axis_ramp = timed.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
-            let (law, point, length) = small_accel(ramp, timed, more);
+            let (formula, point, length) = small_accel(ramp, timed, more);
             let reach = beyond(end, length);
             let origin = fixed(clock.begin_ticks, point.into()) as u64;
-            *self = Self { law, origin, end, reach, backwards: false, point, length: length as u8 };
+            *self = Self { formula, origin, end, reach, backwards: false, point, length: length as u8 };
             return;
         }
         let reach = beyond(end, LENGTH_MAX);
@@ -54,10 +59,13 @@ impl Phase {
         let (lead, slope) = (axis_ramp.lead(point), axis_ramp.slope(point));
         let square = squared(lead);
         let start = square.wrapping_add(axis_ramp.first(point, (square, slope), more));
-        let law =
-            Law::Ramp(axis_ramp.ramp(Linear { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
+        let formula = Formula::Ramp(axis_ramp.ramp(
+            Linear { start: U96::new(start), slope: U96::new(slope) },
+            point,
+            clock.hz_log2,
+        ));
         let origin = short_fixed(clock.begin_ticks, point).wrapping_sub(lead);
-        *self = Self { law, origin, end, reach, backwards: false, point, length: 0 };
+        *self = Self { formula, origin, end, reach, backwards: false, point, length: 0 };
     }
 
     /// Makes it keep its speed up to the step before `end`.
@@ -79,17 +87,9 @@ impl Phase {
         let start = U96::new(fixed(start_ticks.max(0.0), i32::from(point) + 32).wrapping_sub(before));
         let slope = U96::new(fixed(period_ticks, i32::from(point) + 31));
         let length = length_held(period_ticks, CRUISE_LENGTH_MAX);
-        let law = Law::ConstantSpeed(Linear { start, slope });
-        *self = Self { law, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 };
-    }
-
-    /// Makes it follow a cubic up to the step before `end`.
-    #[inline(never)]
-    pub(super) fn change_accel(&mut self, cubic: &Cubic, timed: TimedStepRange, end: u32) {
-        let point = timed.point();
-        let origin = fixed(timed.clock.begin_ticks, point.into()) as u64;
-        let law = Law::Cubic(Cubic { point, ..*cubic });
-        *self = Self { law, origin, end, reach: end - 1, backwards: false, point, length: CUBIC_LENGTH_MAX as u8 };
+        let formula = Formula::ConstantSpeed(Linear { start, slope });
+        *self =
+            Self { formula, origin: 0, end, reach: beyond(end, length), backwards: false, point, length: length as u8 };
     }
 
     /// Makes it decelerate to the last of the axis's steps, the one before `end`.
@@ -97,9 +97,9 @@ impl Phase {
         let (clock, more) = (timed.clock, doubled(timed.step_range.beyond));
         let axis_ramp = timed.axis_ramp(ramp);
         if axis_ramp.has_small_accel() {
-            let (law, point, length) = small_accel(ramp, timed, more);
+            let (formula, point, length) = small_accel(ramp, timed, more);
             let origin = fixed(clock.end_ticks, point.into()) as u64;
-            *self = Self { law, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
+            *self = Self { formula, origin, end, reach: end - 1, backwards: true, point, length: length as u8 };
             return;
         }
         let point = point_for(exponent(axis_ramp.lead_ticks).max(exponent(clock.end_ticks)) + 1);
@@ -112,10 +112,13 @@ impl Phase {
         };
         let square = squared(lead);
         let start = square.saturating_sub(spared).wrapping_add(axis_ramp.first(point, (square, slope), more));
-        let law =
-            Law::Ramp(axis_ramp.ramp(Linear { start: U96::new(start), slope: U96::new(slope) }, point, clock.hz_log2));
+        let formula = Formula::Ramp(axis_ramp.ramp(
+            Linear { start: U96::new(start), slope: U96::new(slope) },
+            point,
+            clock.hz_log2,
+        ));
         let origin = short_fixed(clock.end_ticks, point).wrapping_add(lead);
-        *self = Self { law, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 };
+        *self = Self { formula, origin, end, reach: end - 1 + spare, backwards: true, point, length: LENGTH_MAX as u8 };
     }
 }
 
@@ -196,15 +199,15 @@ impl AxisRamp {
     }
 }
 
-/// The law of a ramp that hardly accelerates, its point, and log2 of the steps of its segments, over which a quadratic
+/// The formula of a ramp that hardly accelerates, its point, and log2 of the steps of its segments, over which a quadratic
 /// deviates by 2^-6 tick at most. Its first half step is `more` half steps longer.
-fn small_accel(ramp: &ConstantAccelRamp, timed: TimedStepRange, more: f64) -> (Law, u8, u32) {
+fn small_accel(ramp: &ConstantAccelRamp, timed: TimedStepRange, more: f64) -> (Formula, u8, u32) {
     let point = timed.point();
     let (tick_hz, stride) = (timed.clock.tick_hz, timed.step_range.stride);
     let ConstantAccelRamp { slow_steps_s, accel_steps_s2, .. } = *ramp;
     let slowest_ticks = tick_hz / slow_steps_s * stride;
-    let law = SmallAccel { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point };
-    (Law::SmallAccel(law), point, length_held(slowest_ticks, LENGTH_MAX))
+    let ramp = SmallAccel { slow_steps_s, accel_steps_s2, half_step: stride / 2.0, more, tick_hz, point };
+    (Formula::SmallAccel(ramp), point, length_held(slowest_ticks, LENGTH_MAX))
 }
 
 /// log2 of a number of periods that last less than 2^31 ticks together, `max` at most. It is 0 even if one period lasts

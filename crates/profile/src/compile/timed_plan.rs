@@ -97,11 +97,6 @@ impl TimedPlan {
         self.spans.clear();
     }
 
-    /// Changes to a blend that begins at `begin_s` from the start of the run.
-    pub(crate) fn set_clock(&mut self, ends_s: [f64; 2], tick_hz: u32) {
-        self.clock = Clock::new(ends_s, tick_hz);
-    }
-
     /// Makes its spans include the steps of all these step ranges.
     pub(crate) fn set_reach(&mut self, step_ranges: impl Iterator<Item = StepRange>) {
         let (mut begin, mut end) = (f64::INFINITY, f64::INFINITY);
@@ -125,11 +120,7 @@ impl Clock {
 }
 
 impl ConstantAccelRamp {
-    /// No ramp.
-    pub(super) const NONE: Self =
-        Self { slow_steps_s: 0.0, accel_steps_s2: 0.0, ticks_per_speed: 0.0, lead_ticks: 0.0, slope_ticks2: 0.0 };
-
-    /// A ramp of its own, in a blend. Without an acceleration it is one that hardly accelerates.
+    /// A ramp of one axis.
     pub(super) fn new(slow_steps_s: f64, accel_steps_s2: f64, tick_hz: f64) -> Self {
         let ticks_per_speed = tick_hz / accel_steps_s2;
         let (lead_ticks, slope_ticks2) = (ticks_per_speed * slow_steps_s, ticks_per_speed * tick_hz);

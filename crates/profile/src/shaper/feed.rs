@@ -1,4 +1,4 @@
-//! The chunks of a chain as the legs of one axis.
+//! The chunks of a chain as the phases of one axis.
 
 use super::{Impulses, Shaped};
 use crate::chain::{Chunk, ChunkKind, Plan};
@@ -10,7 +10,7 @@ pub struct Feed {
     axis: usize,
     /// The whole step next to where the move under way begins, counted from the beginning of the run.
     from_steps: i32,
-    /// The leg of the chunk that comes next, and whether some of it has been read.
+    /// The phase of the chunk that comes next, and whether some of it has been read.
     index: usize,
     is_begun: bool,
 }
@@ -41,20 +41,20 @@ impl Feed {
         Self { axis, from_steps: before.wrapping_neg(), index: 0, is_begun: false }
     }
 
-    /// Reads one leg of the chunk, or what has become known of one. False if all that is known of it has been read, or there
+    /// Reads one phase of the chunk, or what has become known of one. False if all that is known of it has been read, or there
     /// is no room.
     pub fn read<const N: usize, const LEN: usize, T>(&mut self, chunk: &Chunk<N, T>, shaped: &mut Shaped<LEN>) -> bool {
         let known_s = shaped.known_s();
         while known_s < chunk.until_s && (self.is_begun || shaped.has_room()) {
-            let Some((leg, leg_end_s)) = chunk.plan.leg(self.axis, self.index) else { return false };
-            let is_whole = leg_end_s <= chunk.until_s;
-            let end_s = if is_whole { leg_end_s } else { chunk.until_s };
+            let Some((phase, phase_end_s)) = chunk.plan.phase(self.axis, self.index) else { return false };
+            let is_whole = phase_end_s <= chunk.until_s;
+            let end_s = if is_whole { phase_end_s } else { chunk.until_s };
             let is_approach = self.index == 0 && chunk.plan.blend().is_some();
             if self.is_begun {
                 shaped.extend(end_s.max(known_s), is_whole);
-            } else if is_approach && shaped.can_do_without(&leg, end_s) {
-                // The leg before it goes on.
-            } else if !shaped.push(leg, self.from_steps, end_s, is_whole) && !is_whole {
+            } else if is_approach && shaped.can_do_without(&phase, end_s) {
+                // The phase before it goes on.
+            } else if !shaped.push(phase, self.from_steps, end_s, is_whole) && !is_whole {
                 // Too little of it is known to begin it.
                 return false;
             }
@@ -84,7 +84,7 @@ impl Feed {
         }
     }
 
-    /// The run ends with this chunk, of which all has been read; there is room for another leg.
+    /// The run ends with this chunk, of which all has been read; there is room for another phase.
     pub fn finish<const N: usize, const LEN: usize, T>(&mut self, last: &Chunk<N, T>, shaped: &mut Shaped<LEN>) {
         let axis = self.axis;
         let (made, place_steps) = match &last.plan {

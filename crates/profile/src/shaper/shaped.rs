@@ -1,55 +1,56 @@
 //! The motion of one axis, shaped: what it does next.
 //!
 //! # Design
-//! The motion comes as legs. Each impulse of the shaper stands on one of them, as late as its delay says. Until the next
-//! impulse goes on to another leg, the weighted sum of all is again a motion at constant acceleration: a bend. Its state is
-//! computed where it begins, from the legs' own states, so no error accumulates from bend to bend.
+//! The motion comes as phases. Each impulse of the shaper stands on one of them, as late as its delay says. Until the next
+//! impulse goes on to another phase, the weighted sum of all is again a phase at constant acceleration: a shaped phase. Its state
+//! is computed where it begins, from the phases' own states, so no error accumulates from one to the next.
 //!
-//! A box is the mean over a time. Its speed is by how much the motion differs at its two ends, which stand on legs as impulses do,
-//! so its acceleration changes evenly while they stand on different legs. Where it is follows from bend to bend, and anew from all
-//! the legs in it after [`ADDED_MAX`] of them.
+//! A box is the mean over a time. Its speed is by how much the motion differs at its two ends, which stand on phases as impulses do,
+//! so its acceleration changes evenly while they stand on different phases. Where it is follows from one shaped phase to the next, and anew
+//! from all the phases in it after [`ADDED_MAX`] of them.
 //!
-//! A step is due where the axis is half a step from a whole one, as everywhere. The count of the steps goes on from bend to
-//! bend, and where the axis comes to rest it is that of the motion, not what rounding makes of the sum. So the end of a leg
+//! A step is due where the axis is half a step from a whole one, as everywhere. The count of the steps goes on from shaped phase
+//! to shaped phase, and where the axis comes to rest it is that of the motion, not what rounding makes of the sum. So the end of a phase
 //! is passed only when it is known whether a rest follows.
 
 use crate::chain::ring::Ring;
 use crate::fixed::{is_negative, is_zero};
-use crate::shaper::bend::{AT_ONCE_S, Bend, Sum, passed, turn, turns};
-use crate::shaper::leg::{Leg, SAME_S};
+use crate::phase::{AxisPhase, CountedPhase, SAME_S, turn, turns};
+use crate::shaper::sum::{AT_ONCE_S, Sum, passed};
 use crate::shaper::{IMPULSES_MAX, Impulses};
 
-/// A leg that lasts less than this, s, can be done without if each step comes by half of this later or earlier then, or if the
+/// A phase that lasts less than this, s, can be done without if each step comes by half of this later or earlier then, or if the
 /// axis is by half of this farther beside.
 const BRIEF_S: f64 = 20e-6;
 const AS_GOOD_S: f64 = 1e-9;
 const AS_GOOD_STEPS: f64 = 2e-8;
-/// The part of a leg that waits until it is known whether a rest follows, s.
+/// The part of a phase that waits until it is known whether a rest follows, s.
 const LAST_S: f64 = 0.5e-3;
-/// For so many bends the mean of a box is added up. Then it is computed anew, so that rounding errors stay where they are.
+/// For so many shaped phases the mean of a box is added up. Then it is computed anew, so that rounding errors stay where they are.
 const ADDED_MAX: u8 = 32;
 /// Places are kept below this, steps, so that they keep their digits.
 const FAR_STEPS: u32 = 1 << 15;
 
-/// One impulse on its way over the legs.
+/// One impulse on its way over the phases.
 #[derive(Clone, Copy, Debug)]
 struct Cursor {
     weight: f64,
     delay_s: f64,
-    /// The number of the leg on which it stands.
+    /// The number of the phase on which it stands.
     on: u32,
-    /// The part that it adds there, the leg later by the delay and times the weight; and whether that has been computed.
-    part: Leg,
+    /// The part that it adds there, the phase later by the delay and times the weight; and whether that has been computed.
+    part: AxisPhase,
     is_part: bool,
-    /// The instant at which it comes to the end of the leg, s from the start of the run; the delay included.
+    /// The instant at which it comes to the end of the phase, s from the start of the run; the delay included.
     end_s: f64,
 }
 
 impl Cursor {
-    const NONE: Self = Self { weight: 0.0, delay_s: 0.0, on: 0, part: Leg::rest(0.0, 0.0), is_part: false, end_s: 0.0 };
+    const NONE: Self =
+        Self { weight: 0.0, delay_s: 0.0, on: 0, part: AxisPhase::rest(0.0, 0.0), is_part: false, end_s: 0.0 };
 }
 
-/// The shaped motion of one axis of a run. `LEN` legs are kept, which are those between the first impulse and the last. It is
+/// The shaped motion of one axis of a run. `LEN` phases are kept, which are those between the first impulse and the last. It is
 /// large.
 #[derive(Clone, Debug)]
 pub struct Shaped<const LEN: usize> {
@@ -59,22 +60,22 @@ pub struct Shaped<const LEN: usize> {
     top_steps_s: f64,
     /// If it is a box: the inverse of how long that lasts, and 0 otherwise.
     per_box_s: f64,
-    /// The place of the axis in the mean, and the number of bends over which that has been added up.
+    /// The place of the axis in the mean, and the number of shaped phases over which that has been added up.
     mean_steps: f64,
     added: u8,
-    legs: Ring<Leg, LEN>,
-    /// The number of the first leg that is kept.
+    phases: Ring<AxisPhase, LEN>,
+    /// The number of the first phase that is kept.
     first: u32,
-    /// Up to when legs are known, s from the start of the run; and whether the last one ends there.
+    /// Up to when phases are known, s from the start of the run; and whether the last one ends there.
     known_s: f64,
     is_whole: bool,
-    /// The whole step from which the places of legs count, steps from the beginning of the run.
+    /// The whole step from which the places of phases count, steps from the beginning of the run.
     base_steps: i32,
-    /// Up to when bends have been taken, also with what counts as that instant, and the steps up to there.
+    /// Up to when shaped phases have been taken, also with what counts as that instant, and the steps up to there.
     t_s: f64,
     now_s: f64,
     made_steps: i32,
-    /// The steps up to the last leg, if that is a rest; and whether it is the end.
+    /// The steps up to the last phase, if that is a rest; and whether it is the end.
     rest_steps: i32,
     is_finished: bool,
 }
@@ -90,7 +91,7 @@ impl<const LEN: usize> Shaped<LEN> {
             per_box_s: 0.0,
             mean_steps: 0.0,
             added: 0,
-            legs: Ring::new(Leg::rest(0.0, 0.0)),
+            phases: Ring::new(AxisPhase::rest(0.0, 0.0)),
             first: 0,
             known_s: 0.0,
             is_whole: false,
@@ -105,12 +106,12 @@ impl<const LEN: usize> Shaped<LEN> {
 
     /// Begins a run, at rest at `place_steps` from the whole step where the axis is. `top_steps_s` is its top speed.
     pub fn begin(&mut self, impulses: Impulses, top_steps_s: f64, place_steps: f64) {
-        self.legs.clear();
+        self.phases.clear();
         (self.count, self.top_steps_s, self.first) = (0, top_steps_s, 0);
         (self.known_s, self.base_steps, self.made_steps, self.rest_steps) = (0.0, 0, 0, 0);
         (self.is_whole, self.is_finished) = (false, false);
         (self.t_s, self.now_s) = (0.0, SAME_S);
-        self.append(Leg::rest(0.0, place_steps));
+        self.append(AxisPhase::rest(0.0, place_steps));
         for (cursor, (weight, delay_s)) in self.cursors.iter_mut().zip(impulses.iter()) {
             *cursor = Cursor { weight, delay_s, ..Cursor::NONE };
             self.count += 1;
@@ -124,19 +125,19 @@ impl<const LEN: usize> Shaped<LEN> {
         self.set_parts();
     }
 
-    /// True if there is room for another leg.
+    /// True if there is room for another phase.
     #[must_use]
     pub fn has_room(&self) -> bool {
-        !self.legs.is_full()
+        !self.phases.is_full()
     }
 
-    /// Up to when legs are known, s from the start of the run.
+    /// Up to when phases are known, s from the start of the run.
     #[must_use]
     pub fn known_s(&self) -> f64 {
         self.known_s
     }
 
-    /// Up to when bends have been taken, s from the start of the run.
+    /// Up to when shaped phases have been taken, s from the start of the run.
     #[must_use]
     pub fn taken_s(&self) -> f64 {
         self.t_s
@@ -146,17 +147,17 @@ impl<const LEN: usize> Shaped<LEN> {
     #[must_use]
     pub fn is_over(&self) -> bool {
         let last = self.last();
-        self.is_finished && self.on_legs().iter().all(|cursor| cursor.on == last)
+        self.is_finished && self.on_phases().iter().all(|cursor| cursor.on == last)
     }
 
-    /// Adds what the axis does up to `end_s`, for which there is room; `is_whole` tells that it ends there. The place of the leg
+    /// Adds what the axis does up to `end_s`, for which there is room; `is_whole` tells that it ends there. The place of the phase
     /// counts from the whole step `from_steps`, which is counted from the beginning of the run. False if it would last no time:
     /// then it is left out.
-    pub fn push(&mut self, leg: Leg, from_steps: i32, end_s: f64, is_whole: bool) -> bool {
+    pub fn push(&mut self, phase: AxisPhase, from_steps: i32, end_s: f64, is_whole: bool) -> bool {
         if is_earlier(end_s, self.known_s + SAME_S) {
             return false;
         }
-        if leg.is_rest() {
+        if phase.is_rest() {
             self.rest_steps = from_steps;
             if self.ends_at_rest() {
                 self.extend(end_s, is_whole);
@@ -166,14 +167,14 @@ impl<const LEN: usize> Shaped<LEN> {
         let is_far = from_steps.abs_diff(self.base_steps) > FAR_STEPS;
         if is_far {
             let moved_steps = f64::from(self.base_steps.wrapping_sub(from_steps));
-            for index in 0..self.legs.len() {
-                self.legs.get_mut(index).into_iter().for_each(|leg| leg.place_steps += moved_steps);
+            for index in 0..self.phases.len() {
+                self.phases.get_mut(index).into_iter().for_each(|phase| phase.place_steps += moved_steps);
             }
             self.mean_steps += moved_steps;
             self.base_steps = from_steps;
         }
-        let place_steps = leg.place_steps + f64::from(from_steps.wrapping_sub(self.base_steps));
-        self.append(Leg { place_steps, ..leg });
+        let place_steps = phase.place_steps + f64::from(from_steps.wrapping_sub(self.base_steps));
+        self.append(AxisPhase { place_steps, ..phase });
         self.extend(end_s, is_whole);
         if is_far {
             self.set_parts();
@@ -181,18 +182,18 @@ impl<const LEN: usize> Shaped<LEN> {
         true
     }
 
-    /// True if a leg at constant speed, as fast as the last one ends, lasts so little that the axis is as good as where it would
-    /// be if the last leg went on instead. Moves that are not quite alike have many of these between their blends.
-    pub(crate) fn can_do_without(&self, leg: &Leg, end_s: f64) -> bool {
-        let lasts_s = end_s - leg.begin_s;
+    /// True if a phase at constant speed, as fast as the last one ends, lasts so little that the axis is as good as where it would
+    /// be if the last phase went on instead. Moves that are not quite alike have many of these between their blends.
+    pub(crate) fn can_do_without(&self, phase: &AxisPhase, end_s: f64) -> bool {
+        let lasts_s = end_s - phase.begin_s;
         is_earlier(lasts_s, BRIEF_S)
-            && self.legs.last().is_some_and(|last| {
+            && self.phases.last().is_some_and(|last| {
                 let twice_steps = last.accel_steps_s2.abs() * (lasts_s * lasts_s);
-                twice_steps <= AS_GOOD_STEPS + AS_GOOD_S * leg.speed_steps_s.abs()
+                twice_steps <= AS_GOOD_STEPS + AS_GOOD_S * phase.speed_steps_s.abs()
             })
     }
 
-    /// The last leg goes on up to `end_s`; `is_whole` tells that it ends there.
+    /// The last phase goes on up to `end_s`; `is_whole` tells that it ends there.
     pub fn extend(&mut self, end_s: f64, is_whole: bool) {
         (self.known_s, self.is_whole) = (end_s, is_whole);
         let last = self.last();
@@ -203,16 +204,16 @@ impl<const LEN: usize> Shaped<LEN> {
         }
     }
 
-    /// The motion ends where the last leg ends, for which there is room: at `place_steps` from the whole step `from_steps`.
+    /// The motion ends where the last phase ends, for which there is room: at `place_steps` from the whole step `from_steps`.
     /// It has made `steps` steps in all then, signed by direction.
     pub fn finish(&mut self, place_steps: f64, from_steps: i32, steps: i32) {
-        let leg = Leg::rest(self.known_s, place_steps);
-        self.push(leg, from_steps, f64::INFINITY, false);
+        let phase = AxisPhase::rest(self.known_s, place_steps);
+        self.push(phase, from_steps, f64::INFINITY, false);
         (self.rest_steps, self.is_finished) = (steps, true);
     }
 
     /// The next motion of the axis; `None` if not enough is known, or if it is over.
-    pub fn next_bend(&mut self) -> Option<Bend> {
+    pub fn next_phase(&mut self) -> Option<CountedPhase> {
         let mut end_s = self.until_s();
         while is_earlier(end_s, self.now_s) {
             if !self.pass_on() {
@@ -229,41 +230,41 @@ impl<const LEN: usize> Shaped<LEN> {
                 return None;
             }
         }
-        let mut sum = Sum { leg: self.sum(), jerk_steps_s3: 0.0 };
+        let mut sum = Sum { phase: self.sum(), jerk_steps_s3: 0.0 };
         if !is_zero(self.per_box_s) {
-            sum = self.mean(sum.leg);
+            sum = self.mean(sum.phase);
             if sum.is_curved() {
                 let turns_s = sum.turns_after_s();
                 end_s = if turns_s < end_s - self.t_s - AT_ONCE_S { self.t_s + turns_s } else { end_s };
             }
             self.mean_steps = sum.at(end_s).0;
         }
-        let bend = self.bend(sum, end_s);
+        let counted = self.counted(sum, end_s);
         (self.t_s, self.now_s) = (end_s, end_s + SAME_S);
-        self.made_steps = bend.counts[2] + self.base_steps;
-        Some(bend)
+        self.made_steps = counted.counts[2] + self.base_steps;
+        Some(counted)
     }
 
-    fn append(&mut self, leg: Leg) {
-        if let Some(place) = self.legs.next_place() {
-            *place = leg;
-            self.legs.extend();
+    fn append(&mut self, phase: AxisPhase) {
+        if let Some(place) = self.phases.next_place() {
+            *place = phase;
+            self.phases.extend();
         }
     }
 
-    fn on_legs(&self) -> &[Cursor] {
+    fn on_phases(&self) -> &[Cursor] {
         &self.cursors[..self.count]
     }
 
-    /// The number of the last leg.
+    /// The number of the last phase.
     fn last(&self) -> u32 {
-        self.first + self.legs.len() as u32 - 1
+        self.first + self.phases.len() as u32 - 1
     }
 
-    /// The instant at which the first of the impulses comes to the end of its leg, s from the start of the run.
+    /// The instant at which the first of the impulses comes to the end of its phase, s from the start of the run.
     fn until_s(&self) -> f64 {
         let mut until_s = f64::INFINITY;
-        for cursor in self.on_legs() {
+        for cursor in self.on_phases() {
             if is_earlier(cursor.end_s, until_s) {
                 until_s = cursor.end_s;
             }
@@ -271,7 +272,7 @@ impl<const LEN: usize> Shaped<LEN> {
         until_s
     }
 
-    /// Has the impulses that have come to the end of their legs go on to the next ones. False if one of these is not known.
+    /// Has the impulses that have come to the end of their phases go on to the next ones. False if one of these is not known.
     fn pass_on(&mut self) -> bool {
         let last = self.last();
         let mut oldest = last;
@@ -287,7 +288,7 @@ impl<const LEN: usize> Shaped<LEN> {
             oldest = oldest.min(self.cursors[index].on);
         }
         while self.first < oldest {
-            self.legs.pop();
+            self.phases.pop();
             self.first += 1;
         }
         true
@@ -301,30 +302,30 @@ impl<const LEN: usize> Shaped<LEN> {
         }
     }
 
-    /// Sets what an impulse adds on its leg.
+    /// Sets what an impulse adds on its phase.
     fn set_part(&mut self, index: usize) {
         let Cursor { weight, delay_s, on, .. } = self.cursors[index];
-        let Some(leg) = self.legs.get((on - self.first) as usize) else { return };
+        let Some(phase) = self.phases.get((on - self.first) as usize) else { return };
         let by_weight = |value: f64| if is_zero(value) { 0.0 } else { weight * value };
         self.cursors[index].is_part = true;
-        self.cursors[index].part = Leg {
-            begin_s: leg.begin_s + delay_s,
-            place_steps: by_weight(leg.place_steps),
-            speed_steps_s: by_weight(leg.speed_steps_s),
-            accel_steps_s2: by_weight(leg.accel_steps_s2),
+        self.cursors[index].part = AxisPhase {
+            begin_s: phase.begin_s + delay_s,
+            place_steps: by_weight(phase.place_steps),
+            speed_steps_s: by_weight(phase.speed_steps_s),
+            accel_steps_s2: by_weight(phase.accel_steps_s2),
         };
     }
 
-    /// Sets when an impulse comes to the end of its leg.
+    /// Sets when an impulse comes to the end of its phase.
     fn set_end(&mut self, index: usize) {
         let Cursor { delay_s, on, .. } = self.cursors[index];
-        let next = self.legs.get((on - self.first) as usize + 1);
+        let next = self.phases.get((on - self.first) as usize + 1);
         self.cursors[index].end_s = next.map_or(self.known_s, |next| next.begin_s) + delay_s;
     }
 
     /// The sum of all impulses, from now on.
-    fn sum(&mut self) -> Leg {
-        let mut sum = Leg::rest(self.t_s, 0.0);
+    fn sum(&mut self) -> AxisPhase {
+        let mut sum = AxisPhase::rest(self.t_s, 0.0);
         for index in 0..self.count {
             if !self.cursors[index].is_part {
                 self.set_part(index);
@@ -333,7 +334,7 @@ impl<const LEN: usize> Shaped<LEN> {
             let (place_steps, speed_steps_s) = part.at(self.t_s);
             if sum.is_rest() && is_zero(sum.place_steps) {
                 // To add to nothing takes as long as to add to something.
-                sum = Leg { place_steps, speed_steps_s, ..*part };
+                sum = AxisPhase { place_steps, speed_steps_s, ..*part };
             } else {
                 sum.place_steps += place_steps;
                 sum.speed_steps_s += speed_steps_s;
@@ -346,57 +347,57 @@ impl<const LEN: usize> Shaped<LEN> {
 
     /// The motion of a box, of which the sum of its ends is the speed.
     #[inline(never)]
-    fn mean(&mut self, ends: Leg) -> Sum {
+    fn mean(&mut self, ends: AxisPhase) -> Sum {
         let [first, last] = [0, 1].map(|index| self.cursors[index].on);
         if first == last
-            && let Some(leg) = self.legs.get((first - self.first) as usize)
+            && let Some(phase) = self.phases.get((first - self.first) as usize)
         {
-            // All of the box is on one leg.
+            // All of the box is on one phase.
             let [begin_s, end_s] = [0, 1].map(|index| self.cursors[index].delay_s);
-            let (place_steps, speed_steps_s) = leg.at(self.t_s - 0.5 * (begin_s + end_s));
+            let (place_steps, speed_steps_s) = phase.at(self.t_s - 0.5 * (begin_s + end_s));
             let lasts_s = end_s - begin_s;
-            self.mean_steps = place_steps + leg.accel_steps_s2 * (1.0 / 24.0) * lasts_s * lasts_s;
+            self.mean_steps = place_steps + phase.accel_steps_s2 * (1.0 / 24.0) * lasts_s * lasts_s;
             self.added = 0;
-            let leg = Leg { begin_s: self.t_s, place_steps: self.mean_steps, speed_steps_s, ..*leg };
-            return Sum { leg, jerk_steps_s3: 0.0 };
+            let phase = AxisPhase { begin_s: self.t_s, place_steps: self.mean_steps, speed_steps_s, ..*phase };
+            return Sum { phase, jerk_steps_s3: 0.0 };
         }
         if self.added == ADDED_MAX {
             (self.mean_steps, self.added) = (self.whole_mean(), 0);
         }
         self.added += 1;
-        let leg = Leg {
+        let phase = AxisPhase {
             begin_s: self.t_s,
             place_steps: self.mean_steps,
             speed_steps_s: ends.place_steps,
             accel_steps_s2: ends.speed_steps_s,
         };
-        Sum { leg, jerk_steps_s3: ends.accel_steps_s2 }
+        Sum { phase, jerk_steps_s3: ends.accel_steps_s2 }
     }
 
-    /// The mean of the place over the box, from all the legs in it.
+    /// The mean of the place over the box, from all the phases in it.
     fn whole_mean(&self) -> f64 {
         let [to_s, from_s] = [0, 1].map(|index| self.t_s - self.cursors[index].delay_s);
         let mut integral = 0.0;
         for number in self.cursors[1].on..=self.cursors[0].on {
             let index = (number - self.first) as usize;
-            let Some(leg) = self.legs.get(index) else { continue };
-            let ends_s = self.legs.get(index + 1).map_or(self.known_s, |next| next.begin_s);
-            let begins_s = if number == self.cursors[1].on { from_s } else { leg.begin_s };
-            integral += leg.integral(begins_s, if number == self.cursors[0].on { to_s } else { ends_s });
+            let Some(phase) = self.phases.get(index) else { continue };
+            let ends_s = self.phases.get(index + 1).map_or(self.known_s, |next| next.begin_s);
+            let begins_s = if number == self.cursors[1].on { from_s } else { phase.begin_s };
+            integral += phase.integral(begins_s, if number == self.cursors[0].on { to_s } else { ends_s });
         }
         integral * self.per_box_s
     }
 
-    /// True if the last leg is a rest.
+    /// True if the last phase is a rest.
     fn ends_at_rest(&self) -> bool {
-        self.legs.last().is_some_and(Leg::is_rest)
+        self.phases.last().is_some_and(AxisPhase::is_rest)
     }
 
     /// True if it is not known yet if the axis comes to rest at `end_s`, where the count of that rest decides on its last step.
     fn may_come_to_rest(&self, end_s: f64) -> bool {
         let last = self.last();
         let comes = |cursor: &Cursor| cursor.on == last && is_earlier(cursor.end_s, end_s + SAME_S);
-        self.is_whole && !self.ends_at_rest() && self.on_legs().iter().all(comes)
+        self.is_whole && !self.ends_at_rest() && self.on_phases().iter().all(comes)
     }
 
     /// The count where the axis comes to rest, if it does so at `end_s`.
@@ -407,39 +408,40 @@ impl<const LEN: usize> Shaped<LEN> {
         let last = self.last();
         let comes =
             |cursor: &Cursor| cursor.on == last || cursor.on + 1 == last && is_earlier(cursor.end_s, end_s + SAME_S);
-        self.on_legs().iter().all(comes).then(|| self.rest_steps.wrapping_sub(self.base_steps))
+        self.on_phases().iter().all(comes).then(|| self.rest_steps.wrapping_sub(self.base_steps))
     }
 
-    /// The bend that the axis makes of this leg up to `end_s`.
-    fn bend(&self, sum: Sum, end_s: f64) -> Bend {
+    /// The shaped phase that the axis makes of this sum up to `end_s`.
+    fn counted(&self, sum: Sum, end_s: f64) -> CountedPhase {
         let begin = self.made_steps.wrapping_sub(self.base_steps);
         let last = self.rest_count(end_s);
         let (end_place_steps, end_speed_steps_s) = sum.at(end_s);
-        let Sum { leg, jerk_steps_s3 } = sum;
-        let (from_steps_s, to_steps_s) = (leg.speed_steps_s, end_speed_steps_s);
+        let Sum { phase, jerk_steps_s3 } = sum;
+        let (from_steps_s, to_steps_s) = (phase.speed_steps_s, end_speed_steps_s);
         let is_back = match sum.is_curved() {
-            true => end_place_steps < leg.place_steps,
+            true => end_place_steps < phase.place_steps,
             false => is_negative(if is_zero(to_steps_s) { from_steps_s } else { to_steps_s }),
         };
         let end = last.unwrap_or_else(|| {
-            if leg.is_rest() && !sum.is_curved() { begin } else { passed(end_place_steps, is_back) }
+            if phase.is_rest() && !sum.is_curved() { begin } else { passed(end_place_steps, is_back) }
         });
-        let mut bend =
-            Bend { leg, end_s, end_place_steps, end_speed_steps_s, jerk_steps_s3, counts: [begin, end, end] };
+        let mut counted =
+            CountedPhase { phase, end_s, end_place_steps, end_speed_steps_s, jerk_steps_s3, counts: [begin, end, end] };
         if !sum.is_curved() && turns(from_steps_s, to_steps_s) {
-            bend.counts[1] = turn(leg.place_steps, from_steps_s, leg.accel_steps_s2, [begin, end], self.top_steps_s);
-        } else if end == begin || (end < begin) == is_back && (sum.is_curved() || !leg.is_rest()) {
+            counted.counts[1] =
+                turn(phase.place_steps, from_steps_s, phase.accel_steps_s2, [begin, end], self.top_steps_s);
+        } else if end == begin || (end < begin) == is_back && (sum.is_curved() || !phase.is_rest()) {
             // It goes on in its direction.
         } else if last.is_none() {
-            bend.counts = [begin; 3];
+            counted.counts = [begin; 3];
         } else {
-            // Rounding has made a step too many, or one too few: the last bend makes up for it.
-            let speed_steps_s = f64::from(end - begin) / (end_s - leg.begin_s);
-            bend.leg = Leg { speed_steps_s, ..Leg::rest(leg.begin_s, f64::from(begin)) };
-            bend.jerk_steps_s3 = 0.0;
-            (bend.end_place_steps, bend.end_speed_steps_s) = (f64::from(end), speed_steps_s);
+            // Rounding has made a step too many, or one too few: the last shaped phase makes up for it.
+            let speed_steps_s = f64::from(end - begin) / (end_s - phase.begin_s);
+            counted.phase = AxisPhase { speed_steps_s, ..AxisPhase::rest(phase.begin_s, f64::from(begin)) };
+            counted.jerk_steps_s3 = 0.0;
+            (counted.end_place_steps, counted.end_speed_steps_s) = (f64::from(end), speed_steps_s);
         }
-        bend
+        counted
     }
 }
 

@@ -2,7 +2,7 @@
 //! is made once, where it belongs.
 
 use isostep_profile::chain::{Chunk, ChunkKind, Plan, Request};
-use isostep_profile::{AxisCompiler, Blend, SyncMove, TimedPlan, fit_error_max_ticks};
+use isostep_profile::{AxisCompiler, Blend, SyncMove, fit_error_max_ticks};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -294,24 +294,31 @@ impl<'a> Watch<'a> {
 
 /// Checks an axis of a blend in ticks against the closed form.
 fn compiles(blend: &Blend<AXES>, axis: usize, tick_hz: u32) -> TestCaseResult {
-    let (mut timed_plan, mut compiler) = (TimedPlan::empty(), AxisCompiler::empty());
-    blend.convert_to_ticks(&mut timed_plan, tick_hz);
-    blend.begin_compiler(axis, &timed_plan, &mut compiler);
     let (steps, out) = blend.step_counts(axis);
-    prop_assert_eq!(compiler.steps(), steps);
-    let turns = if out > 0 && out < steps { out } else { steps };
-    prop_assert_eq!(compiler.turns_after(), turns);
+    let turns = if out > 0 { out } else { steps };
     let hz = f64::from(tick_hz);
     let bound = fit_error_max_ticks(tick_hz) + 0.5 + FIXED_POINT_ERROR_TICKS;
+    let slack = 64.0 * f64::EPSILON * (blend.end_s() + blend.corner_s()) * hz;
+    let mut compiler = AxisCompiler::empty();
     let mut done = 0;
-    while let Some(segment) = compiler.next(&mut timed_plan) {
-        prop_assert!(done >= turns || done + segment.steps() <= turns, "a segment across a turn");
-        for tick in segment.ticks() {
-            done += 1;
-            let wanted = blend.step_time_s(axis, done) * hz;
-            let slack = 64.0 * f64::EPSILON * (blend.end_s() + blend.corner_s()) * hz;
-            let error = (tick as f64 - wanted).abs();
-            prop_assert!(error <= bound + slack, "axis {axis} step {done} of {steps}: {error} ticks off, {blend:?}");
+    for phase in (0..).map_while(|index| blend.counted_phase(axis, index)).filter(|phase| phase.step_counts().0 > 0) {
+        let direction = blend.direction(axis) * if done < turns { 1 } else { -1 };
+        prop_assert_eq!(phase.direction(), direction, "step {} of {}, {:?}", done, turns, blend);
+        compiler.begin_phase(&phase, tick_hz);
+        prop_assert_eq!(compiler.steps(), phase.step_counts().0);
+        let end = done + phase.turns_after();
+        while let Some(segment) = compiler.next_of_phase() {
+            prop_assert!(done >= end || done + segment.steps() <= end, "a segment across a turn");
+            prop_assert!(done >= turns || done + segment.steps() <= turns, "a segment across the turn of the blend");
+            for tick in segment.ticks() {
+                done += 1;
+                let wanted = blend.step_time_s(axis, done) * hz;
+                let error = (tick as f64 - wanted).abs();
+                prop_assert!(
+                    error <= bound + slack,
+                    "axis {axis} step {done} of {steps}: {error} ticks off, {blend:?}"
+                );
+            }
         }
     }
     prop_assert_eq!(done, steps);

@@ -1,8 +1,8 @@
 //! Random chains, shaped: each edge is where the weighted sum of the motion has it, and none is too many or missing.
 
 use isostep_profile::chain::{Chunk, ChunkKind, Plan};
-use isostep_profile::shaper::{Bend, Feed, Impulses, Shaped, Shaper, ShaperKind};
-use isostep_profile::{AxisCompiler, fit_error_max_ticks};
+use isostep_profile::shaper::{Feed, Impulses, Shaped, Shaper, ShaperKind};
+use isostep_profile::{AxisCompiler, CountedPhase, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
@@ -27,7 +27,7 @@ struct AxisRun {
     shaped: Box<Shaped<64>>,
     /// The chunk that is read.
     chunk: usize,
-    /// Steps from the beginning of the run, and up to when bends have been made.
+    /// Steps from the beginning of the run, and up to when shaped phases have been made.
     made: i32,
     at_s: f64,
 }
@@ -89,8 +89,8 @@ impl<'a> Watch<'a> {
     fn integral(&self, axis: usize, from_s: f64, to_s: f64) -> f64 {
         let mut knots_s = vec![from_s, 0.0, to_s];
         for (chunk, _) in &self.chunks {
-            let legs = (0..3).filter_map(|index| chunk.plan.leg(axis, index));
-            knots_s.extend(legs.map(|(_, end_s)| end_s).chain([chunk.plan.begin_s(), chunk.until_s]));
+            let phases = (0..3).filter_map(|index| chunk.plan.phase(axis, index));
+            knots_s.extend(phases.map(|(_, end_s)| end_s).chain([chunk.plan.begin_s(), chunk.until_s]));
         }
         knots_s.retain(|t_s| (from_s..=to_s).contains(t_s));
         knots_s.sort_by(f64::total_cmp);
@@ -104,12 +104,12 @@ impl<'a> Watch<'a> {
         knots_s.windows(2).map(of).sum()
     }
 
-    /// Takes all bends that are known.
+    /// Takes all shaped phases that are known.
     fn go_on(&mut self, axis: usize, is_closed: bool) -> TestCaseResult {
         loop {
             let axis_run = &mut self.axis_runs[axis];
-            if let Some(bend) = axis_run.feed.and_then(|_| axis_run.shaped.next_bend()) {
-                self.makes(axis, &bend)?;
+            if let Some(phase) = axis_run.feed.and_then(|_| axis_run.shaped.next_phase()) {
+                self.makes(axis, &phase)?;
                 continue;
             }
             let Some((now, _)) = self.chunks.get(axis_run.chunk) else { return Ok(()) };
@@ -118,7 +118,7 @@ impl<'a> Watch<'a> {
             if feed.read(now, &mut axis_run.shaped) {
                 continue;
             }
-            prop_assert!(axis_run.shaped.has_room(), "more legs than are kept");
+            prop_assert!(axis_run.shaped.has_room(), "more phases than are kept");
             if let Some((next, _)) = self.chunks.get(axis_run.chunk + 1) {
                 feed.go_on(now, next);
                 axis_run.chunk += 1;
@@ -130,51 +130,51 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Checks a bend and its steps.
-    fn makes(&mut self, axis: usize, bend: &Bend) -> TestCaseResult {
-        let t_s = bend.leg.begin_s;
+    /// Checks a shaped phase and its steps.
+    fn makes(&mut self, axis: usize, phase: &CountedPhase) -> TestCaseResult {
+        let t_s = phase.phase.begin_s;
         prop_assert!((t_s - self.axis_runs[axis].at_s).abs() <= SAME_S, "axis {axis} goes on at {t_s}");
-        let [begin, turn, end] = bend.counts;
+        let [begin, turn, end] = phase.counts;
         let base = self.axis_runs[axis].made - begin;
         let place = |t_s: f64| self.sum(axis, t_s) - f64::from(base);
-        let is_off = (bend.leg.place_steps - place(t_s)).abs();
+        let is_off = (phase.phase.place_steps - place(t_s)).abs();
         let slack = SAME_STEPS + SAME_S * self.case.limits[axis].top_speed_steps_s;
-        prop_assert!(is_off <= slack, "axis {axis} at {t_s}: {is_off} steps off, {bend:?}");
+        prop_assert!(is_off <= slack, "axis {axis} at {t_s}: {is_off} steps off, {phase:?}");
         let mut compiler = AxisCompiler::empty();
-        compiler.begin_bend(bend, TICK_HZ);
-        let (steps, out) = bend.step_counts();
+        compiler.begin_phase(phase, TICK_HZ);
+        let (steps, out) = phase.step_counts();
         prop_assert_eq!(compiler.steps(), steps);
         let turns = if out > 0 && out < steps { out } else { steps };
-        prop_assert_eq!(compiler.turns_after(), turns);
+        prop_assert_eq!(phase.turns_after(), turns);
         let (hz, mut done, mut count) = (f64::from(TICK_HZ), 0, begin);
         let bound_s = (fit_error_max_ticks(TICK_HZ) + 0.5 + FIXED_POINT_ERROR_TICKS) / hz + SAME_S;
-        while let Some(segment) = compiler.next_of_bend() {
+        while let Some(segment) = compiler.next_of_phase() {
             prop_assert!(done >= turns || done + segment.steps() <= turns, "a segment across a turn");
             for tick in segment.ticks() {
                 done += 1;
-                let direction = bend.direction() * if done > turns { -1 } else { 1 };
+                let direction = phase.direction() * if done > turns { -1 } else { 1 };
                 let edge = f64::from(count) + 0.5 * f64::from(direction);
                 count += direction;
                 let t_s = tick as f64 / hz;
-                let beyond_s = (bend.leg.begin_s - t_s).max(t_s - bend.end_s) - bound_s;
-                let beyond = beyond_s * bend.leg.speed_steps_s.abs().max(bend.end_speed_steps_s.abs());
-                prop_assert!(beyond <= SAME_STEPS, "{t_s}, {beyond} steps beyond {bend:?}");
+                let beyond_s = (phase.phase.begin_s - t_s).max(t_s - phase.end_s) - bound_s;
+                let beyond = beyond_s * phase.phase.speed_steps_s.abs().max(phase.end_speed_steps_s.abs());
+                prop_assert!(beyond <= SAME_STEPS, "{t_s}, {beyond} steps beyond {phase:?}");
                 // The edge is between the places a little before and a little after, or near to one of them.
                 let around = [-bound_s, bound_s].map(|by_s| (place(t_s + by_s) - edge) * f64::from(direction));
                 prop_assert!(
                     around[0] <= SAME_STEPS && around[1] >= -SAME_STEPS,
-                    "axis {axis} step {done} of {steps}, {edge}: {around:?} around {t_s}, {bend:?}"
+                    "axis {axis} step {done} of {steps}, {edge}: {around:?} around {t_s}, {phase:?}"
                 );
             }
         }
         prop_assert_eq!((done, count), (steps, end));
         // What is left out where it turns is less than two steps at top speed, and nothing else is.
-        let apart = bend.leg.accel_steps_s2.abs() / (8.0 * self.case.limits[axis].top_speed_steps_s.powi(2));
+        let apart = phase.phase.accel_steps_s2.abs() / (8.0 * self.case.limits[axis].top_speed_steps_s.powi(2));
         let peak = if turn == end || turn == begin { 0.0 } else { apart };
-        let left = (place(bend.end_s) - f64::from(end)).abs();
-        prop_assert!(left <= 0.5 + peak + SAME_STEPS, "axis {axis}: {left} from its steps, {bend:?}");
+        let left = (place(phase.end_s) - f64::from(end)).abs();
+        prop_assert!(left <= 0.5 + peak + SAME_STEPS, "axis {axis}: {left} from its steps, {phase:?}");
         let axis_run = &mut self.axis_runs[axis];
-        (axis_run.made, axis_run.at_s) = (base + end, bend.end_s);
+        (axis_run.made, axis_run.at_s) = (base + end, phase.end_s);
         Ok(())
     }
 
@@ -226,7 +226,7 @@ impl Sees for Watch<'_> {
     }
 }
 
-/// Shapers that are not longer than the legs that are kept.
+/// Shapers that are not longer than the phases that are kept.
 fn shapers() -> impl Strategy<Value = [Shaper; AXES]> {
     let one = || {
         (prop::sample::select(&ShaperKind::ALL[..]), 30.0..500.0, 0.0..0.5)

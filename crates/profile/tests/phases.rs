@@ -1,8 +1,7 @@
-//! Bends: every edge is at its instant, within the bound that all segments have. Most are those of a box, whose acceleration
+//! Phases: every edge is at its instant, within the bound that all segments have. Most are those of a box, whose acceleration
 //! changes.
 
-use isostep_profile::shaper::{Bend, Leg};
-use isostep_profile::{AxisCompiler, fit_error_max_ticks};
+use isostep_profile::{AxisCompiler, AxisPhase, CountedPhase, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
@@ -11,7 +10,7 @@ const TICK_HZ: u32 = 125_000_000;
 /// What rounding does to an instant in fixed point, ticks, and to a place, steps.
 const ROUNDING_TICKS: f64 = 0.01;
 const ROUNDING_STEPS: f64 = 1e-8;
-/// A bend of a box of 10 ms lasts no longer, s.
+/// A phase of a box of 10 ms lasts no longer, s.
 const LASTS_MAX_S: f64 = 0.01;
 const TOP_STEPS_S: f64 = 1e6;
 
@@ -34,15 +33,15 @@ impl Start {
         self.place_steps + (self.speed_steps_s + gained * t_s) * t_s
     }
 
-    /// The bend for as long as the axis is neither too fast nor too slow, 10 ms at most; `None` if that is hardly any time.
-    fn bend(&self) -> Option<Bend> {
+    /// The phase for as long as the axis is neither too fast nor too slow, 10 ms at most; `None` if that is hardly any time.
+    fn phase(&self) -> Option<CountedPhase> {
         let speeds = 0.1 * self.speed_steps_s..TOP_STEPS_S;
         let parts = (1..=1_000).map(|part| LASTS_MAX_S * f64::from(part) / 1_000.0);
         let end_s = parts.take_while(|&t_s| speeds.contains(&self.speed_steps_s(t_s))).last()?;
         let end = (self.place_steps(end_s) + 0.5).floor() as i32;
         let Self { speed_steps_s, accel_steps_s2, jerk_steps_s3, place_steps } = *self;
-        Some(Bend {
-            leg: Leg { begin_s: 0.0, place_steps, speed_steps_s, accel_steps_s2 },
+        Some(CountedPhase {
+            phase: AxisPhase { begin_s: 0.0, place_steps, speed_steps_s, accel_steps_s2 },
             end_s,
             end_place_steps: self.place_steps(end_s),
             end_speed_steps_s: self.speed_steps_s(end_s),
@@ -72,15 +71,15 @@ fn starts() -> impl Strategy<Value = Start> {
 }
 
 fn assert_at_their_instants(start: &Start) -> TestCaseResult {
-    start.bend().map_or(Ok(()), |bend| assert_bend_at_its_instants(start, &bend))
+    start.phase().map_or(Ok(()), |phase| assert_phase_at_its_instants(start, &phase))
 }
 
-fn assert_bend_at_its_instants(start: &Start, bend: &Bend) -> TestCaseResult {
+fn assert_phase_at_its_instants(start: &Start, phase: &CountedPhase) -> TestCaseResult {
     let mut compiler = AxisCompiler::empty();
-    compiler.begin_bend(bend, TICK_HZ);
+    compiler.begin_phase(phase, TICK_HZ);
     let bound_s = (fit_error_max_ticks(TICK_HZ) + 0.5 + ROUNDING_TICKS) / f64::from(TICK_HZ);
     let mut count = 0;
-    while let Some(segment) = compiler.next_of_bend() {
+    while let Some(segment) = compiler.next_of_phase() {
         for tick in segment.ticks() {
             let (t_s, edge) = (tick as f64 / f64::from(TICK_HZ), f64::from(count) + 0.5);
             let around = [t_s - bound_s, t_s + bound_s].map(|t_s| start.place_steps(t_s) - edge);
@@ -91,7 +90,7 @@ fn assert_bend_at_its_instants(start: &Start, bend: &Bend) -> TestCaseResult {
             count += 1;
         }
     }
-    prop_assert_eq!(count, bend.counts[2]);
+    prop_assert_eq!(count, phase.counts[2]);
     Ok(())
 }
 
@@ -99,7 +98,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: cases(2_000, 50_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_edge_of_a_bend_of_constant_jerk_is_at_its_instant(start in starts()) {
+    fn every_edge_of_a_phase_of_constant_jerk_is_at_its_instant(start in starts()) {
         assert_at_their_instants(&start)?;
     }
 }
@@ -134,8 +133,9 @@ fn an_edge_at_the_slow_end_of_a_ramp_is_at_its_instant() {
         };
         for (start, end_s, counts) in [(begins, LASTS_MAX_S, [0, 1, 1]), (ends, slows_s, [0, 5, 5])] {
             let (end_place_steps, end_speed_steps_s) = (start.place_steps(end_s), start.speed_steps_s(end_s));
-            let bend = Bend { counts, end_s, end_place_steps, end_speed_steps_s, ..start.bend().expect("a bend") };
-            assert_bend_at_its_instants(&start, &bend).unwrap();
+            let phase =
+                CountedPhase { counts, end_s, end_place_steps, end_speed_steps_s, ..start.phase().expect("a phase") };
+            assert_phase_at_its_instants(&start, &phase).unwrap();
         }
     }
 }
