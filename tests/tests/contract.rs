@@ -8,7 +8,7 @@ use std::rc::Rc;
 use embassy_futures::select::select;
 use embassy_time::{Duration, Instant, Timer};
 use isostep_motion::coordinator::{self, PlanMemory};
-use isostep_motion::{AXES, Axis, Machine, Motion, Power, State, axis};
+use isostep_motion::{AXES, Axis, Machine, Motion, Move, State, axis};
 use isostep_sim::drive::MotorData;
 use isostep_sim::executor::Executor;
 use isostep_sim::pin::Output;
@@ -81,15 +81,7 @@ const REST: Duration = Duration::from_secs(1);
 
 fn submit(executor: &mut Executor, machine: &'static Machine, target_steps: [i32; AXES]) {
     executor.spawn("sender", async move {
-        let motion = Motion::Move {
-            target_steps,
-            offsets: [0; 3],
-            feed_mm_s: Some(30.0),
-            exact_stop: false,
-            deviation_mm: 0.0,
-            line: 0,
-            power: Power::Off,
-        };
+        let motion = Motion::Move(Move { feed_mm_s: 30.0, ..Move::to(target_steps) });
         machine.submit(motion).await.expect("a machine that takes moves");
     });
 }

@@ -8,7 +8,7 @@ use embassy_time::{Duration, Instant, TICK_HZ, Timer};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{
-    AXES, Alarm, Axis, Capabilities, Contact, DriverTiming, Event, Finish, Machine, Motion, PortFault, Power, Run,
+    AXES, Alarm, Axis, Capabilities, Contact, DriverTiming, Event, Finish, Machine, Motion, Move, PortFault, Run,
     State, StepPort, StreamItem, axis,
 };
 use isostep_sim::executor::{Executor, Priority};
@@ -80,16 +80,7 @@ fn moved(starts_alone: bool) -> (State, [i32; AXES], Vec<Event>) {
         coordinator::run(machine, &mut memory, Enable, |event| noted.borrow_mut().push(event)).await;
     });
     executor.spawn("program", async move {
-        let target_steps = [100; AXES];
-        let motion = Motion::Move {
-            target_steps,
-            offsets: [0; AXES],
-            feed_mm_s: None,
-            deviation_mm: 0.0,
-            exact_stop: false,
-            line: 0,
-            power: Power::Off,
-        };
+        let motion = Motion::Move(Move::to([100; AXES]));
         machine.submit(motion).await.unwrap();
     });
     executor.run_until_quiescent(Instant::from_secs(10)).unwrap();

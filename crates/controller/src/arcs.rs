@@ -3,39 +3,27 @@
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::{Arc, Error};
-use isostep_motion::{AXES, Motion, Power, beside_steps, whole_steps};
+use isostep_motion::{AXES, Motion, Move, beside_steps, whole_steps};
 
 use crate::controller::Controller;
 
 /// The greatest error of a chord, steps of the finer axis. Smaller errors would not change the motion.
 const CHORD_ERROR_MAX_STEPS: f64 = 0.25;
 
-/// The values that the chords of an arc have in common.
-#[derive(Clone, Copy)]
-pub(crate) struct Chord {
-    pub feed_mm_s: Option<f64>,
-    /// The last one ends at rest.
-    pub exact_stop: bool,
-    /// The distance by which the path may leave the corners between them, mm.
-    pub deviation_mm: f32,
-    pub line: u32,
-    pub power: Power,
-}
-
 impl<F: NorFlash> Controller<'_, F> {
-    /// Asks for an arc that is within the travel. Anything that ends the program ends the arc, too.
-    pub(crate) async fn follow(&self, arc: &Arc, like: Chord) -> Result<(), Error> {
-        let Chord { feed_mm_s, exact_stop, deviation_mm, line, power } = like;
+    /// Asks for an arc that is within the travel, by chords that are as `last`, the last of them. Anything that ends the program
+    /// ends the arc, too.
+    pub(crate) async fn follow(&self, arc: &Arc, last: &Move) -> Result<(), Error> {
         let steps_per_mm = self.machine.config().steps_per_mm;
         let steps = |place_mm: [f64; AXES]| {
             core::array::from_fn::<_, AXES, _>(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]))
         };
-        let beside = |place_mm: [f64; AXES]| match deviation_mm {
+        let beside = |place_mm: [f64; AXES]| match last.deviation_mm {
             0.0 => [0; AXES],
             _ => core::array::from_fn(|axis| beside_steps(place_mm[axis], steps_per_mm[axis])),
         };
         let mut place_steps = steps(arc.start_mm());
-        // A chord is asked for only when the next one is known, because only the last one makes the exact stop.
+        // A chord is asked for only when the next one is known, because the last one is not like the others.
         let mut ahead = None;
         for end_mm in arc.chords(self.tolerance_mm(arc, steps_per_mm)) {
             let target_steps = steps(end_mm);
@@ -44,28 +32,15 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             place_steps = target_steps;
             if let Some((target_steps, offsets)) = ahead.replace((target_steps, beside(end_mm))) {
-                self.submit(Motion::Move {
-                    target_steps,
-                    offsets,
-                    feed_mm_s,
-                    exact_stop: false,
-                    deviation_mm,
-                    line,
-                    power,
-                })
-                .await?;
+                let chord = Move { target_steps, offsets, exact_stop: false, in_arc: true, ..*last };
+                self.submit(Motion::Move(chord)).await?;
                 // The ports' queues are filled between chords, however many chords there are.
                 yield_now().await;
             }
         }
-        match ahead {
-            Some((target_steps, offsets)) => {
-                let offsets = if exact_stop { [0; AXES] } else { offsets };
-                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
-                    .await
-            }
-            None => Ok(()),
-        }
+        let Some((target_steps, offsets)) = ahead else { return Ok(()) };
+        let offsets = if last.exact_stop { [0; AXES] } else { offsets };
+        self.submit(Motion::Move(Move { target_steps, offsets, ..*last })).await
     }
 
     /// The least and the greatest place of every axis on an arc, steps.

@@ -46,6 +46,10 @@ impl<F: NorFlash> Controller<'_, F> {
     /// # Cancellation
     /// Safe: a motion is either in the machine's queue or was never asked for.
     pub(crate) async fn line(&self, line: Result<&str, Error>, message: &str, fate: Fate, out: &Output) -> After {
+        let number = self.with(|program| {
+            program.lines = program.lines.wrapping_add(1);
+            program.lines
+        });
         let is_jog = line.is_ok_and(|line| line.starts_with(JOG));
         if is_jog && fate == Fate::Refused || self.is_held() && self.may_not_wait(line) {
             cold_path(pin!(self.refuse(Error::NotIdle, out))).await;
@@ -53,7 +57,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let pauses = self.pauses.get();
         let _turn = self.turn.lock().await;
-        if self.begin_line() {
+        if self.begin_line(number) {
             cold_path(pin!(self.catch_up())).await;
         }
         let mut text = Message::new();
@@ -134,8 +138,9 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Begins a line. Returns whether it has to catch up with the machine first: if the line before it was dropped, if
     /// a reset has come, or while a cancelled jog brakes, the meaning of the line is not known until that is over.
-    fn begin_line(&self) -> bool {
+    fn begin_line(&self, number: u32) -> bool {
         self.with(|program| {
+            program.source = number;
             let was_dropped = core::mem::replace(&mut program.in_line, true);
             was_dropped || program.restarting || program.jogged && self.machine.is_cancelling_jogs()
         })

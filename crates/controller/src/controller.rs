@@ -65,6 +65,9 @@ pub(crate) struct Program {
     pub startup_due: bool,
     /// A reset has come. The program restarts when nothing moves any more, and nothing moves before it has restarted.
     pub restarting: bool,
+    /// The number of lines of all consoles that have begun, and that of the line that is carried out; 0 without one.
+    pub lines: u32,
+    pub source: u32,
     /// A line is being carried out, or was dropped with its console. After a dropped line the program does not know yet
     /// what the machine made of it.
     pub in_line: bool,
@@ -116,6 +119,8 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             jogged: false,
             startup_due: true,
             restarting: false,
+            lines: 0,
+            source: 0,
             in_line: false,
             unsaved: Unsaved::default(),
             loss: None,
@@ -273,7 +278,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     /// stands.
     pub(crate) fn restart_program(&self) {
         self.with(|program| {
-            (program.restarting, program.in_line) = (false, false);
+            (program.restarting, program.in_line, program.source) = (false, false, 0);
             program.interpreter.reset();
             program.overrides = Overrides::DEFAULT;
             program.startup_due = true;

@@ -5,10 +5,9 @@ use core::pin::pin;
 use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
-use isostep_console::{Arc, Block, Error, Fixed, Jog, Move, Overrides, PathControl, Rate, SpindleMode};
-use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Power, cold_path};
+use isostep_console::{self as console, Arc, Block, Error, Fixed, Jog, Overrides, Rate, SpindleMode};
+use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Move, cold_path};
 
-use crate::arcs::Chord;
 use crate::controller::{Controller, Mode};
 use crate::output::{Message, Output};
 
@@ -22,15 +21,6 @@ const BUZZ_MM_S: f64 = 5.0;
 pub(crate) struct Beyond {
     axis: Axis,
     place_steps: i32,
-}
-
-/// A [`Move`], or what a block has before it. Borrowed, because a move is large and would be kept with its future.
-#[derive(Clone, Copy)]
-struct Way<'a> {
-    target_pm: &'a [i64; AXES],
-    rate: Rate,
-    arc: Option<&'a Arc>,
-    path: PathControl,
 }
 
 impl<F: NorFlash> Controller<'_, F> {
@@ -58,13 +48,11 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
             self.with(|program| program.work_offset_pm = offset_pm);
         }
-        if let (Some(target_pm), Some(Move { path, .. })) = (&block.via_pm, &block.motion) {
-            let via = Way { target_pm, rate: Rate::Rapid, arc: None, path: *path };
-            cold_path(pin!(self.go_to(via, block.line_number, checks, text))).await?;
-        }
-        if let Some(Move { target_pm, rate, arc, path }) = &block.motion {
-            let way = Way { target_pm, rate: *rate, arc: arc.as_ref(), path: *path };
-            self.go_to(way, block.line_number, checks, text).await?;
+        if let Some(motion) = &block.motion {
+            if let Some(via_pm) = &block.via_pm {
+                cold_path(pin!(self.go_to(via_pm, motion, block.line_number, checks, text))).await?;
+            }
+            self.go_to(&motion.target_pm, motion, block.line_number, checks, text).await?;
         }
         if let Some(probe) = &block.probe {
             cold_path(pin!(self.probe(probe, block.line_number, checks, text))).await?;
@@ -134,7 +122,8 @@ impl<F: NorFlash> Controller<'_, F> {
         if self.beyond_travel(target_steps).is_some() {
             return Err(Error::TravelExceeded);
         }
-        self.submit(Motion::Jog { target_steps, feed_mm_s: f64::from(jog.mm_min) / 60.0 }).await?;
+        let (feed_mm_s, source) = (f64::from(jog.mm_min) / 60.0, self.source());
+        self.submit(Motion::Jog(Move { feed_mm_s, source, ..Move::to(target_steps) })).await?;
         self.with(|program| {
             program.interpreter.set_position_pm(jog.target_pm);
             program.jogged = true;
@@ -176,27 +165,25 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         let away = if self.beyond_travel(to(millimetre)).is_some() { to(-millimetre) } else { to(millimetre) };
         for target_steps in [away, from].into_iter().cycle().take(2 * BUZZES) {
-            let feed_mm_s = Some(BUZZ_MM_S);
-            let power = Power::Off;
-            self.submit(Motion::Move {
-                target_steps,
-                offsets: [0; AXES],
-                feed_mm_s,
-                exact_stop: true,
-                deviation_mm: 0.0,
-                line: 0,
-                power,
-            })
-            .await?;
+            let (feed_mm_s, source) = (BUZZ_MM_S, self.source());
+            self.submit(Motion::Move(Move { feed_mm_s, source, exact_stop: true, ..Move::to(target_steps) })).await?;
         }
         self.settled().await?;
         text.say(format_args!("{axis} should have moved 1 mm to and fro {BUZZES} times: if not, see docs/bring-up.md"));
         Ok(())
     }
 
-    async fn go_to(&self, way: Way<'_>, line: u32, checks: bool, text: &mut Message) -> Result<(), Error> {
-        let Way { target_pm, rate, arc, path } = way;
-        let (target_steps, beyond) = self.target_steps(*target_pm, arc);
+    /// Goes to a target, that of `like` or one on the way to it, as `like` is to be made.
+    async fn go_to(
+        &self,
+        target_pm: &[i64; AXES],
+        like: &console::Move,
+        line: u32,
+        checks: bool,
+        text: &mut Message,
+    ) -> Result<(), Error> {
+        let console::Move { rate, arc, path, .. } = like;
+        let (target_steps, beyond) = self.target_steps(*target_pm, arc.as_ref());
         if let Some(beyond) = beyond {
             return Err(cold_path(pin!(self.refuse_target(beyond, arc.is_some(), text))).await);
         }
@@ -207,26 +194,34 @@ impl<F: NorFlash> Controller<'_, F> {
             Some(_) => path.chords_deviation_mm(setting_mm),
             None => path.deviation_mm(setting_mm),
         };
-        let (power, deviation_mm) =
-            self.with(|program| (program.power(rate), deviation_mm(program.settings.blend_deviation_mm)));
-        let exact_stop = path.stops();
         let feed_mm_s = match rate {
-            Rate::Rapid => None,
-            Rate::Feed { mm_min } => Some(f64::from(mm_min) / 60.0),
+            Rate::Rapid => f64::INFINITY,
+            Rate::Feed { mm_min } => f64::from(*mm_min) / 60.0,
         };
+        let exact_stop = path.stops();
+        let mut one = self.with(|program| Move {
+            feed_mm_s,
+            exact_stop,
+            deviation_mm: deviation_mm(program.settings.blend_deviation_mm),
+            power: program.power(*rate),
+            line,
+            source: program.source,
+            ..Move::to(target_steps)
+        });
         match arc {
-            Some(arc) => {
-                cold_path(pin!(self.follow(arc, Chord { feed_mm_s, exact_stop, deviation_mm, line, power }))).await
-            }
+            Some(arc) => cold_path(pin!(self.follow(arc, &one))).await,
             None => {
-                let offsets = match deviation_mm {
-                    0.0 => [0; AXES],
-                    _ => self.with(|program| program.geometry.offsets(*target_pm)),
-                };
-                self.submit(Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power })
-                    .await
+                if one.deviation_mm > 0.0 {
+                    one.offsets = self.with(|program| program.geometry.offsets(*target_pm));
+                }
+                self.submit(Motion::Move(one)).await
             }
         }
+    }
+
+    /// The number of the line that is carried out.
+    pub(crate) fn source(&self) -> u32 {
+        self.with(|program| program.source)
     }
 
     /// A target in steps, and a place on the path to it that is outside the travel, if there is one.

@@ -77,6 +77,7 @@ where
         marks,
         overrides: SpeedOverrides::NONE,
         planned_steps: [0; AXES],
+        next_number: 0,
         is_curved: false,
         taken: 0,
         contact_steps: None,
@@ -130,6 +131,8 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) overrides: SpeedOverrides,
     /// The place where the chain ends, steps.
     pub(crate) planned_steps: [i32; AXES],
+    /// The number of the move that goes into the chain next: see [`Event::Taken`].
+    pub(crate) next_number: u16,
     /// Ramps are curved.
     pub(crate) is_curved: bool,
     /// The number of motions that have gone into the chain since it was begun.
@@ -201,8 +204,8 @@ where
         let (result, motions) = match motion {
             // The motion was stopped or cancelled before it began.
             _ if self.machine.cause().is_some() || !self.machine.outlast_hold().await => (Ok(()), 1),
-            Motion::Move { .. } => self.flow(motion, Purpose::Program).await,
-            Motion::Jog { .. } => self.flow(motion, Purpose::Jog).await,
+            Motion::Move(_) => self.flow(motion, Purpose::Program).await,
+            Motion::Jog(_) => self.flow(motion, Purpose::Jog).await,
             Motion::Probe(probe) => (cold_path(pin!(self.probe(probe))).await, 1),
             Motion::Dwell(duration) => (cold_path(pin!(self.dwell(duration))).await, 1),
             Motion::Home { axes } => (cold_path(pin!(self.home(axes))).await, 1),

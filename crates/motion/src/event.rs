@@ -6,6 +6,7 @@ use embassy_time::Instant;
 use isostep_profile::{Blend, PlanError, ProfileError, SyncMove};
 
 use crate::axes::{AXES, Axis};
+use crate::machine::Move;
 use crate::motor::Motor;
 use crate::port::PortFault;
 use crate::shaping::Shaping;
@@ -210,20 +211,33 @@ pub enum Event {
         /// The shaping of the axes. What is reported of its moves is the motion that goes into the shapers.
         shaping: Option<Shaping>,
     },
-    /// Another move will be made in the run. It begins when its plan does, and the move before it ends then.
+    /// A move has been taken into the look-ahead. Moves have consecutive numbers, by which the events name them.
+    Taken {
+        /// Its number, which follows that of the move before it, and 65,535 is followed by 0.
+        number: u16,
+        /// The move as it was asked for.
+        asked: Move,
+    },
+    /// Another move will be made in the run. It begins when its plan does, and the move before it ends then. After a hold it may
+    /// be what is left of a move.
     Move {
+        /// Its number.
+        number: u16,
         /// The plan of all axes.
         plan: SyncMove<AXES>,
     },
     /// Another move will be made in the run. It begins with a blend round the corner before it, and the move before it
     /// ends where that begins.
     Blend {
+        /// Its number.
+        number: u16,
         /// The plan of the corner.
         blend: Blend<AXES>,
     },
-    /// The move that was reported last is made for several lines of a program that go straight on: at this place another
-    /// of them begins.
+    /// The move that was reported last is made together with others that go straight on: at this place another of them begins.
     Mark {
+        /// The number of the one that begins.
+        number: u16,
         /// Steps of the longest axis from the beginning of the move.
         place_steps: u32,
     },

@@ -11,10 +11,9 @@ use crate::config::Config;
 use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
-use crate::machine::{CHAIN_MOVES, Motion, SpeedOverrides};
+use crate::machine::{CHAIN_MOVES, Motion, Move, SpeedOverrides};
 use crate::motor::GangedMotor;
 use crate::tag::{Request, Tag};
-use crate::tool::power::Power;
 
 /// The fate of a motion that was to be taken into the chain.
 enum Taken {
@@ -139,19 +138,12 @@ where
     }
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
-        let (target_steps, offsets, feed_mm_s, stops, deviation_mm, line, power) = match motion {
-            Motion::Move { target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power }
-                if purpose == Purpose::Program =>
-            {
-                (target_steps, offsets, feed_mm_s, exact_stop, deviation_mm, line, power)
-            }
-            Motion::Jog { target_steps, feed_mm_s } if purpose == Purpose::Jog => {
-                (target_steps, [0; AXES], Some(feed_mm_s), false, 0.0, 0, Power::Off)
-            }
+        let one = match motion {
+            Motion::Move(one) if purpose == Purpose::Program => one,
+            Motion::Jog(one) if purpose == Purpose::Jog => one,
             _ => return Taken::Waits,
         };
-        let tag = Tag { line, power, marks: self.marks.none() };
-        let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(self.planned_steps[axis]));
+        let steps = core::array::from_fn(|axis| one.target_steps[axis].wrapping_sub(self.planned_steps[axis]));
         if steps == [0; AXES] {
             self.taken += 1;
             return Taken::In;
@@ -159,10 +151,10 @@ where
         if let Some(motor) = self.machine.onto_switch(steps) {
             return self.refuse(Alarm::HardLimit { motor });
         }
-        match self.lengthen_or_push(Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag }) {
+        match self.lengthen_or_push(steps, &one) {
             Ok(()) => {
                 self.taken += 1;
-                self.planned_steps = target_steps;
+                self.planned_steps = one.target_steps;
                 Taken::In
             }
             Err(alarm) => self.refuse(alarm),
@@ -174,23 +166,44 @@ where
         if self.chain.is_empty() && self.taken == 0 { Taken::Refused(alarm) } else { Taken::Waits }
     }
 
-    /// Lengthens the last block, if `request` goes straight on and only its power or its line is another. Otherwise it
-    /// becomes a block. On a curved ramp the instant of a mark takes too long to compute for so many of them.
-    fn lengthen_or_push(&mut self, request: Request) -> Result<(), Alarm> {
+    /// Lengthens the last block, if a move of so many steps goes straight on and only its power or its line is another. Otherwise
+    /// it becomes a block. On a curved ramp the instant of a mark takes too long to compute for so many of them.
+    fn lengthen_or_push(&mut self, steps: [i32; AXES], one: &Move) -> Result<(), Alarm> {
+        let request = self.request(steps, one);
         let is_one = !self.is_curved
             && self.chain.lengthen(&request, |last, place_steps| self.marks.join(last, place_steps, &request.tag));
-        if is_one { Ok(()) } else { self.push_request(request) }
+        if is_one {
+            self.number(one)
+        } else {
+            self.push_request(request, one)?
+        }
+        Ok(())
     }
 
-    /// Puts a move that stops at its end into the chain, from `line` of a program.
+    /// Puts a move of so many steps into the chain, which stops at its end.
     pub(crate) fn push(&mut self, steps: [i32; AXES], feed_mm_s: f64, line: u32) -> Result<(), Alarm> {
-        let tag = Tag { line, ..Tag::NONE };
-        let feed_mm_s = Some(feed_mm_s);
-        self.push_request(Request { steps, offsets: [0; AXES], feed_mm_s, stops: true, deviation_mm: 0.0, tag })
+        let target_steps = core::array::from_fn(|axis| self.planned_steps[axis].wrapping_add(steps[axis]));
+        let one = Move { feed_mm_s, exact_stop: true, line, ..Move::to(target_steps) };
+        self.push_request(self.request(steps, &one), &one)
     }
 
-    fn push_request(&mut self, request: Request) -> Result<(), Alarm> {
-        self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })
+    fn request(&self, steps: [i32; AXES], one: &Move) -> Request {
+        let &Move { offsets, feed_mm_s, exact_stop: stops, deviation_mm, .. } = one;
+        let tag = Tag::new(self.next_number, one, self.marks.none());
+        let feed_mm_s = (feed_mm_s != f64::INFINITY).then_some(feed_mm_s);
+        Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag }
+    }
+
+    fn push_request(&mut self, request: Request, one: &Move) -> Result<(), Alarm> {
+        self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })?;
+        self.number(one);
+        Ok(())
+    }
+
+    /// Notes that a move is in the chain, by its number.
+    fn number(&mut self, one: &Move) {
+        self.report(Event::Taken { number: self.next_number, asked: *one });
+        self.next_number = self.next_number.wrapping_add(1);
     }
 
     /// True if the overrides in force are not those that the moves are planned with.

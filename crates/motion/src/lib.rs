@@ -49,7 +49,7 @@ pub use cold_path::cold_path;
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
 pub use effort::{BLEND_S, BOX_S, SHAPED_S, STRAIGHT_S, shaped_s};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
-pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, ProbeMove, Probed, SpeedOverrides, Status};
+pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Move, ProbeMove, Probed, SpeedOverrides, Status};
 pub use motor::{GangedMotor, LimitInput, Motor, SecondMotor};
 pub use port::{
     Capabilities, Direction, DriverTiming, Inhibit, Motors, PortFault, Run, StepCounter, StepPort, StreamItem,

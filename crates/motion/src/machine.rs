@@ -28,7 +28,7 @@ use self::outputs::{OutputsAsked, ToolLink};
 use self::probe::ProbeInput;
 pub use self::probe::Probed;
 use self::queue::QUEUE_MOVES;
-pub use self::queue::{MOVES_AHEAD, Motion, ProbeMove};
+pub use self::queue::{MOVES_AHEAD, Motion, Move, ProbeMove};
 pub use self::status::Status;
 pub(crate) use self::status::{CurrentChunk, line_speed_steps_s, path_speed_mm_s};
 use crate::axes::{AXES, Axis};

@@ -68,18 +68,19 @@ impl Marks {
     /// Joins a move with `next`, which goes straight on from `place_steps`, the end of the last block, whose tag is
     /// `tag`. Returns the tag for both; `None` if they are to be two blocks, because not only the level is another, or
     /// there is no room.
-    pub fn join(&mut self, mut tag: Tag, place_steps: u32, next: &Tag) -> Option<Tag> {
-        let (Power::Constant(level) | Power::BySpeed(level)) = next.power else { return None };
-        if tag.power.with_level(level) != next.power || tag.marks.count == MARKS_OF_BLOCK || self.is_full() {
+    pub fn join(&mut self, tag: Tag, place_steps: u32, next: &Tag) -> Option<Tag> {
+        let (Power::Constant(level) | Power::BySpeed(level)) = next.power() else { return None };
+        let mut own = tag.marks();
+        if tag.power().with_level(level) != next.power() || own.count == MARKS_OF_BLOCK || self.is_full() {
             return None;
         }
-        let from = if tag.marks.count == 0 { (0, tag.line) } else { (self.last.place_steps, self.last.line) };
+        let from = if own.count == 0 { (0, tag.line) } else { (self.last.place_steps, self.last.line) };
         let steps = u16::try_from(place_steps - from.0).ok()?;
         let lines = u16::try_from(next.line.checked_sub(from.1)?).ok().filter(|_| (next.line == 0) == (from.1 == 0))?;
         self.ring[usize::from(self.end)] = Stored { steps, lines, level };
         (self.end, self.last) = (after(self.end), Mark { place_steps, line: next.line, level });
-        tag.marks.count += 1;
-        Some(tag)
+        own.count += 1;
+        Some(tag.with_marks(own))
     }
 
     /// The marks of a block, in order.
@@ -90,7 +91,7 @@ impl Marks {
 
     /// Forgets the marks of the blocks before the one with this tag.
     pub fn forget_before(&mut self, tag: &Tag) {
-        self.first = tag.marks.first;
+        self.first = tag.marks().first;
     }
 
     /// Forgets all marks.
@@ -115,7 +116,7 @@ pub(crate) struct Walk {
 impl Walk {
     /// From the beginning of the block with this tag.
     pub fn along(tag: &Tag) -> Self {
-        Self { ahead: tag.marks, place_steps: 0, line: tag.line }
+        Self { ahead: tag.marks(), place_steps: 0, line: tag.line }
     }
 
     /// The next mark.
@@ -136,13 +137,19 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
+    use crate::axes::AXES;
+    use crate::machine::Move;
 
     fn level(percent: u32) -> Level {
         Level::of_ratio(percent as f32 / 100.0)
     }
 
+    fn tag(power: Power, line: u32) -> Tag {
+        Tag::new(0, &Move { power, line, ..Move::to([0; AXES]) }, MarksOf { first: 0, count: 0 })
+    }
+
     fn pushed(marks: &Marks, line: u32, percent: u32) -> Tag {
-        Tag { line, power: Power::BySpeed(level(percent)), marks: marks.none() }
+        tag(Power::BySpeed(level(percent)), line).with_marks(marks.none())
     }
 
     /// A block of `lines`, each of eight steps and with 1 % more than the one before, as far as they are one block.
@@ -179,7 +186,6 @@ mod tests {
     #[test]
     fn only_lines_of_one_mode_whose_numbers_rise_or_that_have_none_are_one_block() {
         let mut marks = Marks::new();
-        let tag = |power, line| Tag { line, power, ..Tag::NONE };
         let (constant, by_speed) = (Power::Constant(level(5)), Power::BySpeed(level(5)));
         let mut joins = |one: Tag, other: Tag| marks.join(one, 8, &other).is_some();
         assert!(joins(tag(constant, 0), tag(constant, 0)) && joins(tag(by_speed, 7), tag(by_speed, 9)));
@@ -194,16 +200,16 @@ mod tests {
     fn where_there_is_no_room_a_line_is_a_block_of_its_own() {
         let mut marks = Marks::new();
         let first = block(&mut marks, 1, 100);
-        assert_eq!(first.marks.count, MARKS_OF_BLOCK);
+        assert_eq!(first.marks().count, MARKS_OF_BLOCK);
         let mut last = first;
         for _ in 1..11 {
             last = block(&mut marks, 1, 100);
         }
-        assert_eq!(block(&mut marks, 1, 2).marks.count, 0, "340 are there");
+        assert_eq!(block(&mut marks, 1, 2).marks().count, 0, "340 are there");
         marks.forget_before(&first);
-        assert_eq!(block(&mut marks, 1, 2).marks.count, 0, "the block under way keeps its own");
+        assert_eq!(block(&mut marks, 1, 2).marks().count, 0, "the block under way keeps its own");
         marks.forget_before(&last);
-        assert_eq!((block(&mut marks, 5, 2).marks.count, marks.of(&last).count()), (1, last.marks.count.into()));
+        assert_eq!((block(&mut marks, 5, 2).marks().count, marks.of(&last).count()), (1, last.marks().count.into()));
         let far = marks.join(pushed(&marks, 0, 0), 70_000, &pushed(&marks, 0, 0));
         assert_eq!(far, None);
     }

@@ -260,18 +260,19 @@ where
             (ChunkKind::Continuation, _) => return,
             (ChunkKind::Replan, Plan::Line(plan)) => return self.report(Event::Replan { plan }),
             (_, Plan::Line(plan)) => {
-                self.report(Event::Move { plan });
+                self.report(Event::Move { plan, number: chunk.tag.number });
                 plan.begin_steps()
             }
             (_, Plan::Blend(blend)) => {
-                self.report(Event::Blend { blend });
+                self.report(Event::Blend { blend, number: chunk.tag.number });
                 0.0
             }
         };
         let Self { marks, on_event, .. } = self;
-        let is_ahead = |mark: &Mark| f64::from(mark.place_steps) > begin_steps;
-        for Mark { place_steps, .. } in marks.of(&chunk.tag).filter(is_ahead) {
-            on_event(Event::Mark { place_steps });
+        for (Mark { place_steps, .. }, after) in marks.of(&chunk.tag).zip(1..) {
+            if f64::from(place_steps) > begin_steps {
+                on_event(Event::Mark { place_steps, number: chunk.tag.number.wrapping_add(after) });
+            }
         }
     }
 
@@ -311,7 +312,7 @@ where
         let Some(chunk) = self.chunks.under_way() else { return };
         let tag = chunk.tag;
         if tag.line != 0
-            && tag.marks.count > 0
+            && tag.marks().count > 0
             && let Some(line) = chunk.plan.line()
             && now_s >= line.begin_s()
         {

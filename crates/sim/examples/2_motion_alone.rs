@@ -12,7 +12,7 @@ use std::rc::Rc;
 
 use embassy_time::{Duration, Instant};
 use isostep_motion::coordinator::{self, PlanMemory};
-use isostep_motion::{AXES, Alarm, Axis, Contact, DriverTiming, Machine, Motion, Power, TimerBank, axis};
+use isostep_motion::{AXES, Alarm, Axis, Contact, DriverTiming, Machine, Motion, Move, TimerBank, axis};
 use isostep_sim::executor::{Executor, Priority};
 use isostep_sim::pin::{Delay, Output};
 use isostep_sim::port::AxisPins;
@@ -27,15 +27,7 @@ async fn program(machine: &Machine) -> Result<(), Alarm> {
     for [x, y] in [[500, 0], [500, 500], [0, 500], [0, 0]] {
         let mut target_steps = [0; AXES];
         (target_steps[0], target_steps[1]) = (x, y);
-        let motion = Motion::Move {
-            target_steps,
-            offsets: [0; AXES],
-            feed_mm_s: Some(20.0),
-            deviation_mm: 0.0,
-            exact_stop: false,
-            line: 0,
-            power: Power::Off,
-        };
+        let motion = Motion::Move(Move { feed_mm_s: 20.0, ..Move::to(target_steps) });
         // It waits only while the queue is full: the moves are planned ahead, and follow each other.
         machine.submit(motion).await.expect("a machine that nobody stops accepts moves");
     }

@@ -1,19 +1,11 @@
-//! Finds the line of the program that each move comes from, and what this line asks for. Moves do not record their
-//! line, so the lines are read again, and moves are recognised by their end positions.
+//! The line of the program that each move comes from, and what this line asks for, as the machine was asked for the move.
 
-use isostep_console::{
-    Command, Interpreter, Modal, Move, PathControl, Rate, ReportedState, Settings, SpindleMode, length,
-};
-use isostep_motion::{AXES, Level, Power, whole_steps};
+use isostep_console::{Command, Interpreter, Move as Asked, Rate, ReportedState};
+use isostep_motion::{Move, Power};
 
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
 use crate::program::stripped;
-
-/// The search ends after this many lines for which no move was found, because each search looks at all remaining moves.
-const MISSES_MAX: usize = 100;
-/// The greatest error of the controller's chords, steps of the finer axis.
-const CHORD_ERROR_MAX_STEPS: f64 = 0.25;
 
 /// The origin of a move in the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,14 +14,25 @@ pub struct Source {
     pub line: usize,
     /// The speed that the line asks for.
     pub rate: Rate,
-    /// Whether the line asks for an exact stop.
+    /// True if the line asks for an exact stop.
     pub exact_stop: bool,
     /// How far a blend may leave the corner at its beginning, mm; 0 for none.
     pub deviation_mm: f64,
-    /// Whether it is a chord that is not the last of its arc. Its end is then not a corner of the program.
+    /// True if it is a chord that is not the last of its arc. Its end is then not a corner of the program.
     pub in_arc: bool,
     /// The power of the laser during the move.
     pub power: Power,
+}
+
+impl Source {
+    /// The source of a move that was asked for; `None` if no line did.
+    fn of(asked: &Move) -> Option<Self> {
+        let &Move { source, feed_mm_s, exact_stop, deviation_mm, power, in_arc, .. } = asked;
+        let is_rapid = feed_mm_s == f64::INFINITY;
+        let rate = if is_rapid { Rate::Rapid } else { Rate::Feed { mm_min: (feed_mm_s * 60.0) as f32 } };
+        let deviation_mm = deviation_mm.into();
+        (source > 0).then_some(Self { line: source as usize, rate, exact_stop, deviation_mm, in_arc, power })
+    }
 }
 
 /// A move, or the part of it that comes from one line.
@@ -39,78 +42,29 @@ pub struct Stretch {
     pub index: usize,
     /// Where it begins, steps of the longest axis from the beginning of the whole move.
     pub from_steps: f64,
-    homing: bool,
-    /// Its positions, steps.
-    origin_steps: [i32; AXES],
-    end_steps: [i32; AXES],
-    /// Its source. `None` for homing, and where moves do not end where their lines say: after a program that changes
-    /// `$100`, or if a jog was cancelled.
+    /// Its source; `None` for homing, probing, and the start-up lines.
     pub source: Option<Source>,
 }
 
 /// The source of each of [`Outcome::moves`]; of a move that is made for several lines, the first.
 pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
-    let mut sources = vec![None; outcome.moves.len()];
-    of_stretches(outcome).into_iter().rev().for_each(|stretch| sources[stretch.index] = stretch.source);
-    sources
+    outcome.moves.iter().map(|record| record.asked.first().and_then(Source::of)).collect()
 }
 
 /// All moves, divided where the lines begin that they are made for.
 pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
-    let mut stretches = Stretches::default();
-    stretches.add(&outcome.moves);
-    stretches.of_lines(outcome)
+    outcome.moves.iter().enumerate().flat_map(|(index, record)| stretches_of(index, record)).collect()
 }
 
-/// The stretches of a run, gathered piece by piece. Their lines are found at its end.
-#[derive(Default)]
-pub struct Stretches {
-    all: Vec<Stretch>,
-    moves: usize,
-}
-
-impl Stretches {
-    /// Adds the moves of the next piece.
-    pub fn add(&mut self, moves: &[MoveRecord]) {
-        for record in moves {
-            let index = self.moves;
-            self.moves += 1;
-            self.all.extend(stretches_of(index, record));
-        }
-    }
-
-    /// All of them with their sources, at the end of the run.
-    pub fn of_lines(self, end: &Outcome) -> Vec<Stretch> {
-        let mut reader = Reader {
-            outcome: end,
-            interpreter: Interpreter::new(),
-            settings: end.config.settings,
-            next: 0,
-            misses: 0,
-            stretches: self.all,
-        };
-        for (number, line) in accepted_lines(end) {
-            reader.read(number, line);
-        }
-        reader.stretches
-    }
-}
-
-fn stretches_of(index: usize, record: &MoveRecord) -> impl Iterator<Item = Stretch> {
+fn stretches_of(index: usize, record: &MoveRecord) -> impl Iterator<Item = Stretch> + '_ {
     let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
-    let mut next = (begin_steps, record.corner_steps());
-    let marks = record.marks_steps.iter().map(|place_steps| {
-        let place_steps = f64::from(*place_steps);
-        (place_steps, record.position_steps(place_steps))
-    });
-    marks.chain([(f64::INFINITY, record.next_corner_steps())]).map(move |end| {
-        let (from_steps, origin_steps) = std::mem::replace(&mut next, end);
-        Stretch { index, homing: record.homing, from_steps, origin_steps, end_steps: end.1, source: None }
-    })
+    let places_steps = std::iter::once(begin_steps).chain(record.marks_steps.iter().copied().map(f64::from));
+    let sources = record.asked.iter().map(Source::of).chain(std::iter::repeat(None));
+    places_steps.zip(sources).map(move |(from_steps, source)| Stretch { index, from_steps, source })
 }
 
 /// The lines that were sent and not refused, in order, each with its number from 1.
-pub(crate) fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, &[u8])> {
+fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, &[u8])> {
     let mut refusals = outcome.refusals.iter().map(|refusal| refusal.line).peekable();
     let sent = (1..).zip(outcome.program.iter().map(Vec::as_slice)).take(outcome.lines_sent);
     sent.filter(move |&(number, _)| refusals.next_if_eq(&number).is_none())
@@ -129,7 +83,7 @@ pub fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
         let from_pm = interpreter.position_pm();
         match interpreter.interpret(&line, ReportedState::Idle, &outcome.config.settings) {
             Ok(Command::Block(block)) => {
-                let moves = |motion: Move| motion.arc.is_some() || motion.target_pm != from_pm;
+                let moves = |motion: Asked| motion.arc.is_some() || motion.target_pm != from_pm;
                 has_moved |= block.via_pm.is_some() || block.motion.is_some_and(moves);
                 false
             }
@@ -150,113 +104,13 @@ fn is_limit(number: u16) -> bool {
     of_axes || matches!(number, 11 | 900 | 940)
 }
 
-struct Reader<'a> {
-    outcome: &'a Outcome,
-    interpreter: Interpreter,
-    /// The settings in force.
-    settings: Settings,
-    /// Index of the first stretch whose line has not been read.
-    next: usize,
-    misses: usize,
-    stretches: Vec<Stretch>,
-}
-
-impl Reader<'_> {
-    fn read(&mut self, number: usize, text: &[u8]) {
-        let Ok(line) = stripped(text) else { return };
-        match self.interpreter.interpret(&line, ReportedState::Idle, &self.settings) {
-            Ok(Command::Block(block)) => {
-                let path = block.motion.map_or(PathControl::Exact, |motion| motion.path);
-                let via = block.via_pm.map(|target_pm| Move { target_pm, rate: Rate::Rapid, arc: None, path });
-                for motion in via.into_iter().chain(block.motion) {
-                    self.take(number, motion);
-                }
-            }
-            Ok(Command::Jog(jog)) => {
-                let rate = Rate::Feed { mm_min: jog.mm_min };
-                self.take(number, Move { target_pm: jog.target_pm, rate, arc: None, path: PathControl::Exact });
-                self.interpreter.set_position_pm(jog.target_pm);
-            }
-            Ok(Command::Home { .. }) => self.home(),
-            Ok(Command::SetSetting { number, value }) => {
-                self.settings.set(number, value);
-            }
-            _ => {}
-        }
-    }
-
-    /// The power that the controller asks for, except in a line that also ends the program.
-    fn power(&self, rate: Rate) -> Power {
-        let Modal { spindle, speed_rpm, .. } = *self.interpreter.modal();
-        let level = Level::of_ratio(speed_rpm / self.settings.spindle_max_rpm);
-        match spindle {
-            _ if !self.settings.laser_mode || rate == Rate::Rapid => Power::Off,
-            SpindleMode::Off => Power::Off,
-            SpindleMode::Clockwise => Power::Constant(level),
-            SpindleMode::CounterClockwise => Power::BySpeed(level),
-        }
-    }
-
-    /// Assigns its moves to this line: one move, or the chords of an arc.
-    fn take(&mut self, line: usize, motion: Move) {
-        let source = Source {
-            line,
-            rate: motion.rate,
-            exact_stop: motion.path.stops(),
-            deviation_mm: f64::from(motion.path.deviation_mm(self.settings.blend_deviation_mm)),
-            in_arc: false,
-            power: self.power(motion.rate),
-        };
-        let ends_steps = self.ends_steps(&motion);
-        let Some((last, chords)) = ends_steps.split_last() else { return };
-        let chord = Source { exact_stop: false, in_arc: true, ..source };
-        let is_found = chords.iter().all(|end_steps| self.assign(chord, end_steps)) && self.assign(source, last);
-        self.misses += usize::from(!is_found);
-    }
-
-    /// Where the moves of a line end: steps. An arc may be too short for a move.
-    fn ends_steps(&self, motion: &Move) -> Vec<[i32; AXES]> {
-        let steps_per_mm = self.outcome.steps_per_mm;
-        let steps = |place_mm: [f64; AXES]| std::array::from_fn(|axis| whole_steps(place_mm[axis], steps_per_mm[axis]));
-        let Some(arc) = &motion.arc else {
-            let per_pm = steps_per_mm.map(|steps| steps / length::PM_PER_MM);
-            return vec![std::array::from_fn(|axis| whole_steps(motion.target_pm[axis] as f64, per_pm[axis]))];
-        };
-        let [first, second, ..] = arc.axes();
-        let finest_mm = CHORD_ERROR_MAX_STEPS / steps_per_mm[first].max(steps_per_mm[second]);
-        let chords = arc.chords(f64::from(self.settings.arc_tolerance_mm).min(finest_mm));
-        let mut places: Vec<_> = std::iter::once(arc.start_mm()).chain(chords).map(steps).collect();
-        places.dedup();
-        places.split_off(1)
-    }
-
-    /// Assigns the first move that ends there to this source. False if there is none.
-    fn assign(&mut self, source: Source, end_steps: &[i32; AXES]) -> bool {
-        let left = &mut self.stretches[self.next..];
-        // A move to the present position is not made at all.
-        if self.misses > MISSES_MAX || left.first().is_none_or(|stretch| stretch.origin_steps == *end_steps) {
-            return true;
-        }
-        let Some(others) = left.iter().position(|stretch| stretch.end_steps == *end_steps) else { return false };
-        left[others].source = Some(source);
-        self.next += others + 1;
-        true
-    }
-
-    /// What follows begins where homing has left the machine.
-    fn home(&mut self) {
-        let outcome = self.outcome;
-        self.next += self.stretches[self.next..].iter().take_while(|stretch| stretch.homing).count();
-        if let Some(stretch) = self.stretches.get(self.next) {
-            self.interpreter.set_position_pm(outcome.mm(stretch.origin_steps).map(length::from_mm));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use embassy_time::Duration;
+    use isostep_motion::Level;
+
     use super::*;
-    use crate::{Config, run};
+    use crate::{Config, Sim, run};
 
     fn sources(program: &str) -> Vec<Option<Source>> {
         of_moves(&run(program.as_bytes(), &Config::default()).unwrap())
@@ -307,10 +161,12 @@ mod tests {
     #[test]
     fn a_laser_shines_in_feed_moves_as_m3_m4_and_s_say() {
         let found =
-            sources("G21 G91\nM3 S500\nG1 X1 F600\nG4 P0\n$32=1\nX1\nG4 P0\n$30=2000\nM4 X1\nG0 X1\nM5 G1 X1\n");
+            sources("G21 G91\nM3 S500\nG1 X1 F600\nG4 P0\n$32=1\nX1\nM3 X1\nG4 P0\n$30=2000\nM4 X1\nG0 X1\nM5 G1 X1\n");
         let level = |share| Level::of_ratio(share);
         let powers: Vec<_> = found.iter().map(|source| source.unwrap().power).collect();
-        let expected = [Power::Off, Power::Constant(level(0.5)), Power::BySpeed(level(0.25)), Power::Off, Power::Off];
+        // A change of `$32` switches off what was a spindle.
+        let expected =
+            [Power::Off, Power::Off, Power::Constant(level(0.5)), Power::BySpeed(level(0.25)), Power::Off, Power::Off];
         assert_eq!(powers, expected);
     }
 
@@ -362,6 +218,29 @@ mod tests {
     fn a_short_line_that_goes_straight_on_to_a_blend_is_found() {
         let program = "G64 P0.01 G1 X10 F600\nX10.04\nX10.08\nY1\nX10.12 Y1.04\nX10.16 Y1.08\nY0\n";
         assert_eq!(lines(program), [1, 2, 3, 4, 5, 6, 7].map(Some));
+    }
+
+    /// A place means another number of steps then.
+    #[test]
+    fn moves_after_a_change_of_the_steps_per_mm_are_of_their_lines() {
+        let found = lines("G91 G1 X5 F600\nG4 P0\n$100=100\nX5\nX-2\n");
+        assert_eq!(found, [1, 4, 5].map(Some));
+    }
+
+    /// It ends where no line says.
+    #[test]
+    fn a_jog_that_is_cancelled_is_of_its_line_and_so_is_what_follows() {
+        let mut sim = Sim::new(&Config::default());
+        sim.send(b"G21\n$J=G91 X30 F600\n$J=G91 X30 F600\n");
+        sim.run_for(Duration::from_millis(500)).unwrap();
+        sim.send(&[0x85]);
+        sim.run_until_idle().unwrap();
+        sim.send(b"G1 X40 F600\nG3 X45 I2.5\n");
+        sim.run_until_idle().unwrap();
+        let mut found: Vec<_> =
+            of_moves(&sim.outcome()).into_iter().map(|source| source.map(|source| source.line)).collect();
+        found.dedup();
+        assert_eq!(found, [2, 4, 5].map(Some));
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! The moves of a program, each with its plan and its end, assembled from the coordinator's events.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-use isostep_motion::{AXES, Config, Event, Finish, Shaping, State};
+use isostep_motion::{AXES, Config, Event, Finish, Move, Shaping, State};
 use isostep_profile::{Blend, IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 
 use crate::measure::Way;
@@ -37,6 +38,8 @@ pub struct MoveRecord {
     /// The places where the program lines begin that it is made for beside the first, in steps of the longest axis from its
     /// beginning.
     pub marks_steps: Vec<u32>,
+    /// What was asked for: the move, and for each mark the one that begins there.
+    pub asked: Vec<Move>,
     /// The replans of the move, in the order in which they were made.
     pub parts: Vec<SyncMove<AXES>>,
     /// Start position, steps.
@@ -291,8 +294,39 @@ pub struct Moves {
     /// Configurations that the moves were planned with; each applies from the run with that number on.
     configs: Vec<(usize, Config)>,
     open: Option<OpenRun>,
+    taken: TakenMoves,
     runs: usize,
     homing: bool,
+}
+
+/// The moves that have been taken into the look-ahead, from the one that was begun last on.
+#[derive(Clone, Debug, Default)]
+struct TakenMoves {
+    /// The number of the first.
+    first: u16,
+    asked: VecDeque<Move>,
+}
+
+impl TakenMoves {
+    fn take(&mut self, number: u16, asked: Move) {
+        if usize::from(number.wrapping_sub(self.first)) != self.asked.len() {
+            (self.asked, self.first) = (VecDeque::new(), number);
+        }
+        self.asked.push_back(asked);
+    }
+
+    /// The move with this number; those before it have been made, or are forgotten.
+    fn begin(&mut self, number: u16) -> Option<Move> {
+        let passed = usize::from(number.wrapping_sub(self.first)).min(self.asked.len());
+        self.asked.drain(..passed);
+        self.first = number;
+        self.asked.front().copied()
+    }
+
+    /// The move with this number, which is made together with the one that was begun last.
+    fn get(&self, number: u16) -> Option<Move> {
+        self.asked.get(usize::from(number.wrapping_sub(self.first))).copied()
+    }
 }
 
 /// A run in progress.
@@ -323,17 +357,23 @@ impl Moves {
                 self.open = Some(OpenRun { start_ns, number, shaping, place_steps: origin_steps, first });
                 self.runs += 1;
             }
-            (Event::Move { plan }, Some(run)) => self.records.push(run.begin(plan, self.homing)),
-            (Event::Blend { blend }, Some(run)) => {
+            (Event::Taken { number, asked }, _) => self.taken.take(number, asked),
+            (Event::Move { plan, number }, Some(run)) => {
+                let asked = self.taken.begin(number).into_iter().collect();
+                self.records.push(MoveRecord { asked, ..run.begin(plan, self.homing) });
+            }
+            (Event::Blend { blend, number }, Some(run)) => {
                 run.turn(&blend);
                 if let Some(record) = self.records.last_mut() {
                     (record.ends_in_blend, record.end_steps, record.plan_s) = (true, run.place_steps, blend.begin_s());
                 }
-                self.records.push(run.begin_bent(blend, self.homing));
+                let asked = self.taken.begin(number).into_iter().collect();
+                self.records.push(MoveRecord { asked, ..run.begin_bent(blend, self.homing) });
             }
-            (Event::Mark { place_steps }, Some(_)) => {
+            (Event::Mark { place_steps, number }, Some(_)) => {
                 if let Some(record) = self.records.last_mut() {
                     record.marks_steps.push(place_steps);
+                    record.asked.extend(self.taken.get(number));
                 }
             }
             (Event::Replan { plan }, Some(_)) => {
@@ -444,6 +484,7 @@ impl OpenRun {
             ends_in_blend: false,
             plan,
             marks_steps: Vec::new(),
+            asked: Vec::new(),
             parts: Vec::new(),
             origin_steps,
             end_steps: self.place_steps,

@@ -340,9 +340,8 @@ impl World {
     fn note_event(&mut self, event: Event) {
         let t_ns = self.clock.now_ns();
         self.record.moves.take(t_ns, self.edge_ns, event);
-        let is_of_move =
-            matches!(event, Event::Move { .. } | Event::Blend { .. } | Event::Mark { .. } | Event::Replan { .. });
-        if !is_of_move && !matches!(event, Event::Run { .. } | Event::RunEnd { .. }) {
+        let is_other = matches!(event, Event::State(_) | Event::Homing { .. } | Event::Homed { .. });
+        if is_other {
             self.record.events.push((t_ns, event));
         }
     }

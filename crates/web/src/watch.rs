@@ -6,7 +6,7 @@ use isostep_sim::world::Wave;
 use isostep_sim::{Outcome, trace, vcd};
 
 use crate::Kept;
-use crate::lines::{Followed, Lines};
+use crate::lines::Lines;
 use crate::motion::Motion;
 
 /// What was seen of a run.
@@ -15,7 +15,7 @@ pub(crate) struct Watch {
     pub gathered: Gathered,
     kept: Kept,
     motion: Motion,
-    followed: Followed,
+    lines: Lines,
     rows: Vec<u8>,
     waves: (Vec<Wave>, Vec<ToolChange>),
 }
@@ -32,7 +32,7 @@ impl Watch {
         self.gathered.add(piece);
         self.motion.add(piece);
         match self.kept {
-            Kept::Lines => self.followed.add(piece),
+            Kept::Lines => self.lines.add(piece),
             Kept::Trace => self.add_trace(piece, is_first),
             Kept::Waves => {
                 self.waves.0.extend_from_slice(&piece.waves);
@@ -71,6 +71,6 @@ impl Watch {
             vcd::write(&waves, &tool, end.limits_high_at_start, &mut self.rows)
                 .expect("memory takes all that is written");
         }
-        std::mem::take(&mut self.followed).end(end)
+        std::mem::take(&mut self.lines)
     }
 }

@@ -2,7 +2,7 @@
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
-use isostep_motion::{Alarm, Axis, Event, Finish, HomingPhase, Motion, Power, State};
+use isostep_motion::{Alarm, Axis, Event, Finish, HomingPhase, Motion, Move, State};
 use isostep_sim::{Config, Port, Sim, SwitchFault};
 use isostep_trials::stride;
 
@@ -123,18 +123,7 @@ fn a_second_reset_in_motion_leaves_the_exact_count_of_the_edges_that_left() {
 fn a_reset_in_a_dwell_forgets_what_waits_and_keeps_the_position() {
     let mut sim = homed();
     let target_steps = [500, 0, 0];
-    for motion in [
-        Motion::Dwell(Duration::from_secs(1)),
-        Motion::Move {
-            target_steps,
-            offsets: [0; 3],
-            feed_mm_s: None,
-            exact_stop: false,
-            deviation_mm: 0.0,
-            line: 0,
-            power: Power::Off,
-        },
-    ] {
+    for motion in [Motion::Dwell(Duration::from_secs(1)), Motion::Move(Move::to(target_steps))] {
         block_on(sim.machine().submit(motion)).unwrap();
     }
     sim.run_for(Duration::from_millis(500)).unwrap();

@@ -1,7 +1,7 @@
 //! Each field of the status reports, as listed in docs/console.md.
 
 use embassy_time::Duration;
-use isostep_motion::State;
+use isostep_motion::{Motion, Move, State};
 use isostep_sim::{Config, Sim};
 
 use crate::talk::{begin, bytes, field, homed, powered_up, report, say};
@@ -147,19 +147,7 @@ fn report_offset_and_overrides_take_turns() {
 /// or nothing, in motion and held.
 #[test]
 fn as_many_motions_are_taken_as_there_is_room_for() {
-    let to = |steps: i32| {
-        let power = isostep_motion::Power::Off;
-        let target_steps = [steps, 0, 0];
-        isostep_motion::Motion::Move {
-            target_steps,
-            offsets: [0; 3],
-            feed_mm_s: Some(10.0),
-            exact_stop: false,
-            deviation_mm: 0.0,
-            line: 0,
-            power,
-        }
-    };
+    let to = |steps: i32| Motion::Move(Move { feed_mm_s: 10.0, ..Move::to([steps, 0, 0]) });
     for begun in [
         "G0 X60",
         "G0 X60\nG4 P9",

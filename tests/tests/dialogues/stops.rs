@@ -2,7 +2,7 @@
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
-use isostep_motion::{AXES, Alarm, Axis, Motion, Power, ProbeMove, State};
+use isostep_motion::{AXES, Alarm, Axis, Motion, Move, ProbeMove, State};
 use isostep_sim::faults::Trouble;
 use isostep_sim::{Config, Fault, Port, Sim};
 use isostep_trials::stride;
@@ -61,16 +61,8 @@ fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
 fn an_emergency_stop_behind_a_motion_that_has_not_begun_lets_nothing_move() {
     let (target_steps, feed_mm_s) = ([500, 0, 0], 10.0);
     let motions = [
-        Motion::Move {
-            target_steps,
-            offsets: [0; 3],
-            feed_mm_s: None,
-            exact_stop: false,
-            deviation_mm: 0.0,
-            line: 0,
-            power: Power::Off,
-        },
-        Motion::Jog { target_steps, feed_mm_s },
+        Motion::Move(Move::to(target_steps)),
+        Motion::Jog(Move { feed_mm_s, ..Move::to(target_steps) }),
         Motion::Probe(ProbeMove { target_steps, feed_mm_s, away: false, must: false, line: 0 }),
         Motion::Home { axes: [true; AXES] },
     ];

@@ -6,7 +6,7 @@ use core::convert::Infallible;
 
 use embassy_executor::Spawner;
 use embassy_time::{Duration, Timer};
-use isostep_motion::{AXES, Axis, Busy, Config, Contact, Direction, HomingConfig, Machine, Motion, Power, Wiring};
+use isostep_motion::{AXES, Axis, Busy, Config, Contact, Direction, HomingConfig, Machine, Motion, Move, Wiring};
 use isostep_profile::Limits;
 use static_cell::StaticCell;
 use stm32g474::pins::Pins;
@@ -45,15 +45,7 @@ async fn draw(machine: &Machine) -> Result<Infallible, Busy> {
 }
 
 fn straight_to(target_steps: [i32; AXES]) -> Motion {
-    Motion::Move {
-        target_steps,
-        offsets: [0; AXES],
-        feed_mm_s: Some(40.0),
-        exact_stop: false,
-        deviation_mm: 0.01,
-        line: 0,
-        power: Power::Off,
-    }
+    Motion::Move(Move { feed_mm_s: 40.0, deviation_mm: 0.01, ..Move::to(target_steps) })
 }
 
 /// Not inlined: what is made here is large, and must not stay on the stack of `main`.

@@ -4,7 +4,7 @@ use core::fmt;
 
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::Error;
-use isostep_motion::{Axis, Direction, Motion};
+use isostep_motion::{Axis, Direction, Motion, Move};
 use tmc2209::reg::{DRV_STATUS, SG_RESULT, TSTEP};
 
 use super::exchange::{DriverOnWire, Failure};
@@ -93,7 +93,8 @@ impl<F: NorFlash> Controller<'_, F> {
         let measuring = Measuring::new(drivers, axis as usize);
         for target_steps in [to_steps, from_steps].into_iter().cycle().take(2 * RUNS) {
             // No override slows a jog, and a jog cancel ends it.
-            self.submit(Motion::Jog { target_steps, feed_mm_s }).await?;
+            let source = self.source();
+            self.submit(Motion::Jog(Move { feed_mm_s, source, ..Move::to(target_steps) })).await?;
         }
         self.settled().await?;
         self.follow_machine();

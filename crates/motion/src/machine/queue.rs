@@ -15,35 +15,58 @@ pub(super) const QUEUE_MOVES: usize = 15;
 /// The number of moves that can be asked for at rest without waiting.
 pub const MOVES_AHEAD: usize = CHAIN_MOVES + QUEUE_MOVES;
 
+/// A straight move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Move {
+    /// The place where it ends, steps.
+    pub target_steps: [i32; AXES],
+    /// The distance of the place that is meant from it: see [`Request::offsets`](isostep_profile::chain::Request::offsets).
+    pub offsets: [i8; AXES],
+    /// Speed along the path, mm/s; infinite if it is to be as fast as the limits allow.
+    pub feed_mm_s: f64,
+    /// It ends at rest, instead of flowing into the next move.
+    pub exact_stop: bool,
+    /// The distance by which the path may leave the corner where it begins, mm: see
+    /// [`Request::deviation_mm`](isostep_profile::chain::Request::deviation_mm).
+    pub deviation_mm: f32,
+    /// The power at which a laser shines meanwhile.
+    pub power: Power,
+    /// The line number (N) of its block, for [`Status::line`](super::Status::line); 0 for none.
+    pub line: u32,
+    /// The line that asks for it, counted from 1 by who asks; 0 for none. The machine only passes it on, in [`Event::Taken`].
+    ///
+    /// [`Event::Taken`]: crate::Event::Taken
+    pub source: u32,
+    /// It is a part of an arc, and more parts of the same arc follow.
+    pub in_arc: bool,
+}
+
+impl Move {
+    /// To a place as fast as the limits allow, to the corner exactly, on without a stop, without a laser, and of no line.
+    #[must_use]
+    pub const fn to(target_steps: [i32; AXES]) -> Self {
+        Self {
+            target_steps,
+            offsets: [0; AXES],
+            feed_mm_s: f64::INFINITY,
+            exact_stop: false,
+            deviation_mm: 0.0,
+            power: Power::Off,
+            line: 0,
+            source: 0,
+            in_arc: false,
+        }
+    }
+}
+
 /// A motion. Motions are carried out in the order in which they are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     /// Go to a place in a straight line.
-    Move {
-        /// The place, steps.
-        target_steps: [i32; AXES],
-        /// The distance of the place that is meant from it: see
-        /// [`Request::offsets`](isostep_profile::chain::Request::offsets).
-        offsets: [i8; AXES],
-        /// Speed along the path, mm/s; `None` is as fast as the limits allow.
-        feed_mm_s: Option<f64>,
-        /// It ends at rest, instead of flowing into the next move.
-        exact_stop: bool,
-        /// The distance by which the path may leave the corner where the move begins, mm: see
-        /// [`Request::deviation_mm`](isostep_profile::chain::Request::deviation_mm).
-        deviation_mm: f32,
-        /// The program line that it comes from, for [`Status::line`](super::Status::line); 0 for none.
-        line: u32,
-        /// The power at which a laser shines meanwhile.
-        power: Power,
-    },
-    /// Go to a place at a speed along the path, mm/s, by hand: it may be cancelled.
-    Jog {
-        /// The place, steps.
-        target_steps: [i32; AXES],
-        /// Speed along the path, mm/s.
-        feed_mm_s: f64,
-    },
+    Move(Move),
+    /// Go to a place by hand: it may be cancelled, and has a feed that no override changes.
+    Jog(Move),
     /// Go to a place until the probe finds what it looks for: see [`Machine::probed`].
     Probe(ProbeMove),
     /// Stand still.
@@ -59,8 +82,8 @@ pub enum Motion {
 impl Motion {
     fn kind(&self) -> Kind {
         match self {
-            Self::Move { .. } | Self::Probe(_) | Self::Dwell(_) => Kind::Program,
-            Self::Jog { .. } => Kind::Jog,
+            Self::Move(_) | Self::Probe(_) | Self::Dwell(_) => Kind::Program,
+            Self::Jog(_) => Kind::Jog,
             Self::Home { .. } => Kind::Homing,
         }
     }

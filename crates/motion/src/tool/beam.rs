@@ -171,17 +171,17 @@ impl LaserLine {
                 let (until_s, ahead) = (middle_s, Walk::along(&tag));
                 let [cruises_s, slows_s] = [middle_s; 2];
                 let (power, asked_mm_s) = last;
-                let (next, cruise_ratio) = (tag.power, 0.0);
+                let (next, cruise_ratio) = (tag.power(), 0.0);
                 return Self { power, asked_mm_s, until_s, next, cruises_s, slows_s, cruise_ratio, ahead };
             }
         };
         let profile = &plan.profile;
         let slows_s = plan.end_s() - profile.t_decel_s();
         let line = Self {
-            power: tag.power,
+            power: tag.power(),
             asked_mm_s: asked_mm_s(chunk),
             until_s: 0.0,
-            next: tag.power,
+            next: tag.power(),
             cruises_s: slows_s - profile.t_cruise_s(),
             slows_s,
             cruise_ratio: (profile.cruise_speed_steps_s() / chunk.asked_steps_s) as f32,

@@ -118,13 +118,33 @@ pub enum Power {
     BySpeed(Level),
 }
 
+/// A [`Power`] without its level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PowerMode {
+    Off,
+    Constant,
+    BySpeed,
+}
+
 impl Power {
     /// In the same way, at another level.
     pub(crate) fn with_level(self, level: Level) -> Self {
+        Self::of(self.parts().0, level)
+    }
+
+    pub(crate) fn of(mode: PowerMode, level: Level) -> Self {
+        match mode {
+            PowerMode::Off => Self::Off,
+            PowerMode::Constant => Self::Constant(level),
+            PowerMode::BySpeed => Self::BySpeed(level),
+        }
+    }
+
+    pub(crate) fn parts(self) -> (PowerMode, Level) {
         match self {
-            Self::Off => Self::Off,
-            Self::Constant(_) => Self::Constant(level),
-            Self::BySpeed(_) => Self::BySpeed(level),
+            Self::Off => (PowerMode::Off, Level::ZERO),
+            Self::Constant(level) => (PowerMode::Constant, level),
+            Self::BySpeed(level) => (PowerMode::BySpeed, level),
         }
     }
 }
