@@ -1,13 +1,15 @@
 //! The position contract: for every way in which a motion can end, what is known of the position afterwards, and what
 //! clears it.
 //!
-//! The cases are also the rows of `docs/position.md`. Each case is a script that a simulated machine and the firmware
-//! on the emulated board run alike: see [`crate::script_runner`].
+//! The cases are also the rows of `docs/position.md`. Together they are a dialogue ([`crate::dialogue`]) that is carried out on
+//! a simulated machine and on the emulated board.
 
 use std::fmt::Write as _;
 use std::iter;
 
 use isostep_sim::{AXES, Port};
+
+use crate::dialogue;
 
 /// The state of the tool's outputs after the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +49,7 @@ pub struct Case {
     pub name: &'static str,
     /// The machines that it applies to.
     pub on: On,
-    /// The script that makes it happen. It begins at rest, with X homed and with M3 and M8 on.
+    /// The steps that make it happen. They begin at rest, with X homed and with M3 and M8 on.
     pub happens: &'static str,
     /// The step count afterwards.
     pub count: Count,
@@ -55,7 +57,7 @@ pub struct Case {
     pub trusted: bool,
     /// The name of the state in a status report.
     pub state: &'static str,
-    /// The script that leads back to Idle.
+    /// The steps that lead back to Idle.
     pub cleared: &'static str,
     /// The tool's outputs afterwards.
     pub outputs: Outputs,
@@ -63,24 +65,38 @@ pub struct Case {
     pub motors: bool,
 }
 
-/// The commands that a word in capitals in the scripts stands for.
+/// The steps that a word in capitals stands for.
 fn meaning(word: &str) -> Option<String> {
     let lines = match word {
         // A move of half a second, seen a fifth of a second after its line.
-        "UNDER_WAY" => "send G91G1X20F3000\nexpect ok\nwait-ms 200\n",
-        "AWAY" => "send G91G0X5\nexpect ok\nwait-idle\n",
+        "UNDER_WAY" => ">> G91G1X20F3000\nwait 200 ms\n< ok\n",
+        "AWAY" => "> G91G0X5\n< ok\n",
+        "HELD" => "! !\nwait 300 ms\n",
         // Homing while it seeks the switch. The seek takes longer than this wait.
-        "HOMING" => "send $HX\nwait-ms 50\n",
-        "RELEASE_ESTOP" => "send $X\nexpect error:9\nestop released\nwait-ms 5\n",
-        "RELEASE_SWITCH" => "switch X normal\nwait-ms 5\n",
-        "UNLOCK" => "send $X\nexpect ok\n",
+        "HOMING" => ">> $HX\nwait 50 ms\n",
+        "STOPPED" => "emergency stop pressed\nwait 20 ms\n< ...\n< ALARM:10\n< ...\n",
+        "RELEASE_ESTOP" => "> $X\n< ...\n< error:9\nemergency stop released\nwait 5 ms\n",
+        "RELEASE_SWITCH" => "switch X normal\nwait 5 ms\n",
+        "UNLOCK" => "> $X\n< ...\n< ok\n",
+        "RESET" => "! \\x18\nwait 500 ms\n< ...\n< Grbl...\n< ...\n",
+        // The motors are free, the watchdog bites, and no step is made meanwhile.
+        "DEAD" => "note\nwait 1 ms\nmotors off\nemulator wait-reset\nno step made\n",
+        "HUNG" => "wait 100 ms\nnote\nemulator wait-reset\nno step made\n",
+        "RESTARTED" => "until heard\nwait 20 ms\n< Grbl...\n< ...\n",
         // With `TimerPort` the executor of the task that makes the steps gets no time for a while.
-        "STARVE_STEPS" => "mask-irq 29\nwait-ms 2\nunmask-irq 29\n",
+        "STARVE_STEPS" => "emulator mask-irq 29\nwait 2 ms\nemulator unmask-irq 29\nwait 20 ms\n",
         // X gets its second motor, which has not moved with it before, and is homed with it.
-        "SQUARED" => "send $905=1\nexpect ok\nsend $349=100\nexpect ok\nsend $HX\nexpect ok\n",
-        "SINGLE" => "send $905=0\nexpect ok\n",
-        "GENTLE" => return Some("send $940=0\nexpect ok\n".to_owned() + &set(&GENTLE)),
-        _ => return None,
+        "SQUARED" => "> $905=1\n< ...\n< ok\n> $349=100\n< ...\n< ok\n> $HX\n< ...\n< ok\n",
+        "SINGLE" => "> $905=0\n< ...\n< ok\n",
+        "GENTLE" => return Some("> $940=0\n< ...\n< ok\n".to_owned() + &set(&GENTLE)),
+        _ => {
+            let (what, told) = word.split_once(' ')?;
+            return match what {
+                "TELLS" => Some(format!("wait 30 ms\n< ...\n< {told}\n< ...\n")),
+                "WELCOME" => Some(format!("until heard\nwait 100 ms\n< ...\n< {told}...\n< ...\n")),
+                _ => None,
+            };
+        }
     };
     Some(lines.to_owned())
 }
@@ -88,10 +104,10 @@ fn meaning(word: &str) -> Option<String> {
 /// Steps/mm, mm/min and mm/s² of each axis. With these values the moves are short.
 const GENTLE: [(u32, u32); 3] = [(100, 50), (110, 12_000), (120, 2_000)];
 
-/// Commands that set these settings for all axes. Each number is that of X.
+/// Lines that set these settings for all axes. Each number is that of X.
 fn set(settings: &[(u32, u32)]) -> String {
     let of_axis = |axis: u32| settings.iter().map(move |(number, value)| format!("${}={value}", number + axis));
-    (0..AXES as u32).flat_map(of_axis).map(|line| format!("send {line}\nexpect ok\n")).collect()
+    (0..AXES as u32).flat_map(of_axis).map(|line| format!("> {line}\n< ...\n< ok\n")).collect()
 }
 
 impl Case {
@@ -126,157 +142,136 @@ impl Case {
 /// Every way in which a motion can end, except those that have a test of their own: see the table.
 pub const CASES: [Case; 34] = [
     Case::new("it is complete", "AWAY\n"),
+    Case { state: "Hold:0", cleared: "! ~\nuntil idle\n", ..Case::new("feed hold", "UNDER_WAY\nHELD\n") },
     Case {
         state: "Hold:0",
-        cleared: "bytes 7e\nwait-idle\n",
-        ..Case::new("feed hold", "UNDER_WAY\nbytes 21\nwait-ms 300\n")
-    },
-    Case {
-        state: "Hold:0",
-        cleared: "bytes 7e\nexpect ok\nwait-idle\n",
-        ..Case::new("M0", "send G91G0X5\nexpect ok\nsend M0\nwait-ms 500\n")
+        cleared: "! ~\nuntil idle\n< ok\n",
+        ..Case::new("M0", ">> G91G0X5\n>> M0\nwait 500 ms\n< ok\n")
     },
     Case {
         state: "Door:0",
-        cleared: "bytes 7e\nwait-idle\n",
+        cleared: "! ~\nuntil idle\n",
         outputs: Outputs::Paused,
-        ..Case::new("safety door", "UNDER_WAY\nbytes 84\nwait-ms 300\n")
+        ..Case::new("safety door", "UNDER_WAY\n! \\x84\nwait 300 ms\n")
     },
-    Case::new("jog cancel", "send $J=G91X20F3000\nexpect ok\nwait-ms 200\nbytes 85\nwait-idle\n"),
-    Case { outputs: Outputs::Off, ..Case::new("reset at rest", "bytes 18\nexpect Grbl\n") },
-    Case { outputs: Outputs::Off, ..Case::new("reset", "UNDER_WAY\nbytes 18\nexpect Grbl\n") },
-    Case {
-        outputs: Outputs::Off,
-        ..Case::new("reset in a hold", "UNDER_WAY\nbytes 21\nwait-ms 300\nbytes 18\nexpect Grbl\n")
-    },
-    Case::alarm("second reset", "UNDER_WAY\nbytes 18\nwait-ms 5\nbytes 18\nexpect ALARM:3\nexpect Grbl\n", false),
-    Case::alarm("limit switch", "UNDER_WAY\nswitch X stuck-closed\nexpect ALARM:1\nRELEASE_SWITCH\n", false),
+    Case::new("jog cancel", ">> $J=G91X20F3000\nwait 200 ms\n< ok\n! \\x85\nuntil idle\n"),
+    Case { outputs: Outputs::Off, ..Case::new("reset at rest", "RESET\n") },
+    Case { outputs: Outputs::Off, ..Case::new("reset", "UNDER_WAY\nRESET\n") },
+    Case { outputs: Outputs::Off, ..Case::new("reset in a hold", "UNDER_WAY\nHELD\nRESET\n") },
+    Case::alarm("second reset", "UNDER_WAY\n! \\x18\nwait 4 ms\n!! \\x18\nTELLS ALARM:3\n", false),
+    Case::alarm("limit switch", "UNDER_WAY\nswitch X closed\nTELLS ALARM:1\nRELEASE_SWITCH\n", false),
     Case::alarm(
         "onto a closed limit switch",
-        "AWAY\nswitch X stuck-closed\nwait-ms 5\nsend G91G0X-1\nexpect ALARM:1\nexpect ok\nRELEASE_SWITCH\n",
+        "AWAY\nswitch X closed\nwait 5 ms\n> G91G0X-1\nTELLS ALARM:1\nRELEASE_SWITCH\n",
         false,
     ),
     Case::alarm(
         "onto a limit switch that has just closed",
-        "AWAY\nswitch X stuck-closed\nsend G91G0X-1\nexpect ALARM:1\nexpect ok\nRELEASE_SWITCH\n",
+        "AWAY\nswitch X closed\n> G91G0X-1\nTELLS ALARM:1\nRELEASE_SWITCH\n",
         false,
     ),
     Case {
         cleared: "UNLOCK\nSINGLE\n",
         ..Case::alarm(
             "limit switch of a second motor",
-            "SQUARED\nUNDER_WAY\nswitch 2 stuck-closed\nexpect ALARM:1\nswitch 2 normal\nwait-ms 5\n",
+            "SQUARED\nUNDER_WAY\nswitch X2 closed\nTELLS ALARM:1\nswitch X2 normal\nwait 5 ms\n",
             false,
         )
     },
-    Case::alarm("emergency stop", "UNDER_WAY\nestop pressed\nexpect ALARM:10\nRELEASE_ESTOP\n", false),
-    Case::alarm("emergency stop at rest", "estop pressed\nexpect ALARM:10\nRELEASE_ESTOP\n", true),
-    Case::alarm(
-        "emergency stop in a hold",
-        "UNDER_WAY\nbytes 21\nwait-ms 300\nestop pressed\nexpect ALARM:10\nRELEASE_ESTOP\n",
-        false,
-    ),
-    Case::alarm("reset while homing", "HOMING\nbytes 18\nexpect ALARM:6\nexpect Grbl\n", false),
-    Case::alarm("safety door while homing", "HOMING\nbytes 84\nexpect ALARM:7\nexpect error:9\n", false),
+    Case::alarm("emergency stop", "UNDER_WAY\nSTOPPED\nRELEASE_ESTOP\n", false),
+    Case::alarm("emergency stop at rest", "STOPPED\nRELEASE_ESTOP\n", true),
+    Case::alarm("emergency stop in a hold", "UNDER_WAY\nHELD\nSTOPPED\nRELEASE_ESTOP\n", false),
+    Case::alarm("reset while homing", "HOMING\n!! \\x18\nTELLS ALARM:6\n", false),
+    Case::alarm("safety door while homing", "HOMING\n!! \\x84\nTELLS ALARM:7\n", false),
     Case::alarm(
         "homing: the switch stays closed",
-        "switch X stuck-closed\nwait-ms 5\nsend $HX\nexpect ALARM:8\nexpect error:9\nRELEASE_SWITCH\n",
+        "switch X closed\nwait 5 ms\n> $HX\nTELLS ALARM:8\nRELEASE_SWITCH\n",
         false,
     ),
     Case {
         cleared: "UNLOCK\nSINGLE\n",
         ..Case::alarm(
             "homing: a motor does not reach its switch",
-            "SQUARED\nswitch X stuck-open\nsend $349=1\nexpect ok\nsend $HX\nexpect ALARM:15\nexpect error:9\nRELEASE_SWITCH\n",
+            "SQUARED\nswitch X open\n> $349=1\n< ...\n< ok\n> $HX\nTELLS ALARM:15\nRELEASE_SWITCH\n",
             false,
         )
     },
-    Case::alarm("soft limit", "send G90G53G0X-1\nexpect ALARM:2\nexpect error:9\n", true),
+    Case::alarm("soft limit", "> G90G53G0X-1\nTELLS ALARM:2\n", true),
     Case {
-        cleared: "UNLOCK\nsend $130=350\nexpect ok\n",
+        cleared: "UNLOCK\n> $130=350\n< ...\n< ok\n",
         // This move would take more than 1,000,000 s.
         ..Case::alarm(
             "a move that cannot be planned",
-            "send $130=10000\nexpect ok\nsend G91G1X9900Y9999Z9999F1\nexpect ALARM:21\nexpect ok\n",
+            "> $130=10000\n< ...\n< ok\n> G91G1X9900Y9999Z9999F1\nTELLS ALARM:21\n",
             true,
         )
     },
     Case {
         motors: false,
-        ..Case::alarm(
-            "sleep, which a reset ends",
-            "AWAY\nsend $SLP\nexpect ok\nwait-ms 20\nbytes 18\nexpect Grbl\n",
-            false,
-        )
+        ..Case::alarm("sleep, which a reset ends", "AWAY\n>> $SLP\nwait 20 ms\n< ...\n< ok\nRESET\n", false)
     },
     Case::new(
         "probe: contact",
-        "send G91G38.2X20F600\nwait-ms 300\nprobe pressed\nexpect [PRB:\nexpect ok\nprobe released\n",
+        ">> G91G38.2X20F600\nwait 300 ms\nprobe pressed\nwait 300 ms\n< [PRB:...\n< ok\nprobe released\n",
     ),
-    Case::alarm("probe: no contact", "send G91G38.2X1F600\nexpect ALARM:5\nexpect ok\n", true),
+    Case::alarm("probe: no contact", "> G91G38.2X1F600\nTELLS ALARM:5\n", true),
     Case::alarm(
         "probe: contact before it moves",
-        "probe pressed\nsend G91G38.2X1F600\nexpect ALARM:4\nexpect ok\nprobe released\n",
+        "probe pressed\n> G91G38.2X1F600\nTELLS ALARM:4\nprobe released\n",
         true,
     ),
     Case {
         on: On::BoardBy(Port::Timer),
         // The stop is far from the switch. The step count leads back to it, so that homing finds it.
-        cleared: "UNLOCK\nsend G90G53G0X5\nexpect ok\nwait-idle\n",
-        ..Case::alarm("a late step", "UNDER_WAY\nSTARVE_STEPS\nexpect ALARM:20\n", false)
+        cleared: "UNLOCK\n> G90G53G0X5\n< ok\n",
+        ..Case::alarm("a late step", "UNDER_WAY\nSTARVE_STEPS\nTELLS ALARM:20\n", false)
     },
     Case {
         on: On::BoardBy(Port::Pio),
         ..Case::alarm(
             "the core hangs for a while, and the tool is cut off",
-            "send G91G1X5F300\nexpect ok\nwait-ms 200\nhang 25\nexpect ALARM:23\n",
+            ">> G91G1X5F300\nwait 200 ms\n< ok\nemulator hang 25\nTELLS ALARM:23\n",
             false,
         )
     },
-    Case { on: On::Board, ..Case::alarm("the same at rest", "hang 25\nexpect ALARM:23\n", true) },
+    Case { on: On::Board, ..Case::alarm("the same at rest", "emulator hang 25\nTELLS ALARM:23\n", true) },
     Case::restart(
         "hard fault",
-        "UNDER_WAY\ncrash\nstop-within 20\nwait-ms 1\nmotors off\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted after a hard fault\nexpect Grbl\n",
+        "UNDER_WAY\nemulator crash\nwait 20 us\nDEAD\nWELCOME [MSG:Restarted after a hard fault\n",
     ),
-    Case::restart(
-        "panic",
-        "UNDER_WAY\npanic PANIC\nstop-within 20\nwait-ms 1\nmotors off\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted after a panic\nexpect Grbl\n",
-    ),
-    Case::restart(
-        "watchdog",
-        "UNDER_WAY\nhang\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n",
-    ),
+    Case::restart("panic", "UNDER_WAY\nemulator panic PANIC\nwait 20 us\nDEAD\nWELCOME [MSG:Restarted after a panic\n"),
+    Case::restart("watchdog", "UNDER_WAY\nemulator hang\nHUNG\nWELCOME [MSG:Restarted by the watchdog\n"),
     // 28 is SWI_IRQ_2, the interrupt of the axis executor. Lower priorities go on, and only the heartbeats of the axes
     // are missing.
     Case::restart(
         "watchdog of the axes",
-        "UNDER_WAY\nmask-irq 28\nstop-within 100000\nwait-reset\ncheck-stopped\nexpect [MSG:Restarted by the watchdog\nexpect Grbl\n",
+        "UNDER_WAY\nemulator mask-irq 28\nHUNG\nWELCOME [MSG:Restarted by the watchdog\n",
     ),
-    Case::restart("power cut", "UNDER_WAY\npower-cycle\nexpect Grbl\n"),
+    Case::restart("power cut", "UNDER_WAY\npower off and on\nRESTARTED\n"),
 ];
 
 impl Case {
     /// Makes the case happen and checks the machine afterwards. Then X is homed again if necessary.
-    fn script(&self) -> String {
+    fn steps(&self) -> String {
         let Self { name, happens, count, trusted, state, cleared, outputs, motors, .. } = *self;
         let on = |on: bool| if on { "on" } else { "off" };
-        let coolant = |is_on: bool| format!("wait-output flood {}\n", on(is_on));
-        let mut script = format!("# case: {name}\nsend M3S500M8\nexpect ok\n{happens}");
+        let coolant = |is_on: bool| format!("output flood {}\n", on(is_on));
+        let mut steps = format!("# case: {name}\n> M3S500M8\n< ok\nwait 5 ms\n{happens}");
         let check = match count {
-            Count::Exact => "check-position\n",
-            Count::Zero => "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n",
+            Count::Exact => "counts agree\n",
+            Count::Zero => "report Idle MPos:0.000,0.000,0.000...\n",
         };
-        _ = write!(script, "bytes 3f\nexpect <{state}\nmotors {}\n{check}", on(motors));
-        script += &coolant(outputs == Outputs::Stay);
+        _ = write!(steps, "report {state}\nmotors {}\n{check}", on(motors));
+        steps += &coolant(outputs == Outputs::Stay);
         if state == "Alarm" {
-            script += "send G0X1\nexpect error:9\n";
+            steps += "> G0X1\n< error:9\n";
         }
-        _ = write!(script, "{cleared}bytes 3f\nexpect <Idle\n{check}");
-        script += &coolant(outputs != Outputs::Off);
+        _ = write!(steps, "{cleared}wait 5 ms\nreport Idle\n{check}");
+        steps += &coolant(outputs != Outputs::Off);
         // The target is beyond the travel of a homed axis. Only a machine that is not homed accepts it.
-        script += "send $J=G90G53X-1F60\n";
-        script += if trusted { "expect error:15\n" } else { "expect ok\nbytes 85\nwait-idle\nsend $HX\nexpect ok\n" };
-        script + "send M5M9\nexpect ok\n"
+        steps += ">> $J=G90G53X-1F60\nwait 5 ms\n";
+        steps += if trusted { "< ...\n< error:15\n" } else { "< ok\n! \\x85\nuntil idle\n> $HX\n< ...\n< ok\n" };
+        steps + "> M5M9\n< ok\n"
     }
 }
 
@@ -290,6 +285,7 @@ impl Case {
             Count::Zero => "begins at 0",
         };
         let trusted = if trusted { "trusted" } else { "not trusted" };
+        let happens = happens.replace("STOPPED", "ALARM:10");
         let alarm = happens.split_once("ALARM:").and_then(|(_, rest)| rest.lines().next());
         let state = alarm.map_or(format!("`{}`", self.state), |number| format!("`ALARM:{number}`"));
         let cleared = self.clearing();
@@ -313,25 +309,35 @@ impl Case {
         match self.cleared {
             _ if self.happens.contains("RELEASE_ESTOP") => "let go, `$X`",
             _ if self.cleared.contains("UNLOCK") => "`$X`",
-            _ if self.cleared.contains("bytes 7e") => "`~`",
+            _ if self.cleared.contains("! ~") => "`~`",
             _ => "",
         }
     }
 }
 
-/// A script of all cases for a machine, one after the other, from power-up with X [`START_MM`] above its switch. X has a
-/// second motor, as far from its own switch, that makes steps in a few cases only.
+/// The dialogue of all cases for a machine, one after the other, from power-up with X a little above its switch. X has a second
+/// motor, as far from its own switch, that makes steps in a few cases only.
 /// `panic` is the address of a firmware function that panics, in hexadecimal.
-#[must_use]
-pub fn script(knows: impl Fn(On) -> bool, panic: &str) -> String {
-    let quick_homing = "send $26=1\nexpect ok\nsend $24=600\nexpect ok\nsend $25=2880\nexpect ok\n";
-    let begin = format!("expect Grbl\nsend $905=0\nexpect ok\n{quick_homing}GENTLE\nsend $HX\nexpect ok\n");
+fn steps(knows: impl Fn(On) -> bool, panic: &str) -> String {
+    let quick_homing = "> $26=1\n< ...\n< ok\n> $24=600\n< ...\n< ok\n> $25=2880\n< ...\n< ok\n";
+    let begin = format!("powered up\n> $905=0\n< ...\n< ok\n{quick_homing}GENTLE\n> $HX\n< ok\n");
     // A has the second motor's pins.
     let has_motors = |case: &&Case| AXES == 3 || !case.happens.contains("SQUARED");
-    let cases = CASES.iter().filter(|case| knows(case.on)).filter(has_motors).map(Case::script);
+    let cases = CASES.iter().filter(|case| knows(case.on)).filter(has_motors).map(Case::steps);
     let lines = iter::once(begin).chain(cases).collect::<String>().replace("PANIC", panic);
     lines.lines().map(|line| meaning(line).unwrap_or_else(|| format!("{line}\n"))).collect()
 }
 
-/// Initial distance of X above its switch, mm. It is small so that homing is short.
-pub const START_MM: f64 = 3.0;
+/// Carries the dialogue out behind these steps about the machine.
+///
+/// # Panics
+/// At the first step that is not so.
+pub fn keep(on: dialogue::On, machine: &str, knows: impl Fn(On) -> bool, panic: &str) {
+    let text = format!("=== contract\nEvery way to end.\n\nwith start 3 40 15\n{machine}{}", steps(knows, panic));
+    let dialogues = dialogue::dialogues(&text).unwrap_or_else(|error| panic!("{error}"));
+    if let Err(error) = dialogue::carry_out(&dialogues[0], on) {
+        let before: Vec<_> = text.lines().take(error.line).collect();
+        let case = before.iter().rposition(|line| line.starts_with("# case: ")).unwrap_or(0);
+        panic!("{}\n{}", before[case..].join("\n"), error.why);
+    }
+}

@@ -1,5 +1,7 @@
 //! Runs the unmodified firmware in an emulated RP2040: starts the program `tests/emulator`.
 
+mod live;
+
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,6 +13,7 @@ use isostep_sim::{AXES, Config, Port};
 use serde_json::Value;
 
 use crate::root;
+pub use live::Live;
 
 /// One run of the emulated board. Its files are in a folder named after the test.
 pub struct Board {
@@ -30,19 +33,6 @@ pub struct Run {
     pub edges: Vec<Edge>,
     /// Every change of the tool's outputs.
     pub outputs: Vec<OutputChange>,
-}
-
-/// A UART driver, as it was at the end of a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UartDriver {
-    /// Microsteps of a full step.
-    pub microsteps: u64,
-    /// IRUN and IHOLD, 0 to 31: the current in motion and at standstill, in 1/32 of the full one, less one.
-    pub currents: [u64; 2],
-    /// `StealthChop` or `SpreadCycle`, as configured.
-    pub chopper: String,
-    /// Datagrams to it: read requests, writes, and those with a wrong CRC.
-    pub datagrams: [u64; 3],
 }
 
 /// A change of one of the tool's outputs.
@@ -82,29 +72,6 @@ impl Run {
     #[must_use]
     pub fn steps(&self) -> [usize; 4] {
         std::array::from_fn(|axis| self.edges.iter().filter(|edge| edge.axis == axis).count())
-    }
-
-    /// The steps of each axis between its reversals, A the last; upwards they are positive.
-    #[must_use]
-    pub fn turns(&self) -> [Vec<i32>; 4] {
-        std::array::from_fn(|axis| {
-            let directions: Vec<_> =
-                self.edges.iter().filter(|edge| edge.axis == axis).map(|edge| edge.direction).collect();
-            directions.chunk_by(|one, next| one == next).map(|steps| steps.iter().sum()).collect()
-        })
-    }
-
-    /// The driver of an axis (A also for a second motor), if the board's drivers have a UART.
-    #[must_use]
-    pub fn driver(&self, axis: char) -> Option<UartDriver> {
-        let of = &self.figures["drivers"].get(axis.to_string())?;
-        let number = |name: &str| of[name].as_u64().expect("a whole number");
-        Some(UartDriver {
-            microsteps: number("microsteps"),
-            currents: ["irun", "ihold"].map(number),
-            chopper: of["chopper"].as_str().expect("a chopper").to_owned(),
-            datagrams: ["reads", "writes", "refused"].map(number),
-        })
     }
 }
 
@@ -212,6 +179,16 @@ impl Board {
         self.run("--script", &path)
     }
 
+    /// A board that runs only as far as it is asked.
+    ///
+    /// # Panics
+    /// When Node does not start.
+    #[must_use]
+    pub fn live(mut self) -> Live {
+        self.command.arg("--live");
+        Live::start(self)
+    }
+
     fn run(&mut self, what: &str, path: &Path) -> Run {
         let file = |name: &str| self.folder.join(name);
         let (trace, outputs, figures) = (file("trace.csv"), file("outputs.csv"), file("figures.json"));
@@ -223,12 +200,17 @@ impl Board {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         let figures = fs::read(figures).unwrap_or_else(|error| panic!("{error}: {}", text(&output.stderr)));
         let figures = serde_json::from_slice(&figures).expect("JSON");
-        self.assert_deadlines_need_no_flash(&figures);
-        self.assert_no_alarm_is_late(&figures["late_alarms"]);
+        self.assert_in_time(&figures);
         let edges = fs::read_to_string(trace).expect("the run's trace").lines().skip(1).map(edge).collect();
         let outputs = fs::read_to_string(outputs).expect("the run's outputs");
         let outputs = outputs.lines().skip(1).map(OutputChange::read).collect();
         Run { ok: output.status.success(), printed: text(&output.stdout), figures, edges, outputs }
+    }
+
+    /// Checks what must be true of every run.
+    fn assert_in_time(&self, figures: &Value) {
+        self.assert_deadlines_need_no_flash(figures);
+        self.assert_no_alarm_is_late(&figures["late_alarms"]);
     }
 
     /// Checks that no interrupt handler and no code with all interrupts masked used flash, because reading flash may

@@ -13,7 +13,6 @@ pub mod fuzz;
 pub mod laws;
 pub mod model;
 pub mod rig;
-pub mod script_runner;
 pub mod talk;
 
 /// The project's folder.

@@ -340,8 +340,7 @@ fn reports(transcript: &str) -> Vec<(u64, [i32; AXES])> {
 }
 
 /// The position in a status report, in steps at the default 50 steps/mm.
-#[must_use]
-pub fn position_steps(report: &str) -> Option<[i32; AXES]> {
+fn position_steps(report: &str) -> Option<[i32; AXES]> {
     let (_, position) = report.split_once("|MPos:")?;
     let mm = position.split(['|', '>']).next()?.split(',');
     let steps: Vec<_> =

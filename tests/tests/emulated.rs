@@ -3,18 +3,16 @@
 //! A plain `cargo test` ignores these tests: `cargo xtask test` builds the firmware and then runs them. Every figure
 //! here is emulated, at 125 MHz.
 
-#[path = "emulated/ahead.rs"]
-mod ahead;
 #[path = "emulated/blends.rs"]
 mod blends;
 #[path = "emulated/board_words.rs"]
 mod board_words;
-#[path = "emulated/boot.rs"]
-mod boot;
 #[path = "emulated/contract.rs"]
 mod contract;
-#[path = "emulated/drivers.rs"]
-mod drivers;
+/// The dialogues of `tests/dialogues` that are for the emulated board.
+mod dialogues {
+    include!(concat!(env!("OUT_DIR"), "/emulated.rs"));
+}
 #[path = "emulated/estop.rs"]
 mod estop;
 #[path = "emulated/evenly.rs"]
@@ -23,8 +21,6 @@ mod evenly;
 mod flowing;
 #[path = "emulated/four_axes.rs"]
 mod four_axes;
-#[path = "emulated/inputs.rs"]
-mod inputs;
 #[path = "emulated/linked.rs"]
 mod linked;
 #[path = "emulated/output_watchdog.rs"]
@@ -35,16 +31,8 @@ mod output_watchdog;
 mod prove;
 #[path = "emulated/shaped.rs"]
 mod shaped;
-#[path = "emulated/skr_pico.rs"]
-mod skr_pico;
-// A has the pins of the second motor.
 #[path = "emulated/short_moves.rs"]
 mod short_moves;
-#[cfg(not(feature = "four-axes"))]
-#[path = "emulated/squared.rs"]
-mod squared;
-#[path = "emulated/stall.rs"]
-mod stall;
 #[path = "emulated/sweep.rs"]
 mod sweep;
 #[path = "emulated/tool.rs"]
@@ -54,12 +42,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use isostep_console::AXIS_NAMES;
-use isostep_motion::DriverTiming;
 use isostep_profile::SpeedLaw;
 use isostep_report::compare::{self, Comparison};
 use isostep_sim::{AXES, Port, run};
 use isostep_tests::emulated::{self, Board, Run};
-use isostep_tests::rig::{Emulated, Pace, position_steps};
+use isostep_tests::rig::{Emulated, Pace};
 use isostep_tests::{cases, root};
 use oorandom::Rand32;
 
@@ -121,54 +108,6 @@ fn the_same_program_gives_the_same_bytes() {
     let (second, _) = held_against_simulation(Board::new("square-2"), "square.nc");
     assert_eq!(first.figures, second.figures);
     assert_eq!(first.edges, second.edges);
-}
-
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn homing_with_bouncing_switches_ends_at_the_same_place() {
-    let places = |test, options: &[&str]| {
-        let run = Board::new(test).with(options).script("expect Grbl\nsend $H\nexpect ok\nbytes 3f\nexpect <Idle\n");
-        assert!(run.ok, "{}", run.printed);
-        assert!(run.printed.contains("MPos:0.000,0.000,0.000"), "{}", run.printed);
-        let place = |line: &&str| line.starts_with("Axis");
-        run.printed.lines().filter(place).map(|line| line.split(',').nth(2).unwrap().to_owned()).collect::<Vec<_>>()
-    };
-    let clean = places("homing-clean", &[]);
-    assert_eq!(clean[..3], [" 2.00 mm above its switch"; 3]);
-    assert_eq!(places("homing-bounce", &["--bounce-us", "1500", "--seed", "7"]), clean);
-}
-
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn faulty_switches_are_named_and_lock_the_machine() {
-    let open = Board::new("stuck-open").with(&["--switch", "Z=stuck-open"]);
-    let run = open.script(
-        "expect Grbl\nsend $H\nexpect error:9\nexpect [MSG:Z limit switch never closed\nsend G0 X1\nexpect error:9\n",
-    );
-    assert!(run.ok, "{}", run.printed);
-    assert!(run.printed.contains("ALARM:9"), "{}", run.printed);
-    assert!(run.edges.iter().all(|edge| edge.axis == 2), "only Z moved");
-
-    let closed = Board::new("stuck-closed").with(&["--switch", "Z=stuck-closed"]);
-    let run = closed.script("expect Grbl\nsend $H\nexpect error:9\nexpect [MSG:Z limit switch still closed\n");
-    assert!(run.ok, "{}", run.printed);
-    assert!(run.printed.contains("ALARM:8"), "{}", run.printed);
-}
-
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn bad_input_moves_nothing() {
-    let long = "X".repeat(10_000);
-    // The first that the driver's pulses cannot carry.
-    let too_fast = if emulated::config().driver == DriverTiming::DRV8825 { 297_619 } else { 5_000_001 };
-    let script = format!(
-        "expect Grbl\nsend G0 Q5\nexpect error:20\nsend {long}\nexpect error:11\nsend G0 X99999999999\nexpect error:2\n\
-         send $110={too_fast}\nexpect ok\nsend $X\nexpect error:12\nsend $110=2880\nexpect ok\nsend G1 X1\nexpect error:22\nsend $nonsense\nexpect error:3\n\
-         bytes 01 7f c2 96 ff 0a\nexpect error:1\nsend\nexpect ok\nsend $X\nexpect ok\nbytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"
-    );
-    let run = Board::new("bad-input").script(&script);
-    assert!(run.ok, "{}", run.printed);
-    assert!(run.edges.is_empty());
 }
 
 #[test]
@@ -253,21 +192,6 @@ fn a_host_that_stops_reading_does_not_stop_the_machine() {
     assert!(heard.iter().all(|line| !line.is_empty()), "an empty line");
 }
 
-/// The task that makes the steps gets no time for a while. The machine must raise an alarm that says so and keep an exact
-/// count, and must never silently stretch an interval.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn steps_that_come_too_late_lock_the_machine() {
-    let mut script = "expect Grbl\nsend G0 X100 Y99 Z98\nexpect ok\nwait-ms 500\n".to_owned();
-    script += "mask-irq 29\nwait-ms 2\nunmask-irq 29\n";
-    script += "expect ALARM:20\nexpect [MSG:a step of\nbytes 3f\nexpect <Alarm\n";
-    let run = Board::stepped_by(Port::Timer, "late-step").script(&script);
-    assert!(run.ok, "{}", run.printed);
-    let report = run.printed.lines().rfind(|line| line.contains("< <Alarm|")).unwrap();
-    let seen = std::array::from_fn(|axis| run.edges.iter().filter(|edge| edge.axis == axis).count() as i32);
-    assert_eq!(position_steps(report), Some(seen), "{report}");
-}
-
 /// The tasks of the axes get no time for a while. The state machine that runs dry must halt and not stretch an interval, and
 /// must stop the other axes itself: within an interval, not when a task hears of it.
 #[test]
@@ -292,20 +216,6 @@ fn a_port_that_runs_out_of_steps_locks_the_machine() {
     let last_ns = [0, 1, 2].map(|axis| run.edges.iter().rfind(|edge| edge.axis == axis).unwrap().t_ns);
     let spread_ns = last_ns.iter().max().unwrap() - last_ns.iter().min().unwrap();
     assert!(spread_ns <= 4_000, "last edges at {last_ns:?} ns");
-}
-
-/// Settings and offsets are stored in the chip's flash, which its ROM programs. The emulator faults if code runs from
-/// flash meanwhile.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn what_is_stored_outlives_a_power_cycle() {
-    let run = Board::new("store").script(
-        "expect Grbl\nsend $110=1234\nexpect ok\nsend G10 L2 P1 X5\nexpect ok\nsend $N1=G21\nexpect ok\n\
-         power-cycle\nexpect Grbl\nsend $N\nexpect $N1=G21\nexpect ok\nsend $$\nexpect $110=1234.000\nexpect ok\n\
-         send $#\nexpect [G54:5.000,0.000,0.000\nexpect ok\nsend $RST=*\nexpect [MSG:Restoring\nexpect ok\nexpect Grbl\n\
-         power-cycle\nexpect Grbl\nsend $$\nexpect $110=2880.000\nexpect ok\nsend $#\nexpect [G54:0.000,0.000,0.000\nexpect ok\n",
-    );
-    assert!(run.ok, "{}", run.printed);
 }
 
 /// Offsets that change in the middle of a program are stored when the moves before them have ended. Every edge of those
@@ -428,23 +338,6 @@ fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
     }
 }
 
-/// A tenth of a microsecond, which is over before any code runs. At rest, only the emergency stop means anything.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn a_press_counts_however_short_it_is() {
-    let estop = "estop pressed\nwait-us 0.1\nestop released\nexpect ALARM:10";
-    let presses = ["X", "Y", "Z"]
-        .map(|axis| format!("switch {axis} stuck-closed\nwait-us 0.1\nswitch {axis} normal\nexpect ALARM:1"));
-    let mut script = "expect Grbl\n".to_owned();
-    for press in presses.iter().map(String::as_str).chain([estop]) {
-        script += &format!("send G91 G0 X5 Y5 Z5\nexpect ok\nwait-ms 100\n{press}\nwait-ms 20\n");
-        script += "check-position\nsend $X\nexpect ok\n";
-    }
-    script += &format!("{estop}\nwait-ms 20\nsend $X\nexpect ok\n");
-    let run = Board::new("short-press").script(&script);
-    assert!(run.ok, "{}", run.printed);
-}
-
 /// Moves of three axes are held, resumed and slowed down at some thirty instants. No step may be lost or off the path.
 fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
     let mut script = format!("expect Grbl\nsend $940={law}\nexpect ok\nsend G90\nexpect ok\n");
@@ -495,33 +388,6 @@ fn holds_and_overrides_by_the_timer_port_lose_no_step() {
     holds_and_overrides_lose_nothing(Board::stepped_by(Port::Timer, "hold-timer"), 0);
 }
 
-/// Both bytes are in one packet: the machine is held again before anything has moved.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn a_resume_and_a_hold_together_leave_a_hold_that_can_be_resumed() {
-    let mut script = "expect Grbl\nsend G1 X10 F600\nexpect ok\nwait-ms 400\nbytes 21\nwait-ms 600\n".to_owned();
-    script += &"bytes 3f\nexpect <Hold:0\nbytes 7e 21\nwait-ms 100\n".repeat(2);
-    script += "bytes 3f\nexpect <Hold:0\ncheck-position\nbytes 7e\nwait-ms 10\nbytes 3f\nexpect <Run\nwait-idle\n";
-    let run = Board::new("resume-and-hold").script(&(script + "bytes 3f\nexpect <Idle|MPos:10.000,0.000,0.000\n"));
-    assert!(run.ok, "{}", run.printed);
-    assert_eq!(run.edges.len(), 500);
-}
-
-/// A program that is reset at speed brakes on its path. Then the machine must be ready for the next program.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn a_reset_in_motion_keeps_the_position() {
-    let mut script = "expect Grbl\n".to_owned();
-    for wait_ms in [40, 300, 700, 1_100] {
-        script += &format!("send G1 X60 Y37 F2400\nexpect ok\nsend G0 X0\nexpect ok\nwait-ms {wait_ms}\n");
-        script +=
-            "bytes 18\nwait-ms 10\nbytes 3f\nexpect <Hold:1\nexpect Grbl\nbytes 3f\nexpect <Idle\ncheck-position\n";
-        script += "send G0 X0 Y0\nexpect ok\nwait-idle\n";
-    }
-    let run = Board::new("reset").script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
-    assert!(run.ok, "{}", run.printed);
-}
-
 /// Three axes up to 200 mm/s at 4,000 mm/s2, the logarithmic law at 1,000. On these ramps segments take longer to
 /// compile than they last. The ramps begin at standstill for the laws that can.
 #[test]
@@ -567,18 +433,4 @@ fn changes_in_quick_succession_lose_no_step() {
     let run = Board::new("quick-succession").script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
     assert!(run.ok, "{}", run.printed);
     assert_eq!(run.edges.len(), 10 * (3_000 + 2_750 + 2_500));
-}
-
-/// A jog that is cancelled at speed stops on its path, and the machine is ready for the next at once.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn a_cancelled_jog_keeps_its_position() {
-    let mut script = "expect Grbl\n".to_owned();
-    for wait_ms in [40, 300, 700, 1_100] {
-        script +=
-            &format!("send $J=G91 X100 Y60 F2400\nexpect ok\nwait-ms {wait_ms}\nbytes 85\nwait-idle\ncheck-position\n");
-        script += "send $J=G90 X0 Y0 F2400\nexpect ok\nwait-idle\n";
-    }
-    let run = Board::new("jog-cancel").script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
-    assert!(run.ok, "{}", run.printed);
 }

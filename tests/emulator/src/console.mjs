@@ -9,6 +9,32 @@ export function kindOf(line) {
   return line.startsWith('<') ? 'status' : 'message';
 }
 
+/**
+ * Runs the machine until `probe` returns something.
+ *
+ * @template T
+ * @param {{board: import('./board.mjs').Board, lastStatus: string | null}} console
+ * @param {string} what what is waited for, for the error
+ * @param {() => T | null} probe
+ * @param {number} timeoutSeconds of machine time
+ * @returns {T}
+ */
+export function waitFor(console, what, probe, timeoutSeconds) {
+  const { board } = console;
+  const deadline = board.clock.cycles + Math.round(timeoutSeconds * CLOCK_HZ);
+  for (;;) {
+    const found = probe();
+    if (found !== null) return found;
+    if (board.bootsel !== null) throw new Error(`no ${what}: the firmware rebooted into BOOTSEL at ${(board.bootsel.t_ns / 1e9).toFixed(6)} s`);
+    if (board.clock.cycles >= deadline) throw new Error(timedOut(board, what, timeoutSeconds, console.lastStatus));
+    board.run(deadline);
+  }
+}
+
+function timedOut(board, what, seconds, lastStatus) {
+  return `no ${what} within ${seconds} s of machine time: it is ${(board.nanos / 1e9).toFixed(3)} s, the last status is ${lastStatus ?? 'none'}`;
+}
+
 /** The sender's end of the cable: lines in and out, each with its machine time. */
 export class Console {
   /**
@@ -64,25 +90,9 @@ export class Console {
     return index < 0 ? null : this.inbox[kind].splice(0, index + 1).at(-1);
   }
 
-  /**
-   * Runs the machine until `probe` returns something.
-   *
-   * @template T
-   * @param {string} what what is waited for, for the error
-   * @param {() => T | null} probe
-   * @param {number} timeoutSeconds of machine time
-   * @returns {T}
-   */
+  /** Runs the machine until `probe` returns something: see the function `waitFor`. */
   waitFor(what, probe, timeoutSeconds) {
-    const { board } = this;
-    const deadline = board.clock.cycles + Math.round(timeoutSeconds * CLOCK_HZ);
-    for (;;) {
-      const found = probe();
-      if (found !== null) return found;
-      if (board.bootsel !== null) throw new Error(`no ${what}: the firmware rebooted into BOOTSEL at ${(board.bootsel.t_ns / 1e9).toFixed(6)} s`);
-      if (board.clock.cycles >= deadline) throw this.#timedOut(what, timeoutSeconds);
-      board.run(deadline);
-    }
+    return waitFor(this, what, probe, timeoutSeconds);
   }
 
   /** Waits until two reports in a row, from now on, say Idle. */
@@ -106,11 +116,6 @@ export class Console {
   #delivered() {
     const reached = this.sentBytes - this.board.cable.unsent;
     while (this.underWay.length > 0 && this.underWay[0].end <= reached) this.underWay.shift().line.arrivedNanos = this.board.nanos;
-  }
-
-  #timedOut(what, seconds) {
-    const status = this.lastStatus ?? 'none';
-    return new Error(`no ${what} within ${seconds} s of machine time: it is ${(this.board.nanos / 1e9).toFixed(3)} s, the last status is ${status}`);
   }
 
   #pollStatus() {

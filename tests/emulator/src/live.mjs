@@ -1,6 +1,9 @@
 import { readSync, writeSync } from 'node:fs';
 import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
+import { waitFor } from './console.mjs';
 import { homedAxes, printable, trimmedText } from './lines.mjs';
+import { summary } from './report.mjs';
+import { parseScript, ScriptRun } from './script.mjs';
 
 /** File descriptors are used by number, because after process.stdin is used, reads no longer block. */
 const [STDIN, STDOUT] = [0, 1];
@@ -9,6 +12,10 @@ const CR = 0x0d;
 const RESET = 0x18;
 const STATUS_REQUEST = Uint8Array.of(0x3f);
 const LAST_STATUS_CYCLES = 0.1 * CLOCK_HZ;
+/** The commands of a script that talk: here the other program does that. */
+const TALK = ['send', 'bytes', 'expect', 'wait-reply', 'wait-idle', 'check-position'];
+/** How long a command waits at most. */
+const PATIENCE_SECONDS = 60;
 
 /**
  * A board that another program runs in steps. That program sets the pace and is the sender. It sends requests, one per
@@ -17,6 +24,8 @@ const LAST_STATUS_CYCLES = 0.1 * CLOCK_HZ;
  *     run NANOS HEX     sends the bytes now (- for none), runs to that machine time; answered by
  *                       NANOS UNSENT HEX: the machine time, the bytes still to go to the chip, the bytes that came
  *     dtr on|off        opens or closes the USB port; a UART has no such line. Not answered
+ *     do COMMAND        what a command of a script does, except to talk; answered by done NANOS, or by error and a reason
+ *     look              answered by the summary, as it is now, on one line
  *     end               asks for a last status report, and ends
  */
 export class Live {
@@ -37,6 +46,7 @@ export class Live {
     this.partial = { sent: [], received: [] };
     /** Lines that have been sent and not answered yet. They are needed because homing moves the zero of the trace. */
     this.unanswered = [];
+    this.script = new ScriptRun(this, [], { pollHz: 0, timeoutSeconds: PATIENCE_SECONDS });
     board.onBytes = (bytes) => bytes.forEach((byte) => this.#receive(byte));
   }
 
@@ -49,6 +59,10 @@ export class Live {
       case 'dtr':
         this.dtr.push(rest[0] === 'on');
         return null;
+      case 'do':
+        return this.#do(rest.join(' '));
+      case 'look':
+        return JSON.stringify(summary(this.board, this, null));
       case 'end':
         this.#end();
         return null;
@@ -62,8 +76,30 @@ export class Live {
     if (bytes.length > 0) this.#send(bytes);
     const until = Math.round(nanos / NANOS_PER_CYCLE);
     while (board.clock.cycles < until) board.run(until);
-    if (board.bootsel !== null) throw new Error('the firmware rebooted into BOOTSEL: the board is a drive now');
+    if (board.bootsel !== null && !this.script.bootselSeen) throw new Error('the firmware rebooted into BOOTSEL: the board is a drive now');
     return `${board.nanos} ${board.cable.unsent} ${Buffer.from(this.received.splice(0)).toString('hex') || '-'}`;
+  }
+
+  #do(source) {
+    try {
+      const [command] = parseScript(source);
+      if (TALK.includes(command.word)) throw new Error(`who drives a live board sends and hears by run, not by ${command.word}`);
+      this.script.carryOut(command);
+    } catch (error) {
+      if (error.name !== 'Error') throw error;
+      return `error ${error.message}`;
+    }
+    return `done ${Math.round((this.script.edgeCycle ?? this.board.clock.cycles) * NANOS_PER_CYCLE)}`;
+  }
+
+  waitFor(what, probe, timeoutSeconds) {
+    return waitFor(this, what, probe, timeoutSeconds);
+  }
+
+  /** Power was off, or the board was a drive: nothing sent before is answered. */
+  forgetUnanswered() {
+    this.unanswered = [];
+    this.partial = { sent: [], received: [] };
   }
 
   #end() {

@@ -23,6 +23,7 @@ export function summary(board, console, error) {
     moving: {
       time_ns: moving.cycles * NANOS_PER_CYCLE,
       edges: moving.edges,
+      last_edge_ns: Number.isFinite(gantry.statistics.lastCycle) ? gantry.statistics.lastCycle * NANOS_PER_CYCLE : null,
       load: ratio(moving.awakeCycles, moving.cycles),
       awake_cycles_per_edge: ratio(moving.awakeCycles, moving.edges),
       interrupt_cycles_per_edge: ratio(moving.handlerCycles, moving.edges),

@@ -81,17 +81,21 @@ export class ScriptRun {
 
   run() {
     if (this.pollHz > 0) this.console.pollEvery(this.pollHz);
-    for (const { number, source, word, argument } of this.commands) {
-      this.at = number;
-      this.from = this.edgeCycle ?? this.board.clock.cycles;
-      this.edgeCycle = null;
-      this.console.transcript.note(this.board.nanos, source);
+    for (const command of this.commands) {
+      this.at = command.number;
+      this.console.transcript.note(this.board.nanos, command.source);
       try {
-        COMMANDS[word].run(this, argument);
+        this.carryOut(command);
       } catch (error) {
-        throw new Error(`script line ${number} (${source}): ${error.message}`);
+        throw new Error(`script line ${command.number} (${command.source}): ${error.message}`);
       }
     }
+  }
+
+  carryOut({ word, argument }) {
+    this.from = this.edgeCycle ?? this.board.clock.cycles;
+    this.edgeCycle = null;
+    COMMANDS[word].run(this, argument);
   }
 
   /** The script itself checks the replies. A reset that it did not wait for is a failure. */

@@ -81,6 +81,18 @@ test('DTR moves once the host has set the port up, a change at a time', () => {
   assert.deepEqual(board.levels, [false, true]);
 });
 
+test('what a script does to the board is done, and answered by the machine time or by a reason', () => {
+  const board = new FakeBoard();
+  const live = new Live(board);
+  const done = [];
+  board.gantry.pressButton = (button, pressed) => done.push([button, pressed]);
+  live.answer('run 8000 -');
+  assert.equal(live.answer('do hold pressed'), 'done 8000');
+  assert.deepEqual(done, [['hold', true]]);
+  assert.match(live.answer('do hold pushed'), /^error script line 1: pushed is none of pressed, released/);
+  assert.match(live.answer('do send G0 X1'), /^error who drives a live board sends and hears by run, not by send/);
+});
+
 test('a board that has become a drive ends it', () => {
   const board = new FakeBoard();
   const live = new Live(board);

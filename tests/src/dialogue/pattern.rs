@@ -26,6 +26,9 @@ pub struct Numbers {
 }
 
 impl Numbers {
+    /// 0 alone.
+    pub const ZERO: Self = Self { least: 0, most: 0 };
+
     /// Reads them.
     pub fn read(text: &str) -> Option<Self> {
         let (least, most) = text.split_once("..").unwrap_or((text, text));

@@ -1,60 +1,46 @@
-//! Carries out a dialogue on a simulated machine.
+//! Carries out a dialogue on a machine of either kind.
 
 use std::collections::VecDeque;
 use std::mem;
 
-use embassy_time::{Duration, Instant};
-use isostep_motion::{AXES, Event};
-use isostep_sim::plate::Plate;
-use isostep_sim::world::Wire;
-use isostep_sim::{Axis, Board, Config, Flash, Sim, State};
-
+use super::machine::{Counts, Machine};
 use super::parse::{Dialogue, Wrong};
 use super::pattern::{Numbers, all_match, matches};
 use super::step::{Begin, Step, Wait, When, With};
 
 const WELCOME: &str = "Grbl 1.1h ['$' for help]";
-/// A status report comes this long after it was asked for, at most.
-const SOON: Duration = Duration::from_millis(1);
+const MS: u64 = 1_000_000;
+/// A status report comes so many milliseconds after it was asked for, at most: an erase of the flash may be under way.
+const SOON_MS: usize = 400;
 /// How long something is waited for at most.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE_NS: u64 = 60_000 * MS;
 /// How often the outputs are looked at.
-const LOOK: Duration = Duration::from_micros(10);
+const LOOK_NS: u64 = 10_000;
 /// What takes turns in the reports is in one of this many.
 const REPORTS: usize = 40;
 
 /// A machine, and what its consoles have heard that the dialogue has not said yet.
-struct Runner {
-    config: Config,
-    flash: Flash,
-    sim: Sim,
+struct Runner<M> {
+    machine: M,
     heard: [Vec<String>; 2],
     noted: Noted,
-    /// When the outputs began to be watched, us, and their changes since, each at most [`LOOK`] late.
-    watched_us: u64,
+    /// When the outputs began to be watched, ns, and their changes since, each at most [`LOOK_NS`] late.
+    watched_ns: u64,
     changes: VecDeque<(u64, [u16; 5])>,
 }
 
 /// What a later step may compare with.
 struct Noted {
-    counted: [i32; AXES],
-    made: [u64; AXES],
-    places: [i32; AXES],
-    at: Instant,
-}
-
-impl Noted {
-    fn of(sim: &Sim) -> Self {
-        Self { counted: sim.counted_steps(), made: sim.steps(), places: sim.places_steps(), at: sim.now() }
-    }
+    counts: Counts,
+    at_ns: u64,
 }
 
 /// Carries out a dialogue. Whatever is heard must be written, before anything else is sent.
 ///
 /// # Errors
 /// The first line that is not so.
-pub fn carry_out(dialogue: &Dialogue) -> Result<(), Wrong> {
-    let (mut changes, mut runner) = (Vec::<With>::new(), None::<Runner>);
+pub fn carry_out<M: Machine>(dialogue: &Dialogue) -> Result<(), Wrong> {
+    let (mut changes, mut runner) = (Vec::<With>::new(), None::<Runner<M>>);
     let mut steps = dialogue.steps.iter().peekable();
     let mut last = 0;
     while let Some(&(line, ref step)) = steps.next() {
@@ -64,13 +50,14 @@ pub fn carry_out(dialogue: &Dialogue) -> Result<(), Wrong> {
             (Step::With(with), _) => changes.push(with.clone()),
             (Step::Begin(Begin::PowerCycle), Some(before)) => {
                 before.nothing_unsaid().map_err(wrong)?;
-                let new = Runner::new(before.config.clone(), before.flash.clone(), &mem::take(&mut changes));
-                runner = Some(new);
-                runner.iter_mut().try_for_each(|runner| runner.wait(Wait::Idle)).map_err(wrong)?;
+                before.machine.power_cycle(&mem::take(&mut changes)).map_err(wrong)?;
+                before.noted = Noted::of(&mut before.machine).map_err(wrong)?;
+                before.wait(Wait::Idle).map_err(wrong)?;
             }
             (Step::Begin(begin), before) => {
-                before.as_mut().map_or(Ok(()), Runner::nothing_unsaid).map_err(wrong)?;
-                let new = runner.insert(Runner::new(Config::default(), Flash::blank(), &mem::take(&mut changes)));
+                before.take().map_or(Ok(()), Runner::end).map_err(wrong)?;
+                let machine = M::power_up(&dialogue.name, &mem::take(&mut changes)).map_err(wrong)?;
+                let new = runner.insert(Runner::new(machine).map_err(wrong)?);
                 new.begin(*begin).map_err(wrong)?;
             }
             (Step::Heard { console, line: heard }, Some(runner)) => {
@@ -88,26 +75,28 @@ pub fn carry_out(dialogue: &Dialogue) -> Result<(), Wrong> {
             }
         }
     }
-    runner.map_or(Ok(()), |mut runner| runner.nothing_unsaid()).map_err(|why| Wrong { line: last, why })
+    runner.map_or(Ok(()), Runner::end).map_err(|why| Wrong { line: last, why })
 }
 
-impl Runner {
-    fn new(mut config: Config, flash: Flash, changes: &[With]) -> Self {
-        changes.iter().for_each(|with| with.change(&mut config));
-        let mut sim = Sim::with_flash(&config, flash.clone());
-        for with in changes {
-            if let With::Pressed(wire) = with {
-                sim.set_hand_input(*wire, true);
-            }
-        }
-        let noted = Noted::of(&sim);
-        Self { config, flash, sim, heard: Default::default(), noted, watched_us: 0, changes: VecDeque::new() }
+impl Noted {
+    fn of(machine: &mut impl Machine) -> Result<Self, String> {
+        Ok(Self { counts: machine.counts()?, at_ns: machine.now_ns() })
+    }
+}
+
+impl<M: Machine> Runner<M> {
+    fn new(mut machine: M) -> Result<Self, String> {
+        let noted = Noted::of(&mut machine)?;
+        Ok(Self { machine, heard: Default::default(), noted, watched_ns: 0, changes: VecDeque::new() })
+    }
+
+    fn end(mut self) -> Result<(), String> {
+        self.nothing_unsaid()?;
+        self.machine.end()
     }
 
     fn begin(&mut self, begin: Begin) -> Result<(), String> {
-        // UART drivers are set first.
-        let settles_ms = if self.config.board == Board::SkrPico { 300 } else { 50 };
-        self.wait(Wait::For(Duration::from_millis(settles_ms)))?;
+        self.wait(Wait::For(self.machine.starts_within_ns()))?;
         if begin != Begin::SwitchedOn {
             self.heard(0, &[WELCOME.to_owned()])?;
         }
@@ -119,20 +108,32 @@ impl Runner {
     }
 
     fn say(&mut self, line: &str) -> Result<(), String> {
-        self.sim.send(format!("{line}\n").as_bytes());
+        self.machine.send(0, format!("{line}\n").as_bytes())?;
         self.wait(Wait::Idle)
     }
 
     fn wait(&mut self, wait: Wait) -> Result<(), String> {
         match wait {
-            Wait::None => Ok(()),
-            Wait::For(time) => self.sim.run_for(time),
-            Wait::Idle => self.sim.run_until_idle(),
+            Wait::None => {}
+            Wait::For(time_ns) => self.machine.run_for(time_ns)?,
+            Wait::Idle => self.machine.settle()?,
         }
-        .map_err(|error| error.to_string())?;
-        let consoles = 1 + usize::from(self.config.second_console);
-        for console in 0..consoles {
-            self.heard[console].extend(self.sim.replies_of(console));
+        for (console, heard) in self.heard.iter_mut().enumerate() {
+            heard.extend(self.machine.replies(console));
+        }
+        Ok(())
+    }
+
+    /// Runs the machine, by milliseconds, until something is so.
+    fn wait_until(
+        &mut self,
+        what: &str,
+        mut is_so: impl FnMut(&mut Self) -> Result<bool, String>,
+    ) -> Result<(), String> {
+        let end_ns = self.machine.now_ns() + PATIENCE_NS;
+        while !is_so(self)? {
+            is(self.machine.now_ns() < end_ns, || format!("{what} in {} s", PATIENCE_NS / 1000 / MS))?;
+            self.wait(Wait::For(MS))?;
         }
         Ok(())
     }
@@ -147,35 +148,33 @@ impl Runner {
         }
     }
 
-    fn watch(&mut self, time: Duration) -> Result<(), String> {
-        self.watched_us = self.sim.now().as_micros();
-        let mut before = self.sim.tool();
-        for _ in 0..time.as_micros() / LOOK.as_micros() {
-            self.wait(Wait::For(LOOK))?;
-            if self.sim.tool() != before {
-                before = self.sim.tool();
-                self.changes.push_back((self.sim.now().as_micros(), before));
+    fn watch(&mut self, time_ns: u64) -> Result<(), String> {
+        self.watched_ns = self.machine.now_ns();
+        let mut before = self.machine.tool()?;
+        for _ in 0..time_ns / LOOK_NS {
+            self.wait(Wait::For(LOOK_NS))?;
+            let now = self.machine.tool()?;
+            if now != before {
+                before = now;
+                self.changes.push_back((self.machine.now_ns(), before));
             }
         }
         Ok(())
     }
 
     fn changed(&mut self, duties: [u16; 5], when: Option<When>) -> Result<(), String> {
-        let (at_us, found) = self.changes.pop_front().ok_or("the outputs have not changed")?;
+        let (at_ns, found) = self.changes.pop_front().ok_or("the outputs have not changed")?;
         is(found == duties, || format!("the outputs have become {found:?} of 65535"))?;
-        let outcome = self.sim.outcome();
-        let (due_ns, most_us) = match when {
+        let (due_ns, most_ns) = match when {
             None => return Ok(()),
-            Some(When::AtOnce) => (Some(self.watched_us * 1_000), LOOK.as_micros()),
-            Some(When::AtStandstill) => (outcome.edges.last().map(|edge| edge.t_ns), 25_000),
-            Some(When::WithMove(count)) => {
-                let mut made = outcome.moves.iter().filter(|record| !record.homing);
-                (made.nth(count - 1).map(|record| record.end_ns), LOOK.as_micros())
-            }
+            Some(When::AtOnce) => (Some(self.watched_ns), LOOK_NS),
+            Some(When::AtStandstill) => (self.machine.last_step_ns(), 25 * MS),
+            Some(When::WithMove(count)) => (self.machine.end_of_move_ns(count), LOOK_NS),
         };
-        let late_us = at_us as f64 - due_ns.ok_or("there was no such move")? as f64 * 1e-3;
+        let late_us = (at_ns as f64 - due_ns.ok_or("there was no such move")? as f64) * 1e-3;
         // The clock has microseconds.
-        is((-1.0..=most_us as f64 + 1.0).contains(&late_us), || format!("the outputs have changed {late_us} us later"))
+        let is_so = (-1.0..=most_ns as f64 * 1e-3 + 1.0).contains(&late_us);
+        is(is_so, || format!("the outputs have changed {late_us} us later"))
     }
 
     /// Everything that was heard, and each change that was seen, must have been written by now.
@@ -200,7 +199,7 @@ impl Runner {
                 if *wait != Wait::None {
                     self.nothing_unsaid()?;
                 }
-                self.sim.send_to(*console, bytes);
+                self.machine.send(*console, bytes)?;
                 self.wait(*wait)
             }
             Step::Wait(wait) => self.wait(*wait),
@@ -208,165 +207,91 @@ impl Runner {
             Step::Report(parts) => self.report(parts),
             Step::Unchanged { error, line } => self.unchanged(error, line),
             Step::Note => {
-                self.noted = Noted::of(&self.sim);
+                self.noted = Noted::of(&mut self.machine)?;
                 Ok(())
             }
             Step::UntilHeard => {
-                let begun = self.sim.now();
-                while self.heard.iter().all(Vec::is_empty) {
-                    is(self.sim.now() - begun < PATIENCE, || {
-                        format!("nothing was heard for {} s", PATIENCE.as_secs())
-                    })?;
-                    self.wait(Wait::For(SOON))?;
-                }
-                Ok(())
+                self.wait_until("nothing was heard", |this| Ok(this.heard.iter().any(|heard| !heard.is_empty())))
             }
-            Step::Until(name) => {
-                let is_it = |state: State| format!("{state:?}").split(['(', ' ']).next() == Some(name);
-                self.sim.run_until_state(is_it).map_err(|error| error.to_string())?;
-                self.wait(Wait::None)
+            Step::UntilOutput(index, on) => {
+                self.wait_until("the output has not changed", |this| Ok((this.machine.tool()?[*index] > 0) == *on))
+            }
+            Step::Rested(numbers, unit_ns) => {
+                let rested_ns = self.machine.now_ns() - self.machine.last_step_ns().ok_or("no step was made")?;
+                is(numbers.contains((rested_ns / unit_ns) as i64), || format!("the last step was {rested_ns} ns ago"))
             }
             Step::Accessories(letters) => self.accessories(letters),
-            Step::Watch(time) => self.watch(*time),
+            Step::Watch(time_ns) => self.watch(*time_ns),
             Step::Changed(duties, when) => self.changed(*duties, *when),
-            Step::DriverIs(driver, words) => self.driver_is(*driver, words),
-            Step::Switch(..)
-            | Step::Press { .. }
-            | Step::Cut(_)
-            | Step::Plate(_)
-            | Step::Driver(..)
-            | Step::Fault(_)
-            | Step::FlashRefuses(_)
-            | Step::StopSeen(_)
-            | Step::Open
-            | Step::CutOff
-            | Step::ResetHeard => self.act(step),
-            _ => self.check_motion(step),
+            Step::Press { wire, pressed, bounces: true } => {
+                for flips in 0..4 {
+                    let pressed = *pressed == (flips % 2 == 0);
+                    self.machine.act(&Step::Press { wire: *wire, pressed, bounces: false })?;
+                    self.wait(Wait::For(MS / 2))?;
+                }
+                self.machine.act(&Step::Press { wire: *wire, pressed: *pressed, bounces: false })?;
+                // Longer than the debounce time.
+                self.wait(Wait::For(20 * MS))
+            }
+            Step::Tool(duties) => self.outputs(0..5, *duties, 0),
+            Step::Output { index, duty, tolerance } => self.outputs(*index..index + 1, [*duty; 5], *tolerance),
+            Step::Steps(..)
+            | Step::Places(..)
+            | Step::PlacesAsNoted
+            | Step::Moved(..)
+            | Step::Took(..)
+            | Step::NoStepMade => self.check_motion(step),
+            _ => {
+                self.machine.act(step)?;
+                self.wait(Wait::None)
+            }
         }
     }
 
     /// Checks what has moved.
-    fn check_motion(&self, step: &Step) -> Result<(), String> {
+    fn check_motion(&mut self, step: &Step) -> Result<(), String> {
+        let (found, noted) = (self.machine.counts()?, &self.noted.counts);
         match step {
-            Step::Steps(numbers) => all("the steps are", numbers, self.sim.counted_steps()),
-            Step::Places(numbers) => all("the carriages are, from their switches,", numbers, self.sim.places_steps()),
+            Step::Steps(numbers) => all("the steps are", numbers, &found.counted),
+            Step::Places(numbers) => {
+                let written = &found.places[..numbers.len().min(found.places.len())];
+                all("the carriages are, from their switches,", numbers, written)
+            }
             Step::PlacesAsNoted => {
-                let places = self.sim.places_steps();
-                is(places == self.noted.places, || format!("{places:?}, and at the note {:?}", self.noted.places))
+                is(found.places == noted.places, || format!("{:?}, and at the note {:?}", found.places, noted.places))
             }
             Step::Moved(numbers) => {
-                let counted = self.sim.counted_steps();
-                all(
-                    "since the note it has moved",
-                    numbers,
-                    std::array::from_fn(|axis| counted[axis] - self.noted.counted[axis]),
-                )
+                let moved: Vec<_> = found.counted.iter().zip(&noted.counted).map(|(now, then)| now - then).collect();
+                all("since the note it has moved", numbers, &moved)
             }
-            Step::Took(numbers, unit) => {
-                let took = self.sim.now() - self.noted.at;
-                let is_so = numbers.contains((took.as_micros() / unit.as_micros()) as i64);
-                is(is_so, || format!("since the note it has taken {} us", took.as_micros()))
+            Step::Took(numbers, unit_ns) => {
+                let took_ns = self.machine.now_ns() - self.noted.at_ns;
+                let is_so = numbers.contains((took_ns / unit_ns) as i64);
+                is(is_so, || format!("since the note it has taken {} us", took_ns / 1000))
             }
-            Step::NoStepMade => is(self.sim.steps() == self.noted.made, || "steps were made since the note".to_owned()),
-            Step::CountsAgree => {
-                let (reported, counted) = (self.sim.machine().position_steps(), self.sim.counted_steps());
-                is(reported == counted, || format!("it says {reported:?}, and {counted:?} left the pins"))
-            }
-            _ => self.check_machine(step),
+            _ => is(found.made == noted.made, || {
+                format!("since the note steps were made: {:?}, and then {:?}", noted.made, found.made)
+            }),
         }
     }
 
-    /// Checks what else is recorded of the machine.
-    fn check_machine(&self, step: &Step) -> Result<(), String> {
-        let outcome = self.sim.outcome();
-        match step {
-            Step::Moves(numbers) => {
-                let made = outcome.moves.iter().filter(|record| !record.homing).count();
-                is(numbers.contains(made as i64), || format!("{made} moves have begun"))
-            }
-            Step::Trusted(axes) => {
-                let homed = self.sim.machine().homed();
-                is(homed == *axes, || format!("trusted are {homed:?}"))
-            }
-            Step::Tool(duties) => {
-                is(self.sim.tool() == *duties, || format!("the outputs are {:?} of 65535", self.sim.tool()))
-            }
-            Step::Motors(on) => {
-                // The drivers are enabled by a low ENABLE.
-                let waves = &outcome.waves;
-                let are_on = waves.iter().rfind(|wave| wave.wire == Wire::Enable).is_some_and(|wave| !wave.high);
-                is(are_on == *on, || format!("whether the motors are on: {are_on}"))
-            }
-            Step::State(name) => {
-                let state = self.sim.machine().state();
-                is(format!("{state:?}") == *name, || format!("the state is {state:?}"))
-            }
-            Step::NoStepLost => {
-                let kept = outcome.drift_steps == [0; AXES] && outcome.losses.is_empty();
-                is(kept, || format!("lost are {:?}: {:?}", outcome.drift_steps, outcome.losses))
-            }
-            Step::NoViolation => {
-                let violations = &outcome.violations;
-                is(violations.is_empty(), || format!("{violations:?}"))
-            }
-            Step::Homings(axes) => {
-                let events = &outcome.events;
-                let homed = events.iter().filter_map(|(_, event)| match event {
-                    Event::Homed { axis } => Some(axis.to_string()),
-                    _ => None,
-                });
-                let homed = homed.collect::<Vec<_>>().join(" ");
-                is(homed == *axes, || format!("homed were {homed}"))
-            }
-            Step::ToolNeverOn => {
-                let tool = &outcome.tool;
-                is(tool.is_empty(), || format!("an output was on: {tool:?}"))
-            }
-            Step::Output { index, duty, tolerance } => {
-                let tool = self.sim.tool();
-                is(tool[*index].abs_diff(*duty) <= *tolerance, || format!("the outputs are {tool:?} of 65535"))
-            }
-            _ => unreachable!("{step:?} checks nothing"),
-        }
-    }
-
-    /// Does what a hand does, and what goes wrong.
-    fn act(&mut self, step: &Step) -> Result<(), String> {
-        match *step {
-            Step::Switch(motor, fault) => self.sim.set_switch(motor, fault),
-            Step::Press { wire, pressed, bounces } => {
-                for flips in 0..if bounces { 4 } else { 0 } {
-                    self.sim.set_hand_input(wire, pressed == (flips % 2 == 0));
-                    self.wait(Wait::For(Duration::from_micros(500)))?;
-                }
-                self.sim.set_hand_input(wire, pressed);
-                // Longer than the debounce time.
-                return self.wait(if bounces { Wait::For(Duration::from_millis(20)) } else { Wait::None });
-            }
-            Step::Cut(is_cut) => self.sim.cut_emergency_stop(is_cut),
-            Step::Plate(place_mm) => {
-                self.sim.set_plate(place_mm.map(|place_mm| Plate { axis: Axis::Z, place_mm, is_below: false }));
-            }
-            Step::Driver(motor, fault) => self.sim.set_driver(motor, fault),
-            Step::Fault(fault) => self.sim.suffer(fault),
-            Step::FlashRefuses(true) => self.flash.refuse(),
-            Step::FlashRefuses(false) => self.flash.mend(),
-            Step::StopSeen(pressed) => self.sim.machine().emergency_stop_edge(pressed),
-            Step::Open => self.sim.open_console(),
-            Step::CutOff => self.sim.machine().tool_cut_off(),
-            Step::ResetHeard => self.sim.machine().reset_heard(),
-            _ => unreachable!("{step:?} is no action"),
-        }
-        Ok(())
+    fn outputs(&mut self, which: std::ops::Range<usize>, duties: [u16; 5], tolerance: u16) -> Result<(), String> {
+        let (found, tolerance) = (self.machine.tool()?, tolerance.max(M::DUTY_TOLERANCE));
+        let is_so = which.into_iter().all(|index| found[index].abs_diff(duties[index]) <= tolerance);
+        is(is_so, || format!("the outputs are {found:?} of 65535"))
     }
 
     /// A status report, and what else was heard with it stays to be written.
     fn ask(&mut self) -> Result<String, String> {
         self.nothing_unsaid()?;
-        self.sim.send(b"?");
-        self.wait(Wait::For(SOON))?;
-        let index = self.heard[0].iter().position(|line| line.starts_with('<'));
-        index.map(|index| self.heard[0].remove(index)).ok_or_else(|| format!("no report: {:?}", self.heard[0]))
+        self.machine.send(0, b"?")?;
+        for _ in 0..SOON_MS {
+            self.wait(Wait::For(MS))?;
+            if let Some(index) = self.heard[0].iter().position(|line| line.starts_with('<')) {
+                return Ok(self.heard[0].remove(index));
+            }
+        }
+        Err(format!("no report: {:?}", self.heard[0]))
     }
 
     /// A word without a colon is the state; a field behind `no` must not be there. Offsets and overrides take turns, so they
@@ -406,19 +331,10 @@ impl Runner {
         Err(format!("no report of {REPORTS} has the overrides"))
     }
 
-    fn driver_is(&mut self, driver: usize, words: &[String]) -> Result<(), String> {
-        let setup = self.sim.driver_setup(driver).ok_or("this board's drivers have no UART")?;
-        let chop = if setup.is_spread_cycle { "spread-cycle" } else { "stealth-chop" };
-        let stalls = if setup.tells_stalls { "tells-stalls" } else { "tells-no-stalls" };
-        let (run, hold) = (format!("{}-mA", setup.run_ma), format!("{}-mA-hold", setup.hold_ma));
-        let found = [format!("{}-microsteps", setup.microsteps), run, hold, chop.to_owned(), stalls.to_owned()];
-        is(words.iter().all(|word| found.contains(word)), || format!("the driver is {}", found.join(" ")))
-    }
-
     /// Modes, offsets, settings, start-up lines and the position are as before.
     fn unchanged(&mut self, error: &str, line: &[u8]) -> Result<(), String> {
         let before = self.everything()?;
-        self.sim.send(&[line, b"\n"].concat());
+        self.machine.send(0, &[line, b"\n"].concat())?;
         self.wait(Wait::Idle)?;
         let heard = mem::take(&mut self.heard[0]);
         let is_refused = heard.last().is_some_and(|last| last == error);
@@ -453,10 +369,15 @@ fn field<'a>(report: &'a str, name: &str) -> Option<&'a str> {
         .find(|field| field.strip_prefix(name).is_some_and(|rest| rest.starts_with(':')))
 }
 
-fn is(is_so: bool, found: impl FnOnce() -> String) -> Result<(), String> {
+/// An error that says what was found, unless it is so.
+pub fn is(is_so: bool, found: impl FnOnce() -> String) -> Result<(), String> {
     if is_so { Ok(()) } else { Err(found()) }
 }
 
-fn all(what: &str, numbers: &[Numbers], found: [i32; AXES]) -> Result<(), String> {
-    is(numbers.iter().zip(found).all(|(numbers, found)| numbers.contains(found.into())), || format!("{what} {found:?}"))
+/// Axes that are not written must be at 0.
+fn all(what: &str, numbers: &[Numbers], found: &[i64]) -> Result<(), String> {
+    let is_so = (0..numbers.len().max(found.len())).all(|axis| {
+        numbers.get(axis).copied().unwrap_or(Numbers::ZERO).contains(found.get(axis).copied().unwrap_or(0))
+    });
+    is(is_so, || format!("{what} {found:?}"))
 }

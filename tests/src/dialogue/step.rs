@@ -1,7 +1,7 @@
 //! One step of a dialogue, and how it is written.
 
-use embassy_time::Duration;
 use isostep_motion::{AXES, Axis, Contact, Motor};
+use isostep_sim::drive::MotorData;
 use isostep_sim::drivers::DriverFault;
 use isostep_sim::faults::Fault;
 use isostep_sim::tool::ToolOutput;
@@ -15,8 +15,8 @@ use super::pattern::Numbers;
 pub enum Wait {
     /// Nothing.
     None,
-    /// To run for a time.
-    For(Duration),
+    /// To run for a time, ns.
+    For(u64),
     /// To come to rest.
     Idle,
 }
@@ -68,6 +68,14 @@ pub enum Step {
     State(String),
     /// To run until the machine is in a state.
     Until(String),
+    /// To run until an output of the tool is on, or off.
+    UntilOutput(usize, bool),
+    /// The time since the last step, in a unit of so many ns.
+    Rested(Numbers, u64),
+    /// A command of the emulated board.
+    Emulator(String),
+    /// A figure of the emulated board's summary, by its path, and what it must be.
+    Figure(String, String),
     /// The accessories in the report that has the overrides.
     Accessories(String),
     /// A line that is refused with this error, and changes nothing.
@@ -90,8 +98,8 @@ pub enum Step {
     NoStepLost,
     /// No edge was against the drivers' timing.
     NoViolation,
-    /// The time since the note, in a unit.
-    Took(Numbers, Duration),
+    /// The time since the note, in a unit of so many ns.
+    Took(Numbers, u64),
     /// How many moves have begun, those of homing not counted.
     Moves(Numbers),
     /// The axes that have been homed, in order.
@@ -104,8 +112,8 @@ pub enum Step {
     Output { index: usize, duty: u16, tolerance: u16 },
     /// No output of the tool has been on since power-up.
     ToolNeverOn,
-    /// To run for a time, and remember each change of the outputs.
-    Watch(Duration),
+    /// To run for a time, ns, and remember each change of the outputs.
+    Watch(u64),
     /// The next change that was seen.
     Changed([u16; 5], Option<When>),
     /// Whether the motors are energised.
@@ -142,7 +150,7 @@ pub enum With {
     /// A setting.
     Setting(u16, f32),
     /// Where its carriages stand, mm.
-    Start([f64; AXES]),
+    Start(Vec<f64>),
     /// Its step ports.
     Port(Port),
     /// A board whose drivers have a UART.
@@ -167,6 +175,14 @@ pub enum With {
     LoadNoise(f64),
     /// A button that is pressed, or an open door.
     Pressed(Wire),
+    /// An option of the emulated board.
+    Emulator(String),
+    /// The emulated board's image for four axes.
+    FourAxes,
+    /// A frame between two motors that never binds.
+    LooseFrame,
+    /// Motors that follow any edge.
+    RigidMotors,
 }
 
 impl With {
@@ -182,7 +198,7 @@ impl With {
             ("start", "pressed") => Self::Pressed(Wire::Start),
             ("start", _) => {
                 let mm: Option<Vec<f64>> = rest.split(' ').map(|mm| mm.parse().ok()).collect();
-                let mm = mm.and_then(|mm| mm.try_into().ok());
+                let mm = mm.filter(|mm| mm.len() >= AXES.min(3));
                 Self::Start(mm.ok_or_else(|| format!("`{rest}` is no place: write mm for each of the {AXES} axes"))?)
             }
             ("port", "timer") => Self::Port(Port::Timer),
@@ -201,22 +217,32 @@ impl With {
             ("fault", _) => Self::Fault(fault(rest)?),
             ("load", _) => Self::LoadNoise(number(rest.strip_prefix("noise ").unwrap_or(rest))?),
             ("hold", "pressed") => Self::Pressed(Wire::Hold),
+            ("emulator", _) => Self::Emulator(rest.to_owned()),
+            ("four", "axes") => Self::FourAxes,
+            ("loose", "frame") => Self::LooseFrame,
+            ("rigid", "motors") => Self::RigidMotors,
             _ => {
                 return Err(format!(
                     "`{text}` is nothing a machine can have: use $n=v, start, port, board, emergency stop normally closed, \
-                     second console, baud, bounce, switch, plate, jumpers, load noise, fault, hold pressed or start pressed"
+                     second console, baud, bounce, switch, plate, jumpers, load noise, fault, hold pressed, start pressed, \
+                     loose frame, rigid motors, four axes or emulator"
                 ));
             }
         })
     }
 
-    /// Gives it to a machine.
-    pub fn change(&self, config: &mut Config) {
+    /// Gives it to a simulated machine.
+    pub fn change(&self, config: &mut Config) -> Result<(), String> {
         match *self {
+            Self::Emulator(_) | Self::FourAxes => return Err("only the emulated board has this".to_owned()),
             Self::Setting(number, value) => assert!(config.settings.set(number, value), "it was read"),
-            Self::Start(start_mm) => config.start_mm = start_mm,
+            Self::Start(ref start_mm) => {
+                config.start_mm[..start_mm.len().min(AXES)].copy_from_slice(&start_mm[..start_mm.len().min(AXES)])
+            }
             Self::Port(port) => config.port = port,
             Self::SkrPico => (config.board, config.driver) = (Board::SkrPico, Board::SkrPico.driver()),
+            Self::LooseFrame => config.gantry.binds_mm = 1_000.0,
+            Self::RigidMotors => config.motor = MotorData::RIGID,
             Self::NormallyClosed => config.emergency_contact = Contact::NormallyClosed,
             Self::SecondConsole => config.second_console = true,
             Self::Baud(baud) => config.baud = Some(baud),
@@ -231,6 +257,7 @@ impl With {
                 config.plate = Some(isostep_sim::plate::Plate { axis: Axis::Z, place_mm, is_below: false })
             }
         }
+        Ok(())
     }
 }
 
@@ -238,19 +265,27 @@ fn number<T: std::str::FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| format!("`{text}` is no number: write one"))
 }
 
-fn time(text: &str) -> Result<Duration, String> {
-    let (value, unit_us) = text
+/// A time, ns.
+fn time(text: &str) -> Result<u64, String> {
+    let (value, unit_ns) = text
         .split_once(' ')
         .and_then(|(value, unit)| Some((value.parse::<f64>().ok()?, unit_of(unit)?)))
         .ok_or_else(|| format!("`{text}` is no time: write one as `0.5 s`, `20 ms` or `87 us`"))?;
-    Ok(Duration::from_micros((value * unit_us.as_micros() as f64).round() as u64))
+    Ok((value * unit_ns as f64).round() as u64)
 }
 
-fn unit_of(name: &str) -> Option<Duration> {
+/// Any of several times, and their unit, ns.
+fn times(text: &str) -> Result<(Numbers, u64), String> {
+    let read = text.split_once(' ').and_then(|(value, unit)| Some((Numbers::read(value)?, unit_of(unit)?)));
+    read.ok_or_else(|| format!("`{text}` is no time: write one as `2000..2004 ms`"))
+}
+
+/// A unit, ns.
+fn unit_of(name: &str) -> Option<u64> {
     match name {
-        "s" => Some(Duration::from_secs(1)),
-        "ms" => Some(Duration::from_millis(1)),
-        "us" => Some(Duration::from_micros(1)),
+        "s" => Some(1_000_000_000),
+        "ms" => Some(1_000_000),
+        "us" => Some(1_000),
         _ => None,
     }
 }
@@ -279,7 +314,8 @@ fn output(name: &str) -> Option<usize> {
 fn numbers(text: &str) -> Result<Vec<Numbers>, String> {
     let each = |word: &str| Numbers::read(word).ok_or_else(|| format!("`{word}` is no number: write one, or `5..7`"));
     let numbers = text.split(' ').map(each).collect::<Result<Vec<_>, _>>()?;
-    if numbers.len() != AXES {
+    // Other images have a fourth axis, and those that are not named are at 0.
+    if numbers.len() < AXES.min(3) || numbers.len() > 4 {
         return Err(format!("`{text}` has {} numbers: write one for each of the {AXES} axes", numbers.len()));
     }
     Ok(numbers)
@@ -368,8 +404,15 @@ fn press(word: &str, rest: &str) -> Result<Step, String> {
     }
 }
 
-/// The bytes of a text in which `\x18` stands for a byte.
+/// The bytes of a text in which `\x18` stands for a byte, and `{100 X}` for a hundred times X.
 fn bytes(text: &str) -> Result<Vec<u8>, String> {
+    if let Some((before, behind)) = text.split_once('{') {
+        let repeated = behind.split_once('}').and_then(|(inside, behind)| Some((inside.split_once(' ')?, behind)));
+        let counted = repeated.and_then(|((count, what), behind)| Some((count.parse().ok()?, what, behind)));
+        let (count, what, behind) =
+            counted.ok_or_else(|| format!("`{{{behind}` is nothing repeated: write it as `{{100 X}}`"))?;
+        return Ok([bytes(before)?, bytes(what)?.repeat(count), bytes(behind)?].concat());
+    }
     let mut parts = text.split("\\x");
     let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();
     for part in parts {
@@ -386,7 +429,7 @@ fn exchange(console: usize, sign: &str, rest: &str) -> Result<Step, String> {
     match sign {
         ">" => send(line()?, Wait::Idle),
         ">>" => send(line()?, Wait::None),
-        "!" => send(bytes(rest)?, Wait::For(Duration::from_millis(1))),
+        "!" => send(bytes(rest)?, Wait::For(1_000_000)),
         "!!" => send(bytes(rest)?, Wait::None),
         _ => Ok(Step::Heard { console, line: rest.to_owned() }),
     }
@@ -407,6 +450,10 @@ impl Step {
             ("wait", _) => Self::Wait(Wait::For(time(rest)?)),
             ("until", "idle") => Self::Wait(Wait::Idle),
             ("until", "heard") => Self::UntilHeard,
+            ("until", _) if rest.starts_with("output ") => match one_output(&rest[7..])? {
+                Self::Output { index, duty, .. } => Self::UntilOutput(index, duty > 0),
+                other => other,
+            },
             ("until", _) => Self::Until(rest.to_owned()),
             ("state", _) => Self::State(rest.to_owned()),
             ("accessories", _) => Self::Accessories(rest.to_owned()),
@@ -428,11 +475,8 @@ impl Step {
             ("no", "violation") => Self::NoViolation,
             ("counts", "agree") => Self::CountsAgree,
             ("moved", _) => Self::Moved(numbers(rest)?),
-            ("took", _) => {
-                let read = rest.split_once(' ').and_then(|(value, unit)| Some((Numbers::read(value)?, unit_of(unit)?)));
-                let (value, unit) = read.ok_or_else(|| format!("`{rest}` is no time: write one as `2000..2004 ms`"))?;
-                Self::Took(value, unit)
-            }
+            ("took", _) => times(rest).map(|(numbers, unit_ns)| Self::Took(numbers, unit_ns))?,
+            ("rested", _) => times(rest).map(|(numbers, unit_ns)| Self::Rested(numbers, unit_ns))?,
             ("moves", _) => {
                 Self::Moves(Numbers::read(rest).ok_or_else(|| format!("`{rest}` is no number: write one"))?)
             }
@@ -454,6 +498,12 @@ impl Step {
             ("probe" | "hold" | "start", _) => press(word, rest)?,
             ("plate", "none") => Self::Plate(None),
             ("plate", _) => Self::Plate(Some(number(rest)?)),
+            ("emulator", _) => Self::Emulator(rest.to_owned()),
+            ("figure", _) => {
+                let (path, value) =
+                    rest.split_once(' ').ok_or_else(|| format!("`{rest}`: which figure, and what must it be?"))?;
+                Self::Figure(path.to_owned(), value.to_owned())
+            }
             ("console", "opened") => Self::Open,
             ("flash", "refuses" | "mended") => Self::FlashRefuses(rest == "refuses"),
             ("board", "sees the emergency stop pressed" | "sees the emergency stop released") => {
@@ -464,9 +514,9 @@ impl Step {
             _ => {
                 return Err(format!(
                     "`{text}` is no step: use one of > >> ! !! < with homed powered-up switched-on power-off-and-on wait until \
-                     silence report state accessories unchanged steps places note moved took moves no-step-made no-step-lost no-violation \
+                     silence report state accessories unchanged steps places note moved took rested moves no-step-made no-step-lost no-violation \
                      counts-agree trusted tool output watch changed motors switch driver fault flash emergency-stop \
-                     probe hold start plate console board, as tests/dialogues/README.md says"
+                     probe hold start plate console board emulator figure, as tests/dialogues/README.md says"
                 ));
             }
         })

@@ -30,5 +30,5 @@ mod unlike_axes;
 
 /// The dialogues of `tests/dialogues`.
 mod text {
-    include!(concat!(env!("OUT_DIR"), "/dialogues.rs"));
+    include!(concat!(env!("OUT_DIR"), "/simulated.rs"));
 }

@@ -3,7 +3,8 @@
 use std::{env, fs};
 
 use isostep_sim::Port;
-use isostep_tests::contract::{self, On, START_MM};
+use isostep_tests::contract::{self, On};
+use isostep_tests::dialogue;
 use isostep_tests::emulated::Board;
 use isostep_trials::cases;
 use object::{Object, ObjectSymbol};
@@ -22,15 +23,9 @@ fn panic_address(port: Port) -> String {
 /// Unless all cases are tried, what the simulator has too is left to it.
 fn held_to_the_contract(port: Port) {
     let has_all = cases(0, 1) == 1;
-    let script = contract::script(
-        |on| on == On::Every && has_all || on == On::Board || on == On::BoardBy(port),
-        &panic_address(port),
-    );
-    let start = format!("{START_MM},40,15");
-    let run = Board::stepped_by(port, &format!("contract-{port}"))
-        .with(&["--start", &start, "--second", "X,0"])
-        .script(&script);
-    assert!(run.ok, "{}", run.printed);
+    let knows = |on| on == On::Every && has_all || on == On::Board || on == On::BoardBy(port);
+    let machine = "with emulator --second X,0\n";
+    contract::keep(dialogue::On::Board(port), machine, knows, &panic_address(port));
 }
 
 #[test]

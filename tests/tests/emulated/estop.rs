@@ -38,15 +38,3 @@ fn a_broken_wire_stops_as_soon_as_a_press() {
         assert!(latency_ns <= 1_500.0 && off_ns <= 2_500.0, "{stop}");
     }
 }
-
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn an_open_wire_at_power_up_keeps_the_machine_locked() {
-    let script = "expect Grbl\nsend $I\nexpect [MSG:Emergency stop: normally closed]\nexpect ok\nbytes 3f\nexpect <Idle\n\
-                  estop cut\nexpect ALARM:10\npower-cycle\nexpect Grbl\nexpect ALARM:10\nbytes 3f\nexpect <Alarm\n\
-                  send G0X1\nexpect error:9\nsend $X\nexpect error:9\nsend $H\nexpect error:9\n\
-                  estop mended\nwait-ms 12\nsend $X\nexpect ok\nsend G0X1\nexpect ok\nwait-idle\n";
-    let run = board("estop-nc-power-up").script(script);
-    assert!(run.ok, "{}", run.printed);
-    assert!(!run.edges.is_empty());
-}

@@ -51,18 +51,6 @@ fn a_core_that_hangs_drops_the_tool_within_20_ms() {
     a_core_that_hangs_drops_the_tool(Port::Timer, "output-watchdog-timer");
 }
 
-/// Only the executor of the axes hangs. The tool's task goes on, and asks in vain for what it is told to switch on.
-#[test]
-#[ignore = "needs the firmware: cargo xtask test"]
-fn what_still_runs_does_not_switch_the_tool_on_again() {
-    // 28 is SWI_IRQ_2.
-    let script = "expect Grbl\nsend M3S500M8\nexpect ok\nwait-output flood on\nmask-irq 28\nwait-output flood off\n\
-                  bytes 18\nexpect Grbl\nsend M3S500M8\nexpect ok\nwait-ms 100\nwait-reset\nexpect Grbl\n";
-    let run = went_through(Board::new("output-watchdog-axes").script(script));
-    let mut switched = run.outputs.iter().filter(|change| change.output == "flood").map(|change| change.value);
-    assert!([1.0, 0.0].into_iter().eq(&mut switched), "{:?}", run.outputs);
-}
-
 /// The first setting that is stored has a sector erased. Nothing is fed meanwhile.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
