@@ -208,7 +208,7 @@ pub const CASES: [Case; 34] = [
     },
     Case {
         motors: false,
-        ..Case::alarm("sleep, which a reset ends", "AWAY\n>> $SLP\nwait 20 ms\n< ...\n< ok\nRESET\n", false)
+        ..Case::alarm("sleep, which a reset ends", "AWAY\n>> $SLP\nwait 20 ms\n< ok\n< ...\nRESET\n", false)
     },
     Case::new(
         "probe: contact",
