@@ -9,8 +9,8 @@
 mod asked;
 mod carried;
 mod corner;
-pub(crate) mod course;
 mod finder;
+pub(crate) mod phases;
 mod seconds;
 mod slow;
 pub mod words;
@@ -19,8 +19,8 @@ use isostep_motion::AXES;
 use serde::Serialize;
 
 use self::asked::top_mm_s;
-use self::course::{Change, Phase, phases};
 use self::finder::Finder;
+use self::phases::{Change, Phase, phases};
 use self::seconds::Clock;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::{self, Source};

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use self::beginnings::Beginnings;
 use self::spells::Spell;
-use crate::pace::course::{Phase, phases};
+use crate::pace::phases::{Phase, phases};
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::Source;
 use isostep_sim::tool::ToolOutput;

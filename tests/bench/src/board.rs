@@ -5,12 +5,12 @@ use std::ops::Range;
 
 use anyhow::{Context, Result, ensure};
 use isostep::measure::board::Followed;
-use isostep::measure::course::{CLOCK_HZ, NS_PER_CYCLE, PROVED, UNIT_STEPS};
 use isostep::measure::load::{Awake, Load};
 use isostep::measure::moves::{Carried, Stream};
+use isostep::measure::planned_move::{CLOCK_HZ, NS_PER_CYCLE, PROVED, UNIT_STEPS};
 use isostep::measure::starts::Starts;
 use isostep::measure::stops::{Cause, Stops};
-use isostep::measure::{Board, Course, Machine, Measured, Method, Ramp};
+use isostep::measure::{Board, Machine, Measured, Method, PlannedMove, Ramp};
 use oorandom::Rand32;
 
 use super::edges::{self, Astray, Edge, follow};
@@ -54,8 +54,8 @@ pub struct Emulated<'a> {
 
 impl Emulated<'_> {
     fn moving(&self, machine: &Machine, cruise_s: f64) -> Result<Measured<Summary>> {
-        let course = machine.straight(PROVED, cruise_s)?;
-        self.runs.run(Job::Script(&script(machine, std::slice::from_ref(&course))), course.duration_s())
+        let planned = machine.straight(PROVED, cruise_s)?;
+        self.runs.run(Job::Script(&script(machine, std::slice::from_ref(&planned))), planned.duration_s())
     }
 
     /// Moves that are stopped in as many runs as necessary, at other instants in each run.
@@ -105,10 +105,10 @@ impl Board for Emulated<'_> {
         eprintln!("    {}: {}{second}: {what}", self.runs.chip.name(), self.port.name());
     }
 
-    fn follow(&mut self, machine: &Machine, courses: &[Course]) -> Result<Measured<Followed>> {
-        let moving_s = courses.iter().map(Course::duration_s).sum();
-        let followed = self.runs.recorded(Job::Script(&script(machine, courses)), moving_s, |_, path| {
-            match follow(edges::read(open(path)?), courses) {
+    fn follow(&mut self, machine: &Machine, moves: &[PlannedMove]) -> Result<Measured<Followed>> {
+        let moving_s = moves.iter().map(PlannedMove::duration_s).sum();
+        let followed = self.runs.recorded(Job::Script(&script(machine, moves)), moving_s, |_, path| {
+            match follow(edges::read(open(path)?), moves) {
                 Ok(followed) => Ok(Ok(followed)),
                 Err(Astray::Read(error)) => Err(error).with_context(|| unreadable(path)),
                 Err(astray) => Ok(Err(astray.to_string())),
@@ -140,10 +140,10 @@ impl Board for Emulated<'_> {
     }
 
     fn starts(&mut self, count: u32) -> Result<Measured<Starts>> {
-        let (script, courses) = starting(self.port, count)?;
-        let moving_s = courses.iter().map(Course::duration_s).sum();
+        let (script, moves) = starting(self.port, count)?;
+        let moving_s = moves.iter().map(PlannedMove::duration_s).sum();
         let ran = self.runs.edges(Job::Script(&script), moving_s)?;
-        Ok(ran.and_then(|(summary, edges)| delays(&courses, &summary, &edges)))
+        Ok(ran.and_then(|(summary, edges)| delays(&moves, &summary, &edges)))
     }
 
     fn stream(&mut self, stream: &Stream) -> Result<Measured<Carried>> {
@@ -157,8 +157,8 @@ impl Board for Emulated<'_> {
 }
 
 /// A script that makes these moves.
-fn script(machine: &Machine, courses: &[Course]) -> String {
-    let moves = courses.iter().map(|course| sent(&course.line())).collect::<String>();
+fn script(machine: &Machine, moves: &[PlannedMove]) -> String {
+    let moves = moves.iter().map(|planned| sent(&planned.line())).collect::<String>();
     format!("{}{moves}wait-idle\n", set_up(machine))
 }
 
@@ -230,32 +230,32 @@ fn apart_us(edges: &[Edge]) -> Vec<f64> {
 
 /// Moves of three axes from rest on a machine with steep ramps, each with its rest before. In each pair, the first move has a
 /// cold cache, and the second is the move back right after it.
-fn starting(port: Port, starts: u32) -> Result<(String, Vec<Course>)> {
+fn starting(port: Port, starts: u32) -> Result<(String, Vec<PlannedMove>)> {
     let (rate_steps_s, accel_steps_s2) = port.start_steps_s_and_s2();
     let ramp = Ramp { s: f64::from(rate_steps_s) / accel_steps_s2, accel_max_steps_s2: ACCEL_MAX_STEPS_S2 };
     let machine = Machine::new(rate_steps_s, ramp);
     let mut random = Rand32::new(SEED);
-    let (mut script, mut courses) = (set_up(&machine), Vec::new());
+    let (mut script, mut moves) = (set_up(&machine), Vec::new());
     for _ in 0..starts {
         let steps = std::array::from_fn(|_| random.rand_range(WAY_UNITS) as i32 * UNIT_STEPS);
-        let there = machine.course(steps)?;
-        for (cold, course) in [("cold-cache\n", there.clone()), ("", there.back())] {
+        let there = machine.planned(steps)?;
+        for (cold, planned) in [("cold-cache\n", there.clone()), ("", there.back())] {
             let rest_us = REST_US.start + f64::from(random.rand_float()) * (REST_US.end - REST_US.start);
-            script += &format!("wait-us {rest_us:.3}\n{cold}{}wait-idle\n", sent(&course.line()));
-            courses.push(course);
+            script += &format!("wait-us {rest_us:.3}\n{cold}{}wait-idle\n", sent(&planned.line()));
+            moves.push(planned);
         }
     }
-    Ok((script, courses))
+    Ok((script, moves))
 }
 
 /// The delay of each move, if the edges match the plans.
-fn delays(courses: &[Course], summary: &Summary, edges: &[Edge]) -> Measured<Starts> {
-    follow(edges.iter().copied().map(Ok), courses).map_err(|astray| astray.to_string())?;
+fn delays(moves: &[PlannedMove], summary: &Summary, edges: &[Edge]) -> Measured<Starts> {
+    follow(edges.iter().copied().map(Ok), moves).map_err(|astray| astray.to_string())?;
     let lines = summary.replies.iter().filter(|line| line.text.starts_with("G91"));
-    let delays = lines.filter_map(|line| line.arrived_ns).zip(courses).map(|(arrived_ns, course)| {
+    let delays = lines.filter_map(|line| line.arrived_ns).zip(moves).map(|(arrived_ns, planned)| {
         let next = edges.partition_point(|edge| (edge.cycle as f64) * NS_PER_CYCLE < arrived_ns);
         let first_ns = edges.get(next).map_or(f64::NAN, |edge| edge.cycle as f64 * NS_PER_CYCLE);
-        let planned_ns = (0..PROVED).map(|axis| course.due_ns(axis, 1)).fold(f64::INFINITY, f64::min);
+        let planned_ns = (0..PROVED).map(|axis| planned.due_ns(axis, 1)).fold(f64::INFINITY, f64::min);
         (first_ns - arrived_ns - planned_ns) * 1e-6
     });
     let delays_ms: Vec<f64> = delays.collect();
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn every_other_start_is_cold() {
-        let (script, courses) = starting(Port::Pio, 3).unwrap();
+        let (script, moves) = starting(Port::Pio, 3).unwrap();
         let lines: Vec<&str> =
             script.lines().filter(|line| line.starts_with("cold") || line.starts_with("send G91")).collect();
         assert_eq!(
@@ -306,29 +306,29 @@ mod tests {
             [true, false, false].repeat(3)
         );
         assert!(script.contains("send $120=5000\n"), "steep: {script}");
-        assert!(courses.len() == 6 && courses[1].steps == courses[0].steps.map(|n| -n));
+        assert!(moves.len() == 6 && moves[1].steps == moves[0].steps.map(|n| -n));
     }
 
     #[test]
     fn a_delay_is_what_the_plan_does_not_take() {
-        let (_, courses) = starting(Port::Pio, 1).unwrap();
+        let (_, moves) = starting(Port::Pio, 1).unwrap();
         let (mut edges, mut replies) = (Vec::new(), Vec::new());
-        for (course, (arrived_ns, delay_ns)) in courses.iter().zip([(1e9, 800_000.0), (2e9, 600_000.0)]) {
+        for (planned, (arrived_ns, delay_ns)) in moves.iter().zip([(1e9, 800_000.0), (2e9, 600_000.0)]) {
             replies.push(format!(r#"{{"text": "G91 G0", "arrived_ns": {arrived_ns}}}"#));
             let mut of: Vec<Edge> = (0..PROVED)
-                .flat_map(|axis| (1..=course.count(axis)).map(move |k| (axis, k)))
+                .flat_map(|axis| (1..=planned.count(axis)).map(move |k| (axis, k)))
                 .map(|(axis, k)| {
-                    let t_ns = arrived_ns + delay_ns + course.due_ns(axis, k);
-                    Edge { cycle: (t_ns / NS_PER_CYCLE).round() as u64, axis, direction: course.steps[axis].signum() }
+                    let t_ns = arrived_ns + delay_ns + planned.due_ns(axis, k);
+                    Edge { cycle: (t_ns / NS_PER_CYCLE).round() as u64, axis, direction: planned.steps[axis].signum() }
                 })
                 .collect();
             of.sort_by_key(|edge| edge.cycle);
             edges.extend(of);
         }
         let summary = Summary::of_replies(&replies.join(","));
-        let starts = delays(&courses, &summary, &edges).unwrap();
+        let starts = delays(&moves, &summary, &edges).unwrap();
         assert!((starts.cold_ms[0] - 0.8).abs() < 1e-5 && (starts.warm_ms[0] - 0.6).abs() < 1e-5, "{starts:?}");
-        assert!(delays(&courses, &summary, &edges[1..]).is_err(), "a lost step");
+        assert!(delays(&moves, &summary, &edges[1..]).is_err(), "a lost step");
     }
 
     #[test]

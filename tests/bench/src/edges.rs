@@ -3,10 +3,10 @@
 
 use std::io::{self, ErrorKind, Read};
 
-use isostep::measure::Course;
+use isostep::measure::PlannedMove;
 use isostep::measure::board::Followed;
-use isostep::measure::course::{NAMES, NS_PER_CYCLE, PROVED};
 use isostep::measure::errors::{Drift, Errors};
+use isostep::measure::planned_move::{NAMES, NS_PER_CYCLE, PROVED};
 
 /// A rising edge of STEP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,16 +59,16 @@ pub enum Astray {
     Stray { axis: usize, cycle: u64 },
 }
 
-/// Compares `edges` with the closed form of `courses`.
+/// Compares `edges` with the closed form of `moves`.
 ///
 /// The firmware chooses the instant at which a move starts. So in each move both the measured and the planned instants
 /// count from its first edge, and a latency common to all edges does not show.
-pub fn follow(edges: impl Iterator<Item = io::Result<Edge>>, courses: &[Course]) -> Result<Followed, Astray> {
+pub fn follow(edges: impl Iterator<Item = io::Result<Edge>>, moves: &[PlannedMove]) -> Result<Followed, Astray> {
     let mut edges = edges.peekable();
     let mut errors = Errors::default();
     let mut drift = None;
-    for course in courses {
-        let mut moved = Move::new(course);
+    for planned in moves {
+        let mut moved = Move::new(planned);
         while moved.left > 0 {
             let edge = edges.next().ok_or_else(|| moved.cut_short())?.map_err(Astray::Read)?;
             errors.add(moved.error_ns(edge)?);
@@ -84,7 +84,7 @@ pub fn follow(edges: impl Iterator<Item = io::Result<Edge>>, courses: &[Course])
 
 /// A move whose edges are being read.
 struct Move<'a> {
-    course: &'a Course,
+    planned: &'a PlannedMove,
     /// Steps that each axis has made.
     made: [u32; PROVED],
     /// Number of edges still to come.
@@ -95,19 +95,19 @@ struct Move<'a> {
 }
 
 impl<'a> Move<'a> {
-    fn new(course: &'a Course) -> Self {
-        let left = course.edges();
-        Self { course, made: [0; PROVED], left, start_ns: None, drift: Drift::new(left) }
+    fn new(planned: &'a PlannedMove) -> Self {
+        let left = planned.edges();
+        Self { planned, made: [0; PROVED], left, start_ns: None, drift: Drift::new(left) }
     }
 
     fn error_ns(&mut self, Edge { cycle, axis, direction }: Edge) -> Result<f64, Astray> {
-        let steps = self.course.steps[axis];
+        let steps = self.planned.steps[axis];
         if self.made[axis] == steps.unsigned_abs() || direction != steps.signum() {
             return Err(Astray::Stray { axis, cycle });
         }
         self.made[axis] += 1;
         self.left -= 1;
-        let due_ns = self.course.due_ns(axis, self.made[axis]);
+        let due_ns = self.planned.due_ns(axis, self.made[axis]);
         let t_ns = cycle as f64 * NS_PER_CYCLE;
         let start_ns = *self.start_ns.get_or_insert(t_ns - due_ns);
         let error_ns = t_ns - start_ns - due_ns;
@@ -116,9 +116,9 @@ impl<'a> Move<'a> {
     }
 
     fn cut_short(&self) -> Astray {
-        let short = (0..PROVED).find(|&axis| self.made[axis] < self.course.count(axis));
+        let short = (0..PROVED).find(|&axis| self.made[axis] < self.planned.count(axis));
         let axis = short.unwrap_or(0);
-        Astray::Steps { axis, made: self.made[axis].into(), planned: self.course.count(axis).into() }
+        Astray::Steps { axis, made: self.made[axis].into(), planned: self.planned.count(axis).into() }
     }
 }
 
@@ -141,53 +141,53 @@ mod tests {
     use super::*;
 
     /// A short move there and back, with edges that are exact to the cycle.
-    fn ideal() -> ([Course; 2], Vec<Edge>) {
+    fn ideal() -> ([PlannedMove; 2], Vec<Edge>) {
         let machine = Machine::new(10_000, Ramp { s: 0.01, accel_max_steps_s2: 5e6 });
-        let there = machine.course([250, 250, 0]).unwrap();
-        let courses = [there.clone(), there.back()];
+        let there = machine.planned([250, 250, 0]).unwrap();
+        let moves = [there.clone(), there.back()];
         let start = [1_000_000, 90_000_000];
         let mut edges = Vec::new();
-        for (course, start) in courses.iter().zip(start) {
+        for (planned, start) in moves.iter().zip(start) {
             for k in 1..=250 {
                 for axis in 0..2 {
-                    let cycle = start + (course.due_ns(axis, k) * 0.125).round() as u64;
-                    edges.push(Edge { cycle, axis, direction: course.steps[axis].signum() });
+                    let cycle = start + (planned.due_ns(axis, k) * 0.125).round() as u64;
+                    edges.push(Edge { cycle, axis, direction: planned.steps[axis].signum() });
                 }
             }
         }
-        (courses, edges)
+        (moves, edges)
     }
 
-    fn judge(courses: &[Course], edges: &[Edge]) -> Result<Followed, Astray> {
-        follow(edges.iter().copied().map(Ok), courses)
+    fn judge(moves: &[PlannedMove], edges: &[Edge]) -> Result<Followed, Astray> {
+        follow(edges.iter().copied().map(Ok), moves)
     }
 
     #[test]
     fn edges_to_the_cycle_have_no_error_but_rounding() {
-        let (courses, edges) = ideal();
-        let followed = judge(&courses, &edges).unwrap();
+        let (moves, edges) = ideal();
+        let followed = judge(&moves, &edges).unwrap();
         assert_eq!(followed.errors.count(), 1_000);
         assert!(followed.errors.max_ns() <= 8.0, "half a cycle on either side: {:?}", followed.errors);
     }
 
     #[test]
     fn a_late_edge_is_seen_with_its_lateness() {
-        let (courses, mut edges) = ideal();
+        let (moves, mut edges) = ideal();
         edges[100].cycle += 125;
-        let errors = judge(&courses, &edges).unwrap().errors;
+        let errors = judge(&moves, &edges).unwrap().errors;
         assert!((errors.extremes_ns()[1] - 1_000.0).abs() <= 8.0 && errors.quantile_ns(0.99) <= 8.0, "{errors:?}");
     }
 
     #[test]
     fn lost_added_and_turned_edges_are_named() {
-        let (courses, edges) = ideal();
-        let lost = judge(&courses, &edges[..edges.len() - 1]).unwrap_err();
+        let (moves, edges) = ideal();
+        let lost = judge(&moves, &edges[..edges.len() - 1]).unwrap_err();
         assert_eq!(lost.to_string(), "Y made 249 of 250 steps");
         let added = [edges.as_slice(), &edges[edges.len() - 1..]].concat();
-        assert!(matches!(judge(&courses, &added), Err(Astray::Stray { axis: 1, .. })));
+        assert!(matches!(judge(&moves, &added), Err(Astray::Stray { axis: 1, .. })));
         let mut turned = edges.clone();
         turned[7].direction = -1;
-        assert!(matches!(judge(&courses, &turned), Err(Astray::Stray { axis: 1, .. })));
+        assert!(matches!(judge(&moves, &turned), Err(Astray::Stray { axis: 1, .. })));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The extent of the measurements.
 
-use isostep::measure::course::PROVED;
+use isostep::measure::planned_move::PROVED;
 use isostep::measure::search;
 
 use super::chip::Chip;

@@ -3,8 +3,8 @@
 //! that.
 
 use anyhow::Result;
-use isostep::measure::course::NS_PER_CYCLE;
 use isostep::measure::errors::Errors;
+use isostep::measure::planned_move::NS_PER_CYCLE;
 use isostep::measure::{Better, Figure, Findings, Measured};
 
 use super::edges::Edge;

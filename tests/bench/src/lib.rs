@@ -38,9 +38,9 @@ use std::thread;
 use anyhow::{Context, Result, ensure};
 use isostep::files::Files;
 use isostep::measure::board::Board;
-use isostep::measure::course::{CLOCK_HZ, PROVED};
 use isostep::measure::edges::Edges;
 use isostep::measure::moves::{Corners, Curve};
+use isostep::measure::planned_move::{CLOCK_HZ, PROVED};
 use isostep::measure::rates::Trials;
 use isostep::measure::stops::Cause;
 use isostep::measure::{Findings, Machine, Ramp, load, moves, rates, starts, stops, table, together};
@@ -299,16 +299,16 @@ fn causes(port: Port, has_second: bool) -> &'static [Cause] {
 /// through.
 fn long_move(board: &mut Emulated, found: &mut Findings, rate_steps_s: u32, effort: &Effort) -> Result<bool> {
     let machine = Machine::new(rate_steps_s, RAMP);
-    let course = machine.straight(PROVED, effort.long_move_s - 2.0 * RAMP.s)?;
+    let planned = machine.straight(PROVED, effort.long_move_s - 2.0 * RAMP.s)?;
     let edges = Edges {
         key: format!("edges.{rate_steps_s}"),
-        of: format!("{}, a move of {:.1} s", together(rate_steps_s), course.duration_s()),
+        of: format!("{}, a move of {:.1} s", together(rate_steps_s), planned.duration_s()),
         unit_ns: board.method().unit_ns,
         flatters: board.method().edges,
-        made: course.edges(),
+        made: planned.edges(),
     };
     board.note(&format!("edges, {}", edges.of));
-    let followed = match board.follow(&machine, &[course])? {
+    let followed = match board.follow(&machine, &[planned])? {
         Ok(followed) => followed,
         Err(why_not) => {
             found.add(edges.worst().missing(&*why_not));

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use isostep::measure::course::CLOCK_HZ;
+use isostep::measure::planned_move::CLOCK_HZ;
 use isostep::measure::{Better, Figure, Findings};
 use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
 use rp2040_bench::{

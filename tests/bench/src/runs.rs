@@ -10,7 +10,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, anyhow, bail};
 use isostep::measure::Measured;
-use isostep::measure::course::{PROVED, STEPS_PER_MM};
+use isostep::measure::planned_move::{PROVED, STEPS_PER_MM};
 use serde::Deserialize;
 
 use super::candidate::Candidate;

@@ -223,7 +223,7 @@ impl Model {
                 _ => return Err(Stop::Refused(37)),
             };
         }
-        let course = self.act_once(&mut block)?;
+        let places = self.act_once(&mut block)?;
         let is_motion = block.axes == Axes::Motion;
         let (target, is_arc) = match self.modes.motion {
             800 if is_motion => return Err(Stop::Refused(31)),
@@ -244,12 +244,12 @@ impl Model {
             self.modes.blends &= !is_own || deviation.is_none_or(|deviation| deviation > 0);
         }
         block.all_used()?;
-        self.pause_for_tool(&block, &before, target.is_some() || course.is_some());
+        self.pause_for_tool(&block, &before, target.is_some() || places.is_some());
         let modes = self.modes;
         if block.ends {
             self.modes.end_program();
         }
-        for place in course.into_iter().flatten() {
+        for place in places.into_iter().flatten() {
             self.go_to(place, false)?;
         }
         match target {

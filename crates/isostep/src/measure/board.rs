@@ -2,10 +2,10 @@
 
 use anyhow::Result;
 
-use super::course::{Course, Machine};
 use super::errors::{DriftFigures, Errors};
 use super::load::Load;
 use super::moves::{Carried, Stream};
+use super::planned_move::{Machine, PlannedMove};
 use super::starts::Starts;
 use super::stops::{Cause, Stops};
 
@@ -25,7 +25,7 @@ pub trait Board {
     ///
     /// # Errors
     /// When the board is gone.
-    fn follow(&mut self, machine: &Machine, courses: &[Course]) -> Result<Measured<Followed>>;
+    fn follow(&mut self, machine: &Machine, moves: &[PlannedMove]) -> Result<Measured<Followed>>;
 
     /// Measures the core's load with three axes at a rate.
     ///

@@ -1,7 +1,7 @@
 //! Measures boards: one set of measurements, statistics, figures and tables over every [`Board`].
 //!
 //! ```text
-//! course: a move, as lines and in closed form -- board: makes it, and tells what it saw -- a file for each measurement
+//! planned_move: a move, as lines and in closed form -- board: makes it, and tells what it saw -- a file for each measurement
 //!                                                                                              |
 //!                                          errors: statistics -- figure: value, resolution, promise -- table
 //! ```
@@ -9,12 +9,12 @@
 //! and its emulator tells every edge (`tests/bench`).
 
 pub mod board;
-pub mod course;
 pub mod edges;
 pub mod errors;
 pub mod figure;
 pub mod load;
 pub mod moves;
+pub mod planned_move;
 pub mod rates;
 pub mod search;
 pub mod starts;
@@ -22,12 +22,12 @@ pub mod stops;
 pub mod table;
 
 pub use self::board::{Board, Measured, Method};
-pub use self::course::{Course, Machine, Ramp};
 pub use self::figure::{Better, EdgeErrors, Figure, Findings};
+pub use self::planned_move::{Machine, PlannedMove, Ramp};
 
 use crate::screen::grouped;
 
 /// A rate of three axes at once, in words.
 pub fn together(rate_steps_s: u32) -> String {
-    format!("{} x {} steps/s", course::PROVED, grouped(rate_steps_s.into()))
+    format!("{} x {} steps/s", planned_move::PROVED, grouped(rate_steps_s.into()))
 }

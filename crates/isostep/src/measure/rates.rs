@@ -3,9 +3,9 @@
 use anyhow::Result;
 
 use super::board::{Board, Measured};
-use super::course::{Machine, Ramp};
 use super::errors::Errors;
 use super::figure::{Better, Figure, Findings};
+use super::planned_move::{Machine, Ramp};
 use super::search;
 use crate::screen::grouped;
 

@@ -11,9 +11,9 @@
 
 use std::ops::RangeInclusive;
 
-use crate::measure::Course;
-use crate::measure::course::NAMES;
+use crate::measure::PlannedMove;
 use crate::measure::errors::median;
+use crate::measure::planned_move::NAMES;
 
 /// A step's instant may be this far from the closed form, ns: docs/figures.md promises it for every edge.
 pub const PROMISE_NS: f64 = 24.0;
@@ -140,18 +140,18 @@ pub struct Verdict {
 }
 
 /// Judges the windows of one move, which all have its start in common.
-pub fn judge(course: &Course, windows: &[Window]) -> Verdict {
-    let Some(start_ns) = start_ns(course, windows) else {
+pub fn judge(planned: &PlannedMove, windows: &[Window]) -> Verdict {
+    let Some(start_ns) = start_ns(planned, windows) else {
         let silent =
-            windows.iter().map(|window| Fault::Lost { axis: window.axis, numbers: 1..=course.count(window.axis) });
+            windows.iter().map(|window| Fault::Lost { axis: window.axis, numbers: 1..=planned.count(window.axis) });
         return Verdict { judged: vec![Vec::new(); windows.len()], faults: silent.collect(), start_ns: 0.0 };
     };
     let mut verdict = Verdict { start_ns, ..Verdict::default() };
     for window in windows {
-        let judged = steps_of(course, window, start_ns);
-        verdict.faults.extend(missing(course, window, &judged));
+        let judged = steps_of(planned, window, start_ns);
+        verdict.faults.extend(missing(planned, window, &judged));
         let judged = without_extras(judged);
-        verdict.faults.extend(astray(course, window, &judged));
+        verdict.faults.extend(astray(planned, window, &judged));
         verdict.judged.push(judged);
     }
     verdict
@@ -159,61 +159,61 @@ pub fn judge(course: &Course, windows: &[Window]) -> Verdict {
 
 /// When the move began: of what the first edges of the axes say, that with which all stamps agree best, corrected by
 /// the median of all errors.
-fn start_ns(course: &Course, windows: &[Window]) -> Option<f64> {
+fn start_ns(planned: &PlannedMove, windows: &[Window]) -> Option<f64> {
     let firsts =
         windows.iter().filter_map(|window| Some((window.axis, *window.counted.first()?, *window.instants_ns.first()?)));
     let candidates: Vec<(u32, f64)> = (0..=FIRST_LOST_MAX)
         .flat_map(|lost| {
-            firsts.clone().map(move |(axis, counted, at_ns)| (lost, at_ns - due_ns(course, axis, counted + lost)))
+            firsts.clone().map(move |(axis, counted, at_ns)| (lost, at_ns - due_ns(planned, axis, counted + lost)))
         })
         .collect();
     let misfit = |start_ns: f64| {
-        let of_all = windows.iter().flat_map(|window| samples(course, window, start_ns));
+        let of_all = windows.iter().flat_map(|window| samples(planned, window, start_ns));
         let of_firsts = firsts.clone().map(|(axis, _, at_ns)| {
-            let nearest = nearest(course, axis, at_ns - start_ns);
-            (at_ns - start_ns - course.due_ns(axis, nearest)).abs()
+            let nearest = nearest(planned, axis, at_ns - start_ns);
+            (at_ns - start_ns - planned.due_ns(axis, nearest)).abs()
         });
         median(of_all.map(f64::abs).collect()) + of_firsts.fold(0.0, f64::max)
     };
     let weighed =
         candidates.into_iter().map(|(lost, start_ns)| (misfit(start_ns) + f64::from(lost) * LOST_NS, start_ns));
     let best = weighed.min_by(|one, other| one.0.total_cmp(&other.0))?.1;
-    Some(best + median(windows.iter().flat_map(|window| samples(course, window, best)).collect()))
+    Some(best + median(windows.iter().flat_map(|window| samples(planned, window, best)).collect()))
 }
 
 /// The instant of a step; for a number beyond the last, the last's.
-fn due_ns(course: &Course, axis: usize, number: u32) -> f64 {
-    course.due_ns(axis, number.min(course.count(axis)).max(1))
+fn due_ns(planned: &PlannedMove, axis: usize, number: u32) -> f64 {
+    planned.due_ns(axis, number.min(planned.count(axis)).max(1))
 }
 
 /// The errors of some stamps of a window, evenly chosen.
-fn samples(course: &Course, window: &Window, start_ns: f64) -> impl Iterator<Item = f64> {
+fn samples(planned: &PlannedMove, window: &Window, start_ns: f64) -> impl Iterator<Item = f64> {
     let stride = window.instants_ns.len().div_ceil(SAMPLES).max(1);
     window.instants_ns.iter().step_by(stride).map(move |at_ns| {
-        let number = nearest(course, window.axis, at_ns - start_ns);
-        at_ns - start_ns - course.due_ns(window.axis, number)
+        let number = nearest(planned, window.axis, at_ns - start_ns);
+        at_ns - start_ns - planned.due_ns(window.axis, number)
     })
 }
 
 /// The step whose instant is nearest.
-fn nearest(course: &Course, axis: usize, at_ns: f64) -> u32 {
-    let before = course.steps_by(axis, at_ns * 1e-9).clamp(1, course.count(axis));
-    let around = before.saturating_sub(1).max(1)..=(before + 1).min(course.count(axis));
-    let far = |number: &u32| (at_ns - course.due_ns(axis, *number)).abs();
+fn nearest(planned: &PlannedMove, axis: usize, at_ns: f64) -> u32 {
+    let before = planned.steps_by(axis, at_ns * 1e-9).clamp(1, planned.count(axis));
+    let around = before.saturating_sub(1).max(1)..=(before + 1).min(planned.count(axis));
+    let far = |number: &u32| (at_ns - planned.due_ns(axis, *number)).abs();
     around.min_by(|one, other| far(one).total_cmp(&far(other))).unwrap_or(before)
 }
 
-fn steps_of(course: &Course, window: &Window, start_ns: f64) -> Vec<Judged> {
+fn steps_of(planned: &PlannedMove, window: &Window, start_ns: f64) -> Vec<Judged> {
     let judged = window.instants_ns.iter().map(|at_ns| {
-        let number = nearest(course, window.axis, at_ns - start_ns);
-        Judged { number, error_ns: at_ns - start_ns - course.due_ns(window.axis, number) }
+        let number = nearest(planned, window.axis, at_ns - start_ns);
+        Judged { number, error_ns: at_ns - start_ns - planned.due_ns(window.axis, number) }
     });
     judged.collect()
 }
 
 /// Edges that did not come, and those that came too often. Where the stamper has lost stamps itself, nobody knows.
-fn missing(course: &Course, window: &Window, judged: &[Judged]) -> Vec<Fault> {
-    let (axis, count) = (window.axis, course.count(window.axis));
+fn missing(planned: &PlannedMove, window: &Window, judged: &[Judged]) -> Vec<Fault> {
+    let (axis, count) = (window.axis, planned.count(window.axis));
     let lost = |from: u32, to: u32| Fault::Lost { axis, numbers: from..=to };
     if window.lost {
         return Vec::new();
@@ -256,12 +256,12 @@ fn without_extras(judged: Vec<Judged>) -> Vec<Judged> {
 }
 
 /// Edges too far from their instants, and those out of line.
-fn astray(course: &Course, window: &Window, judged: &[Judged]) -> Vec<Fault> {
+fn astray(planned: &PlannedMove, window: &Window, judged: &[Judged]) -> Vec<Fault> {
     let axis = window.axis;
     let limit_ns = PROMISE_NS + window.fineness.unit_ns();
     let far = judged.iter().filter(|one| one.error_ns.abs() > limit_ns);
     let far = far.map(|one| Fault::Far { axis, number: one.number, error_ns: one.error_ns });
-    let beside_ns = beside_compiled(course, axis, judged);
+    let beside_ns = beside_compiled(planned, axis, judged);
     let out = judged.iter().zip(beside_ns).filter_map(|(one, beside_ns)| {
         let is_out = beside_ns.abs() > window.fineness.line_max_ns() && one.error_ns.abs() <= limit_ns;
         is_out.then_some(Fault::OutOfLine { axis, number: one.number, beside_ns })
@@ -271,8 +271,9 @@ fn astray(course: &Course, window: &Window, judged: &[Judged]) -> Vec<Fault> {
 
 /// The lateness of each edge beside what the machine compiles, ns: the start of the move is on a cycle that is the same for all,
 /// which the median finds.
-fn beside_compiled(course: &Course, axis: usize, judged: &[Judged]) -> Vec<f64> {
-    let compiled = |one: &Judged| one.error_ns + course.due_ns(axis, one.number) - course.compiled_ns(axis, one.number);
+fn beside_compiled(planned: &PlannedMove, axis: usize, judged: &[Judged]) -> Vec<f64> {
+    let compiled =
+        |one: &Judged| one.error_ns + planned.due_ns(axis, one.number) - planned.compiled_ns(axis, one.number);
     let all: Vec<f64> = judged.iter().map(compiled).collect();
     let middle_ns = median(all.clone());
     all.into_iter().map(|ns| ns - middle_ns).collect()
@@ -285,18 +286,23 @@ mod tests {
 
     const START_NS: f64 = 3_456_784.0;
 
-    fn course() -> Course {
-        Machine::new(1_000_000, Ramp { s: 0.001, accel_max_steps_s2: 2e7 }).course([12_500, -12_500, 12_500]).unwrap()
+    fn planned() -> PlannedMove {
+        Machine::new(1_000_000, Ramp { s: 0.001, accel_max_steps_s2: 2e7 }).planned([12_500, -12_500, 12_500]).unwrap()
     }
 
     /// The windows that stampers see of edges that are on the cycles of the compiled move, `skip` of them left out.
-    fn windows(course: &Course, skip: u32, count: usize, cycle: impl FnMut(usize, u32) -> Option<u64>) -> Vec<Window> {
-        by(Fineness::Single, course, skip, count, cycle)
+    fn windows(
+        planned: &PlannedMove,
+        skip: u32,
+        count: usize,
+        cycle: impl FnMut(usize, u32) -> Option<u64>,
+    ) -> Vec<Window> {
+        by(Fineness::Single, planned, skip, count, cycle)
     }
 
     fn by(
         fineness: Fineness,
-        course: &Course,
+        planned: &PlannedMove,
         skip: u32,
         count: usize,
         mut cycle: impl FnMut(usize, u32) -> Option<u64>,
@@ -306,7 +312,7 @@ mod tests {
             Fineness::Pair => cycle as f64 * 8.0,
         };
         let of = |axis| {
-            let cycles: Vec<u64> = (1..=course.count(axis)).filter_map(|number| cycle(axis, number)).collect();
+            let cycles: Vec<u64> = (1..=planned.count(axis)).filter_map(|number| cycle(axis, number)).collect();
             let stamped = (1..).zip(&cycles).filter(|(number, _)| *number == 1 || *number > skip + 1).take(count);
             let (counted, instants_ns): (Vec<u32>, Vec<f64>) =
                 stamped.map(|(number, cycle)| (number, instant_ns(*cycle))).unzip();
@@ -316,15 +322,15 @@ mod tests {
         (0..3).map(of).collect()
     }
 
-    fn exact(course: &Course) -> impl Fn(usize, u32) -> Option<u64> + '_ {
-        |axis, number| Some(((START_NS + course.compiled_ns(axis, number)) / 8.0).round() as u64)
+    fn exact(planned: &PlannedMove) -> impl Fn(usize, u32) -> Option<u64> + '_ {
+        |axis, number| Some(((START_NS + planned.compiled_ns(axis, number)) / 8.0).round() as u64)
     }
 
     #[test]
     fn exact_edges_have_no_fault_and_errors_of_a_unit_at_most() {
-        let course = course();
+        let planned = planned();
         for (skip, count) in [(0, 2_000), (5_000, 2_000), (11_000, 2_000)] {
-            let verdict = judge(&course, &windows(&course, skip, count, exact(&course)));
+            let verdict = judge(&planned, &windows(&planned, skip, count, exact(&planned)));
             assert_eq!(verdict.faults, [], "skip {skip}");
             let all = verdict.judged.iter().flatten();
             assert!(all.clone().all(|one| one.error_ns.abs() <= 40.0), "skip {skip}");
@@ -335,15 +341,15 @@ mod tests {
 
     #[test]
     fn an_edge_that_is_three_cycles_off_is_named_wherever_it_is() {
-        let course = course();
+        let planned = planned();
         for (skip, wanted, late) in
             [(0, 1_000, 3_i64), (5_000, 6_002, -3), (11_000, 12_345, 3), (0, 3, 3), (5_000, 5_002, 3)]
         {
             let shifted = |axis, number| {
-                let cycle = exact(&course)(axis, number)?;
+                let cycle = exact(&planned)(axis, number)?;
                 Some(if axis == 1 && number == wanted { cycle.checked_add_signed(late)? } else { cycle })
             };
-            let faults = judge(&course, &by(Fineness::Pair, &course, skip, 2_000, shifted)).faults;
+            let faults = judge(&planned, &by(Fineness::Pair, &planned, skip, 2_000, shifted)).faults;
             // Where the compiled move is off the closed form itself, it is beyond the promise too.
             let named = matches!(faults.as_slice(),
                 [Fault::OutOfLine { axis: 1, number, beside_ns: off_ns } | Fault::Far { axis: 1, number, error_ns: off_ns }]
@@ -354,12 +360,12 @@ mod tests {
 
     #[test]
     fn a_lost_edge_is_named_or_counted() {
-        let course = course();
+        let planned = planned();
         let without = |lost: u32| {
-            let course = &course;
-            move |axis, number| if axis == 2 && number == lost { None } else { exact(course)(axis, number) }
+            let planned = &planned;
+            move |axis, number| if axis == 2 && number == lost { None } else { exact(planned)(axis, number) }
         };
-        let faults = |skip, lost| judge(&course, &windows(&course, skip, 2_000, without(lost))).faults;
+        let faults = |skip, lost| judge(&planned, &windows(&planned, skip, 2_000, without(lost))).faults;
         assert_eq!(faults(0, 1_234), [Fault::Lost { axis: 2, numbers: 1_234..=1_234 }]);
         assert_eq!(faults(0, 1), [Fault::Lost { axis: 2, numbers: 1..=1 }]);
         assert_eq!(faults(11_000, 12_500), [Fault::Lost { axis: 2, numbers: 12_500..=12_500 }]);
@@ -369,19 +375,19 @@ mod tests {
 
     #[test]
     fn a_late_edge_an_edge_too_many_and_a_still_axis_are_named() {
-        let course = course();
+        let planned = planned();
         let late =
-            |axis, number| exact(&course)(axis, number).map(|at| if (axis, number) == (0, 700) { at + 9 } else { at });
-        let faults = judge(&course, &windows(&course, 0, 2_000, late)).faults;
+            |axis, number| exact(&planned)(axis, number).map(|at| if (axis, number) == (0, 700) { at + 9 } else { at });
+        let faults = judge(&planned, &windows(&planned, 0, 2_000, late)).faults;
         assert!(matches!(faults.as_slice(), [Fault::Far { axis: 0, number: 700, .. }]), "{faults:?}");
-        let mut extra = windows(&course, 0, 2_000, exact(&course));
+        let mut extra = windows(&planned, 0, 2_000, exact(&planned));
         let between = extra[0].instants_ns[900] + 200.0;
         extra[0].instants_ns.insert(901, between);
         extra[0].counted = (1..).take(extra[0].instants_ns.len()).collect();
-        let faults = judge(&course, &extra).faults;
+        let faults = judge(&planned, &extra).faults;
         assert!(matches!(faults.as_slice(), [Fault::Extra { axis: 0, count: 1, .. }]), "{faults:?}");
-        let still = |axis, number| if axis == 1 { None } else { exact(&course)(axis, number) };
-        let faults = judge(&course, &windows(&course, 0, 2_000, still)).faults;
+        let still = |axis, number| if axis == 1 { None } else { exact(&planned)(axis, number) };
+        let faults = judge(&planned, &windows(&planned, 0, 2_000, still)).faults;
         assert_eq!(faults, [Fault::Lost { axis: 1, numbers: 1..=12_500 }]);
     }
 }

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::measure::course::NS_PER_CYCLE;
+use crate::measure::planned_move::NS_PER_CYCLE;
 
 /// This stamper cannot skip: it keeps the last stamps of its window instead.
 pub const KEEPS_LAST: usize = 2;

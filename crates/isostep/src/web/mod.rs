@@ -1,12 +1,12 @@
 //! `isostep web`: serves the page on this computer, and lends it a board.
 //!
 //! ```text
-//! browser -- HTTP -------- Gate -- Page: its files, in memory
-//!         -- WebSocket --- Gate -- Session: one page has the board -- Cable -- the serial port
+//! browser -- HTTP -------- Access -- Page: its files, in memory
+//!         -- WebSocket --- Access -- Session: one page has the board -- Cable -- the serial port
 //! ```
 
+mod access;
 mod cable;
-mod gate;
 mod page;
 mod server;
 mod session;

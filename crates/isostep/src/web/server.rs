@@ -16,7 +16,7 @@ use axum::routing::get;
 use tokio::sync::{Semaphore, watch};
 use tokio::time;
 
-use super::gate::Gate;
+use super::access::Access;
 use super::{Board, Page, session};
 
 /// A page that is loaded anew asks for the board before the one before has left it.
@@ -30,7 +30,7 @@ const MESSAGE_BYTES_MAX: usize = 4096;
 struct Served {
     page: Page,
     board: Option<Board>,
-    gate: Gate,
+    access: Access,
     /// One page at a time has the board.
     turn: Semaphore,
     ending: watch::Sender<bool>,
@@ -53,12 +53,12 @@ impl Server {
         listener.set_nonblocking(true)?;
         let at = listener.local_addr()?;
         let (turn, ending) = (Semaphore::new(1), watch::Sender::new(false));
-        Ok(Self { listener, at, served: Arc::new(Served { page, board, gate: Gate::new(at)?, turn, ending }) })
+        Ok(Self { listener, at, served: Arc::new(Served { page, board, access: Access::new(at)?, turn, ending }) })
     }
 
     /// The address to open in a browser. The token stands where browsers do not send it on.
     pub fn address(&self) -> String {
-        let token = self.served.board.as_ref().map(|_| format!("#operate&token={}", self.served.gate.token()));
+        let token = self.served.board.as_ref().map(|_| format!("#operate&token={}", self.served.access.token()));
         format!("http://{}/{}", self.at, token.unwrap_or_default())
     }
 
@@ -118,7 +118,7 @@ fn router(served: Arc<Served>) -> Router {
 
 /// Refuses requests by another's name, and says to the browser what the page may do.
 async fn guard(State(served): State<Arc<Served>>, request: Request, next: Next) -> Response {
-    let mut answer = match served.gate.check_host(request.headers()) {
+    let mut answer = match served.access.check_host(request.headers()) {
         Ok(()) => next.run(request).await,
         Err(why) => (StatusCode::FORBIDDEN, why).into_response(),
     };
@@ -154,7 +154,7 @@ async fn about_board(State(served): State<Arc<Served>>) -> Response {
 }
 
 async fn board(State(served): State<Arc<Served>>, headers: HeaderMap, uri: Uri, upgrade: WebSocketUpgrade) -> Response {
-    if let Err(why) = served.gate.check_board(&headers, &uri) {
+    if let Err(why) = served.access.check_board(&headers, &uri) {
         return (StatusCode::FORBIDDEN, why).into_response();
     }
     upgrade.max_message_size(MESSAGE_BYTES_MAX).on_upgrade(async move |page| {

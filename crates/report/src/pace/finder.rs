@@ -11,7 +11,7 @@ use isostep_profile::SpeedLaw;
 
 use super::asked::{Asked, Limit, SAME};
 use super::corner::{Corner, CornerLimit};
-use super::course::{Change, Phase};
+use super::phases::{Change, Phase};
 use super::slow::{SlowPlace, SlowPlaces, Why};
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::Source;

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use serde::Serialize;
 
-use super::course::Phase;
+use super::phases::Phase;
 use isostep_sim::lines_of_moves::Source;
 
 /// The seconds that are compared begin at multiples of this, s.

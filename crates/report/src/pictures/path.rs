@@ -8,7 +8,7 @@ use super::plane::{Axes, FINE, Plane, Room, XY, letters, moves_in};
 use super::scales::{Made, SpeedScale};
 use super::strokes::{self, Piece};
 use super::theme;
-use crate::pace::course::{Change, Phase, phases};
+use crate::pace::phases::{Change, Phase, phases};
 use isostep_motion::AXES;
 use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
@@ -58,22 +58,22 @@ pub struct Picture {
 
 /// Draws the picture of the plane of two axes; `sources` are those of all moves.
 pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Picture {
-    let course = || phases(outcome, sources);
+    let phases_of = || phases(outcome, sources);
     let moves = outcome.program_moves().count();
     let rapids = rapids(sources);
     let plane = Plane::new(outcome, axes, if axes == XY { ROOM } else { SIDE_ROOM });
     let with_rapids = rapids.contains(&true);
     let by_edges = moves <= MOVES_BY_EDGES && !outcome.edges.is_empty();
     let with_dots = moves <= MOVES_WITH_DOTS;
-    let scale = SpeedScale::of(course());
+    let scale = SpeedScale::of(phases_of());
     let width = if with_dots { 3 * FINE } else { FINE * 3 / 2 };
     let bytes_max = if axes == XY { BYTES_MAX } else { SIDE_BYTES_MAX };
     let least = if with_dots { 0.5 } else { f64::from(FINE) / 2.0 };
     let drawn = strokes::bounded(scale, [least, f64::from(FINE)], bytes_max, |take| {
         if by_edges {
-            pieces_by_edges(outcome, course(), (&plane, &rapids), take)
+            pieces_by_edges(outcome, phases_of(), (&plane, &rapids), take)
         } else {
-            pieces(outcome, course(), (&plane, &rapids), take)
+            pieces(outcome, phases_of(), (&plane, &rapids), take)
         }
     });
     let (strokes, simplified) = drawn;
@@ -208,7 +208,7 @@ fn ends(outcome: &Outcome, sources: &[Option<Source>], plane: &Plane) -> String 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pace::course::phases;
+    use crate::pace::phases::phases;
     use isostep_sim::{Config, lines_of_moves, run};
 
     fn outcome(program: &str) -> Outcome {

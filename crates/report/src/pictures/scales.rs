@@ -4,7 +4,7 @@
 use super::chart::short;
 use super::strokes::Scale;
 use super::theme::{FINE, text};
-use crate::pace::course::Phase;
+use crate::pace::phases::Phase;
 use isostep_sim::measure::across::WITHIN;
 
 /// A box of a key: where it begins, how wide and how high it is, fine pixels; and the variable of its colour.

@@ -3,7 +3,7 @@
 use super::chart::{self, Axis, Band, Chart, Curve, Label, Place, Style};
 use super::theme::{AXIS, BOUND, CURVE, Colour};
 use crate::pace::Second;
-use crate::pace::course::{Phase, end_s, phases};
+use crate::pace::phases::{Phase, end_s, phases};
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::Source;
 

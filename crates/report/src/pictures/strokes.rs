@@ -238,7 +238,7 @@ mod tests {
     fn scale() -> SpeedScale {
         let outcome = run(b"G91 G1 F600 X10\n", &Config { only_time: true, ..Config::default() }).unwrap();
         let sources = lines_of_moves::of_moves(&outcome);
-        SpeedScale::of(pace::course::phases(&outcome, &sources))
+        SpeedScale::of(pace::phases::phases(&outcome, &sources))
     }
 
     fn drawn(points: &[(f64, f64, f64)], least: f64) -> String {

@@ -3,7 +3,7 @@
 use anyhow::Result;
 
 use super::super::stamped::{Stamped, ramp};
-use crate::measure::course::PROVED;
+use crate::measure::planned_move::PROVED;
 use crate::measure::{Better, Figure, Findings, Machine};
 
 /// A mean is given in hundredths of a cycle.
@@ -45,11 +45,11 @@ pub fn cache(board: &mut Stamped, found: &mut Findings) -> Result<()> {
         found.add(figure);
     }
     let machine = Machine::new(100_000, ramp(0.02));
-    let course = machine.straight(PROVED, 0.1)?;
+    let planned = machine.straight(PROVED, 0.1)?;
     board.set_up(&machine)?;
     board.session.numbers::<2>("$PROVE=COUNT", "COUNT")?;
-    for course in [course.clone(), course.back()] {
-        board.make(&course)?;
+    for planned in [planned.clone(), planned.back()] {
+        board.make(&planned)?;
     }
     let [hits, accesses] = board.session.numbers("$PROVE=COUNT", "COUNT")?;
     let share = if accesses > 0.0 { 100.0 * hits / accesses } else { 0.0 };

@@ -11,10 +11,10 @@ use anyhow::Result;
 use super::super::judge::{self, Fault, Fineness, PROMISE_NS, Window};
 use super::super::stamped::{PADS, Stamped, ramp};
 use crate::console::explained;
-use crate::measure::course::{NAMES, PROVED};
 use crate::measure::edges::Edges;
 use crate::measure::errors::Errors;
-use crate::measure::{Board, Course, Findings, Machine, Measured, together};
+use crate::measure::planned_move::{NAMES, PROVED};
+use crate::measure::{Board, Findings, Machine, Measured, PlannedMove, together};
 
 /// A ramp lasts so long, or longer at rates that would ask for more than the fastest machines.
 const RAMP_S: f64 = 0.02;
@@ -27,13 +27,13 @@ const TRIES: u32 = 3;
 pub fn measure(board: &mut Stamped, found: &mut Findings) -> Result<()> {
     for rate_steps_s in board.how.effort.rates.clone() {
         let machine = Machine::new(rate_steps_s, ramp(RAMP_S));
-        let course = machine.straight(PROVED, CRUISE_S)?;
+        let planned = machine.straight(PROVED, CRUISE_S)?;
         let edges = |fineness: Fineness| Edges {
             key: format!("edges.{rate_steps_s}.{:.0}", fineness.unit_ns()),
             of: format!("{}, by {:.0} ns", together(rate_steps_s), fineness.unit_ns()),
             unit_ns: fineness.unit_ns(),
             flatters: board.method().edges,
-            made: course.edges(),
+            made: planned.edges(),
         };
         let of = [Fineness::Single, Fineness::Pair].map(|fineness| (fineness, edges(fineness)));
         if let Err(refused) = board.set_up(&machine) {
@@ -41,7 +41,7 @@ pub fn measure(board: &mut Stamped, found: &mut Findings) -> Result<()> {
             continue;
         }
         for (fineness, edges) in of {
-            match see(board, &course, rate_steps_s, fineness)? {
+            match see(board, &planned, rate_steps_s, fineness)? {
                 Ok(seen) => seen.add_to(found, &edges, rate_steps_s),
                 Err(alarm) => {
                     let rate = together(rate_steps_s);
@@ -67,17 +67,17 @@ struct Seen {
 }
 
 /// Looks at all windows. A move that ends in an alarm ends that.
-fn see(board: &mut Stamped, course: &Course, rate_steps_s: u32, fineness: Fineness) -> Result<Measured<Seen>> {
+fn see(board: &mut Stamped, planned: &PlannedMove, rate_steps_s: u32, fineness: Fineness) -> Result<Measured<Seen>> {
     let most = match fineness {
         Fineness::Single => board.how.effort.windows,
         Fineness::Pair => board.how.effort.pair_windows,
     };
-    let skips = board.skips(course.count(0), most);
+    let skips = board.skips(planned.count(0), most);
     let watched: &[[usize; 3]] = match fineness {
         Fineness::Single => &[[0, 1, 2]],
         Fineness::Pair => &[[0, 0, 1], [1, 1, 2], [2, 2, 0]],
     };
-    let (mut seen, mut course) = (Seen::new(course), course.clone());
+    let (mut seen, mut planned) = (Seen::new(planned), planned.clone());
     for (index, &skip) in skips.iter().enumerate() {
         for axes in watched {
             board.progress.step(&format!(
@@ -87,8 +87,8 @@ fn see(board: &mut Stamped, course: &Course, rate_steps_s: u32, fineness: Finene
                 index + 1,
                 skips.len()
             ));
-            match windows(board, &mut course, *axes, skip, fineness)? {
-                Ok(windows) => seen.take(&course, &windows),
+            match windows(board, &mut planned, *axes, skip, fineness)? {
+                Ok(windows) => seen.take(&planned, &windows),
                 Err(alarm) => return Ok(Err(alarm)),
             }
         }
@@ -99,7 +99,7 @@ fn see(board: &mut Stamped, course: &Course, rate_steps_s: u32, fineness: Finene
 /// The windows of one move, which is tried again if a stamper has lost some.
 fn windows(
     board: &mut Stamped,
-    course: &mut Course,
+    planned: &mut PlannedMove,
     axes: [usize; 3],
     skip: u32,
     fineness: Fineness,
@@ -107,11 +107,11 @@ fn windows(
     let mut windows = Vec::new();
     for _ in 0..TRIES {
         let pads = axes.map(|axis| PADS[axis]);
-        let (stamps, alarm) = board.stamped(course, pads, skip)?;
+        let (stamps, alarm) = board.stamped(planned, pads, skip)?;
         if let Some(alarm) = alarm {
             return Ok(Err(alarm));
         }
-        *course = course.back();
+        *planned = planned.back();
         windows = match fineness {
             Fineness::Single => board.windows(&axes, &stamps, skip),
             // The third stamper is there so that every pad has a turn beside another; its edges are in the other windows.
@@ -125,12 +125,12 @@ fn windows(
 }
 
 impl Seen {
-    fn new(course: &Course) -> Self {
-        Self { stamped: std::array::from_fn(|axis| vec![false; course.count(axis) as usize]), ..Self::default() }
+    fn new(planned: &PlannedMove) -> Self {
+        Self { stamped: std::array::from_fn(|axis| vec![false; planned.count(axis) as usize]), ..Self::default() }
     }
 
-    fn take(&mut self, course: &Course, windows: &[Window]) {
-        let verdict = judge::judge(course, windows);
+    fn take(&mut self, planned: &PlannedMove, windows: &[Window]) {
+        let verdict = judge::judge(planned, windows);
         for (window, judged) in windows.iter().zip(&verdict.judged) {
             self.windows_lost += u32::from(window.lost);
             for one in judged {

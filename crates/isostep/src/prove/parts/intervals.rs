@@ -7,7 +7,7 @@ use isostep_sim::measure::{self, Way};
 use super::super::judge;
 use super::super::stamped::{PADS, Stamped, ramp};
 use super::edges::tell;
-use crate::measure::course::{NAMES, PROVED, UNIT_STEPS};
+use crate::measure::planned_move::{NAMES, PROVED, UNIT_STEPS};
 use crate::measure::{Better, Figure, Findings, Machine};
 
 /// Slow enough that a whole move is one window, and its ramps have many edges.
@@ -27,16 +27,16 @@ pub fn measure(board: &mut Stamped, found: &mut Findings) -> Result<()> {
     );
     let machine = Machine::new(RATE_STEPS_S, ramp(RAMP_S));
     board.set_up(&machine)?;
-    let course = machine.course(SHARES.map(|share| share * unit))?;
-    let (stamps, alarm) = board.stamped(&course, PADS, 0)?;
+    let planned = machine.planned(SHARES.map(|share| share * unit))?;
+    let (stamps, alarm) = board.stamped(&planned, PADS, 0)?;
     ensure!(alarm.is_none(), "the move ended in {}", alarm.unwrap_or_default());
     let windows = board.windows(&[0, 1, 2], &stamps, 0);
-    let verdict = judge::judge(&course, &windows);
+    let verdict = judge::judge(&planned, &windows);
     tell(&mut found.faults, &verdict.faults, "the diagonal move");
     let measured = windows.iter().map(|window| {
         let times_s: Vec<f64> = window.instants_ns.iter().map(|ns| (ns - verdict.start_ns) * 1e-9).collect();
-        let way = Way::whole(course.count(window.axis) as usize);
-        measure::intervals_of(course.profile(), &way, &times_s, Port::Pio)
+        let way = Way::whole(planned.count(window.axis) as usize);
+        measure::intervals_of(planned.profile(), &way, &times_s, Port::Pio)
             .with_context(|| format!("the edges of {} lie on no trapezoid", NAMES[window.axis]))
     });
     let measured: Vec<_> = measured.collect::<Result<_>>()?;

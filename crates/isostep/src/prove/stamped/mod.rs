@@ -13,12 +13,12 @@ use super::session::{Answer, Identity, Session};
 use super::stamps::{self, Stamps};
 use crate::flight::WINDOW_BYTES;
 use crate::measure::board::Followed;
-use crate::measure::course::PROVED;
 use crate::measure::load::{Awake, Load};
 use crate::measure::moves::{Carried, Stream};
+use crate::measure::planned_move::PROVED;
 use crate::measure::starts::Starts;
 use crate::measure::stops::{Cause, Stops};
-use crate::measure::{Board, Course, Machine, Measured, Method, Ramp};
+use crate::measure::{Board, Machine, Measured, Method, PlannedMove, Ramp};
 
 /// The pads of STEP, of all axes.
 pub const PADS: [u8; PROVED] = [2, 4, 6];
@@ -86,9 +86,9 @@ impl Stamped<'_, '_> {
     }
 
     /// Makes a move, and waits until it is over.
-    pub fn make(&mut self, course: &Course) -> Result<()> {
-        self.session.ask(&course.line())?;
-        self.session.wait(course.duration_s())?;
+    pub fn make(&mut self, planned: &PlannedMove) -> Result<()> {
+        self.session.ask(&planned.line())?;
+        self.session.wait(planned.duration_s())?;
         self.session.rest().map(drop)
     }
 
@@ -99,9 +99,14 @@ impl Stamped<'_, '_> {
     }
 
     /// Makes a move while the stampers watch these pads. Returns the stamps, and the alarm if one came.
-    pub fn stamped(&mut self, course: &Course, pads: [u8; 3], skip: u32) -> Result<([Stamps; 3], Option<String>)> {
+    pub fn stamped(
+        &mut self,
+        planned: &PlannedMove,
+        pads: [u8; 3],
+        skip: u32,
+    ) -> Result<([Stamps; 3], Option<String>)> {
         self.session.arm(pads, skip)?;
-        self.make(course)?;
+        self.make(planned)?;
         let alarm = self.session.take_alarm();
         Ok((self.session.read(skip)?, alarm))
     }
@@ -146,14 +151,14 @@ impl Stamped<'_, '_> {
     }
 
     /// Makes a move and looks at its middle and its end.
-    fn looked_at(&mut self, course: &Course, followed: &mut Followed) -> Result<Measured<()>> {
-        let skip = course.steps_by(0, course.duration_s() / 2.0);
-        let (stamps, alarm) = self.stamped(course, PADS, skip)?;
+    fn looked_at(&mut self, planned: &PlannedMove, followed: &mut Followed) -> Result<Measured<()>> {
+        let skip = planned.steps_by(0, planned.duration_s() / 2.0);
+        let (stamps, alarm) = self.stamped(planned, PADS, skip)?;
         if let Some(alarm) = alarm {
             return Ok(Err(alarm));
         }
-        let axes = (0..PROVED).filter(|&axis| course.count(axis) > 0);
-        let verdict = judge::judge(course, &self.windows(&axes.collect::<Vec<_>>(), &stamps, skip));
+        let axes = (0..PROVED).filter(|&axis| planned.count(axis) > 0);
+        let verdict = judge::judge(planned, &self.windows(&axes.collect::<Vec<_>>(), &stamps, skip));
         let is_broken = |fault: &&Fault| !matches!(fault, Fault::OutOfLine { .. } | Fault::Far { .. });
         if let Some(fault) = verdict.faults.iter().find(is_broken) {
             return Ok(Err(fault.to_string()));
@@ -163,16 +168,16 @@ impl Stamped<'_, '_> {
     }
 
     /// The delay of a start that follows this line, ms.
-    fn start_ms(&mut self, before: &str, course: &Course) -> Result<f64> {
+    fn start_ms(&mut self, before: &str, planned: &PlannedMove) -> Result<f64> {
         self.session.ask("$PROVE=OUT")?;
         self.session.arm([PADS[0], PADS[1], OUT], 0)?;
-        self.ask_both([before, &course.line()])?;
-        self.session.wait(course.duration_s())?;
+        self.ask_both([before, &planned.line()])?;
+        self.session.wait(planned.duration_s())?;
         self.session.rest()?;
         let stamps = self.session.read(0)?;
         let pulled_ns =
             stamps[2].instants_ns().first().copied().with_context(|| format!("GP{OUT} was not seen to go low"))?;
-        let verdict = judge::judge(course, &self.windows(&[0, 1], &stamps, 0));
+        let verdict = judge::judge(planned, &self.windows(&[0, 1], &stamps, 0));
         Ok((verdict.start_ns - pulled_ns) * 1e-6)
     }
 }
@@ -186,13 +191,13 @@ impl Board for Stamped<'_, '_> {
         self.progress.step(what);
     }
 
-    fn follow(&mut self, machine: &Machine, courses: &[Course]) -> Result<Measured<Followed>> {
+    fn follow(&mut self, machine: &Machine, moves: &[PlannedMove]) -> Result<Measured<Followed>> {
         let mut followed = Followed::default();
         // The board may refuse the rate, which is an answer; if it is gone, the next line says so.
         let mut made = self.set_up(machine).map_err(|refused| format!("{refused:#}"));
-        for course in courses {
+        for planned in moves {
             if made.is_ok() {
-                made = self.looked_at(course, &mut followed).unwrap_or_else(|error| Err(format!("{error:#}")));
+                made = self.looked_at(planned, &mut followed).unwrap_or_else(|error| Err(format!("{error:#}")));
             }
         }
         if made.is_err() {
@@ -203,14 +208,14 @@ impl Board for Stamped<'_, '_> {
 
     fn load(&mut self, rate_steps_s: u32) -> Result<Measured<Load>> {
         let machine = Machine::new(rate_steps_s, ramp(0.1));
-        let course = machine.straight(PROVED, LOADED_CRUISE_S)?;
+        let planned = machine.straight(PROVED, LOADED_CRUISE_S)?;
         self.set_up(&machine)?;
         let session = &mut *self.session;
         // This begins to measure, and the one after the move ends it: programming settings into the flash masks interrupts
         // for long, at rest, and does not count.
         session.numbers::<1>("$PROVE=MASK", "MASK")?;
-        session.ask(&course.line())?;
-        session.wait(course.profile().t_accel_s() + (LOADED_CRUISE_S - LOADED_S) / 2.0)?;
+        session.ask(&planned.line())?;
+        session.wait(planned.profile().t_accel_s() + (LOADED_CRUISE_S - LOADED_S) / 2.0)?;
         session.numbers::<2>("$PROVE=LOAD", "LOAD")?;
         session.wait(LOADED_S)?;
         let [asleep_us, all_us] = session.numbers("$PROVE=LOAD", "LOAD")?;
@@ -237,17 +242,17 @@ impl Board for Stamped<'_, '_> {
             );
         }
         let machine = Machine::new(100_000, ramp(0.02));
-        let mut course = machine.straight(PROVED, 0.0)?;
+        let mut planned = machine.straight(PROVED, 0.0)?;
         self.set_up(&machine)?;
         // The wire may lead to a limit switch.
         self.session.ask("$21=0")?;
         let mut starts = Starts::default();
         for (before, delays_ms) in [("$PROVE=OUT,0", &mut starts.warm_ms), ("$PROVE=COLD", &mut starts.cold_ms)] {
             for index in 0..=count {
-                let delay_ms = self.start_ms(before, &course)?;
+                let delay_ms = self.start_ms(before, &planned)?;
                 // The first one warms up.
                 delays_ms.extend((index > 0).then_some(delay_ms));
-                course = course.back();
+                planned = planned.back();
             }
         }
         self.session.ask("$PROVE=OUT")?;

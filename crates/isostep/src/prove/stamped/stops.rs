@@ -10,9 +10,9 @@ use anyhow::{Result, ensure};
 use super::super::how::Jumper;
 use super::super::session::RESET;
 use super::{OUT, PADS, Stamped, ramp};
-use crate::measure::course::{NAMES, PROVED, STEPS_PER_MM};
+use crate::measure::planned_move::{NAMES, PROVED, STEPS_PER_MM};
 use crate::measure::stops::{Cause, Stops};
-use crate::measure::{Course, Machine, Measured};
+use crate::measure::{Machine, Measured, PlannedMove};
 
 const RAMP_S: f64 = 0.1;
 const CRUISE_S: f64 = 0.4;
@@ -53,7 +53,7 @@ pub fn measure(board: &mut Stamped, cause: Cause, rate_steps_s: u32, wanted: u32
         return Ok(Err(format!("needs a wire from GP{OUT} to GP{}", wire.pad())));
     }
     let machine = Machine::new(rate_steps_s, ramp(RAMP_S));
-    let mut course = machine.straight(PROVED, CRUISE_S)?;
+    let mut planned = machine.straight(PROVED, CRUISE_S)?;
     board.set_up(&machine)?;
     let mut stops = Stops { rate_steps_s, ..Stops::default() };
     let mut skip = 0;
@@ -64,7 +64,7 @@ pub fn measure(board: &mut Stamped, cause: Cause, rate_steps_s: u32, wanted: u32
         }
         board.progress.step(&format!("{}: {} of {wanted}", cause.name(), stops.latencies_us.len() + 1));
         let axes = others.next().unwrap_or([0, 1]);
-        let stop = match one(board, cause, wire, &course, axes, skip)? {
+        let stop = match one(board, cause, wire, &planned, axes, skip)? {
             Ok(stop) => stop,
             Err(why_not) => {
                 board.faults.push(why_not.clone());
@@ -73,8 +73,8 @@ pub fn measure(board: &mut Stamped, cause: Cause, rate_steps_s: u32, wanted: u32
         };
         stops.latencies_us.extend(stop.latency_us);
         stops.astray_steps = stops.astray_steps.max(stop.astray_steps);
-        skip = laid(board, &course, &stop);
-        course = course.back();
+        skip = laid(board, &planned, &stop);
+        planned = planned.back();
     }
     if stops.latencies_us.is_empty() {
         let window = board.identity.window;
@@ -84,9 +84,9 @@ pub fn measure(board: &mut Stamped, cause: Cause, rate_steps_s: u32, wanted: u32
 }
 
 /// The edges to leave out, so that a stop that comes as late in the move as this one is in the middle of the window.
-fn laid(board: &Stamped, course: &Course, stop: &Stop) -> u32 {
-    let into_s = (stop.pulled_ns - stop.first_ns + course.due_ns(0, 1)) * 1e-9;
-    course.steps_by(0, into_s).saturating_sub(board.identity.window as u32 / 2)
+fn laid(board: &Stamped, planned: &PlannedMove, stop: &Stop) -> u32 {
+    let into_s = (stop.pulled_ns - stop.first_ns + planned.due_ns(0, 1)) * 1e-9;
+    planned.steps_by(0, into_s).saturating_sub(board.identity.window as u32 / 2)
 }
 
 /// One stop; or in words why there was none.
@@ -94,7 +94,7 @@ fn one(
     board: &mut Stamped,
     cause: Cause,
     wire: Option<Jumper>,
-    course: &Course,
+    planned: &PlannedMove,
     axes: [usize; 2],
     skip: u32,
 ) -> Result<Measured<Stop>> {
@@ -102,9 +102,9 @@ fn one(
     let before = board.session.rest()?;
     board.session.arm([PADS[axes[0]], PADS[axes[1]], OUT], skip)?;
     if wire.is_some() {
-        pull(board, course)?
+        pull(board, planned)?
     } else {
-        reset_twice(board, course)?
+        reset_twice(board, planned)?
     }
     let after = board.session.rest()?;
     let alarm = board.session.take_alarm();
@@ -148,14 +148,14 @@ fn one(
 }
 
 /// Has the input pulled during the move.
-fn pull(board: &mut Stamped, course: &Course) -> Result<()> {
-    board.ask_both([&format!("$PROVE=OUT,{PULLED_US}"), &course.line()])?;
+fn pull(board: &mut Stamped, planned: &PlannedMove) -> Result<()> {
+    board.ask_both([&format!("$PROVE=OUT,{PULLED_US}"), &planned.line()])?;
     board.session.wait(f64::from(PULLED_US) * 1e-6 + BETWEEN_S)
 }
 
 /// Sends two reset bytes during the move.
-fn reset_twice(board: &mut Stamped, course: &Course) -> Result<()> {
-    board.session.ask(&course.line())?;
+fn reset_twice(board: &mut Stamped, planned: &PlannedMove) -> Result<()> {
+    board.session.ask(&planned.line())?;
     board.session.wait(RESET_S)?;
     board.session.say(RESET)?;
     board.session.wait(BETWEEN_S)?;

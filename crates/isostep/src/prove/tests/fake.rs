@@ -9,8 +9,8 @@ use isostep_console::Settings;
 
 use super::super::Link;
 use super::super::stamped::PADS;
-use crate::measure::course::NAMES;
-use crate::measure::{Course, Machine};
+use crate::measure::planned_move::NAMES;
+use crate::measure::{Machine, PlannedMove};
 
 /// Stamps that are kept of a pad.
 pub const WINDOW: usize = 1_000;
@@ -82,7 +82,7 @@ pub struct Stopped {
 /// A move under way.
 struct Run {
     begin_s: f64,
-    course: Course,
+    planned: PlannedMove,
     /// No edge comes after this.
     stop_s: f64,
 }
@@ -181,7 +181,7 @@ impl Fake {
         self.braking_since_s = None;
         for (axis, pad) in PADS.into_iter().enumerate() {
             let made: Vec<u32> = run.made(axis).collect();
-            self.place_steps[axis] += i64::from(run.course.steps[axis].signum()) * made.len() as i64;
+            self.place_steps[axis] += i64::from(run.planned.steps[axis].signum()) * made.len() as i64;
             let Some(armed) = &mut self.armed else { continue };
             let cycles = armed.cycles.entry(pad).or_default();
             for number in made {
@@ -291,8 +291,8 @@ impl Fake {
         });
         // Starts are on a cycle.
         let begin_s = ((self.now_s + START_S) * 125e6).round() / 125e6;
-        let course = Machine::from(self.settings).course(steps).unwrap();
-        self.run = Some(Run { begin_s, course, stop_s: f64::INFINITY });
+        let planned = Machine::from(self.settings).planned(steps).unwrap();
+        self.run = Some(Run { begin_s, planned, stop_s: f64::INFINITY });
         true
     }
 
@@ -368,16 +368,16 @@ impl Fake {
 
 impl Run {
     fn at_s(&self, axis: usize, number: u32) -> f64 {
-        self.begin_s + self.course.compiled_ns(axis, number) * 1e-9
+        self.begin_s + self.planned.compiled_ns(axis, number) * 1e-9
     }
 
     /// The steps that come before the stop.
     fn made(&self, axis: usize) -> impl Iterator<Item = u32> {
-        (1..=self.course.count(axis)).take_while(move |&number| self.at_s(axis, number) <= self.stop_s)
+        (1..=self.planned.count(axis)).take_while(move |&number| self.at_s(axis, number) <= self.stop_s)
     }
 
     fn end_s(&self) -> f64 {
-        self.begin_s + self.course.duration_s()
+        self.begin_s + self.planned.duration_s()
     }
 }
 

@@ -9,13 +9,13 @@ use subtle::ConstantTimeEq;
 const TOKEN_BYTES: usize = 16;
 
 /// The names by which this server may be called, and the token for the board.
-pub struct Gate {
+pub struct Access {
     hosts: Vec<String>,
     token: String,
 }
 
-impl Gate {
-    /// A gate with a new token.
+impl Access {
+    /// Access with a new token.
     ///
     /// # Errors
     /// When the system gives no random numbers.

@@ -80,27 +80,27 @@ impl Machine {
     ///
     /// # Errors
     /// When it cannot be planned.
-    pub fn straight(&self, axes: usize, cruise_s: f64) -> Result<Course> {
+    pub fn straight(&self, axes: usize, cruise_s: f64) -> Result<PlannedMove> {
         let steps = self.steps_of(cruise_s);
-        self.course(std::array::from_fn(|axis| if axis < axes { steps } else { 0 }))
+        self.planned(std::array::from_fn(|axis| if axis < axes { steps } else { 0 }))
     }
 
     /// A move of so many steps, from rest to rest.
     ///
     /// # Errors
     /// When it cannot be planned.
-    pub fn course(&self, steps: [i32; PROVED]) -> Result<Course> {
+    pub fn planned(&self, steps: [i32; PROVED]) -> Result<PlannedMove> {
         let all = std::array::from_fn(|axis| steps.get(axis).copied().unwrap_or(0));
         let config = config(&self.settings);
         let plan = SyncMove::plan(all, &config.limits, config.interval_law, config.speed_law, None);
         let plan = plan.with_context(|| format!("a move of {steps:?} steps cannot be planned"))?;
-        Ok(Course { steps, compiled: Rc::default(), plan })
+        Ok(PlannedMove { steps, compiled: Rc::default(), plan })
     }
 }
 
 /// A move, as a line for the board and as instants in closed form.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct PlannedMove {
     /// Signed steps of each axis.
     pub steps: [i32; PROVED],
     plan: SyncMove<AXES>,
@@ -108,7 +108,7 @@ pub struct Course {
     compiled: Rc<[OnceCell<Vec<u64>>; PROVED]>,
 }
 
-impl Course {
+impl PlannedMove {
     /// The line that makes the move from where the machine stands.
     pub fn line(&self) -> String {
         let words = NAMES.iter().zip(self.steps).filter(|(_, steps)| *steps != 0);
@@ -177,12 +177,12 @@ mod tests {
         }
         let steps = machine.steps_of(0.01);
         assert_eq!(steps, 3_000);
-        let course = machine.course([steps, -steps, 0]).unwrap();
-        assert_eq!((course.line(), course.back().line()), ("G91 G0 X3 Y-3".to_owned(), "G91 G0 X-3 Y3".to_owned()));
+        let planned = machine.planned([steps, -steps, 0]).unwrap();
+        assert_eq!((planned.line(), planned.back().line()), ("G91 G0 X3 Y-3".to_owned(), "G91 G0 X-3 Y3".to_owned()));
         // Half a step from rest at 5,000,000 steps/s2.
-        assert!((course.due_ns(1, 1) - (1.0 / 5e6_f64).sqrt() * 1e9).abs() < 0.01);
-        assert!((course.duration_s() - 0.05).abs() < 1e-9);
-        assert_eq!((course.steps_by(0, 0.02), course.steps_by(0, 1.0)), (1_000, 3_000));
+        assert!((planned.due_ns(1, 1) - (1.0 / 5e6_f64).sqrt() * 1e9).abs() < 0.01);
+        assert!((planned.duration_s() - 0.05).abs() < 1e-9);
+        assert_eq!((planned.steps_by(0, 0.02), planned.steps_by(0, 1.0)), (1_000, 3_000));
     }
 
     #[test]

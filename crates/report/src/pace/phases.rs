@@ -1,4 +1,4 @@
-//! The course of a program: all its moves as planned, divided into phases in which the speed rises, stays constant or
+//! A program over time: all its moves as planned, divided into phases in which the speed rises, stays constant or
 //! falls.
 //!
 //! A move follows its plan until a replan replaces it, from the start of that plan on. Homing is left out.
@@ -172,7 +172,7 @@ fn stop_s(record: &MoveRecord) -> f64 {
 
 /// The state of a profile at an instant.
 #[derive(Clone, Copy)]
-struct Knot {
+struct Boundary {
     t_s: f64,
     steps: f64,
     steps_s: f64,
@@ -183,25 +183,25 @@ impl<'a> Piece<'a> {
         let profile = &self.plan.profile;
         let origin_s = self.plan.end_s() - profile.duration_s();
         let origin_steps = self.plan.end_steps() - profile.distance_steps();
-        let at = |t_s: f64| Knot { t_s, steps: profile.position_at(t_s), steps_s: profile.speed_at(t_s) };
-        let knots = knots(profile);
+        let at = |t_s: f64| Boundary { t_s, steps: profile.position_at(t_s), steps_s: profile.speed_at(t_s) };
+        let boundaries = boundaries(profile);
         let (from_s, to_s) = (self.from_s - origin_s, self.to_s - origin_s);
-        // For most pieces, both ends are knots of the profile.
-        let from = if from_s > 0.0 { at(from_s) } else { knots[0] };
-        let to = if to_s < knots[3].t_s { at(to_s) } else { knots[3] };
+        // For most pieces, both ends are boundaries of the profile.
+        let from = if from_s > 0.0 { at(from_s) } else { boundaries[0] };
+        let to = if to_s < boundaries[3].t_s { at(to_s) } else { boundaries[3] };
         let changes = [Change::Up, Change::Level, Change::Down];
         (0..changes.len()).filter_map(move |number| {
-            let begin = if from.t_s > knots[number].t_s { from } else { knots[number] };
-            let end = if to.t_s < knots[number + 1].t_s { to } else { knots[number + 1] };
+            let begin = if from.t_s > boundaries[number].t_s { from } else { boundaries[number] };
+            let end = if to.t_s < boundaries[number + 1].t_s { to } else { boundaries[number + 1] };
             let phase = Phase {
                 index,
                 asked,
                 change: changes[number],
                 begin_s: run_s + origin_s + begin.t_s,
                 span_s: end.t_s - begin.t_s,
-                speeds_mm_s: [begin, end].map(|knot| knot.steps_s * asked.mm_per_step),
+                speeds_mm_s: [begin, end].map(|boundary| boundary.steps_s * asked.mm_per_step),
                 distance_mm: (end.steps - begin.steps) * asked.mm_per_step,
-                places_steps: [begin, end].map(|knot| origin_steps + knot.steps),
+                places_steps: [begin, end].map(|boundary| origin_steps + boundary.steps),
                 bent_to: None,
                 way: Way::Profile { profile, from_s: begin.t_s, from_steps: begin.steps },
             };
@@ -298,13 +298,13 @@ fn change([begin_mm_s, end_mm_s]: [f64; 2]) -> Change {
 }
 
 /// The instants at which the phases of a profile begin, and the end of the last phase.
-fn knots(profile: &Profile) -> [Knot; 4] {
+fn boundaries(profile: &Profile) -> [Boundary; 4] {
     let cruise_steps_s = profile.cruise_speed_steps_s();
     let accel_s = profile.t_accel_s();
     [
-        Knot { t_s: 0.0, steps: 0.0, steps_s: profile.entry_speed_steps_s() },
-        Knot { t_s: accel_s, steps: profile.accel_end_steps(), steps_s: cruise_steps_s },
-        Knot { t_s: accel_s + profile.t_cruise_s(), steps: profile.cruise_end_steps(), steps_s: cruise_steps_s },
-        Knot { t_s: profile.duration_s(), steps: profile.distance_steps(), steps_s: profile.exit_speed_steps_s() },
+        Boundary { t_s: 0.0, steps: 0.0, steps_s: profile.entry_speed_steps_s() },
+        Boundary { t_s: accel_s, steps: profile.accel_end_steps(), steps_s: cruise_steps_s },
+        Boundary { t_s: accel_s + profile.t_cruise_s(), steps: profile.cruise_end_steps(), steps_s: cruise_steps_s },
+        Boundary { t_s: profile.duration_s(), steps: profile.distance_steps(), steps_s: profile.exit_speed_steps_s() },
     ]
 }
