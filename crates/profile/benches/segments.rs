@@ -1,4 +1,4 @@
-//! What planning and compiling cost on the host: `cargo bench -p isostep-profile`. `cargo xtask bench` gives the
+//! The cost of planning and compiling on the host: `cargo bench -p isostep-profile`. `cargo xtask bench` gives the
 //! figures of the chip.
 #![expect(clippy::disallowed_types, reason = "what is measured is the time on the clock of this computer")]
 
@@ -20,7 +20,7 @@ const LIMITS: Limits = Limits {
     jerk_steps_s3: f64::INFINITY,
 };
 
-/// How often the work is done at least, and for how long.
+/// The least number of times that the work is done, and the least time.
 const SAMPLES_MIN: u32 = 100;
 const LONG_ENOUGH: Duration = Duration::from_secs(1);
 

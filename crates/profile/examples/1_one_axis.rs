@@ -4,7 +4,7 @@
 
 use isostep_profile::{IntervalLaw, Limits, PlanError, SpeedLaw, SyncMove};
 
-/// What the axis may do.
+/// The limits of the axis.
 const LIMITS: Limits = Limits {
     start_speed_steps_s: 0.0,
     top_speed_steps_s: 2_400.0,

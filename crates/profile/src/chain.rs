@@ -116,7 +116,7 @@ impl<const N: usize, T: Default> Request<N, T> {
 pub struct Chunk<const N: usize, T = u64> {
     /// The plan.
     pub plan: Plan<N>,
-    /// Where on the path the part ends, steps of the longest axis from the beginning of the move.
+    /// The place on the path where the part ends, steps of the longest axis from the beginning of the move.
     pub until_steps: f64,
     /// The instant at which the part ends, s from the start of the run.
     pub until_s: f64,
@@ -126,7 +126,7 @@ pub struct Chunk<const N: usize, T = u64> {
     pub asked_steps_s: f64,
     /// The tag of the move's request.
     pub tag: T,
-    /// Whether it begins a move, begins a plan or goes on.
+    /// The way in which it follows: it begins a move, begins a plan or goes on.
     pub kind: ChunkKind,
 }
 
@@ -411,7 +411,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     }
 
     /// Overrides feeds and rapids by these ratios. Both are above 0; feeds go up to [`FEED_RATIO_MAX`], rapids up to 1.
-    /// What is then too fast brakes to the new speed, over several moves if necessary.
+    /// Moves that are then too fast brake to the new speed, over several moves if necessary.
     pub fn override_speed(&mut self, feed_ratio: f64, rapid_ratio: f64) {
         self.config.set_ratios(feed_ratio, rapid_ratio);
         self.plan.is_stale = true;

@@ -71,7 +71,7 @@ use crate::segment::Segment;
 
 /// The distance by which a segment's quadratic may deviate from the closed form, ticks. Rounding to a whole tick adds up to half.
 pub const FIT_ERROR_MAX_TICKS: f64 = 0.125;
-/// How far it may deviate instead, s, if that is more and the segment would otherwise last less than [`BRIEF_S`]: a
+/// The distance by which it may deviate instead, s, if that is more and the segment would otherwise last less than [`BRIEF_S`]: a
 /// fast axis leaves less time to compile.
 pub const FIT_ERROR_MAX_S: f64 = 20e-9;
 /// A segment that would last less than this, s, may deviate by [`FIT_ERROR_MAX_S`]. It then lasts about twice this at

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
 const TICK_HZ: u32 = 125_000_000;
-/// What rounding does to an instant in fixed point, ticks, and to a place, steps.
+/// The error of rounding in an instant in fixed point, ticks, and in a place, steps.
 const ROUNDING_TICKS: f64 = 0.01;
 const ROUNDING_STEPS: f64 = 1e-8;
 /// A phase of a box of 10 ms lasts no longer, s.

@@ -57,7 +57,7 @@ prop_compose! {
     }
 }
 
-/// What `fill` writes, `piece` words at a time, less the bias.
+/// The words that `fill` writes, `piece` words at a time, less the bias.
 fn filled(mut intervals: Intervals, piece: usize, bias: u32) -> Vec<u32> {
     let words: Vec<AtomicU32> = (0..piece).map(|_| AtomicU32::new(0)).collect();
     let mut all = Vec::new();

@@ -1,4 +1,4 @@
-//! What cannot be planned is refused, and the error names the bound that it crosses.
+//! Moves that cannot be planned are refused, and the error names the bound that it crosses.
 
 use isostep_profile::{
     ACCEL_MAX_STEPS_S2, IntervalLaw, LimitError, Limits, PlanError, Profile, ProfileError, SPEED_MAX_STEPS_S,

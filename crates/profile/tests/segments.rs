@@ -65,7 +65,7 @@ impl<const N: usize> Axis<'_, N> {
         self.plan.segments(self.axis, self.tick_hz)
     }
 
-    /// How far step `k`, counted from 1, is off at `tick`, ticks, if that is more than allowed with this error of the
+    /// The error of step `k`, counted from 1, at `tick`, ticks, if that is more than allowed with this error of the
     /// fit.
     fn excess(&self, k: u32, tick: u64, fit_error: f64) -> Option<f64> {
         let exact_s = self.plan.step_time_s(self.axis, k);
@@ -77,7 +77,7 @@ impl<const N: usize> Axis<'_, N> {
         (!is_within).then_some(error)
     }
 
-    /// What 64-bit floats lose. They round the closed form's instant a few times, and the displacement that it is
+    /// The digits that 64-bit floats lose. They round the closed form's instant a few times, and the displacement that it is
     /// computed from.
     fn float_error_s(&self, exact_s: f64) -> f64 {
         let profile = &self.plan.profile;

@@ -1,10 +1,10 @@
-//! What a shaper's impulses leave of a load's vibration.
+//! The rest that a shaper's impulses leave of a load's vibration.
 
 use core::f64::consts::TAU;
 
 use isostep_profile::shaper::{EI_TOLERANCE, Impulses, Shaper, ShaperKind};
 
-/// What rounding may leave.
+/// The rest that rounding may leave.
 const SAME: f64 = 1e-12;
 
 const KINDS: [ShaperKind; 4] = [ShaperKind::Zv, ShaperKind::Mzv, ShaperKind::Zvd, ShaperKind::Ei];
@@ -26,7 +26,7 @@ fn parts(impulses: &Impulses) -> Vec<(f64, f64)> {
     (0..PARTS).map(|part| (1.0 / f64::from(PARTS), delay_s(part))).collect()
 }
 
-/// How far a load swings when the last impulse has passed, as a fraction of how far it swings after one alone.
+/// The swing of a load when the last impulse has passed, as a fraction of its swing after one alone.
 fn left(impulses: &Impulses, natural_hz: f64, damping_ratio: f64) -> f64 {
     let fades_s = TAU * natural_hz * damping_ratio;
     let turns_s = TAU * natural_hz * (1.0 - damping_ratio * damping_ratio).sqrt();
@@ -82,7 +82,7 @@ fn nothing_is_left_at_the_own_frequency_and_a_tolerance_by_ei() {
     }
 }
 
-/// How far below its own frequency a shaper leaves a twentieth at most, and how far above it, thousandths of that frequency.
+/// The distances below and above its own frequency up to which a shaper leaves a twentieth at most, thousandths of that frequency.
 fn insensitive(kind: ShaperKind) -> [u32; 2] {
     let impulses = shaper(kind, 100.0, 0.0).impulses();
     [-1.0, 1.0].map(|sign| {

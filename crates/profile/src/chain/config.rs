@@ -89,7 +89,7 @@ pub struct ChainConfig<const N: usize> {
     pub(super) feed_ratio: f64,
     pub(super) rapid_ratio: f64,
     pub(super) scale: Scale,
-    /// Whether the limits of each axis work.
+    /// True if the limits of each axis work.
     works: [bool; N],
     /// `is_looser[a][b]` says that no limit of axis `a` is lower than that of axis `b`.
     is_looser: [[bool; N]; N],

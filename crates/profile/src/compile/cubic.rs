@@ -11,11 +11,12 @@ use crate::phase::CountedPhase;
 /// log2 of the steps of the longest segment.
 const LENGTH_MAX: u8 = 8;
 
-/// How often a root is drawn nearer at most. Newton's method doubles the digits each time; where it would leave the bracket,
+/// The most times that a root is drawn nearer. Newton's method doubles the digits each time; where it would leave the bracket,
 /// the bracket is halved instead.
 const TRIES_MAX: u32 = 60;
-/// How far a quadratic is from a cubic 3/16 of the way from one of its outer steps, or from the other, of the farthest: 0.99 where the
-/// instants are a cubic over the steps, and no less than this where the third derivative vanishes, and the fourth is left.
+/// The distance of a quadratic from a cubic 3/16 of the way from one of its outer steps, or from the other, as a fraction of the
+/// largest: 0.99 where the instants are a cubic over the steps, and no less than this where the third derivative vanishes, and the
+/// fourth is left.
 const FARTHEST: f64 = 0.952;
 /// A root is exact to this, s.
 const EXACT_S: f64 = 1e-11;

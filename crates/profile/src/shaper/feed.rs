@@ -16,7 +16,7 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// What reads no run yet.
+    /// A reader of no run yet.
     #[must_use]
     pub const fn empty() -> Self {
         Self { axis: 0, from_steps: 0, index: 0, is_begun: false }

@@ -1,4 +1,4 @@
-//! What holds of a chain whose corners are blends: every axis keeps its limits, the path keeps its deviation, and every step
+//! Properties of a chain whose corners are blends: every axis keeps its limits, the path keeps its deviation, and every step
 //! is made once, where it belongs.
 
 use isostep_profile::chain::{Chunk, ChunkKind, Plan, Request};
@@ -10,30 +10,30 @@ use super::case::{AXES, Case};
 use super::drive::Event;
 use super::sees::{Sees, make};
 
-/// What rounding may change, as a fraction.
+/// The change that rounding may make, as a fraction.
 const SAME: f64 = 1e-6;
 /// The error of fixed point, ticks.
 const FIXED_POINT_ERROR_TICKS: f64 = 0.02;
 const RATES_HZ: [u32; 2] = [1_000_000, 125_000_000];
-/// How many places of a blend are looked at.
+/// The number of places of a blend that are looked at.
 const LOOKS: u32 = 16;
 
-/// What has been handed out so far.
+/// The chunks handed out so far.
 struct Watch<'a> {
     case: &'a Case,
-    /// Whether moves that go straight on are one move.
+    /// True if moves that go straight on are one move.
     lengthens: bool,
     /// The moves of the chain.
     moves: Vec<Request<AXES>>,
     has_changed: bool,
-    /// Where the move under way begins, and whose it is.
+    /// The place where the move under way begins, and its tag.
     begin_steps: [i32; AXES],
     tag: u64,
     at_s: f64,
     /// Speeds of the axes at that time, steps/s.
     speeds_steps_s: [f64; AXES],
     places_steps: [f64; AXES],
-    /// Where each axis stands, and when it made its last step, in which direction, by which plan.
+    /// The steps of each axis, and its last one: the instant, the direction and the plan.
     made_steps: [i32; AXES],
     made_s: [(f64, i32, usize); AXES],
     plans: usize,
@@ -97,7 +97,7 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// Whether the corner at which the move under way begins may be a blend.
+    /// True if the corner at which the move under way begins may be a blend.
     fn may_bend(&self) -> bool {
         let has_start_speed = self.case.limits.iter().any(|limits| limits.start_speed_steps_s > 0.0);
         !has_start_speed && self.moves[self.tag as usize].deviation_mm > 0.0

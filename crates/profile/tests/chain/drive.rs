@@ -90,9 +90,9 @@ struct Drive<'a, const LEN: usize> {
     /// The moves that have not been pushed.
     asked: &'a [Request<AXES>],
     lengthens: bool,
-    /// How many moves have been pushed, without those that have only lengthened another.
+    /// The number of moves that have been pushed, without those that have only lengthened another.
     known: usize,
-    /// Whether there were only pushes so far. Then the chain must be as fast as the known moves allow.
+    /// True if there were only pushes so far. Then the chain must be as fast as the known moves allow.
     is_plain: bool,
     /// The squared speed at which the move under way began, (mm/s)², and the lowest at which it may end.
     least: Option<(f64, f64)>,

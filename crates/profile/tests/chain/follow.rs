@@ -8,28 +8,28 @@ use proptest::test_runner::TestCaseResult;
 use super::case::{AXES, Case, line};
 use super::model::{Move, OverrideRatios, corner};
 
-/// What rounding may change, as a fraction.
+/// The change that rounding may make, as a fraction.
 const SAME: f64 = 1e-6;
 const LIMIT_SLACK: f64 = 1.0 + 1e-6;
-/// How many instants of a chunk are checked.
+/// The number of instants of a chunk that are checked.
 const LOOKS: u32 = 5;
-/// How many of its first, and of its last, steps are checked.
+/// The number of its first steps that are checked, and of its last.
 const STEPS_LOOKED_AT: u32 = 4;
 
-/// What has been handed out so far.
+/// The chunks handed out so far.
 pub struct Follower {
     pub case: Case,
     /// Overrides in force.
     pub ratios: OverrideRatios,
-    /// Whether it was asked to hold.
+    /// True if it was asked to hold.
     pub is_held: bool,
-    /// Whether the overrides have changed: then it may be faster than its nominal speed.
+    /// True if the overrides have changed: then it may be faster than its nominal speed.
     pub has_changed: bool,
     /// The approximate resolution of speeds that are kept as squares, mm/s.
     unit_mm_s: f64,
     last: Option<Chunk<AXES>>,
     at_s: f64,
-    /// Whether the next chunk begins from rest.
+    /// True if the next chunk begins from rest.
     is_at_rest: bool,
     made: [u32; AXES],
     made_s: [f64; AXES],

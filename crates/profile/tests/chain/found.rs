@@ -31,7 +31,7 @@ fn a_hold_rests_where_next_to_no_speed_is_left() {
     drive::<64>(&case, &[Event::Push(6), Event::Advance(4, f64::INFINITY), Event::Settle]).unwrap();
 }
 
-/// How much the speed changes in a move is computed for the top speed that it has if a blend leads to it.
+/// The change of speed in a move is computed for the top speed that it has if a blend leads to it.
 #[test]
 fn an_s_curve_is_as_fast_as_it_would_be_behind_a_blend() {
     let case = Case {

@@ -117,7 +117,7 @@ fn request(steps: [i32; 2]) -> Request<2> {
     Request { feed_mm_s: Some(5.0), ..Request::new(steps) }
 }
 
-/// Whether the second move lengthens the first.
+/// True if the second move lengthens the first.
 fn is_one([first, second]: [Request<2>; 2], config: ChainConfig<2>) -> bool {
     let mut chain = Chain::<2, 2>::new(config);
     chain.push(first).unwrap();

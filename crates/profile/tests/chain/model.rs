@@ -210,7 +210,7 @@ pub fn cap(case: &Case, before: &Move, after: &Move) -> Option<f64> {
 pub struct Ends {
     pub entry: f64,
     pub exit: f64,
-    /// Whether it begins at the speed at which the move before ends.
+    /// True if it begins at the speed at which the move before ends.
     pub flows: bool,
 }
 

@@ -18,7 +18,7 @@ pub trait Sees {
     /// The speed has been overridden.
     fn is_overridden(&mut self) {}
 
-    /// Whether a move that goes straight on is to lengthen the one before it, if it can.
+    /// True if a move that goes straight on is to lengthen the one before it, if it can.
     fn lengthens(&self) -> bool {
         false
     }

@@ -15,7 +15,7 @@ use super::sees::{Sees, make};
 const TICK_HZ: u32 = 125_000_000;
 /// The error of fixed point, ticks.
 const FIXED_POINT_ERROR_TICKS: f64 = 0.02;
-/// What rounding may change: steps, near standstill, and s.
+/// The change that rounding may make: steps, near standstill, and s.
 const SAME_STEPS: f64 = 3e-6;
 const SAME_S: f64 = 1e-9;
 
@@ -55,7 +55,7 @@ impl<'a> Watch<'a> {
         Self { case, axis_runs, chunks: Vec::new(), made_steps: [0; AXES] }
     }
 
-    /// Where the chain has an axis at `t_s`.
+    /// The place where the chain has an axis at `t_s`.
     fn place(&self, axis: usize, t_s: f64) -> f64 {
         let (first, from) = &self.chunks[0];
         let begin = match &first.plan {

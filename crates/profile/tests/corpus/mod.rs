@@ -13,11 +13,11 @@ use offline::Path;
 use isostep_profile::{IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw};
 
 const AXES: usize = 3;
-/// How long a move lasts at least on the emulated board with shapers, and with boxes, s (`SHAPED_S` and `BOX_S` of isostep-motion);
+/// The least time that a move lasts on the emulated board with shapers, and with boxes, s (`SHAPED_S` and `BOX_S` of isostep-motion);
 /// a standstill lasts as much longer as the shaper is long: a ZV of 40 Hz, a box of 10 ms.
 const CARRIED: [(&str, f64, f64); 3] =
     [("blends", 0.98e-3, 0.0), ("with ZV", 1.64e-3, 12.5e-3), ("with a box", 3.6e-3, 10e-3)];
-/// How many moves of a program are planned offline.
+/// The number of moves of a program that are planned offline.
 const OFFLINE_MOVES: usize = 700;
 
 /// A machine of `grbl_times.csv`; its axes are alike.
@@ -68,7 +68,7 @@ fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<OneMove> {
     moves
 }
 
-/// What a program made of the chain.
+/// The figures of a program in the chain.
 #[derive(Debug, Default)]
 struct Made {
     total_s: f64,

@@ -16,7 +16,7 @@ pub struct Path<'a> {
     units: Vec<[f64; AXES]>,
     /// The squared speeds of the moves, (mm/s)².
     nominals: Vec<f64>,
-    /// How far the blend at the beginning of each move reaches, mm, and the highest squared speed in it.
+    /// The reach of the blend at the beginning of each move, mm, and the highest squared speed in it.
     reaches_mm: Vec<f64>,
     caps: Vec<f64>,
 }
@@ -26,7 +26,7 @@ struct Place {
     first: [f64; AXES],
     second: [f64; AXES],
     cap: f64,
-    /// How far the parameter goes to the next place.
+    /// The change of the parameter to the next place.
     step: f64,
 }
 
@@ -104,7 +104,7 @@ impl<'a> Path<'a> {
         })
     }
 
-    /// How long it takes by two passes with the bounds of blends as they are.
+    /// The time that it takes by two passes with the bounds of blends as they are.
     pub fn by_two_passes_s(&self) -> f64 {
         let n = self.units.len();
         let (mut ins, mut outs) = (vec![0.0_f64; n + 1], vec![0.0_f64; n + 1]);
@@ -130,7 +130,7 @@ impl<'a> Path<'a> {
         total_s
     }
 
-    /// How long a line takes, and the blend after it. Given are the squares of both ends of the blends.
+    /// The time that a line takes, and the blend after it. Given are the squares of both ends of the blends.
     fn line_s(&self, index: usize, begin: [f64; 2], end: [f64; 2]) -> f64 {
         let part =
             |own: f64, squares: [f64; 2]| if own > 0.0 { (own / squares[0].max(squares[1])).sqrt() } else { 0.0 };
@@ -152,7 +152,7 @@ impl<'a> Path<'a> {
         took_s
     }
 
-    /// How long it takes as fast as the axes can: the fastest from place to place, by which every later place is reached.
+    /// The time that it takes as fast as the axes can: the fastest from place to place, by which every later place is reached.
     pub fn by_reachability_s(&self) -> f64 {
         let places = self.places();
         let mut most = vec![0.0; places.len() + 1];

@@ -10,7 +10,7 @@ use oorandom::Rand64;
 
 /// The environment variable that names a single case to try.
 const CASE_VARIABLE: &str = "S_CURVE_CASE";
-/// How many threads the cases are split over.
+/// The number of threads over which the cases are split.
 const THREADS: u64 = 4;
 
 /// A move to plan.
@@ -121,7 +121,7 @@ impl Random {
 /// All moves.
 pub const ALL: u64 = 1_000_000;
 
-/// How many moves are tried.
+/// The number of moves that are tried.
 pub fn count() -> u64 {
     cases(50_000, ALL as u32).into()
 }
@@ -144,7 +144,7 @@ pub fn over_cases<T: Default + Send>(count: u64, check: impl Fn(&mut T, &Case) +
     })
 }
 
-/// Whether a single case is tried. Then what is expected of all cases together does not hold.
+/// True if a single case is tried. Then what is expected of all cases together does not hold.
 pub fn is_one_case() -> bool {
     asked_case().is_some()
 }

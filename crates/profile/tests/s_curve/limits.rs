@@ -8,9 +8,9 @@ use super::case::{ALL, Case, count, is_one_case, over_cases};
 use super::phases::Phases;
 use super::shape::Shape;
 
-/// What rounding may change, as a fraction.
+/// The change that rounding may make, as a fraction.
 const TOLERANCE: f64 = 1e-9;
-/// How often each shape must occur at least in all moves, and in some of them accordingly.
+/// The least number of times that each shape must occur in all moves, and in some of them accordingly.
 const OCCURRENCES_MIN: u64 = 100;
 
 #[derive(Default)]

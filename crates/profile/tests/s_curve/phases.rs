@@ -7,7 +7,7 @@ use super::case::Case;
 /// Duration of each phase, s, and its jerk, steps/s³.
 pub struct Phases(pub [(f64, f64); 7]);
 
-/// Where a move is, and how it moves.
+/// The state of a move: place, speed and acceleration.
 #[derive(Clone, Copy)]
 pub struct State {
     pub t_s: f64,

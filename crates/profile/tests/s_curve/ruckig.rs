@@ -22,9 +22,9 @@ const MISSED_MAX: f64 = 0.01;
 struct Compared {
     /// Our duration divided by Ruckig's, where both have the same move.
     ratios: Vec<f64>,
-    /// How many of Ruckig's moves are longer.
+    /// The number of Ruckig's moves that are longer.
     longer: usize,
-    /// How many moves Ruckig does not find.
+    /// The number of moves that Ruckig does not find.
     not_found: usize,
 }
 

@@ -7,7 +7,7 @@ const RISE_MIN: f64 = 1e-9;
 /// A shorter cruise, as a fraction of the duration, is left over from the search for the peak and counts as none.
 const CRUISE_MIN: f64 = 1e-9;
 
-/// How a ramp is made.
+/// The shape of a ramp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RampShape {
     /// There is none.
@@ -18,7 +18,7 @@ pub enum RampShape {
     ThreePhases,
 }
 
-/// How a profile is made.
+/// The shape of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shape {
     pub accel: RampShape,
