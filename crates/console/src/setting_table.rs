@@ -35,6 +35,21 @@ enum Field {
 
 use Field::{Flag, Float, Int, IntPerAxis, PerAxis};
 
+/// The field of a row. Its function has a name, by which the firmware's linker keeps it in flash; a closure would have none.
+macro_rules! field {
+    (Flag $name:ident) => { field!(@Flag, bool, $name) };
+    (Int $name:ident) => { field!(@Int, u16, $name) };
+    (Float $name:ident) => { field!(@Float, f32, $name) };
+    (PerAxis $name:ident) => { field!(@PerAxis, [f32; AXES], $name) };
+    (IntPerAxis $name:ident) => { field!(@IntPerAxis, [u16; AXES], $name) };
+    (@$kind:ident, $type:ty, $name:ident) => {{
+        fn of(settings: &mut Settings) -> &mut $type {
+            &mut settings.$name
+        }
+        $kind(of)
+    }};
+}
+
 /// A setting and its meaning.
 const fn row(
     number: u16,
@@ -69,74 +84,74 @@ const SECOND_MOTOR: &str = match AXES {
 
 #[rustfmt::skip]
 const ROWS: &[(Setting, &str)] = &[
-    row(0, "us", "step pulse; 0 as short as the driver takes", 0.0, 20.0, Int(|s| &mut s.pulse_us)),
-    row(1, "ms", "motors stay energised after a move; 255 for ever", 0.0, 255.0, Int(|s| &mut s.idle_delay_ms)),
-    row(2, "", "step invert, mask (0: STEP is active high)", 0.0, 0.0, Int(|s| &mut s.step_invert_mask)),
-    row(3, "", "direction invert, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.direction_invert_mask)),
-    row(4, "", "enable is active high", 0.0, 1.0, Flag(|s| &mut s.enable_invert)),
-    row(5, "", "limit switches open when pressed", 0.0, 1.0, Flag(|s| &mut s.limit_invert)),
-    row(6, "", "probe input, mask: 1 contact is high, 2 no pull-up", 0.0, 3.0, Int(|s| &mut s.probe_mask)),
-    row(8, "", "second motor: direction other than the first's, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.second_invert_mask)),
-    row(10, "", "status report, mask: 1 machine position, 2 buffers", 0.0, 3.0, Int(|s| &mut s.report_mask)),
-    row(11, "mm", "junction deviation; 0 stops at every corner", 0.0, 100.0, Float(|s| &mut s.junction_deviation_mm)),
-    row(12, "mm", "arc tolerance, a quarter of a step at most", 0.001, 100.0, Float(|s| &mut s.arc_tolerance_mm)),
-    row(13, "", "report in inches", 0.0, 1.0, Flag(|s| &mut s.report_inches)),
-    row(20, "", "soft limits, once homed", 0.0, 1.0, Flag(|s| &mut s.soft_limits)),
-    row(21, "", "hard limits", 0.0, 1.0, Flag(|s| &mut s.hard_limits)),
-    row(HOMING, "", "homing", 0.0, 1.0, Flag(|s| &mut s.homing)),
-    row(23, "", "home towards negative, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.homing_direction_mask)),
-    row(24, "mm/min", "homing latch", 1.0, 1e5, Float(|s| &mut s.homing_latch_mm_min)),
-    row(25, "mm/min", "homing seek", 1.0, 1e5, Float(|s| &mut s.homing_seek_mm_min)),
-    row(26, "ms", "homing debounce", 0.0, 1000.0, Int(|s| &mut s.homing_debounce_ms)),
-    row(27, "mm", "homing pull-off", 0.1, 100.0, Float(|s| &mut s.homing_pull_off_mm)),
-    row(30, "rpm", "S at full duty", 0.0, 1e5, Float(|s| &mut s.spindle_max_rpm)),
-    row(31, "rpm", "S at least duty", 0.0, 1e5, Float(|s| &mut s.spindle_min_rpm)),
-    row(32, "", "laser mode", 0.0, 1.0, Flag(|s| &mut s.laser_mode)),
-    row(33, "Hz", "PWM frequency of spindle or laser", 10.0, 1e5, Float(|s| &mut s.spindle_pwm_hz)),
-    row(35, "%", "PWM duty at $31", 0.0, 100.0, Float(|s| &mut s.pwm_least_percent)),
-    row(36, "%", "PWM duty at $30", 0.0, 100.0, Float(|s| &mut s.pwm_full_percent)),
+    row(0, "us", "step pulse; 0 as short as the driver takes", 0.0, 20.0, field!(Int pulse_us)),
+    row(1, "ms", "motors stay energised after a move; 255 for ever", 0.0, 255.0, field!(Int idle_delay_ms)),
+    row(2, "", "step invert, mask (0: STEP is active high)", 0.0, 0.0, field!(Int step_invert_mask)),
+    row(3, "", "direction invert, mask", 0.0, ALL_AXES as f32, field!(Int direction_invert_mask)),
+    row(4, "", "enable is active high", 0.0, 1.0, field!(Flag enable_invert)),
+    row(5, "", "limit switches open when pressed", 0.0, 1.0, field!(Flag limit_invert)),
+    row(6, "", "probe input, mask: 1 contact is high, 2 no pull-up", 0.0, 3.0, field!(Int probe_mask)),
+    row(8, "", "second motor: direction other than the first's, mask", 0.0, ALL_AXES as f32, field!(Int second_invert_mask)),
+    row(10, "", "status report, mask: 1 machine position, 2 buffers", 0.0, 3.0, field!(Int report_mask)),
+    row(11, "mm", "junction deviation; 0 stops at every corner", 0.0, 100.0, field!(Float junction_deviation_mm)),
+    row(12, "mm", "arc tolerance, a quarter of a step at most", 0.001, 100.0, field!(Float arc_tolerance_mm)),
+    row(13, "", "report in inches", 0.0, 1.0, field!(Flag report_inches)),
+    row(20, "", "soft limits, once homed", 0.0, 1.0, field!(Flag soft_limits)),
+    row(21, "", "hard limits", 0.0, 1.0, field!(Flag hard_limits)),
+    row(HOMING, "", "homing", 0.0, 1.0, field!(Flag homing)),
+    row(23, "", "home towards negative, mask", 0.0, ALL_AXES as f32, field!(Int homing_direction_mask)),
+    row(24, "mm/min", "homing latch", 1.0, 1e5, field!(Float homing_latch_mm_min)),
+    row(25, "mm/min", "homing seek", 1.0, 1e5, field!(Float homing_seek_mm_min)),
+    row(26, "ms", "homing debounce", 0.0, 1000.0, field!(Int homing_debounce_ms)),
+    row(27, "mm", "homing pull-off", 0.1, 100.0, field!(Float homing_pull_off_mm)),
+    row(30, "rpm", "S at full duty", 0.0, 1e5, field!(Float spindle_max_rpm)),
+    row(31, "rpm", "S at least duty", 0.0, 1e5, field!(Float spindle_min_rpm)),
+    row(32, "", "laser mode", 0.0, 1.0, field!(Flag laser_mode)),
+    row(33, "Hz", "PWM frequency of spindle or laser", 10.0, 1e5, field!(Float spindle_pwm_hz)),
+    row(35, "%", "PWM duty at $31", 0.0, 100.0, field!(Float pwm_least_percent)),
+    row(36, "%", "PWM duty at $30", 0.0, 100.0, field!(Float pwm_full_percent)),
     // Before the steps, which follow them: so a listing that is sent back ends with the steps that it says.
     #[cfg(feature = "trinamic")]
-    row(MICROSTEPS, "", "microsteps, a power of 2; $100-$102 follow", 1.0, 256.0, IntPerAxis(|s| &mut s.microsteps)),
-    row(100, "steps/mm", "steps per millimetre", 0.1, 1e4, PerAxis(|s| &mut s.steps_per_mm)),
-    row(110, "mm/min", "top speed", 1.0, 9e7, PerAxis(|s| &mut s.max_rate_mm_min)),
-    row(120, "mm/s2", "acceleration", 0.1, 1e5, PerAxis(|s| &mut s.accel_mm_s2)),
-    row(130, "mm", TRAVEL, TRAVEL_MIN_MM, 1e4, PerAxis(|s| &mut s.travel_mm)),
+    row(MICROSTEPS, "", "microsteps, a power of 2; $100-$102 follow", 1.0, 256.0, field!(IntPerAxis microsteps)),
+    row(100, "steps/mm", "steps per millimetre", 0.1, 1e4, field!(PerAxis steps_per_mm)),
+    row(110, "mm/min", "top speed", 1.0, 9e7, field!(PerAxis max_rate_mm_min)),
+    row(120, "mm/s2", "acceleration", 0.1, 1e5, field!(PerAxis accel_mm_s2)),
+    row(130, "mm", TRAVEL, TRAVEL_MIN_MM, 1e4, field!(PerAxis travel_mm)),
     #[cfg(feature = "trinamic")]
-    row(140, "mA", "motor current, effective", 50.0, 1700.0, IntPerAxis(|s| &mut s.run_current_ma)),
-    row(170, "mm", "second motor: how much farther from its switch; below 0 the first", -5.0, 5.0, PerAxis(|s| &mut s.square_offset_mm)),
+    row(140, "mA", "motor current, effective", 50.0, 1700.0, field!(IntPerAxis run_current_ma)),
+    row(170, "mm", "second motor: how much farther from its switch; below 0 the first", -5.0, 5.0, field!(PerAxis square_offset_mm)),
     #[cfg(feature = "trinamic")]
-    row(200, "", "stall threshold: half of the SG_RESULT of a stall; $STALL=X finds it", 0.0, 255.0, IntPerAxis(|s| &mut s.stall_threshold)),
+    row(200, "", "stall threshold: half of the SG_RESULT of a stall; $STALL=X finds it", 0.0, 255.0, field!(IntPerAxis stall_threshold)),
     #[cfg(feature = "trinamic")]
-    row(210, "%", "motor current at standstill, of that at speed", 5.0, 100.0, IntPerAxis(|s| &mut s.hold_percent)),
+    row(210, "%", "motor current at standstill, of that at speed", 5.0, 100.0, field!(IntPerAxis hold_percent)),
     #[cfg(feature = "trinamic")]
-    row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.trinamic_mask)),
+    row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, field!(Int trinamic_mask)),
     #[cfg(feature = "trinamic")]
-    row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.stall_homing_mask)),
-    row(349, "mm", "second motor: how far one motor may go alone to its switch", 0.1, 100.0, Float(|s| &mut s.skew_max_mm)),
+    row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, field!(Int stall_homing_mask)),
+    row(349, "mm", "second motor: how far one motor may go alone to its switch", 0.1, 100.0, field!(Float skew_max_mm)),
     #[cfg(feature = "four-axes")]
-    row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, Int(|s| &mut s.rotary_mask)),
-    row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, Float(|s| &mut s.spin_up_s)),
+    row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, field!(Int rotary_mask)),
+    row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, field!(Float spin_up_s)),
     #[cfg(feature = "four-axes")]
-    row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, Int(|s| &mut s.rotary_feed_mask)),
-    row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, Flag(|s| &mut s.interval_thirds)),
-    row(901, "", HOMING_ORDER, HOMING_ORDERS.0, HOMING_ORDERS.1, Int(|s| &mut s.homing_order_digits)),
-    row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, Flag(|s| &mut s.hold_input_is_door)),
-    row(904, "mm", "blend deviation of G64; 0 for corners as with G61", 0.0, 10.0, Float(|s| &mut s.blend_deviation_mm)),
-    row(905, "", SECOND_MOTOR, 0.0, AXES as f32, Int(|s| &mut s.second_motor_axis)),
+    row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, field!(Int rotary_feed_mask)),
+    row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, field!(Flag interval_thirds)),
+    row(901, "", HOMING_ORDER, HOMING_ORDERS.0, HOMING_ORDERS.1, field!(Int homing_order_digits)),
+    row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, field!(Flag hold_input_is_door)),
+    row(904, "mm", "blend deviation of G64; 0 for corners as with G61", 0.0, 10.0, field!(Float blend_deviation_mm)),
+    row(905, "", SECOND_MOTOR, 0.0, AXES as f32, field!(Int second_motor_axis)),
     #[cfg(feature = "trinamic")]
-    row(908, "", "drivers interpolate to 256 microsteps, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.interpolate_mask)),
+    row(908, "", "drivers interpolate to 256 microsteps, mask", 0.0, ALL_AXES as f32, field!(Int interpolate_mask)),
     #[cfg(feature = "trinamic")]
-    row(909, "", "axes of $339 whose motor stops the machine if it stalls at speed, mask", 0.0, ALL_AXES as f32, Int(|s| &mut s.stall_alarm_mask)),
-    row(910, "mm/min", "start speed", 0.0, 9e7, PerAxis(|s| &mut s.start_rate_mm_min)),
-    row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, PerAxis(|s| &mut s.decel_or_0_mm_s2)),
-    row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 9e7, PerAxis(|s| &mut s.jerk_or_0_mm_s3)),
-    row(940, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, Int(|s| &mut s.speed_law)),
-    row(950, "", "shaper: 0 none, 1 ZV, 2 MZV, 3 ZVD, 4 EI, 5 box", 0.0, 5.0, IntPerAxis(|s| &mut s.shaper_kind)),
-    row(960, "Hz", "shaper's frequency", 10.0, 500.0, PerAxis(|s| &mut s.shaper_hz)),
-    row(970, "", "shaper's damping ratio", 0.0, 0.5, PerAxis(|s| &mut s.shaper_damping_ratio)),
+    row(909, "", "axes of $339 whose motor stops the machine if it stalls at speed, mask", 0.0, ALL_AXES as f32, field!(Int stall_alarm_mask)),
+    row(910, "mm/min", "start speed", 0.0, 9e7, field!(PerAxis start_rate_mm_min)),
+    row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, field!(PerAxis decel_or_0_mm_s2)),
+    row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 9e7, field!(PerAxis jerk_or_0_mm_s3)),
+    row(940, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, field!(Int speed_law)),
+    row(950, "", "shaper: 0 none, 1 ZV, 2 MZV, 3 ZVD, 4 EI, 5 box", 0.0, 5.0, field!(IntPerAxis shaper_kind)),
+    row(960, "Hz", "shaper's frequency", 10.0, 500.0, field!(PerAxis shaper_hz)),
+    row(970, "", "shaper's damping ratio", 0.0, 0.5, field!(PerAxis shaper_damping_ratio)),
     #[cfg(feature = "trinamic")]
-    row(980, "mm/min", "StealthChop up to this speed, SpreadCycle above it; 0: SpreadCycle always", 0.0, 9e7, PerAxis(|s| &mut s.stealth_mm_min)),
+    row(980, "mm/min", "StealthChop up to this speed, SpreadCycle above it; 0: SpreadCycle always", 0.0, 9e7, field!(PerAxis stealth_mm_min)),
 ];
 
 /// Every setting, by ascending number but for the microsteps, which come before the steps per millimetre, because these
