@@ -5,7 +5,7 @@
 use isostep_console::realtime::classify;
 use isostep_console::{Command, Interpreter, LineAssembler, Realtime, ReportedState, Settings};
 
-/// What a sender might send: lines, a real-time byte among them, and a mistake.
+/// The bytes that a sender might send: lines, a real-time byte among them, and a mistake.
 const BYTES: &[u8] = b"$H\nG21 G90\nG1 X10 Y5?F600\nG2 X20 R5\nG1 X1e9\n$$\n";
 
 /// Prints what each line asks for.

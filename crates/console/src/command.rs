@@ -229,7 +229,7 @@ impl ReportedState {
         matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)
     }
 
-    /// Whether the machine accepts G-code. It is queued behind a move, but not behind homing, which changes the meaning
+    /// Success if the machine accepts G-code. That is queued behind a move, but not behind homing, which changes the meaning
     /// of coordinates.
     ///
     /// # Errors

@@ -43,8 +43,6 @@ codes! {
     }
 }
 
-impl Error {}
-
 /// The fault, and the remedy.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

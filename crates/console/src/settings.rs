@@ -299,7 +299,7 @@ impl Settings {
     /// microsteps (`$150`) change the steps per millimetre, so that a millimetre stays one.
     ///
     /// # Errors
-    /// What is wrong with the value by itself.
+    /// The fault of the value by itself.
     pub fn with(mut self, number: u16, value: f32) -> Result<Self, SettingError> {
         let (setting, axis) = setting_table::find(number).ok_or(SettingError::Unknown { number })?;
         setting.check(&self, number, value)?;

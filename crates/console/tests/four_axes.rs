@@ -7,7 +7,7 @@ use expect_test::{Expect, expect};
 use isostep_console::{ReportedState, Settings};
 use talk::{Talk, check};
 
-/// What a sender hears from a machine with this setting of A.
+/// The replies to a sender from a machine with this setting of A.
 fn check_with(setting: &str, program: &str, heard: Expect) {
     let mut talk = Talk::new(ReportedState::Idle);
     assert!(talk.send(setting).lines().all(|line| line.ends_with("ok")), "{setting}");

@@ -11,9 +11,9 @@ use isostep_console::report::{self, messages};
 use isostep_console::{
     Command, Conflict, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings, Unfit,
 };
-use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Wiring, cold_path};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, cold_path};
 
-use crate::config::{Geometry, UNWORKABLE, config, pulse_ns};
+use crate::config::{Geometry, UNWORKABLE, carries_steps_s, config};
 use crate::controller::{Controller, Mode, Program, Unsaved};
 use crate::jogs::Fate;
 use crate::output::{Message, Output};
@@ -428,7 +428,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn check_together<'s>(&self, settings: &'s Settings) -> Result<(), Conflict<'s>> {
-        settings.check(&|pulse_us| self.carries_steps_s(pulse_us))
+        settings.check(&|pulse_us| carries_steps_s(self.machine.capabilities(), pulse_us))
     }
 
     /// Refuses with a message while settings do not work together.
@@ -490,13 +490,6 @@ impl<F: NorFlash> Controller<'_, F> {
             text.say(Error::NotStored);
             Error::NotStored
         })
-    }
-
-    /// The highest step rate that every axis's port carries with pulses of `pulse_us`, steps/s.
-    fn carries_steps_s(&self, pulse_us: u16) -> f32 {
-        let wiring = Wiring { pulse_ns: pulse_ns(pulse_us), ..Wiring::default() };
-        let ports = self.machine.capabilities();
-        ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
     }
 }
 

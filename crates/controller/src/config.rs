@@ -5,7 +5,8 @@ use core::ops::RangeInclusive;
 use embassy_time::Duration;
 use isostep_console::{Settings, length};
 use isostep_motion::{
-    AXES, Axis, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring, beside_steps, whole_steps,
+    AXES, Axis, Capabilities, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring,
+    beside_steps, whole_steps,
 };
 use isostep_profile::shaper::{Shaper, ShaperKind};
 use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
@@ -88,8 +89,15 @@ fn tool_config(settings: &Settings) -> ToolConfig {
 }
 
 /// Setting `$0`, ns.
-pub(crate) fn pulse_ns(pulse_us: u16) -> u32 {
+fn pulse_ns(pulse_us: u16) -> u32 {
     u32::from(pulse_us) * 1_000
+}
+
+/// The highest step rate that every known port carries with pulses of `pulse_us`, steps/s: what [`Settings::check`] asks for.
+#[must_use]
+pub fn carries_steps_s(ports: [Option<Capabilities>; AXES], pulse_us: u16) -> f32 {
+    let wiring = Wiring { pulse_ns: pulse_ns(pulse_us), ..Wiring::default() };
+    ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
 }
 
 fn limits(settings: &Settings, axis: usize) -> Limits {

@@ -29,7 +29,7 @@ mod status;
 pub mod store;
 mod tool;
 
-pub use config::config;
+pub use config::{carries_steps_s, config};
 pub use controller::Controller;
 #[cfg(feature = "trinamic")]
 pub use drivers::{DriverHardware, Wire, exchange_time};

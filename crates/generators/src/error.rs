@@ -12,7 +12,7 @@ pub enum GeneratorError {
     Profile(ProfileError),
     /// The method cannot begin at this speed, steps/s.
     StartSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The slowest that works.
         min: f64,
@@ -21,21 +21,21 @@ pub enum GeneratorError {
     },
     /// Steps would follow each other faster than the generator's clock, steps/s.
     TopSpeed {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The fastest that works.
         max: f64,
     },
     /// At this acceleration or deceleration an interval would overflow the generator's counter, steps/s².
     Accel {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The smallest that works.
         min: f64,
     },
     /// The move is too long for the generator's counter, steps.
     Steps {
-        /// What was asked.
+        /// The value that was asked for.
         asked: u32,
         /// The most that works.
         max: u32,

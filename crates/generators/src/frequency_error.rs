@@ -11,14 +11,14 @@ pub enum FrequencyError {
     NoSteps,
     /// Every law divides by p_N - 1 or by ln p_N.
     ShortRamp {
-        /// What was asked, steps.
+        /// The value that was asked for, steps.
         asked: u32,
         /// The fewest that work.
         min: u32,
     },
     /// The two ramps do not fit: 2 p_N > N.
     LongRamp {
-        /// What was asked, steps.
+        /// The value that was asked for, steps.
         asked: u32,
         /// The most that work, N/2.
         max: u32,
@@ -27,7 +27,7 @@ pub enum FrequencyError {
     },
     /// The largest period is outside its range, us.
     MaxPeriod {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The shortest that works.
         min: f64,
@@ -36,7 +36,7 @@ pub enum FrequencyError {
     },
     /// The smallest period is outside its range, us.
     MinPeriod {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The shortest that works.
         min: f64,

@@ -1,4 +1,4 @@
-//! How the step frequency rises and falls over the step index in Fonseca-Campos 2023 (Fonseca-Campos and others,
+//! The rise and fall of the step frequency over the step index in Fonseca-Campos 2023 (Fonseca-Campos and others,
 //! 2023, *Implementation in Microcontrollers of an Algorithm for the Simple Generation of Speed Profiles in a Stepper
 //! Motor*).
 

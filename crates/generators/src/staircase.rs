@@ -42,13 +42,13 @@ pub struct Tread {
     pub level: u32,
     /// Length in twentieths of t_1: 1, or the cruise's 21.
     pub intervals: u32,
-    /// When it begins, s.
+    /// Its beginning, s.
     pub start_s: f64,
     /// Its length, s.
     pub duration_s: f64,
     /// Speed, steps/s.
     pub speed_steps_s: f64,
-    /// Where it begins, steps.
+    /// The place of its beginning, steps.
     pub start_steps: f64,
     /// Its displacement, steps: eq 11's A_i.
     pub ideal_steps: f64,
@@ -61,7 +61,7 @@ pub enum StaircaseError {
     NoSteps,
     /// t_1 is not a positive number, or the cruise would be faster or slower than anything planned here, s.
     RampTime {
-        /// What was asked.
+        /// The value that was asked for.
         asked: f64,
         /// The shortest that works for these steps.
         min: f64,

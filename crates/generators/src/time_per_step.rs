@@ -6,7 +6,7 @@ use super::{Float, GeneratorError, check_start_speed, check_top_speed, profile};
 use isostep_profile::Limits;
 use isostep_profile::StepCounts;
 
-/// Whether the intervals of the first and last five steps are lengthened (Stoychitch 2018, eq 14).
+/// The intervals of the first and last five steps, lengthened or not (Stoychitch 2018, eq 14).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correction {
     /// Eqs 11 and 12 alone.

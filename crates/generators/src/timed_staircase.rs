@@ -32,7 +32,7 @@ pub struct TimedStaircase {
 pub struct TimedTread {
     /// The part of the ideal staircase.
     pub ideal: Tread,
-    /// When it begins, s.
+    /// Its beginning, s.
     pub start_s: f64,
     /// Its length, s: that of its intervals, or more if it is the last one and steps are missing.
     pub duration_s: f64,
@@ -131,7 +131,7 @@ impl TimedStaircase {
         self.treads().flat_map(|tread| tread.edges_s())
     }
 
-    /// How many steps are missing when the last interval begins.
+    /// The number of steps that are missing when the last interval begins.
     #[must_use]
     pub fn lost_steps(&self) -> u32 {
         self.staircase.steps() - self.treads().take(LAST_TREAD).map(|tread| tread.steps).sum::<u32>()
@@ -166,7 +166,7 @@ impl TimedTread {
     }
 }
 
-/// What has been made before a part.
+/// The steps and the time before a part.
 #[derive(Clone, Copy, Default)]
 struct Progress {
     intervals: u32,
@@ -179,7 +179,7 @@ fn half_period_s(staircase: &Staircase, level: u32) -> f64 {
     1.0 / (2.0 * speed)
 }
 
-/// How many rising edges are among the first `toggles`.
+/// The number of rising edges among the first `toggles`.
 fn rises(toggles: u64) -> u64 {
     toggles.div_ceil(2)
 }

@@ -67,7 +67,7 @@ impl TruncatedProfile {
         self.ramped.map_or(short, |profile| profile.step_counts())
     }
 
-    /// How long STEP is high, and then low, in step `i` = 1 to N (clamped to this range), us.
+    /// The time for which STEP is high, and then low, in step `i` = 1 to N (clamped to this range), us.
     #[must_use]
     pub fn half_period_us(&self, i: u32) -> u32 {
         self.ramped.map_or(self.short_half_us, |profile| whole(1e6 / profile.frequency_hz(i) / 2.0))

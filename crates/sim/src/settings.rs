@@ -8,7 +8,7 @@
 
 use embassy_time::Duration;
 use isostep_console::{Command, Conflict, Error, Interpreter, ReportedState, SettingError, Settings};
-use isostep_motion::{AXES, Axis, Capabilities, DriverTiming, Wiring};
+use isostep_motion::{AXES, Axis, Capabilities, DriverTiming};
 use isostep_profile::Limits;
 
 use crate::config::{Config, Port};
@@ -121,7 +121,7 @@ impl<'f> Reading<'f> {
             return Err(refused(None, Reason::Empty));
         }
         self.settings
-            .check(&|pulse_us| carries_steps_s(ports, pulse_us))
+            .check(&|pulse_us| isostep_controller::carries_steps_s(ports, pulse_us))
             .map_err(|conflict| refused(self.line_of(conflict), Reason::Conflict(conflict.to_string())))?;
         Ok(self.settings)
     }
@@ -149,12 +149,6 @@ fn setting(text: &str) -> Result<Option<(u16, f32)>, Reason> {
         Command::SetSetting { number, value } => Ok(Some((number, value))),
         _ => Err(Reason::NoSetting),
     }
-}
-
-/// The step rate that every port supports with pulses of `pulse_us`, steps/s.
-fn carries_steps_s(ports: [Option<Capabilities>; AXES], pulse_us: u16) -> f32 {
-    let wiring = Wiring { pulse_ns: u32::from(pulse_us) * 1_000, ..Wiring::default() };
-    ports.iter().flatten().map(|port| port.rate_max_steps_s(wiring) as f32).fold(f32::INFINITY, f32::min)
 }
 
 /// One text with figures for each axis whose limits its motor cannot reach.

@@ -1,4 +1,4 @@
-//! What JavaScript sees. Everything that can go wrong is thrown as JSON of a [`Trouble`](crate::Trouble).
+//! The functions and types that JavaScript sees. Everything that can go wrong is thrown as JSON of a [`Trouble`](crate::Trouble).
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -22,19 +22,19 @@ pub fn settings_refusal(lines: &str) -> String {
     serde_json::to_string(&table::refusal(lines)).unwrap_or_default()
 }
 
-/// How the axes moved: see `Motion`.
+/// The motion of the axes: see `Motion`.
 #[wasm_bindgen(js_name = Motion)]
 pub struct MotionColumns(Motion);
 
 #[wasm_bindgen(js_class = Motion)]
 impl MotionColumns {
-    /// When each stretch begins and ends, s.
+    /// The beginning and the end of each stretch, s.
     #[wasm_bindgen(js_name = takeTimes)]
     pub fn take_times(&mut self) -> Vec<f64> {
         std::mem::take(&mut self.0.times_s)
     }
 
-    /// What each belongs to.
+    /// The kind of motion that each belongs to.
     #[wasm_bindgen(js_name = takeKinds)]
     pub fn take_kinds(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.0.kinds)
@@ -52,7 +52,7 @@ impl MotionColumns {
         std::mem::take(&mut self.0.loads)
     }
 
-    /// When the tool's power changed, s.
+    /// The instants at which the tool's power changed, s.
     #[wasm_bindgen(js_name = takePowerTimes)]
     pub fn take_power_times(&mut self) -> Vec<f64> {
         std::mem::take(&mut self.0.power.times_s)
@@ -111,21 +111,21 @@ impl JobHandle {
         self.job.as_ref().map_or(0, Job::lines)
     }
 
-    /// How the axes moved since the last call.
+    /// The motion of the axes since the last call.
     #[wasm_bindgen(js_name = takeMotion)]
     pub fn take_motion(&mut self) -> MotionColumns {
         let rest = std::mem::take(&mut self.motion);
         MotionColumns(self.job.as_mut().map_or(rest, Job::take_motion))
     }
 
-    /// What was written since the last call.
+    /// The text since the last call.
     #[wasm_bindgen(js_name = takeRows)]
     pub fn take_rows(&mut self) -> Vec<u8> {
         let rest = std::mem::take(&mut self.rows);
         self.job.as_mut().map_or(rest, Job::take_rows)
     }
 
-    /// How it ended, as JSON. What is left of it can be taken after it.
+    /// Its end, as JSON. What is left of it can be taken after it.
     pub fn end(&mut self) -> Thrown<String> {
         let job = self.job.take().ok_or("the program has ended already")?;
         let end = job.end().map_err(thrown)?;
@@ -146,7 +146,7 @@ impl JobHandle {
     }
 }
 
-/// What `isostep check` says, as JSON.
+/// The findings of `isostep check`, as JSON.
 #[wasm_bindgen]
 pub fn check(program: &[u8], settings: &str) -> Thrown<String> {
     whole::check(program, settings).map_err(thrown)
@@ -202,7 +202,7 @@ impl LiveHandle {
         self.0.now_us()
     }
 
-    /// How the axes moved since the last call.
+    /// The motion of the axes since the last call.
     #[wasm_bindgen(js_name = takeMotion)]
     pub fn take_motion(&mut self) -> MotionColumns {
         MotionColumns(self.0.take_motion())

@@ -8,7 +8,7 @@ use crate::trouble::Trouble;
 use crate::watch::Watch;
 use crate::{config, summary};
 
-/// What is kept of a run beside how it moved. Each takes memory.
+/// The records that are kept of a run beside its motion. Each takes memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kept {
     /// No more.
@@ -29,15 +29,15 @@ pub struct Job {
     watch: Watch,
 }
 
-/// How a program ended, with what was not taken before.
+/// The end of a program, with what was not taken before.
 pub struct End {
-    /// What was found, as JSON.
+    /// The findings, as JSON.
     pub summary: String,
     /// The rest of how the axes moved.
     pub motion: Motion,
     /// The rest of what is written.
     pub rows: Vec<u8>,
-    /// When each line moved the machine, if that was kept.
+    /// The instants at which each line moved the machine, if that was kept.
     pub lines: Lines,
 }
 
@@ -81,17 +81,17 @@ impl Job {
         self.lines
     }
 
-    /// How the axes moved since this was asked last.
+    /// The motion of the axes since this was asked last.
     pub fn take_motion(&mut self) -> Motion {
         self.watch.take_motion()
     }
 
-    /// What is written since this was asked last: see [`Kept`].
+    /// The text since this was asked last: see [`Kept`].
     pub fn take_rows(&mut self) -> Vec<u8> {
         self.watch.take_rows()
     }
 
-    /// How it ended, and what was recorded since the last [`advance`](Self::advance).
+    /// Its end, and what was recorded since the last [`advance`](Self::advance).
     ///
     /// # Errors
     /// [`Trouble`] if the machine did not answer a line.

@@ -47,7 +47,7 @@ struct Drawn {
     jerk: Vec<f64>,
 }
 
-/// What `isostep profile` says of all laws, and their curves, as JSON. A law that cannot make the move says why.
+/// The figures of `isostep profile` for all laws, and their curves, as JSON. A law that cannot make the move says why.
 ///
 /// # Errors
 /// [`Trouble`] if the move has no step, or too many.

@@ -21,7 +21,7 @@ impl Lines {
     }
 }
 
-/// When the stretches of a move begin, s since power-up.
+/// The beginnings of the stretches of a move, s since power-up.
 fn begins_s(record: &MoveRecord) -> impl Iterator<Item = f64> + '_ {
     let marks = record.marks_steps.iter().map(|steps| record.place_time_s(f64::from(*steps)));
     std::iter::once(record.begin_s()).chain(marks).map(|s| record.start_ns as f64 * 1e-9 + s)

@@ -54,12 +54,12 @@ impl Live {
         self.sim.now_ns() as f64 * 1e-3
     }
 
-    /// How the axes moved since this was asked last, by moves that are over.
+    /// The motion of the axes since this was asked last, by moves that are over.
     pub fn take_motion(&mut self) -> Motion {
         self.watch.take_motion()
     }
 
-    /// Where the carriages are now by the count of edges, mm.
+    /// The places of the carriages now, by the count of edges, mm.
     pub fn position_mm(&self) -> [f64; AXES] {
         let steps_per_mm = self.sim.machine().config().steps_per_mm;
         let steps = self.sim.counted_steps();
@@ -83,7 +83,7 @@ impl Live {
         self.sim.set_plate(place_mm.map(|place_mm| Plate { axis: Axis::Z, place_mm, is_below: true }));
     }
 
-    /// Whether all that was made so far was as it should be: the promises that do not need an end.
+    /// The verdicts on the promises that do not need an end, so far.
     pub fn verdicts(&self) -> Vec<Verdict> {
         self.watch.gathered.verdicts(&self.sim.outcome())
     }

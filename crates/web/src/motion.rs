@@ -1,4 +1,4 @@
-//! How the axes move by their plans, in stretches of time in each of which the acceleration of every axis changes evenly.
+//! The motion of the axes by their plans, in stretches of time in each of which the acceleration of every axis changes evenly.
 //!
 //! So one row is enough to draw a place, a speed, an acceleration or a jerk anywhere within it. A ramp by a curved speed law is
 //! divided, and drawn to within what a screen shows. In a shaped run plans are what goes into the shapers.
@@ -20,14 +20,14 @@ const SOON_S: f64 = 1e-6;
 const PARTS_OF_RAMP: u32 = 16;
 /// The jerk of an S-curve jumps no more often within a ramp; one more, as a ramp may have been cut short.
 const JUMPS_MAX: usize = 3;
-/// How often the time in which the jerk jumps is halved to find when.
+/// The number of halvings of the time in which the jerk jumps, to find the instant.
 const HALVINGS: u32 = 40;
 /// Just within a stretch, as a fraction of its length.
 const ASIDE: f64 = 1e-6;
 /// A stretch that is shorter than this cannot be seen, s.
 const SHORTEST_S: f64 = 1e-9;
 
-/// What a stretch belongs to.
+/// The kind of motion that a stretch belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
@@ -51,7 +51,7 @@ impl Kind {
 /// Stretches, in order, as columns that a page takes as they are.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// When each begins and ends, s since power-up.
+    /// The beginning and the end of each, s since power-up.
     pub times_s: Vec<f64>,
     /// [`Kind`], and what is added to it.
     pub kinds: Vec<u8>,
@@ -60,9 +60,9 @@ pub struct Motion {
     /// [`LOADS`] numbers of each: the acceleration as a share of its limit, of the axis where that is largest; and the same of
     /// the jump of speed where the stretch begins, over the time in which a jump is measured.
     pub loads: Vec<f32>,
-    /// What the tool was given meanwhile.
+    /// The power that the tool was given meanwhile.
     pub power: Power,
-    /// Where the last stretch ends, for the jump behind it.
+    /// The place where the last stretch ends, for the jump behind it.
     end: End,
 }
 
@@ -167,7 +167,7 @@ fn intervals(record: &MoveRecord) -> Vec<Interval> {
     found
 }
 
-/// Where the stretches of an interval begin and end, s from the start of the run: where the jerk jumps, or, where it changes
+/// The beginnings and ends of the stretches of an interval, s from the start of the run: where the jerk jumps, or, where it changes
 /// all the time, at equal distances.
 fn bounds_s(record: &MoveRecord, interval: &Interval) -> Vec<f64> {
     let [from_s, to_s] = interval.span_s;
@@ -207,7 +207,7 @@ fn plan<'a>(record: &'a MoveRecord, interval: &Interval) -> &'a SyncMove<AXES> {
     interval.plan.checked_sub(1).map_or(&record.plan, |replan| &record.parts[replan])
 }
 
-/// When the profile of a plan begins, s from the start of the run.
+/// The beginning of the profile of a plan, s from the start of the run.
 fn origin_s(plan: &SyncMove<AXES>) -> f64 {
     plan.end_s() - plan.profile.duration_s()
 }

@@ -1,4 +1,4 @@
-//! What a panic said. It is a defect, and ends the machine; the page lives, and tells it.
+//! The words of a panic. It is a defect, and ends the machine; the page lives, and reports it.
 
 use std::cell::RefCell;
 use std::panic;

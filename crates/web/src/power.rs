@@ -1,4 +1,4 @@
-//! What the tool is given.
+//! The power that the tool is given.
 
 use isostep_sim::Outcome;
 use isostep_sim::tool::ToolOutput;

@@ -1,4 +1,4 @@
-//! What a page tells at the end of a run.
+//! The report of a page at the end of a run.
 
 use isostep_motion::AXES;
 use isostep_sim::stream::{Pause, Refusal};

@@ -14,11 +14,11 @@ use crate::Trouble;
 pub struct Row {
     /// The number after `$`.
     pub number: u16,
-    /// What it belongs to.
+    /// The group that it belongs to.
     pub group: &'static str,
-    /// What it is, with its axis.
+    /// Its name, with its axis.
     pub name: String,
-    /// What else is to be known of it.
+    /// A remark about it.
     pub remark: String,
     /// Its unit, or nothing.
     pub unit: &'static str,
@@ -28,13 +28,13 @@ pub struct Row {
     pub max: f32,
     /// The default, as `$$` prints it.
     pub default: String,
-    /// How it is entered.
+    /// The way to enter it.
     pub kind: Kind,
     /// The values that have names; those of a mask are its bits.
     pub options: Vec<(u16, String)>,
 }
 
-/// How a setting is entered.
+/// The way to enter a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -110,7 +110,7 @@ fn axis_bits() -> Vec<(u16, String)> {
     (0..).zip(AXIS_NAMES).map(|(index, name)| (1 << index, name.to_owned())).collect()
 }
 
-/// What a setting belongs to.
+/// The group that a setting belongs to.
 fn group(number: u16) -> &'static str {
     match number {
         0..=4 => "Motors",

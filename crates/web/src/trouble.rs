@@ -1,4 +1,4 @@
-//! What goes wrong, for a page: a sentence, and the line it is about.
+//! The faults for a page: a sentence, and the line it is about.
 
 use std::fmt;
 

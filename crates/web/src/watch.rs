@@ -9,7 +9,7 @@ use crate::Kept;
 use crate::lines::Lines;
 use crate::motion::Motion;
 
-/// What was seen of a run.
+/// The observations of a run.
 #[derive(Default)]
 pub(crate) struct Watch {
     pub gathered: Gathered,
@@ -53,12 +53,12 @@ impl Watch {
         self.rows.extend_from_slice(if is_first { &csv } else { &csv[names..] });
     }
 
-    /// How the axes moved since this was asked last.
+    /// The motion of the axes since this was asked last.
     pub fn take_motion(&mut self) -> Motion {
         self.motion.take()
     }
 
-    /// What was written since this was asked last.
+    /// The text since this was asked last.
     pub fn take_rows(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.rows)
     }

@@ -1,4 +1,4 @@
-//! What is said of a whole program, as the tool says it.
+//! The tool's findings about a whole program.
 
 use isostep_report::check::{Check, Stand, rows};
 use isostep_report::{Figures, remarks};
@@ -10,7 +10,7 @@ use crate::trouble::Trouble;
 /// A longer program's record takes more memory than a page should ask for.
 const REPORTED_LINES_MAX: usize = 50_000;
 
-/// What `isostep check` says, as JSON of rows. Nothing moves.
+/// The findings of `isostep check`, as JSON of rows. Nothing moves.
 ///
 /// # Errors
 /// [`Trouble`] with the line of the program, or of the settings, that cannot be.

@@ -1,4 +1,4 @@
-//! What a page runs is what the simulator runs, to the byte, and what it draws is where the machine goes.
+//! Runs of a page are those of the simulator, to the byte, and its drawings are where the machine goes.
 
 use isostep_report::{Figures, check};
 use isostep_sim::measure::across;

@@ -1,4 +1,4 @@
-//! What a form of settings is made from.
+//! The table from which a form of settings is made.
 
 use std::collections::BTreeSet;
 

@@ -3,7 +3,7 @@
 
 use embassy_time::Duration;
 use isostep_console::{SETTING_TABLE, Settings, report};
-use isostep_motion::{AXES, Capabilities, DriverTiming, Wiring};
+use isostep_motion::{AXES, Capabilities, DriverTiming};
 use isostep_profile::SpeedLaw;
 use isostep_profile::shaper::ShaperKind;
 use isostep_sim::{Config, Flash, Sim};
@@ -17,11 +17,7 @@ use crate::talk::{say, state, switched_on};
 const PORT: Capabilities = Capabilities::new(125_000_000, DriverTiming::DRV8825);
 
 fn carries_steps_s(pulse_us: u16) -> f32 {
-    carried_steps_s(&PORT, pulse_us)
-}
-
-fn carried_steps_s(port: &Capabilities, pulse_us: u16) -> f32 {
-    port.rate_max_steps_s(Wiring { pulse_ns: u32::from(pulse_us) * 1_000, ..Wiring::default() }) as f32
+    isostep_controller::carries_steps_s([Some(PORT); AXES], pulse_us)
 }
 
 #[test]
@@ -106,7 +102,13 @@ fn walked(settings: Settings, port: &Capabilities, has_drivers: bool, random: &m
         // As `$$` prints it.
         let value = if row.is_integer() { value.round() } else { format!("{value:.3}").parse().unwrap() };
         match settings.with(number, value) {
-            Ok(next) if next.check(&|pulse_us| carried_steps_s(port, pulse_us)).is_ok() => settings = next,
+            Ok(next)
+                if next
+                    .check(&|pulse_us| isostep_controller::carries_steps_s([Some(*port); AXES], pulse_us))
+                    .is_ok() =>
+            {
+                settings = next
+            }
             _ => {}
         }
     }

@@ -112,7 +112,7 @@ fn a_radius_that_is_half_the_way_is_half_a_circle_wherever_it_is_drawn() {
     assert_eq!(Arc::of_radius(nowhere, 4.0), Err(Error::InvalidTarget));
 }
 
-/// What turns by little is no full circle, however little it is, whichever way it is written and wherever it is drawn.
+/// A turn by little is no full circle, however little it is, whichever way it is written and wherever it is drawn.
 #[test]
 fn a_full_circle_leads_back_to_its_start_and_nowhere_else() {
     let length_mm = |arc: Result<Arc, Error>| arc.unwrap().length_mm();

@@ -1,4 +1,4 @@
-//! What is reported beside `ok` and the errors: comments for the operator, and what to do about a refused line.
+//! Messages beside `ok` and the errors: comments for the operator, and what to do about a refused line.
 
 use super::talk::check;
 use expect_test::expect;
@@ -18,7 +18,7 @@ fn comments_for_the_operator_are_reported() {
     );
 }
 
-/// What is reported of each line leads to a line that is taken.
+/// The message about each line leads to a line that is taken.
 #[test]
 fn a_refused_line_is_told_what_to_do() {
     check(
