@@ -147,8 +147,10 @@ mod tests {
 
     use super::*;
 
+    type Change = fn(&mut Settings);
+
     /// The first rule that `change` breaks, in words.
-    fn broken(change: fn(&mut Settings)) -> std::string::String {
+    fn broken(change: Change) -> std::string::String {
         let mut settings = Settings::DEFAULT;
         change(&mut settings);
         let conflict = settings.check(&|_| 3_000.0).unwrap_err();
@@ -158,7 +160,7 @@ mod tests {
     #[test]
     fn a_broken_rule_names_settings_values_limit_and_remedy() {
         assert_eq!(Settings::DEFAULT.check(&|_| 3_000.0), Ok(()));
-        let rows: &[(fn(&mut Settings), &str)] = &[
+        let rows: &[(Change, &str)] = &[
             (|s| s.homing = false, "error:10 $20=1 needs a machine that homes: set $22=1 or $20=0"),
             (
                 |s| s.spindle_min_rpm = 1000.5,
