@@ -107,7 +107,7 @@ pub struct Block {
     /// G28, G30 with axis words: first a rapid to this point.
     pub via_pm: Option<[i64; AXES]>,
     /// The move of G0 to G3, G28 or G30.
-    pub motion: Option<Move>,
+    pub motion: Option<BlockMove>,
     /// G38.2 to G38.5: a probe instead of a move.
     pub probe: Option<Probe>,
     /// M0: when the block is done, hold until a resume. Not set if M6 has held already and nothing else was done.
@@ -121,7 +121,7 @@ pub struct Block {
 /// A move, straight or along an arc. Targets are machine coordinates, in [picometres](crate::length), and within
 /// [`MAX_COORDINATE_PM`](crate::MAX_COORDINATE_PM) of zero, and so is every point of an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Move {
+pub struct BlockMove {
     /// End position of every axis.
     pub target_pm: [i64; AXES],
     /// Its speed.

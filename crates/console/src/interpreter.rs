@@ -5,8 +5,8 @@ mod coordinates;
 mod probes;
 
 use crate::{
-    AXES, Arc, Block, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, Move, PathControl, Rate,
-    Refusal, ReportedState, Settings, SpindleMode,
+    AXES, Arc, Block, BlockMove, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, PathControl,
+    Rate, Refusal, ReportedState, Settings, SpindleMode,
     axes::Z,
     block::{AxisCommand, BlockWords, NonModal},
     command::Jog,
@@ -236,7 +236,7 @@ impl Interpreter {
             self.motion(words, &mut block.motion)?;
         }
         words.check_all_used()?;
-        if let Some(Move { target_pm, .. }) = &block.motion {
+        if let Some(BlockMove { target_pm, .. }) = &block.motion {
             self.position_pm = *target_pm;
         }
         block.ends_program = words.ends_program;
@@ -293,7 +293,7 @@ impl Interpreter {
     }
 
     /// The move of a block whose motion mode is not a probe, if its axis words are for that mode.
-    fn motion(&self, words: &mut BlockWords, motion: &mut Option<Move>) -> Result<(), Error> {
+    fn motion(&self, words: &mut BlockWords, motion: &mut Option<BlockMove>) -> Result<(), Error> {
         let Modal { motion: mode, path, .. } = self.modal;
         if words.axis_command != Some(AxisCommand::Motion) {
             return Ok(());
@@ -311,13 +311,13 @@ impl Interpreter {
             let arc = self.arc(words)?;
             let target_pm = self.target_pm(words)?;
             let rate = Rate::Feed { mm_min: self.feed_mm_min(target_pm, arc.as_ref(), words) };
-            *motion = Some(Move { target_pm, rate, arc, path });
+            *motion = Some(BlockMove { target_pm, rate, arc, path });
             return Ok(());
         }
         let target_pm = self.target_pm(words)?;
         let rate =
             if mode.feeds() { Rate::Feed { mm_min: self.feed_mm_min(target_pm, None, words) } } else { Rate::Rapid };
-        *motion = Some(Move { target_pm, rate, arc: None, path });
+        *motion = Some(BlockMove { target_pm, rate, arc: None, path });
         Ok(())
     }
 

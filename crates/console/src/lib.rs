@@ -10,14 +10,14 @@
 //! the [`Settings`]. A line that ends in an error leaves every modal value as it was.
 //!
 //! ```
-//! use isostep_console::{Block, Command, Interpreter, LineAssembler, Move, PathControl, Rate, Settings, ReportedState};
+//! use isostep_console::{Block, Command, Interpreter, LineAssembler, BlockMove, PathControl, Rate, Settings, ReportedState};
 //!
 //! let (mut lines, mut interpreter) = (LineAssembler::new(), Interpreter::new());
 //! for &byte in b"g1 x10 (a comment) f600\n" {
 //!     let Some(line) = lines.push(byte) else { continue };
 //!     let command = line.and_then(|line| interpreter.interpret(line, ReportedState::Idle, &Settings::DEFAULT));
 //!     let rate = Rate::Feed { mm_min: 600.0 };
-//!     let motion = Some(Move { target_pm: [10_000_000_000, 0, 0], rate, arc: None, path: PathControl::Blend });
+//!     let motion = Some(BlockMove { target_pm: [10_000_000_000, 0, 0], rate, arc: None, path: PathControl::Blend });
 //!     assert_eq!(command, Ok(Command::Block(Block { motion, ..Block::default() })));
 //! }
 //! ```
@@ -58,7 +58,7 @@ mod words;
 pub use alarm::AlarmCode;
 pub use arc::{Arc, ArcEnds, Chords, Misfit};
 pub use axes::{AXES, AXIS_NAMES};
-pub use command::{Block, Command, DoorPhase, Jog, Move, Probe, Rate, ReportedState};
+pub use command::{Block, BlockMove, Command, DoorPhase, Jog, Probe, Rate, ReportedState};
 pub use error::Error;
 pub use fixed::{Coordinate, Fixed};
 pub use interpreter::{Interpreter, MAX_COORDINATE_PM, MIN_FEED_MM_MIN};

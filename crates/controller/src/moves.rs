@@ -5,7 +5,7 @@ use core::pin::pin;
 use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
-use isostep_console::{self as console, Arc, Block, Error, Fixed, Jog, Overrides, Rate, SpindleMode};
+use isostep_console::{Arc, Block, BlockMove, Error, Fixed, Jog, Overrides, Rate, SpindleMode};
 use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Move, cold_path};
 
 use crate::controller::{Controller, Mode};
@@ -177,12 +177,12 @@ impl<F: NorFlash> Controller<'_, F> {
     async fn go_to(
         &self,
         target_pm: &[i64; AXES],
-        like: &console::Move,
+        like: &BlockMove,
         line: u32,
         checks: bool,
         text: &mut Message,
     ) -> Result<(), Error> {
-        let console::Move { rate, arc, path, .. } = like;
+        let BlockMove { rate, arc, path, .. } = like;
         let (target_steps, beyond) = self.target_steps(*target_pm, arc.as_ref());
         if let Some(beyond) = beyond {
             return Err(cold_path(pin!(self.refuse_target(beyond, arc.is_some(), text))).await);

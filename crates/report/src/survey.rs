@@ -15,8 +15,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use isostep_console::{
-    Command, Coordinates, Error, Interpreter, Move, PathControl, Rate, ReportedState, Settings, SpindleMode, Unfit,
-    length,
+    BlockMove, Command, Coordinates, Error, Interpreter, PathControl, Rate, ReportedState, Settings, SpindleMode,
+    Unfit, length,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -303,7 +303,7 @@ impl Reader {
     fn carry_out(&mut self, line: &str, command: Command<'_>, from_pm: [i64; AXES]) {
         match command {
             Command::Block(block) | Command::SetStartup { block, .. } => {
-                let via = block.via_pm.map(|target_pm| Move {
+                let via = block.via_pm.map(|target_pm| BlockMove {
                     target_pm,
                     rate: Rate::Rapid,
                     arc: None,
@@ -340,7 +340,7 @@ impl Reader {
             }
             Command::Jog(jog) => {
                 let rate = Rate::Feed { mm_min: jog.mm_min };
-                self.go(from_pm, &Move { target_pm: jog.target_pm, rate, arc: None, path: PathControl::Exact });
+                self.go(from_pm, &BlockMove { target_pm: jog.target_pm, rate, arc: None, path: PathControl::Exact });
                 self.interpreter.set_position_pm(jog.target_pm);
             }
             Command::Home { axis } => self.home(axis),
@@ -417,7 +417,7 @@ impl Reader {
         self.measure_room();
     }
 
-    fn go(&mut self, from_pm: [i64; AXES], motion: &Move) {
+    fn go(&mut self, from_pm: [i64; AXES], motion: &BlockMove) {
         if self.checks_from_pm.is_some() {
             return;
         }

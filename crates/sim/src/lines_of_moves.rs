@@ -1,6 +1,6 @@
 //! The line of the program that each move comes from, and what this line asks for, as the machine was asked for the move.
 
-use isostep_console::{Command, Interpreter, Move as Asked, Rate, ReportedState};
+use isostep_console::{BlockMove, Command, Interpreter, Rate, ReportedState};
 use isostep_motion::{Move, Power};
 
 use crate::moves::MoveRecord;
@@ -83,7 +83,7 @@ pub fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
         let from_pm = interpreter.position_pm();
         match interpreter.interpret(&line, ReportedState::Idle, &outcome.config.settings) {
             Ok(Command::Block(block)) => {
-                let moves = |motion: Asked| motion.arc.is_some() || motion.target_pm != from_pm;
+                let moves = |motion: BlockMove| motion.arc.is_some() || motion.target_pm != from_pm;
                 has_moved |= block.via_pm.is_some() || block.motion.is_some_and(moves);
                 false
             }

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 use crate::axes::xyz_a;
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
-    Block, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM, MIN_FEED_MM_MIN, Move,
+    Block, BlockMove, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM, MIN_FEED_MM_MIN,
     Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, SpindleMode, StatusReport,
     StatusReporter, Unfit, length, realtime, report, stopped_at,
 };
@@ -174,7 +174,7 @@ impl Console {
             is_a_feed(probe.mm_min);
             self.interpreter.set_touched(probe.target_pm, probe.must);
         }
-        let Some(Move { target_pm, rate, arc, .. }) = block.motion else { return };
+        let Some(BlockMove { target_pm, rate, arc, .. }) = block.motion else { return };
         is_a_place(target_pm);
         assert_eq!(self.interpreter.position_pm(), target_pm);
         if let Rate::Feed { mm_min } = rate {

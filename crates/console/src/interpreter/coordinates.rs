@@ -2,7 +2,7 @@
 
 use super::{Interpreter, within};
 use crate::{
-    AXES, Block, Error, MotionMode, Move, Rate,
+    AXES, Block, BlockMove, Error, MotionMode, Rate,
     axes::Z,
     block::{BlockWords, NonModal},
     parameters::WORK_SYSTEMS,
@@ -85,7 +85,7 @@ impl Interpreter {
             }
         }
         let path = self.modal.path;
-        (block.via_pm, block.motion) = (via_pm, Some(Move { target_pm, rate: Rate::Rapid, arc: None, path }));
+        (block.via_pm, block.motion) = (via_pm, Some(BlockMove { target_pm, rate: Rate::Rapid, arc: None, path }));
         Ok(())
     }
 

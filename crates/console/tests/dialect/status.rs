@@ -3,7 +3,7 @@
 use super::talk::Talk;
 use expect_test::expect;
 use isostep_console::{
-    Coolant, DoorPhase, MAX_COORDINATE_PM, Move, Overrides, ReportedState, Settings, SpindleMode, StatusReport,
+    BlockMove, Coolant, DoorPhase, MAX_COORDINATE_PM, Overrides, ReportedState, Settings, SpindleMode, StatusReport,
     StatusReporter, length, report,
 };
 use proptest::prelude::*;
@@ -264,7 +264,7 @@ proptest! {
         let line = format!("X{sign}{}.{:08}", magnitude / 100_000_000, magnitude % 100_000_000);
         let command = interpreter.interpret(&line, ReportedState::Idle, &Settings::DEFAULT);
         let isostep_console::Command::Block(block) = command.unwrap() else { panic!("a block") };
-        let Some(Move { target_pm, .. }) = block.motion else { panic!("a move") };
+        let Some(BlockMove { target_pm, .. }) = block.motion else { panic!("a move") };
         prop_assert_eq!(target_pm[0], pm);
     }
 }

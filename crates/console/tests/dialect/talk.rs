@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use expect_test::Expect;
 use isostep_console::{
-    AXES, Block, Command, Coordinates, Interpreter, Jog, LineAssembler, Move, Overrides, Probe, Rate, Realtime,
+    AXES, Block, BlockMove, Command, Coordinates, Interpreter, Jog, LineAssembler, Overrides, Probe, Rate, Realtime,
     ReportedState, Settings, SpindleMode, StatusReport, StatusReporter, Unfit, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
@@ -212,11 +212,13 @@ fn describe(heard: &mut String, block: &Block) {
         write!(heard, "(via {:?}) ", in_mm(via_pm)).unwrap();
     }
     match block.motion {
-        Some(Move { target_pm, rate: Rate::Rapid, .. }) => write!(heard, "(rapid {:?}) ", in_mm(target_pm)).unwrap(),
-        Some(Move { target_pm, rate: Rate::Feed { mm_min }, arc: None, .. }) => {
+        Some(BlockMove { target_pm, rate: Rate::Rapid, .. }) => {
+            write!(heard, "(rapid {:?}) ", in_mm(target_pm)).unwrap()
+        }
+        Some(BlockMove { target_pm, rate: Rate::Feed { mm_min }, arc: None, .. }) => {
             write!(heard, "(feed {mm_min} {:?}) ", in_mm(target_pm)).unwrap();
         }
-        Some(Move { target_pm, rate: Rate::Feed { mm_min }, arc: Some(arc), .. }) => {
+        Some(BlockMove { target_pm, rate: Rate::Feed { mm_min }, arc: Some(arc), .. }) => {
             let bounds_mm = arc.bounds_mm().map(|[least, most]| format!("{least:.3}..{most:.3}")).join(" ");
             let (length_mm, target_mm) = (arc.length_mm(), in_mm(target_pm));
             write!(heard, "(arc {mm_min:.1} {target_mm:?} of {length_mm:.3} in {bounds_mm}) ").unwrap();
