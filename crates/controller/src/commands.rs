@@ -181,21 +181,11 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let command = self.with(|program| program.interpreter.interpret(line, state, &program.settings));
         // By reference: a command is large.
-        let command = match &command {
-            Ok(command) => command,
-            Err(error) => return Err(*error),
-        };
-        if state == ReportedState::Alarm && matches!(command, Command::Unlock | Command::Home { .. }) {
-            // `notify` has to report an alarm before it is left: the line may have waited when the alarm was raised.
-            yield_now().await;
+        match &command {
+            Ok(Command::Block(block)) => self.block(block, text, out).await.map(|()| After::NextLine),
+            Ok(command) => cold_path(pin!(self.other(command, state, text, out))).await,
+            Err(error) => Err(*error),
         }
-        if let Command::Block(block) | Command::SetStartup { block, .. } = command {
-            self.block(block, text, out).await?;
-        }
-        if let Command::Block(_) = command {
-            return Ok(After::NextLine);
-        }
-        cold_path(pin!(self.other(command, state, text, out))).await
     }
 
     /// Carries out a line that is not G-code.
@@ -206,124 +196,152 @@ impl<F: NorFlash> Controller<'_, F> {
         text: &mut Message,
         out: &Output,
     ) -> Result<After, Error> {
-        match command {
-            Command::Jog(jog) => self.jog(jog).await?,
-            Command::Home { axis } => return self.home(*axis, text).await,
-            Command::Buzz { axis } => self.buzz(Axis::ALL[*axis], text).await?,
-            #[cfg(feature = "trinamic")]
-            Command::MeasureStall { axis } => self.measure_stall(Axis::ALL[*axis], text).await?,
-            Command::Prove { words } => self.prove(words, text, out).await?,
-            _ => {}
-        }
-        let mut page = 0;
-        while self.page(command, page, text) {
-            out.send(text).await;
-            text.clear();
-            page += 1;
-        }
-        self.at_once(command, state, text)
-    }
-
-    /// Prints page `page` of a long reply; false after the last page.
-    #[inline(never)]
-    fn page(&self, command: &Command<'_>, page: usize, text: &mut Message) -> bool {
-        self.with(|program| {
-            let settings = &program.settings;
-            match command {
-                Command::ShowSettings if page < SETTING_TABLE.len() => {
-                    let setting = &SETTING_TABLE[page];
-                    if self.has(setting) {
-                        text.print(|text| report::setting(text, setting, settings));
-                    }
-                }
-                #[cfg(feature = "trinamic")]
-                Command::ShowDrivers => match self.drivers.as_ref().and_then(|drivers| drivers.line(page, settings)) {
-                    Some(line) => text.say(line),
-                    None => return false,
-                },
-                Command::ShowParameters if page < report::PARAMETERS => {
-                    text.print(|text| report::parameter(text, page, &program.interpreter, settings));
-                }
-                Command::ShowStartup if page < program.startup.len() => {
-                    text.print(|text| report::startup(text, page, &program.startup[page]));
-                }
-                _ => return false,
-            }
-            true
-        })
-    }
-
-    /// Carries out a command that takes no time.
-    // Not inlined, as `page` is not: lines of a program do not need them, and so run through less code in flash.
-    #[inline(never)]
-    fn at_once(&self, command: &Command<'_>, state: ReportedState, text: &mut Message) -> Result<After, Error> {
         match *command {
-            Command::Unlock if state == ReportedState::Alarm => {
-                self.closed_door()?;
-                self.fit(text)?;
-                self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
-                self.with(|program| program.mode = Mode::Normal);
-                self.stop_tool();
-                self.follow_machine();
-                text.say(messages::UNLOCKED);
-            }
-            Command::ToggleCheck if state == ReportedState::Check => {
-                text.say(messages::NOT_CHECKING);
-                return Ok(After::Restart);
-            }
-            Command::ToggleCheck => {
-                self.with(|program| program.mode = Mode::Check);
-                text.say(messages::CHECKING);
-            }
+            // It has been carried out, beside what is seldom sent.
+            Command::Block(_) => {}
+            Command::Jog(ref jog) => self.jog(jog).await?,
+            Command::Home { axis } => return self.home(axis, state, text).await,
+            Command::Buzz { axis } => self.buzz(Axis::ALL[axis], text).await?,
+            #[cfg(feature = "trinamic")]
+            Command::MeasureStall { axis } => self.measure_stall(Axis::ALL[axis], text).await?,
+            Command::Unlock => self.unlock(state, text).await?,
+            Command::ToggleCheck => return Ok(self.toggle_check(state, text)),
             Command::Sleep => return Ok(After::Sleep),
             Command::Boot if self.has_boot_loader => return Ok(After::Boot),
             Command::Boot => {
                 text.say(messages::NO_BOOT_LOADER);
                 return Err(Error::UnknownStatement);
             }
+            Command::Prove { words } => self.prove(words, text, out).await?,
             Command::Help => text.print(|text| text.push_str(report::HELP)),
-            Command::ShowBuild => self.show_build(text),
-            Command::SetSetting { number, value } => self.set(number, value, text)?,
+            Command::ShowSettings => {
+                let show = |program: &Program, index: usize, text: &mut Message| {
+                    let setting = &SETTING_TABLE[index];
+                    if self.has(setting) {
+                        text.print(|text| report::setting(text, setting, &program.settings));
+                    }
+                };
+                self.show(SETTING_TABLE.len(), show, text, out).await;
+            }
+            Command::ShowParameters => {
+                let show = |program: &Program, index: usize, text: &mut Message| {
+                    text.print(|text| report::parameter(text, index, &program.interpreter, &program.settings));
+                };
+                self.show(report::PARAMETERS, show, text, out).await;
+            }
             #[cfg(feature = "trinamic")]
-            Command::ShowDrivers if self.drivers.is_none() => return Err(Error::Unsupported),
+            Command::ShowDrivers => self.show_drivers(text, out).await?,
             Command::ShowModal => self.with(|program| {
                 text.print(|text| report::modal(text, &program.interpreter, &program.settings));
             }),
-            Command::SetStartup { index, line, .. } => self.with(|program| {
-                // There is room: a line is no longer than a stored line.
-                program.startup[index] = line.try_into().unwrap_or_default();
-                program.unsaved.parameters = true;
-            }),
+            Command::ShowStartup => {
+                let show = |program: &Program, index: usize, text: &mut Message| {
+                    text.print(|text| report::startup(text, index, &program.startup[index]));
+                };
+                self.show(STARTUP_LINES, show, text, out).await;
+            }
+            Command::ShowBuild => self.show_build(text),
+            Command::SetSetting { number, value } => self.set(number, value, text)?,
+            Command::SetStartup { index, ref block, line } => {
+                self.block(block, text, out).await?;
+                self.with(|program| {
+                    // There is room: a line is no longer than a stored line.
+                    program.startup[index] = line.try_into().unwrap_or_default();
+                    program.unsaved.parameters = true;
+                });
+            }
             Command::SetBuild { text: line } => self.with(|program| {
                 program.build_text = line.try_into().unwrap_or_default();
                 program.unsaved.parameters = true;
             }),
-            Command::Restore { settings, parameters } => {
-                if settings {
-                    self.adopt(Settings::DEFAULT, text)?;
-                }
-                if parameters {
-                    self.with(|program| {
-                        program.interpreter.set_coordinates(Coordinates::default());
-                        program.startup = Default::default();
-                        if settings {
-                            program.build_text.clear();
-                        }
-                        program.unsaved.parameters = true;
-                    });
-                }
-                text.say(messages::RESTORING);
-                return Ok(After::Restart);
-            }
+            Command::Restore { settings, parameters } => return self.restore(settings, parameters, text),
             Command::ExplainError(error) => text.say(error),
             Command::ExplainAlarm(alarm) => text.say(alarm),
-            _ => {}
         }
         Ok(After::NextLine)
     }
 
+    /// Sends a long reply, a message for each index below `count`.
+    async fn show(
+        &self,
+        count: usize,
+        write: impl Fn(&Program, usize, &mut Message),
+        text: &mut Message,
+        out: &Output,
+    ) {
+        for index in 0..count {
+            self.with(|program| write(program, index, text));
+            out.send(text).await;
+            text.clear();
+        }
+    }
+
+    #[cfg(feature = "trinamic")]
+    async fn show_drivers(&self, text: &mut Message, out: &Output) -> Result<(), Error> {
+        let drivers = self.drivers.as_ref().ok_or(Error::Unsupported)?;
+        for page in 0.. {
+            let Some(line) = self.with(|program| drivers.line(page, &program.settings)) else { break };
+            text.say(line);
+            out.send(text).await;
+            text.clear();
+        }
+        Ok(())
+    }
+
+    /// Leaves an alarm without homing; does nothing in any other state.
+    async fn unlock(&self, state: ReportedState, text: &mut Message) -> Result<(), Error> {
+        if state != ReportedState::Alarm {
+            return Ok(());
+        }
+        self.alarm_reported(state).await;
+        self.closed_door()?;
+        self.fit(text)?;
+        self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
+        self.with(|program| program.mode = Mode::Normal);
+        self.stop_tool();
+        self.follow_machine();
+        text.say(messages::UNLOCKED);
+        Ok(())
+    }
+
+    /// Lets `notify` report an alarm before it is left: the line may have waited when the alarm was raised.
+    async fn alarm_reported(&self, state: ReportedState) {
+        if state == ReportedState::Alarm {
+            yield_now().await;
+        }
+    }
+
+    fn toggle_check(&self, state: ReportedState, text: &mut Message) -> After {
+        if state == ReportedState::Check {
+            text.say(messages::NOT_CHECKING);
+            return After::Restart;
+        }
+        self.with(|program| program.mode = Mode::Check);
+        text.say(messages::CHECKING);
+        After::NextLine
+    }
+
+    fn restore(&self, settings: bool, parameters: bool, text: &mut Message) -> Result<After, Error> {
+        if settings {
+            self.adopt(Settings::DEFAULT, text)?;
+        }
+        if parameters {
+            self.with(|program| {
+                program.interpreter.set_coordinates(Coordinates::default());
+                program.startup = Default::default();
+                if settings {
+                    program.build_text.clear();
+                }
+                program.unsaved.parameters = true;
+            });
+        }
+        text.say(messages::RESTORING);
+        Ok(After::Restart)
+    }
+
     /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
-    async fn home(&self, axis: Option<usize>, text: &mut Message) -> Result<After, Error> {
+    async fn home(&self, axis: Option<usize>, state: ReportedState, text: &mut Message) -> Result<After, Error> {
+        self.alarm_reported(state).await;
         self.closed_door()?;
         self.fit(text)?;
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
