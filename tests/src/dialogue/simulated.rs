@@ -2,13 +2,12 @@
 
 use embassy_time::Duration;
 use isostep_motion::{AXES, Event};
-use isostep_sim::plate::Plate;
 use isostep_sim::world::Wire;
-use isostep_sim::{Axis, Board, Config, Flash, Sim, State};
+use isostep_sim::{Board, Config, Flash, Sim, State};
 
 use super::machine::{Counts, Machine};
 use super::run::is;
-use super::step::{Step, With};
+use super::step::{Step, With, plate};
 
 /// A simulated machine, with what it keeps without power.
 pub struct Simulated {
@@ -153,9 +152,7 @@ impl Machine for Simulated {
             Step::Switch(motor, fault) => self.sim.set_switch(motor, fault),
             Step::Press { wire, pressed, .. } => self.sim.set_hand_input(wire, pressed),
             Step::Cut(is_cut) => self.sim.cut_emergency_stop(is_cut),
-            Step::Plate(place_mm) => {
-                self.sim.set_plate(place_mm.map(|place_mm| Plate { axis: Axis::Z, place_mm, is_below: false }));
-            }
+            Step::Plate(place_mm) => self.sim.set_plate(place_mm.and_then(plate)),
             Step::Driver(motor, fault) => self.sim.set_driver(motor, fault),
             Step::Fault(fault) => self.sim.suffer(fault),
             Step::FlashRefuses(true) => self.flash.refuse(),

@@ -4,6 +4,7 @@ use isostep_motion::{AXES, Axis, Contact, Motor};
 use isostep_sim::drive::MotorData;
 use isostep_sim::drivers::DriverFault;
 use isostep_sim::faults::Fault;
+use isostep_sim::plate::Plate;
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::world::Wire;
 use isostep_sim::{Board, Config, Port, SwitchFault};
@@ -253,12 +254,16 @@ impl With {
             // A hand is no part of the configuration.
             Self::Pressed(_) => {}
             Self::Switch(axis, fault) => config.switches[axis as usize] = fault,
-            Self::Plate(place_mm) => {
-                config.plate = Some(isostep_sim::plate::Plate { axis: Axis::Z, place_mm, is_below: false })
-            }
+            Self::Plate(place_mm) => config.plate = plate(place_mm),
         }
         Ok(())
     }
+}
+
+/// The plate so many mm above the switch of Z, which a machine of two axes has not.
+pub fn plate(place_mm: f64) -> Option<Plate> {
+    let axis = Axis::ALL.into_iter().nth(2)?;
+    Some(Plate { axis, place_mm, is_below: false })
 }
 
 fn number<T: std::str::FromStr>(text: &str) -> Result<T, String> {
