@@ -14,9 +14,8 @@ use core::pin::pin;
 use embassy_futures::select::select;
 use embassy_time::{Duration, Timer, with_timeout};
 use isostep_controller::Controller;
-use isostep_motion::Machine;
+use isostep_motion::{Machine, cold_path};
 
-use crate::cold_path::cold_path;
 use crate::flash::Flash;
 use crate::{fail_still, touch};
 

@@ -7,8 +7,8 @@ use embassy_futures::select::select;
 use embassy_rp::uart::BufferedUartTx;
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, FlowControl};
+use isostep_motion::cold_path;
 
-use crate::cold_path::cold_path;
 use crate::fail_still::RestartCause;
 use crate::flash::Flash;
 use crate::{uart, usb};

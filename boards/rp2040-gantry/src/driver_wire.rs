@@ -10,8 +10,8 @@ use embassy_rp::pac;
 use embassy_rp::uart::{Blocking, Config, Uart};
 use embassy_time::Timer;
 use isostep_controller::{Controller, Wire, exchange_time};
+use isostep_motion::cold_path;
 
-use crate::cold_path::cold_path;
 use crate::flash::Flash;
 use crate::pins::DriverWirePins;
 

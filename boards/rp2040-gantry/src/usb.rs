@@ -17,9 +17,9 @@ use embassy_time::{Duration, with_timeout};
 use embassy_usb::class::cdc_acm::{BufferedReceiver, CdcAcmClass, CdcAcmError, ControlChanged, Sender, State};
 use embassy_usb::{Builder, Config, UsbDevice};
 use embedded_io_async::{ErrorType, Read, Write};
+use isostep_motion::cold_path;
 use static_cell::StaticCell;
 
-use crate::cold_path::cold_path;
 use crate::reset_listener::ResetListener;
 use crate::touch::Touch;
 

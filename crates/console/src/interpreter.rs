@@ -8,10 +8,10 @@ use crate::{
     AXES, Arc, Block, BlockMove, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, PathControl,
     Rate, Refusal, ReportedState, Settings, SpindleMode,
     axes::Z,
-    block::{AxisCommand, BlockWords, NonModal},
     command::Jog,
     refusal::Unused,
     rotary,
+    words::block::{AxisCommand, BlockWords, NonModal},
 };
 
 /// Targets must be within this distance of zero on every axis.
@@ -145,6 +145,7 @@ impl Interpreter {
     ///
     /// # Errors
     /// As [`interpret`](Self::interpret).
+    #[cold]
     pub fn gcode(&mut self, line: &str, settings: &Settings) -> Result<Block, Error> {
         let mut block = Block::default();
         self.read(line, settings, &mut block).map(|()| block)

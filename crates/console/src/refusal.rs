@@ -2,7 +2,7 @@
 
 use core::{fmt, ops::Range};
 
-use crate::{Error, Misfit, Modal, block::BlockWords, decimal::Decimal, rotary::Rotary};
+use crate::{Error, Misfit, Modal, rotary::Rotary, words::block::BlockWords, words::decimal::Decimal};
 
 /// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
 /// decimals, and what to do. Letters other than G and M count as number 0.

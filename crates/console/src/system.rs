@@ -2,7 +2,7 @@
 
 use crate::axes::axis_named;
 use crate::{
-    AlarmCode, Command, Error, Interpreter, ReportedState, Settings, decimal::Decimal, parameters::STARTUP_LINES,
+    AlarmCode, Command, Error, Interpreter, ReportedState, Settings, parameters::STARTUP_LINES, words::decimal::Decimal,
 };
 
 impl Interpreter {

@@ -1,6 +1,12 @@
 //! G-code words: each is a letter and a number.
+//!
+//! Each line of a program is read by this module, which takes much of its time: on a chip it may be in fast memory, and the rest
+//! of the crate in slow memory.
 
-use crate::decimal::Decimal;
+pub(crate) mod block;
+pub(crate) mod decimal;
+
+use self::decimal::Decimal;
 use crate::{AXES, Error, axes};
 
 /// One word of a block.

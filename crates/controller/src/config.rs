@@ -125,6 +125,7 @@ pub(crate) struct Geometry {
 }
 
 impl Geometry {
+    #[cold]
     pub fn of(config: &Config) -> Self {
         let steps_per_pm = config.steps_per_mm.map(|per_mm| per_mm / length::PM_PER_MM);
         Self { steps_per_pm, travel_steps: Axis::ALL.map(|axis| config.travel_steps(axis)) }

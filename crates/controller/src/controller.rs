@@ -205,6 +205,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     }
 
     /// The contents of a status report, for a console whose input has room for `free_bytes` bytes.
+    #[cold]
     pub(crate) fn report(&self, free_bytes: usize) -> StatusReport {
         let machine = self.machine.status();
         let (overrides, work_offset_pm, max_rpm) =
@@ -233,6 +234,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     }
 
     /// Obeys a real-time byte that is neither a status request nor a reset.
+    #[cold]
     pub(crate) fn real_time(&self, realtime: Realtime) {
         match realtime {
             Realtime::Override(byte) => {
@@ -249,6 +251,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     }
 
     /// Passes the overrides in force on to the machine.
+    #[cold]
     pub(crate) fn override_machine(&self) {
         let overrides = self.with(|program| program.overrides);
         self.machine.set_overrides(SpeedOverrides {
@@ -264,6 +267,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     }
 
     /// Notes that a reset has come. From now on no console goes on with a line from before it.
+    #[cold]
     pub(crate) fn begin_restart(&self) {
         self.with(|program| program.restarting = true);
         self.resets.come();
@@ -276,6 +280,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
 
     /// Restarts the program: sets the modal state and the overrides as at power-up, at the place where the machine
     /// stands.
+    #[cold]
     pub(crate) fn restart_program(&self) {
         self.with(|program| {
             (program.restarting, program.in_line, program.source) = (false, false, 0);
@@ -294,6 +299,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
     }
 
     /// Has the program go on from where the machine stands. This is needed after everything except a finished move.
+    #[cold]
     pub(crate) fn follow_machine(&self) {
         let position_pm = position_pm(self.machine.position_steps(), &self.machine.config());
         self.with(|program| {
@@ -305,6 +311,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
 
     /// The same, unless the machine stands where the program expects it, within half a step: then the program keeps its
     /// exact place. Otherwise jogs of less than a step would never add up to one.
+    #[cold]
     pub(crate) fn follow_if_elsewhere(&self) {
         let steps = self.machine.position_steps();
         let is_elsewhere = self.with(|program| {

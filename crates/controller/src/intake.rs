@@ -62,6 +62,7 @@ impl Intake {
     }
 
     /// There is no room for these bytes, which were taken. Nothing is taken from now on, before a reset.
+    #[cold]
     pub fn lose(&self, bytes: &[u8]) {
         self.state.set(IntakeState::Losing);
         let lines = bytes.iter().filter(|byte| ends_line(byte)).count() as u32;

@@ -149,7 +149,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     pub(crate) async fn settled(&self) -> Result<(), Error> {
-        self.machine.settled().await.map_err(|_| {
+        cold_path(pin!(self.machine.settled())).await.map_err(|_| {
             self.follow_machine();
             Error::Locked
         })
@@ -238,10 +238,14 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Locks the machine once the moves before have ended. These moves are good, and they must end first so that no
     /// step is lost.
     pub(crate) async fn refuse_target(&self, beyond: Beyond, is_of_arc: bool, text: &mut Message) -> Error {
-        let Beyond { axis, place_steps } = beyond;
-        if let Err(error) = self.settled().await {
-            return error;
+        match self.settled().await {
+            Ok(()) => self.lock_beyond(beyond, is_of_arc, text),
+            Err(error) => error,
         }
+    }
+
+    #[cold]
+    fn lock_beyond(&self, Beyond { axis, place_steps }: Beyond, is_of_arc: bool, text: &mut Message) -> Error {
         self.machine.raise(Alarm::SoftLimit { axis });
         self.follow_machine();
         let config = self.machine.config();

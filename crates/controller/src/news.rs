@@ -1,14 +1,21 @@
-//! The messages to consoles that nobody asked for, besides alarms: how the drivers are.
+//! The messages to consoles that nobody asked for: alarms, and how the drivers are.
 
+use core::convert::Infallible;
+
+use embassy_futures::select::{Either, select};
 use embedded_storage_async::nor_flash::NorFlash;
+use isostep_console::report;
+use isostep_motion::State;
 
 use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
 use crate::drivers::{Listener, News};
+use crate::output::{Message, Output};
+use crate::status;
 
 /// Without UART drivers there are none.
 #[cfg(not(feature = "trinamic"))]
-type News = core::convert::Infallible;
+type News = Infallible;
 
 /// The news of one console.
 pub(crate) struct DriverNews<'a> {
@@ -19,8 +26,30 @@ pub(crate) struct DriverNews<'a> {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
+    /// Reports alarms, and what changes of the drivers' health.
+    pub(crate) async fn notify(&self, output: &Output) -> Infallible {
+        // The machine has room for a limited number of watching consoles. A console beyond them still shows alarms in
+        // every status report.
+        let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
+        let mut news = self.news();
+        loop {
+            match select(states.changed(), news.next()).await {
+                Either::First(State::Alarm(alarm)) => {
+                    let (code, axis) = status::alarm_code(alarm);
+                    let say = |text: &mut Message| {
+                        text.print(|text| report::alarm(text, code));
+                        text.say(code.about(axis));
+                    };
+                    output.send_written(say).await;
+                }
+                Either::First(_) => {}
+                Either::Second(news) => output.send_written(|text| text.say(news)).await,
+            }
+        }
+    }
+
     /// The news from now on.
-    pub(crate) fn news(&self) -> DriverNews<'_> {
+    fn news(&self) -> DriverNews<'_> {
         #[cfg(feature = "trinamic")]
         let drivers = self.drivers.as_ref().and_then(|drivers| drivers.news.receiver());
         #[cfg(not(feature = "trinamic"))]

@@ -4,7 +4,11 @@ use core::cell::{Cell, RefCell};
 use core::future::poll_fn;
 use core::task::{Poll, Waker};
 
+use embassy_futures::yield_now;
+use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
+
+use crate::controller::Controller;
 
 /// The number of consoles that a reset wakes. Others notice it when something else wakes them, before they go on with a line.
 const CONSOLES: usize = 4;
@@ -12,6 +16,22 @@ const CONSOLES: usize = 4;
 pub(crate) struct Resets {
     count: Cell<u32>,
     waiting: RefCell<Vec<Waker, CONSOLES>>,
+}
+
+impl<F: NorFlash> Controller<'_, F> {
+    /// Ends the restart that a reset has begun, once nothing moves. Another console may have ended it before.
+    ///
+    /// # Cancellation
+    /// Safe: the next line of any console ends it.
+    pub(crate) async fn end_restart(&self) {
+        // The machine brakes, or has been stopped; the coordinator has to end that first.
+        self.machine.emptied().await;
+        // `notify` has to report an alarm before the welcome.
+        yield_now().await;
+        if self.is_restarting() {
+            self.restart_program();
+        }
+    }
 }
 
 impl Resets {

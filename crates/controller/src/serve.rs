@@ -38,7 +38,6 @@ use crate::controller::{Controller, Mode};
 use crate::intake::Intake;
 use crate::jogs::Jogs;
 use crate::output::{Message, Output};
-use crate::status;
 
 /// Four times the window that is advertised to senders.
 const INPUT_BYTES: usize = 512;
@@ -81,6 +80,7 @@ struct Console {
 }
 
 impl Console {
+    #[cold]
     fn new(known_reset: u32, flow_control: FlowControl) -> Self {
         Self {
             intake: Intake::new(),
@@ -95,6 +95,7 @@ impl Console {
     }
 
     /// Forgets the lines that wait, and what the host has been told of the machine.
+    #[cold]
     fn forget(&self) {
         self.input.clear();
         self.jogs.forget();
@@ -237,20 +238,6 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// Ends the restart that a reset has begun, once nothing moves. Another console may have ended it before.
-    ///
-    /// # Cancellation
-    /// Safe: the next line of any console ends it.
-    pub(crate) async fn end_restart(&self) {
-        // The machine brakes, or has been stopped; the coordinator has to end that first.
-        self.machine.emptied().await;
-        // `notify` has to report an alarm before the welcome.
-        yield_now().await;
-        if self.is_restarting() {
-            self.restart_program();
-        }
-    }
-
     /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
         cold_path(pin!(self.greet(console))).await;
@@ -338,28 +325,6 @@ impl<F: NorFlash> Controller<'_, F> {
             let _turn = self.turn.lock().await;
             let _ = self.save(&mut text).await;
             output.send(&text).await;
-        }
-    }
-
-    /// Reports alarms, and what changes of the drivers' health.
-    async fn notify(&self, output: &Output) -> Infallible {
-        // The machine has room for a limited number of watching consoles. A console beyond them still shows alarms in
-        // every status report.
-        let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
-        let mut news = self.news();
-        loop {
-            match select(states.changed(), news.next()).await {
-                Either::First(State::Alarm(alarm)) => {
-                    let (code, axis) = status::alarm_code(alarm);
-                    let say = |text: &mut Message| {
-                        text.print(|text| report::alarm(text, code));
-                        text.say(code.about(axis));
-                    };
-                    output.send_written(say).await;
-                }
-                Either::First(_) => {}
-                Either::Second(news) => output.send_written(|text| text.say(news)).await,
-            }
         }
     }
 }

@@ -16,8 +16,8 @@ pub fn cold_path<F: Future>(mut future: Pin<&mut F>) -> impl Future<Output = F::
     poll_fn(move |context| poll(future.as_mut(), context))
 }
 
-/// It is a function of its own, with a name by which a linker script finds it.
-#[inline(never)]
+/// Cold functions are in a section of their own, which a linker script can leave in slow memory.
+#[cold]
 fn poll<F: Future>(future: Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
     future.poll(context)
 }

@@ -284,6 +284,7 @@ impl Config {
     /// The positions that an axis may take once it is homed, steps: from zero to its travel, away from the switch; any
     /// if it has no end.
     #[must_use]
+    #[cold]
     pub fn travel_steps(&self, axis: Axis) -> core::ops::RangeInclusive<i32> {
         let i = axis as usize;
         if self.is_endless[i] {

@@ -234,6 +234,7 @@ where
     }
 
     /// The alarm for a stop, or a fault, in the middle of a move. Only a cause, or homing on purpose, halts the axes.
+    #[cold]
     pub(crate) fn stop_alarm(&self) -> Alarm {
         self.machine.cause().unwrap_or(Cause::Reset).alarm(self.machine.state())
     }

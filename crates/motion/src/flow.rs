@@ -88,6 +88,7 @@ where
     }
 
     /// Gets the chain ready for moves from where the machine stands.
+    #[cold]
     pub(crate) fn begin_chain(&mut self, purpose: Purpose) {
         let config = self.machine.config();
         let Config { limits, steps_per_mm, junction_deviation_mm, speed_law, .. } = config;
@@ -212,6 +213,7 @@ where
     }
 
     /// Plans the chain with the overrides in force.
+    #[cold]
     pub(crate) fn override_chain(&mut self, purpose: Purpose) {
         if purpose == Purpose::Program {
             self.overrides = self.machine.overrides();

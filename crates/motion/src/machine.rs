@@ -11,6 +11,7 @@ mod status;
 mod stop;
 
 use core::cell::RefCell;
+use core::pin::pin;
 use core::sync::atomic::AtomicU32;
 
 use embassy_sync::blocking_mutex::Mutex;
@@ -32,6 +33,7 @@ pub use self::queue::{MOVES_AHEAD, Motion, Move, ProbeMove};
 pub use self::status::Status;
 pub(crate) use self::status::{CurrentChunk, line_speed_steps_s, path_speed_mm_s};
 use crate::axes::{AXES, Axis};
+use crate::cold_path::cold_path;
 use crate::config::{Config, ConfigError};
 use crate::event::{Alarm, State};
 use crate::link::AxisLink;
@@ -233,7 +235,7 @@ impl Machine {
     /// # Cancellation
     /// Safe: it only reads the state.
     pub async fn emptied(&self) {
-        self.until(|life| life.pending == 0 || life.is_locked()).await;
+        cold_path(pin!(self.until(|life| life.pending == 0 || life.is_locked()))).await;
     }
 
     async fn until(&self, wanted: impl Fn(Life) -> bool) {

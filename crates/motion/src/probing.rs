@@ -92,6 +92,7 @@ where
 
     /// Looks whether the contact has come in the run that started at `start`, and if so notes the steps that each axis
     /// had made by then. Returns whether it has come.
+    #[cold]
     pub(crate) fn note_contact(&mut self, start: Instant) -> bool {
         if self.contact_steps.is_none()
             && let Some(at) = self.machine.contact_at()

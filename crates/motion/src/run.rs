@@ -346,7 +346,7 @@ where
 
 /// The streams at the beginning of a run. Not inlined: where they are made they take some KiB of stack, which all that a
 /// run calls would have to do without.
-#[inline(never)]
+#[cold]
 fn streams(machine: &Machine, is_shaped: bool) -> Streams<'_> {
     Axis::ALL.map(|axis| SegmentStream::new(machine, axis, is_shaped))
 }

@@ -34,7 +34,7 @@ impl Config {
     /// The shaping of runs of programs and jogs; `None` if no axis has a shaper. Not inlined, so that a chip may have it in
     /// slow memory: it is needed once a run.
     #[must_use]
-    #[inline(never)]
+    #[cold]
     pub fn shaping(&self) -> Option<Shaping> {
         let impulses = self.shapers.map(|shaper| shaper.impulses());
         if impulses.iter().all(|impulses| *impulses == Impulses::ONE) {

@@ -53,6 +53,7 @@ impl Profile {
 
     /// The profile between two speeds that are known to fit the distance. If thirds are asked for but impossible, it is
     /// the fastest profile.
+    #[cold]
     pub(crate) fn between(
         distance_steps: f64,
         entry_steps_s: f64,
@@ -133,6 +134,7 @@ impl Ends {
     }
 
     /// The fastest profile that the limits allow.
+    #[cold]
     fn fastest(&self) -> Profile {
         match self.law {
             SpeedLaw::Trapezoid => self.fastest_trapezoid(),
@@ -142,6 +144,7 @@ impl Ends {
 
     /// Stoychitch 2018, eqs 1-8, with separate entry and exit speeds. The triangle's peak v follows from (v² -
     /// v_entry²)/2a + (v² - v_exit²)/2d = s.
+    #[cold]
     fn fastest_trapezoid(&self) -> Profile {
         let (a, d) = (self.accel.accel_steps_s2, self.decel.accel_steps_s2);
         let (entry, exit) = (self.entry_steps_s, self.exit_steps_s);
@@ -167,6 +170,7 @@ impl Ends {
         sqrt(squared).max(entry).max(exit)
     }
 
+    #[cold]
     fn trapezoid(&self, cruise: f64, ends: (f64, f64), cruise_s: f64) -> Profile {
         let (accel_end, cruise_end) = ends;
         let ramp =
@@ -184,6 +188,7 @@ impl Ends {
 
     /// The cruise speed is as far above the faster end as both ramps have room for. No law is faster than the
     /// trapezoid, so the trapezoid's peak is an upper bound.
+    #[cold]
     fn fastest_by_search(&self) -> Profile {
         let lengths = |speed_rise: f64| {
             let (accel, decel) = self.lengths(speed_rise);
@@ -212,6 +217,7 @@ impl Ends {
     }
 
     /// The rise, `most` at most, at which `needed` equals the distance. The search begins at `from`.
+    #[cold]
     fn speed_rise_by_newton(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
         let over = |speed_rise| {
             let (steps, growth) = needed(speed_rise);
@@ -229,6 +235,7 @@ impl Ends {
     /// search is Newton's method on the logarithms of both: each iteration multiplies the rise by
     /// (distance/needed)^(1/p), for which a quotient of two linear functions is accurate enough. The result is lowered
     /// to the safe side.
+    #[cold]
     fn speed_rise_by_powers(&self, from: f64, most: f64, tolerance: f64, needed: Needed<'_>) -> f64 {
         if most <= 0.0 {
             return most;
@@ -259,6 +266,7 @@ impl Ends {
     }
 
     /// The lengths of the shortest ramps, steps, and how much longer each is for each step/s more.
+    #[cold]
     fn lengths(&self, speed_rise: f64) -> ((f64, f64), (f64, f64)) {
         let accel = self.accel.length(self.entry_steps_s, self.accel_rise(speed_rise));
         match self.decel_ratio() {
@@ -268,6 +276,7 @@ impl Ends {
     }
 
     /// The shortest ramps.
+    #[cold]
     fn ramps(&self, speed_rise: f64) -> (Ramp, Ramp) {
         let accel = self.accel.shortest(self.entry_steps_s, self.accel_rise(speed_rise));
         match self.decel_ratio() {

@@ -139,6 +139,7 @@ impl Profile {
     }
 
     /// Brakes from one speed to a slower one as fast as `limits` allow. The distance follows from that.
+    #[cold]
     pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
         let bounds = Bounds::new(law, limits.decel_steps_s2, limits.jerk_steps_s3);
         let decel = bounds.shortest(slow_steps_s, fast_steps_s - slow_steps_s);

@@ -57,6 +57,7 @@ impl Bounds {
     }
 
     /// The shortest ramp that rises by `rise_steps_s`.
+    #[cold]
     pub(crate) fn shortest(&self, slow_steps_s: f64, rise_steps_s: f64) -> Ramp {
         let (slow, rise) = (slow_steps_s, rise_steps_s);
         let (shape, accel) = self.shape(rise);
@@ -75,6 +76,7 @@ impl Bounds {
     }
 
     /// The length of the shortest ramp, steps, and how much longer it is for each step/s more.
+    #[cold]
     pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
         let trapezoid = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
         match self.shape_of_law() {
@@ -372,6 +374,7 @@ impl Ramp {
         }
     }
 
+    #[cold]
     fn over_displacement(&self, law: OverDisplacement, u: f64) -> RampState {
         let rise = self.rise_steps_s;
         let speed_steps_s = self.slow_steps_s + rise * law.speed(u);

@@ -120,37 +120,30 @@ impl Shaper {
 
     /// Its impulses, the first of them at once. If it has passed [`check`](Self::check), they are finite.
     #[must_use]
-    #[inline(never)]
+    #[cold]
     pub fn impulses(&self) -> Impulses {
         let own = sqrt(1.0 - self.damping_ratio * self.damping_ratio);
         // The period of the damped load, and how much smaller a swing is after a part of a period.
         let period_s = 1.0 / (self.natural_hz * own);
         let kept = |periods: f64| exp(-2.0 * PI * periods * self.damping_ratio / own);
-        let of = |weights: &[f64], periods: f64| {
-            let mut impulses = Impulses { count: weights.len(), ..Impulses::ONE };
-            let mut sum = 0.0;
-            for (index, weight) in weights.iter().enumerate() {
-                let after = index as f64 * periods;
-                impulses.weights[index] = weight * kept(after);
-                impulses.delays_s[index] = after * period_s;
-                sum += impulses.weights[index];
-            }
-            impulses.weights.iter_mut().for_each(|weight| *weight /= sum);
-            impulses
+        let (weights, periods): (&[f64], _) = match self.kind {
+            ShaperKind::None => return Impulses::ONE,
+            ShaperKind::Box => return Impulses::of_box(1.0 / self.natural_hz),
+            ShaperKind::Zv => (&[1.0, 1.0], 0.5),
+            ShaperKind::Mzv => (&[1.0 - FRAC_1_SQRT_2, SQRT_2 - 1.0, 1.0 - FRAC_1_SQRT_2], 0.375),
+            ShaperKind::Zvd => (&[1.0, 2.0, 1.0], 0.5),
+            ShaperKind::Ei => (&[1.0 + EI_TOLERANCE, 2.0 - 2.0 * EI_TOLERANCE, 1.0 + EI_TOLERANCE], 0.5),
         };
-        match self.kind {
-            ShaperKind::None => Impulses::ONE,
-            ShaperKind::Box => Impulses {
-                count: 2,
-                weights: [0.5, 0.5, 0.0],
-                delays_s: [0.0, 1.0 / self.natural_hz, 0.0],
-                box_s: 1.0 / self.natural_hz,
-            },
-            ShaperKind::Zv => of(&[1.0, 1.0], 0.5),
-            ShaperKind::Mzv => of(&[1.0 - FRAC_1_SQRT_2, SQRT_2 - 1.0, 1.0 - FRAC_1_SQRT_2], 0.375),
-            ShaperKind::Zvd => of(&[1.0, 2.0, 1.0], 0.5),
-            ShaperKind::Ei => of(&[1.0 + EI_TOLERANCE, 2.0 - 2.0 * EI_TOLERANCE, 1.0 + EI_TOLERANCE], 0.5),
+        let mut impulses = Impulses { count: weights.len(), ..Impulses::ONE };
+        let mut sum = 0.0;
+        for (index, weight) in weights.iter().enumerate() {
+            let after = index as f64 * periods;
+            impulses.weights[index] = weight * kept(after);
+            impulses.delays_s[index] = after * period_s;
+            sum += impulses.weights[index];
         }
+        impulses.weights.iter_mut().for_each(|weight| *weight /= sum);
+        impulses
     }
 }
 
@@ -172,6 +165,11 @@ impl Impulses {
     /// The motion as it is.
     pub const ONE: Self = Self { count: 1, weights: [1.0, 0.0, 0.0], delays_s: [0.0; IMPULSES_MAX], box_s: 0.0 };
 
+    /// A box of this length.
+    const fn of_box(box_s: f64) -> Self {
+        Self { count: 2, weights: [0.5, 0.5, 0.0], delays_s: [0.0, box_s, 0.0], box_s }
+    }
+
     /// If it is a box, the delays of its beginning and its end, s: the motion is the mean over all delays between them.
     #[must_use]
     pub fn box_ends_s(&self) -> Option<[f64; 2]> {
@@ -187,6 +185,7 @@ impl Impulses {
 
     /// By how much the shaped motion is late at constant speed: the mean of the delays, s.
     #[must_use]
+    #[cold]
     pub fn mean_s(&self) -> f64 {
         self.iter().map(|(weight, delay_s)| weight * delay_s).sum()
     }

@@ -4,8 +4,8 @@ use super::{Interpreter, within};
 use crate::{
     Arc, Error, Misfit, MotionMode, Settings,
     arc::{ArcEnds, PLANES},
-    block::BlockWords,
     length,
+    words::block::BlockWords,
 };
 
 impl Interpreter {

@@ -4,8 +4,8 @@ use super::{Interpreter, within};
 use crate::{
     AXES, Block, BlockMove, Error, MotionMode, Rate,
     axes::Z,
-    block::{BlockWords, NonModal},
     parameters::WORK_SYSTEMS,
+    words::block::{BlockWords, NonModal},
 };
 
 /// G10 L2 gives the offset itself. G10 L20 gives the work position that the current position shall have.
@@ -71,6 +71,7 @@ impl Interpreter {
     }
 
     /// The place where the zero of an axis would be if the work position were `pm`, with the tool length subtracted.
+    #[cold]
     fn zero_pm(&self, axis: usize, pm: i64) -> i64 {
         self.position_pm[axis] - pm - if axis == Z { self.tool_length_pm } else { 0 }
     }

@@ -3,8 +3,8 @@
 use super::Interpreter;
 use crate::{
     Error,
-    block::{AxisCommand, BlockWords},
     command::Probe,
+    words::block::{AxisCommand, BlockWords},
 };
 
 impl Interpreter {

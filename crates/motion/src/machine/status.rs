@@ -63,6 +63,7 @@ pub(crate) fn path_speed_mm_s(blend: &Blend<AXES>, t_s: f64, steps_per_mm: &[f64
 }
 
 /// Speed of the longest axis of a line at `t_s` from the start of the run, steps/s; that at its end from there on.
+#[cold]
 pub(crate) fn line_speed_steps_s(line: &SyncMove<AXES>, t_s: f64) -> f64 {
     if t_s < line.end_s() { line.speed_at(t_s) } else { line.profile.exit_speed_steps_s() }
 }
@@ -84,6 +85,7 @@ impl CurrentChunk {
 impl Machine {
     /// The state of the machine, its place and its speed.
     #[must_use]
+    #[cold]
     pub fn status(&self) -> Status {
         let (homed, current, room) = self.with(|inner| (inner.homed, inner.current, inner.room));
         let life = self.life();

@@ -52,7 +52,7 @@ impl Cubic {
     }
 
     /// The instant of that edge, units of 2^-`point` tick after its beginning.
-    #[inline(never)]
+    #[cold]
     pub(super) fn time(&self, half_steps: u32) -> u64 {
         fixed(self.time_s(self.steps_to(half_steps)) * self.tick_hz, self.point.into()) as u64
     }
@@ -82,7 +82,7 @@ impl Cubic {
 
     /// True if an instant, in units of 2^-`point` tick after the beginning, is near enough to that of the edge after so many half
     /// steps, in a segment that lasts `rise` of these units.
-    #[inline(never)]
+    #[cold]
     pub(super) fn is_near(&self, half_steps: u32, instant: u64, rise: u64) -> bool {
         let unit_s =
             1.0 / (self.tick_hz * f64::from(1_u32 << (self.point / 2)) * f64::from(1_u32 << self.point.div_ceil(2)));
@@ -95,7 +95,7 @@ impl Cubic {
 
 impl FixedPhase {
     /// Makes it the steps of a phase whose acceleration changes.
-    #[inline(never)]
+    #[cold]
     pub(super) fn change_accel(&mut self, counted: &CountedPhase, timed: TimedStepRange) {
         let [begin, .., end] = counted.counts;
         let along = |x: f64| if end < begin { -x } else { x };
@@ -115,7 +115,7 @@ impl FixedPhase {
 
     /// Shortens a segment of a cubic until its quadratic is as near as it has to be. `far` is the step at its end;
     /// returns that of the shorter one.
-    #[inline(never)]
+    #[cold]
     pub(super) fn shorten(&self, step: u32, cubic: &Cubic, fit: &mut Quadratic, mut far: Sample) -> Sample {
         while fit.length > 0 {
             let middle = self.sample_after(step, fit.length - 1);

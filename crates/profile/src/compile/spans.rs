@@ -49,7 +49,7 @@ impl Spans {
     }
 
     /// Goes on to the next span. Its first step, if it has any, is `step`.
-    #[inline(never)]
+    #[cold]
     fn next_span(&mut self, step: u32, step_range: &StepRange, timed_plan: &mut TimedPlan) {
         self.count += 1;
         let hermite = match timed_plan.spans.find(self.is_backwards, self.count) {

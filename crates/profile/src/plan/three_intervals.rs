@@ -13,6 +13,7 @@ const THIRDS_TOLERANCE: f64 = 6e-3;
 impl Ends {
     /// Forero 2023, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel), where v_accel and v_decel
     /// are the mean speeds of the ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
+    #[cold]
     pub(super) fn thirds(&self) -> Result<Profile, ProfileError> {
         let speed_rise = match self.law {
             SpeedLaw::Trapezoid => self.highest_of_thirds() - self.fast_end(),
@@ -36,6 +37,7 @@ impl Ends {
 
     /// The highest cruise speed of a trapezoid in thirds. (v - v_end)/t1 <= a becomes (v - v_end)(2 v + k) <= a s with
     /// k = (v_entry + v_exit)/2.
+    #[cold]
     fn highest_of_thirds(&self) -> f64 {
         let k = (self.entry_steps_s + self.exit_steps_s) / 2.0;
         let highest = |end: f64, accel: f64| {
@@ -52,6 +54,7 @@ impl Ends {
     }
 
     /// The rise over the faster end in thirds, by search. It is below 0 if the faster end is too fast for its own ramp.
+    #[cold]
     fn speed_rise_by_thirds(&self) -> f64 {
         let fast = self.fast_end();
         if self.entry_steps_s != self.exit_steps_s && self.needed_by_thirds(0.0).0 > self.distance_steps {
@@ -75,6 +78,7 @@ impl Ends {
 
     /// The distance that the move needs so that each ramp fits into a third of its duration, and how much longer it is
     /// for each step/s more. A ramp of mean speed m fits if its shortest length x satisfies x/m <= t1.
+    #[cold]
     fn needed_by_thirds(&self, speed_rise: f64) -> (f64, f64) {
         let accel = self.accel.length_and_mean(self.entry_steps_s, self.accel_rise(speed_rise));
         let decel = match self.decel_ratio() {
@@ -99,6 +103,7 @@ impl Ends {
     }
 
     /// The mean speeds of both ramps.
+    #[cold]
     fn means(&self, speed_rise: f64) -> (f64, f64) {
         let accel = self.accel.mean_steps_s(self.entry_steps_s, self.accel_rise(speed_rise));
         match self.decel_ratio() {

@@ -62,6 +62,7 @@ pub(super) fn time(slow: f64, u: f64) -> f64 {
 ///
 /// The term of the pole, exp(-q)/(q + σ), has a logarithm as integral. Without it the function is smooth, however near
 /// the pole is.
+#[cold]
 pub(super) fn whole_time(Pole { q, residue }: Pole) -> f64 {
     let smooth = |(sigma, weight, exp): &(f64, f64, f64)| weight * (exp - residue) / (q + sigma);
     LN_END / K * (residue * log1p(LN_END / q) + WHOLE_NODES.iter().map(smooth).sum::<f64>())
@@ -96,7 +97,7 @@ const UNITS: f64 = 18_014_398_509_481_984.0;
 const W_END: f64 = 8.0;
 
 /// 8^k/(k k!), the coefficients of (w/8)^k. There is none for k = 0.
-static COEFFICIENTS: [i64; TERMS] = coefficients();
+const COEFFICIENTS: [i64; TERMS] = coefficients();
 
 const fn coefficients() -> [i64; TERMS] {
     let mut coefficients = [0; TERMS];

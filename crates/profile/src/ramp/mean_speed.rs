@@ -5,6 +5,7 @@ use crate::law::SpeedLaw;
 
 impl Bounds {
     /// The ramp with this rise, this duration and this mean speed.
+    #[cold]
     pub(crate) fn lasting(&self, duration_s: f64, slow_steps_s: f64, rise_steps_s: f64, mean_steps_s: f64) -> Ramp {
         let shape = match self.shape(rise_steps_s).0 {
             // On a short ramp, rounding must not lift the acceleration above its limit. Without a rise the ramp is a
@@ -43,6 +44,7 @@ impl Bounds {
 
     /// The length of the shortest ramp and the mean speed of any ramp, each with how much more it is for each step/s
     /// more.
+    #[cold]
     pub(crate) fn length_and_mean(&self, slow: f64, rise: f64) -> ((f64, f64), (f64, f64)) {
         match self.shape_of_law() {
             Shape::OverDisplacement(law) if rise > 0.0 => {

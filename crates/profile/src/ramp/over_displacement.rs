@@ -66,6 +66,7 @@ impl OverDisplacement {
 
     /// The length of a ramp of `rise` that just reaches an acceleration of 1, and how much longer it is for each step/s
     /// more: the maximum of (slow + rise v) rise v', and its derivative by `rise`.
+    #[cold]
     pub(super) fn length(self, slow: f64, rise: f64) -> (f64, f64) {
         match self {
             Self::Linear => (rise * (slow + rise), slow + 2.0 * rise),
@@ -96,6 +97,7 @@ impl OverDisplacement {
     }
 
     /// The time to reach `u`: ∫ du/(slow + v).
+    #[cold]
     pub(super) fn time(self, slow: f64, u: f64) -> f64 {
         match self {
             Self::Linear => log1p(u / slow),
@@ -114,6 +116,7 @@ impl OverDisplacement {
     }
 
     /// The time to reach the end.
+    #[cold]
     pub(super) fn whole_time(self, slow: f64) -> f64 {
         match self {
             Self::Sinusoidal => 1.0 / sqrt(slow * (slow + 1.0)),
@@ -147,6 +150,7 @@ impl OverDisplacement {
     }
 
     /// The displacement at `time`.
+    #[cold]
     pub(super) fn displacement(self, slow: f64, time: f64) -> f64 {
         self.place(slow, time, |u| self.time(slow, u))
     }

@@ -71,6 +71,7 @@ impl OverTime {
         self.search(slow, displacement, 0.03) * 0.99
     }
 
+    #[cold]
     fn search(self, slow: f64, displacement: f64, tolerance: f64) -> f64 {
         rising_root((0.0, 1.0), self.time_near(slow, displacement), tolerance, |t| {
             let At { travel, speed, .. } = self.at(t);
@@ -112,6 +113,7 @@ fn s_curve_at(ratio: f64, t: f64) -> At {
 
 /// The speed is s = sin² (π t/2), because (1 - cos π t)/2 cancels near standstill. The travel (t - sin(π t)/π)/2
 /// cancels there, too; with x = π t it is computed there by the series x² t/12 (1 - x²/20 (1 - x²/42 (1 - ...))).
+#[cold]
 fn sine_at(t: f64) -> At {
     let (sine, cosine) = sin_cos(t);
     let product = sine * cosine;

@@ -7,6 +7,7 @@ use core::f64::consts::PI;
 use crate::fixed::{TWO_TO_64, polynomial};
 
 /// Sine and cosine of π/2 `t`, for `t` from 0 to 1.
+#[cold]
 pub(super) fn sin_cos(t: f64) -> (f64, f64) {
     if t > 0.5 {
         let (sine, cosine) = eighth(1.0 - t);
@@ -26,9 +27,9 @@ fn eighth(t: f64) -> (f64, f64) {
 /// The number of units of the coefficients that make 1.
 const UNITS: f64 = 4_611_686_018_427_387_904.0;
 /// 1, -1/3!, 1/5! and so on: the coefficients of the powers of x².
-static SINE: [i64; 10] = inverse_factorials(1);
+const SINE: [i64; 10] = inverse_factorials(1);
 /// 1, -1/2!, 1/4! and so on.
-static COSINE: [i64; 10] = inverse_factorials(0);
+const COSINE: [i64; 10] = inverse_factorials(0);
 
 const fn inverse_factorials(first: usize) -> [i64; 10] {
     let mut inverses = [0; 10];

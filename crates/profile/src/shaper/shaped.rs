@@ -346,7 +346,7 @@ impl<const LEN: usize> Shaped<LEN> {
     }
 
     /// The motion of a box, of which the sum of its ends is the speed.
-    #[inline(never)]
+    #[cold]
     fn mean(&mut self, ends: AxisPhase) -> Sum {
         let [first, last] = [0, 1].map(|index| self.cursors[index].on);
         if first == last

@@ -30,7 +30,7 @@ impl Sum {
         if self.is_curved() { self.at_by_jerk(t_s) } else { self.phase.at(t_s) }
     }
 
-    #[inline(never)]
+    #[cold]
     fn at_by_jerk(&self, t_s: f64) -> (f64, f64) {
         let AxisPhase { begin_s, place_steps, speed_steps_s, accel_steps_s2 } = self.phase;
         let past_s = t_s - begin_s;
@@ -41,7 +41,7 @@ impl Sum {
 
     /// The instant at which an axis whose acceleration changes turns first, s after its beginning; infinite if it does not. At
     /// once does not count.
-    #[inline(never)]
+    #[cold]
     pub(super) fn turns_after_s(&self) -> f64 {
         let Self { phase: AxisPhase { speed_steps_s: v, accel_steps_s2: a, .. }, jerk_steps_s3: j } = *self;
         let square = a * a - 2.0 * j * v;

@@ -181,7 +181,7 @@ impl BlockWords {
 
     /// The axes as given.
     pub(crate) fn axes_pm(&self) -> [Option<i64>; AXES] {
-        AXES_BYTES.map(|letter| self.length_pm(letter))
+        core::array::from_fn(|axis| self.length_pm(AXES_BYTES[axis]))
     }
 
     /// R, which then counts as used.

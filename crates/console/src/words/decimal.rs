@@ -152,6 +152,7 @@ impl Decimal {
     }
 
     /// All digits as a number.
+    #[cold]
     fn mantissa(&self) -> u64 {
         u64::from(self.first) * 10u64.pow(self.digits.saturating_sub(HALF_DIGITS)) + u64::from(self.second)
     }
