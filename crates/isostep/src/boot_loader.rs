@@ -109,7 +109,7 @@ fn only_board() -> Result<String> {
 /// When it cannot be copied.
 pub fn copy(image: &Path, drive: &Path) -> Result<()> {
     println!("copying {} to {}", project::shown(image), drive.display());
-    fs::copy(image, drive.join("image.uf2")).with_context(|| format!("cannot copy to {}", drive.display())).map(drop)
+    fs::copy(image, drive.join("firmware.uf2")).with_context(|| format!("cannot copy to {}", drive.display())).map(drop)
 }
 
 /// Puts `image` on the board on `port`, or on the only one that runs Isostep or is in its boot loader already. Returns
