@@ -45,12 +45,10 @@ impl Touch {
 }
 
 impl Handler for Touch {
-    #[cold]
     fn reset(&mut self) {
         *self = Self::new();
     }
 
-    #[cold]
     fn control_out(&mut self, request: Request, data: &[u8]) -> Option<OutResponse> {
         if (request.request_type, request.recipient) != (RequestType::Class, Recipient::Interface) {
             return None;

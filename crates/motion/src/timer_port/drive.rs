@@ -233,8 +233,8 @@ where
     }
 
     /// A step comes too late, which is a fault. No axis makes another step, from here on: the tasks of the axes, which hear
-    /// of it, may get no time while steps are due.
-    #[cold]
+    /// of it, may get no time while steps are due. It has the port's deadline, so it is not `#[cold]`, which would lay it into flash.
+    #[inline(never)]
     fn refuse_late(&mut self, now: u64) {
         let mut is_fault = false;
         for drive in &mut self.drives {
