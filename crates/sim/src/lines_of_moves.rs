@@ -70,7 +70,7 @@ fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, &[u8])> {
     sent.filter(move |&(number, _)| refusals.next_if_eq(&number).is_none())
 }
 
-/// Whether the program sets steps/mm or anything that limits speed after its first move (homing is not a move).
+/// True if the program sets steps/mm or anything that limits speed after its first move (homing is not a move).
 pub fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     // Few programs set anything, and interpreting all lines takes time.
     if !accepted_lines(outcome).any(|(_, text)| text.contains(&b'$')) {
@@ -98,7 +98,7 @@ pub fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     })
 }
 
-/// Whether the setting defines the length of a step, or limits the speed of a move or a corner.
+/// True if the setting defines the length of a step, or limits the speed of a move or a corner.
 fn is_limit(number: u16) -> bool {
     let of_axes = matches!(number, 100..=102 | 110..=112 | 120..=122 | 910..=912 | 920..=922 | 930..=932);
     of_axes || matches!(number, 11 | 900 | 940)

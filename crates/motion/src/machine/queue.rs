@@ -23,7 +23,7 @@ pub struct Move {
     pub target_steps: [i32; AXES],
     /// The distance of the place that is meant from it: see [`Request::offsets`](isostep_profile::chain::Request::offsets).
     pub offsets: [i8; AXES],
-    /// Speed along the path, mm/s; infinite if it is to be as fast as the limits allow.
+    /// Speed along the path, mm/s, more than 0; infinite if it is to be as fast as the limits allow.
     pub feed_mm_s: f64,
     /// It ends at rest, instead of flowing into the next move.
     pub exact_stop: bool,
