@@ -11,13 +11,13 @@ use crate::axes::{words, xyz_a};
 use embassy_time::Duration;
 use isostep_console::length::PM_PER_MM;
 use isostep_motion::{AXES, SpeedOverrides, State, whole_steps};
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_sim::measure::limits::{self, LimitRatios};
 use isostep_sim::swarm::judge;
 use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim};
 use oorandom::Rand64;
 
-/// A machine with a speed law that moves without homing, and its random numbers.
+/// A machine with a speed profile that moves without homing, and its random numbers.
 pub struct Bench {
     /// The machine.
     pub sim: Sim,
@@ -38,7 +38,7 @@ const STEPS_PER_MM: f64 = 50.0;
 const UM_PER_STEP: i64 = 20;
 
 impl Bench {
-    /// The machine for a case. The case decides on the step port and the speed law.
+    /// The machine for a case. The case decides on the step port and the speed profile.
     ///
     /// # Panics
     /// When the machine refuses its settings. All other functions here panic too when the machine misbehaves.
@@ -48,9 +48,9 @@ impl Bench {
         let sim = Sim::new(&Config { port, ..Config::default() });
         let (random, overrides) = (Rand64::new(case.into()), vec![(0, SpeedOverrides::NONE)]);
         let mut bench = Self { sim, random, unanswered: VecDeque::new(), overrides };
-        let law = bench.random.rand_range(0..SpeedLaw::ALL.len() as u64);
+        let speed_profile = bench.random.rand_range(0..SpeedProfile::ALL.len() as u64);
         let thirds = bench.random.rand_range(0..2);
-        bench.say(&format!("$910=60\n$911=60\n$912=60\n$900={thirds}\n$940={law}\n$X\n"));
+        bench.say(&format!("$910=60\n$911=60\n$912=60\n$900={thirds}\n$940={speed_profile}\n$X\n"));
         // Y accelerates less, and some machines brake at another rate than they accelerate.
         let decel = [0, 35, 80][(case % 3) as usize];
         bench.say(&format!("$121=40\n$920={decel}\n$921={decel}\n$922={decel}\n"));

@@ -2,7 +2,7 @@
 
 use crate::axes::{words, xyz_a};
 use isostep_motion::{AXES, Axis};
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_report::compare::{self, Comparison};
 use isostep_sim::drive::MotorData;
 use isostep_sim::{Config, run};
@@ -89,17 +89,17 @@ pub fn moves_there_and_back_are_exact(rig: impl Rig) {
     assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
 }
 
-/// Moves of `pace` under each speed law, there and back: as fast as the limits allow and in thirds, or one of the two if few
-/// cases are tried. Then one law in `few` is enough. Every step must be at its closed-form instant.
+/// Moves of `pace` under each speed profile, there and back: as fast as the limits allow and in thirds, or one of the two if few
+/// cases are tried. Then one speed profile in `few` is enough. Every step must be at its closed-form instant.
 ///
 /// # Panics
 /// When a step is missing or is not at its instant.
-pub fn every_law_is_exact(rig: impl Rig, pace: Pace, few: usize) {
+pub fn every_speed_profile_is_exact(rig: impl Rig, pace: Pace, few: usize) {
     let mut acts = set(pace);
     let of_each = cases(1, 2) as usize;
-    let laws = SpeedLaw::ALL.into_iter().enumerate().step_by(stride(few));
-    for (number, law) in laws.clone() {
-        let start_mm_min = if law.is_over_displacement() { pace.start_mm_min } else { 0 };
+    let speed_profiles = SpeedProfile::ALL.into_iter().enumerate().step_by(stride(few));
+    for (number, speed_profile) in speed_profiles.clone() {
+        let start_mm_min = if speed_profile.is_over_displacement() { pace.start_mm_min } else { 0 };
         acts.extend((910..910 + AXES).map(|start| Act::Line(format!("${start}={start_mm_min}"))));
         acts.push(Act::Line(format!("$940={number}")));
         for index in of_each * number..of_each * (number + 1) {
@@ -113,9 +113,9 @@ pub fn every_law_is_exact(rig: impl Rig, pace: Pace, few: usize) {
             acts.push(rested());
         }
     }
-    let seen = rig.carry_out("laws", &acts);
+    let seen = rig.carry_out("speed profiles", &acts);
     let comparison = held_against_plans(&rig, &acts, &seen);
-    assert_eq!(comparison.moves.len(), of_each * laws.len(), "{rig}");
+    assert_eq!(comparison.moves.len(), of_each * speed_profiles.len(), "{rig}");
     assert!(comparison.all.max_ns <= rig.jitter_max_ns(), "{rig}: {comparison:#?}");
 }
 

@@ -10,9 +10,9 @@ pub mod contract;
 pub mod dialogue;
 pub mod emulated;
 pub mod fuzz;
-pub mod laws;
 pub mod model;
 pub mod rig;
+pub mod speed_profiles;
 pub mod talk;
 
 /// The project's folder.

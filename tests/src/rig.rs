@@ -74,7 +74,7 @@ pub struct Pace {
     pub accel_mm_s2: u32,
     /// Jerk of the S-curve, mm/s³. The acceleration is reached in a hundredth of a second or two.
     pub jerk_mm_s3: u32,
-    /// Start speed for the laws that need one, mm/min.
+    /// Start speed for the speed profiles that need one, mm/min.
     pub start_mm_min: u32,
     /// A move, mm.
     pub away_mm: [f64; AXES],
@@ -83,7 +83,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// The parking gantry's limits. The laws over displacement start at 100 steps/s.
+    /// The parking gantry's limits. The speed profiles over displacement start at 100 steps/s.
     pub const GANTRY: Self = Self {
         top_mm_min: 2_880,
         accel_mm_s2: 50,

@@ -21,9 +21,9 @@ const GRAIN: f64 = 0.02;
 /// The kinds of machines and of their programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum World {
-    /// Any law, and long moves alone.
+    /// Any speed profile, and long moves alone.
     Alone,
-    /// Any law; the path goes to its corners, but for a few that are blends.
+    /// Any speed profile; the path goes to its corners, but for a few that are blends.
     Exact,
     /// A trapezoid without a start speed, so that all corners are blends. Where a block of G61.1 begins it stops (`$11`).
     Blended,
@@ -411,7 +411,7 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
         let accel_mm_s2 = 50.0;
         let lines = |from: i32| (from + 1..=from + 20).map(|mm| format!("G90 G1 X{mm} F1200\n")).collect::<String>();
         bench.stream(&lines(0));
-        // The first 20 mm take some 3 s with the slowest law.
+        // The first 20 mm take some 3 s with the slowest speed profile.
         bench.wait(4.0);
         let came_ns = bench.sim.now_ns();
         bench.stream(&lines(20));
@@ -427,7 +427,7 @@ fn a_host_that_stops_for_a_while_stops_the_machine_where_its_lines_end() {
         };
         let rests: Vec<_> = (0..40).filter(|index| is_rest(*index)).collect();
         let [before, after] = [&outcome.moves[19], &outcome.moves[20]];
-        // The latest time at which braking can begin: for the trapezoid, which begins later than any other law, plus
+        // The latest time at which braking can begin: for the trapezoid, which begins later than any other speed profile, plus
         // the time that is committed ahead.
         let braking_s = SPEED_MM_S / accel_mm_s2;
         if before.run == after.run {

@@ -42,7 +42,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use isostep_console::AXIS_NAMES;
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_report::compare::{self, Comparison};
 use isostep_sim::{AXES, Port, run};
 use isostep_tests::emulated::{self, Board, Run};
@@ -136,8 +136,8 @@ fn moves_there_and_back_by_the_timer_port_are_exact() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn every_speed_law_is_exact() {
-    cases::every_law_is_exact(Emulated(Port::Pio), Pace::GANTRY, 1);
+fn every_speed_profile_is_exact() {
+    cases::every_speed_profile_is_exact(Emulated(Port::Pio), Pace::GANTRY, 1);
 }
 
 #[test]
@@ -148,8 +148,8 @@ fn single_steps_take_as_long_as_planned() {
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn every_speed_law_by_the_timer_port_is_exact() {
-    cases::every_law_is_exact(Emulated(Port::Timer), Pace::GANTRY, 3);
+fn every_speed_profile_by_the_timer_port_is_exact() {
+    cases::every_speed_profile_is_exact(Emulated(Port::Timer), Pace::GANTRY, 3);
 }
 
 #[test]
@@ -339,8 +339,8 @@ fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
 }
 
 /// Moves of three axes are held, resumed and slowed down at some thirty instants. No step may be lost or off the path.
-fn holds_and_overrides_lose_nothing(board: Board, law: u32) {
-    let mut script = format!("expect Grbl\nsend $940={law}\nexpect ok\nsend G90\nexpect ok\n");
+fn holds_and_overrides_lose_nothing(board: Board, speed_profile: u32) {
+    let mut script = format!("expect Grbl\nsend $940={speed_profile}\nexpect ok\nsend G90\nexpect ok\n");
     // Each second one leads back to the start.
     let rounds = isostep_trials::cases(4, 10);
     for index in 0..rounds {
@@ -388,15 +388,15 @@ fn holds_and_overrides_by_the_timer_port_lose_no_step() {
     holds_and_overrides_lose_nothing(Board::stepped_by(Port::Timer, "hold-timer"), 0);
 }
 
-/// Three axes up to 200 mm/s at 4,000 mm/s2, the logarithmic law at 1,000. On these ramps segments take longer to
-/// compile than they last. The ramps begin at standstill for the laws that can.
+/// Three axes up to 200 mm/s at 4,000 mm/s2, the logarithmic speed profile at 1,000. On these ramps segments take longer to
+/// compile than they last. The ramps begin at standstill for the speed profiles that can.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn steep_ramps_of_every_law_are_compiled_in_time() {
+fn steep_ramps_of_every_speed_profile_are_compiled_in_time() {
     let tops = &[12_000, 2_880][..isostep_trials::cases(1, 2) as usize];
-    for (number, law) in SpeedLaw::ALL.into_iter().enumerate().step_by(isostep_trials::stride(3)) {
-        let accel = if law == SpeedLaw::Logarithmic { 1_000 } else { 4_000 };
-        let start = if law.is_over_displacement() { 120 } else { 0 };
+    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(isostep_trials::stride(3)) {
+        let accel = if speed_profile == SpeedProfile::Logarithmic { 1_000 } else { 4_000 };
+        let start = if speed_profile.is_over_displacement() { 120 } else { 0 };
         let mut script = "expect Grbl\nsend G91\nexpect ok\n".to_owned();
         for (top, axis) in tops.iter().flat_map(|&top| (0..AXES).map(move |axis| (top, axis))) {
             let settings = [(910, start), (110, top), (120, accel), (930, 80_000)];
@@ -406,10 +406,10 @@ fn steep_ramps_of_every_law_are_compiled_in_time() {
                 script += "send G0 X60 Y55 Z50\nexpect ok\nsend G0 X-60 Y-55 Z-50\nexpect ok\nwait-idle\n";
             }
         }
-        let run =
-            Board::new(&format!("steep-{law}")).script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
-        assert!(run.ok, "{law}: {}", run.printed);
-        assert_eq!(run.edges.len(), 2 * tops.len() * (3_000 + 2_750 + 2_500), "{law}");
+        let run = Board::new(&format!("steep-{speed_profile}"))
+            .script(&(script + "bytes 3f\nexpect <Idle|MPos:0.000,0.000,0.000\n"));
+        assert!(run.ok, "{speed_profile}: {}", run.printed);
+        assert_eq!(run.edges.len(), 2 * tops.len() * (3_000 + 2_750 + 2_500), "{speed_profile}");
     }
 }
 

@@ -7,7 +7,7 @@ use expect_test::{Expect, expect};
 use isostep_console::Settings;
 use isostep_report::Figures;
 use isostep_sim::{Config, Outcome, Port, run};
-use isostep_tests::{laws, root};
+use isostep_tests::{root, speed_profiles};
 use isostep_trials::{cases, stride, window};
 use oorandom::Rand32;
 
@@ -131,7 +131,7 @@ fn diagonal() {
     );
 }
 
-/// Checks that every move that is long enough has its intervals measured, whatever its law.
+/// Checks that every move that is long enough has its intervals measured, whatever its speed profile.
 fn kept_and_measured(name: &str, config: &Config, measured: usize) {
     let program = fs::read(root().join("programs").join(name)).unwrap();
     let outcome = run(&program, config).unwrap();
@@ -142,10 +142,10 @@ fn kept_and_measured(name: &str, config: &Config, measured: usize) {
     assert!(compared >= measured, "{compared} moves of {name} compared\nreplay: {}", figures.replay);
 }
 
-/// Without all cases a few of the laws, ports and intervals are tried together.
-fn under_every_law(name: &str, measured: usize) {
+/// Without all cases a few of the speed profiles, ports and intervals are tried together.
+fn under_every_speed_profile(name: &str, measured: usize) {
     let intervals = || [false, true].into_iter().flat_map(|thirds| Port::ALL.map(|port| (thirds, port)));
-    let worlds = laws::machines().flat_map(|machine| intervals().map(move |world| (machine, world)));
+    let worlds = speed_profiles::machines().flat_map(|machine| intervals().map(move |world| (machine, world)));
     for (machine, (interval_thirds, port)) in worlds.step_by(stride(3)) {
         let settings = Settings { interval_thirds, ..machine };
         kept_and_measured(name, &Config { settings, port, ..Config::default() }, measured);
@@ -153,17 +153,17 @@ fn under_every_law(name: &str, measured: usize) {
 }
 
 #[test]
-fn parking_keeps_every_promise_under_every_law() {
+fn parking_keeps_every_promise_under_every_speed_profile() {
     // There are three moves of X and Y together.
-    under_every_law("parking.nc", 3);
+    under_every_speed_profile("parking.nc", 3);
 }
 
 #[test]
-fn diagonals_keep_every_promise_under_every_law() {
-    under_every_law("diagonal.nc", 2);
+fn diagonals_keep_every_promise_under_every_speed_profile() {
+    under_every_speed_profile("diagonal.nc", 2);
 }
 
-/// Ten moves anywhere in the travel after homing, with one to three axes, rapids and feeds, and either interval law.
+/// Ten moves anywhere in the travel after homing, with one to three axes, rapids and feeds, and either interval split.
 fn random_program(seed: u64) -> String {
     let mut random = Rand32::new(seed);
     let mut program = format!("$H\n$900={}\nG21 G90 F{}\n", random.rand_range(0..2), random.rand_range(60..4_000));

@@ -227,15 +227,15 @@ fn corners_arcs_curved_ramps_and_blends_are_where_the_simulators_are() {
     let mut board = Board::new("program");
     let program = ["G1 X8 Y3 F1200", "X8.5 Y6", "G2 X4 Y6 I-2.25", "G1 Z2 F300", "X0 Y0 Z0 F1500"];
     // The third of these takes its corners by blends, and the last shapes them.
-    for law in [&["$940=1"][..], &["$940=0"], &["G64 P0.05"], &["G64 P0.05", "$950=1"]] {
+    for speed_profile in [&["$940=1"][..], &["$940=0"], &["G64 P0.05"], &["G64 P0.05", "$950=1"]] {
         let before = board.edges().len();
-        for line in law.iter().chain(&["$11=0.02"]) {
+        for line in speed_profile.iter().chain(&["$11=0.02"]) {
             let said = board.say(line);
             assert!(said == ["ok"] || line.starts_with('$'), "{line}: {said:?}");
         }
         board.together(&program);
-        let lines: Vec<_> = law.iter().copied().chain(["$11=0.02"]).chain(program).collect();
-        let law = law.join(", ");
+        let lines: Vec<_> = speed_profile.iter().copied().chain(["$11=0.02"]).chain(program).collect();
+        let speed_profile = speed_profile.join(", ");
         let status = board.status();
         assert!(status.starts_with("<Idle|MPos:0.000,0.000,0.000"), "{status}");
         let mut sim = simulated(&[lines.join("\n").as_str()]);
@@ -248,14 +248,14 @@ fn corners_arcs_curved_ramps_and_blends_are_where_the_simulators_are() {
         });
         let (made, expected) = (by_axis(&board.edges()[before..]), by_axis(&expected.collect::<Vec<_>>()));
         for (axis, (made, expected)) in made.iter().zip(&expected).enumerate() {
-            assert_eq!(made.len(), expected.len(), "{law}: axis {axis}");
+            assert_eq!(made.len(), expected.len(), "{speed_profile}: axis {axis}");
             let mut worst_us = 0.0_f64;
             for (step, planned) in made.iter().zip(expected) {
-                assert_eq!(step.1, planned.1, "{law}: axis {axis}");
+                assert_eq!(step.1, planned.1, "{speed_profile}: axis {axis}");
                 worst_us = worst_us.max((step.0 - planned.0).abs());
             }
-            println!("{law}, axis {axis}: {} edges, at most {worst_us:.1} us off", made.len());
-            assert!(worst_us < LATE_MAX_US, "{law}: axis {axis} is {worst_us} us off");
+            println!("{speed_profile}, axis {axis}: {} edges, at most {worst_us:.1} us off", made.len());
+            assert!(worst_us < LATE_MAX_US, "{speed_profile}: axis {axis} is {worst_us} us off");
         }
     }
 }

@@ -67,9 +67,9 @@ fn machines_take_as_long_as_planned_over_single_steps() {
 }
 
 #[test]
-fn machines_make_every_speed_law() {
+fn machines_make_every_speed_profile() {
     for port in Port::ALL {
-        cases::every_law_is_exact(Simulated(port), Simulated(port).pace(), 1);
+        cases::every_speed_profile_is_exact(Simulated(port), Simulated(port).pace(), 1);
     }
 }
 

@@ -468,7 +468,7 @@ fn what_was_stored_before_there_were_shapers_is_read() {
     }
     let (store, loaded) = opened(&flash, 16);
     assert_eq!((loaded, store.kept()), (Ok(()), &before));
-    // A shaper would have refused the curved law.
+    // A shaper would have refused the curved speed profile.
     assert_eq!(said(&flash, "").len(), 1);
 }
 

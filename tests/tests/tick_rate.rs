@@ -36,11 +36,11 @@ fn the_clock_has_the_rate_that_was_chosen() {
 #[test]
 fn moves_keep_their_promises() {
     for port in Port::ALL {
-        for law in ["", CURVED] {
+        for speed_profile in ["", CURVED] {
             let mut sim = machine(port);
-            sim.send(format!("{law}{MOVES}").as_bytes());
+            sim.send(format!("{speed_profile}{MOVES}").as_bytes());
             sim.run_until_idle().unwrap();
-            assert_eq!((sim.machine().state(), sim.counted_steps()[0]), (State::Idle, 50), "{port:?} {law}");
+            assert_eq!((sim.machine().state(), sim.counted_steps()[0]), (State::Idle, 50), "{port:?} {speed_profile}");
             keeps_its_promises(&sim);
         }
     }

@@ -1,19 +1,19 @@
 // The page: a program on the machine, and the machine to operate.
 
 import { button, part } from "./elements";
-import { SpeedLaws } from "./laws";
+import { SpeedProfiles } from "./speedProfiles";
 import { Operate } from "./operate/operate";
 import { Run } from "./run";
 import { SettingsView } from "./settings/settings";
 
-const VIEWS = ["run", "operate", "settings", "laws"] as const;
+const VIEWS = ["run", "operate", "settings", "profiles"] as const;
 /** Those of the machine, which have its bar of buttons. */
 const OF_MACHINE = ["operate", "settings"];
 
 const run = new Run();
 const operate = new Operate(() => run.editor.value, () => run.settingsLines);
 new SettingsView(operate.machine);
-const laws = new SpeedLaws();
+const speedProfiles = new SpeedProfiles();
 
 function look(view: (typeof VIEWS)[number]): void {
   for (const name of VIEWS) {
@@ -24,7 +24,7 @@ function look(view: (typeof VIEWS)[number]): void {
   }
   part("bar").hidden = !OF_MACHINE.includes(view);
   if (OF_MACHINE.includes(view)) operate.look();
-  if (view === "laws") laws.look();
+  if (view === "profiles") speedProfiles.look();
 }
 
 for (const name of VIEWS) {

@@ -30,7 +30,7 @@ export type ToWorker =
   | { do: "run"; program: Uint8Array; settings: string; kept: Kept }
   | { do: "check"; program: Uint8Array; settings: string }
   | { do: "report"; name: string; program: Uint8Array; settings: string }
-  | { do: "laws"; asked: number[] }
+  | { do: "profiles"; asked: number[] }
   | { do: "operate"; settings: string; speed: number }
   | { do: "send"; bytes: Uint8Array }
   | { do: "speed"; speed: number }
@@ -45,7 +45,7 @@ export type FromWorker =
   | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns; rows: Uint8Array; lines: LineTimes }
   | { is: "checked"; rows: CheckRow[] }
   | { is: "reported"; report: string }
-  | { is: "laws"; laws: Laws }
+  | { is: "profiles"; profiles: Profiles }
   | { is: "trouble"; trouble: Trouble }
   | { is: "output"; bytes: Uint8Array; seconds: number }
   | { is: "estimated"; answeredAtS: Float64Array; totalS: number }
@@ -67,7 +67,7 @@ export interface SettingRow {
 }
 
 /** What `isostep profile` says of them, and their curves: times in s, and then mm. */
-export interface Laws {
+export interface Profiles {
   names: string[];
   rows: { name: string; cells: string[] }[];
   refused: { name: string; words: string }[];

@@ -1,6 +1,6 @@
 // The machine, apart from the page, so that the page never waits for it.
 
-import init, { check, Job, laws, lastPanic, Live, panicOnPurpose, report, settingRows, settingsRefusal } from "../machine/machine.js";
+import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, report, settingRows, settingsRefusal } from "../machine/machine.js";
 import type { Motion } from "../machine/machine.js";
 import type { Columns, FromWorker, Kept, LineTimes, ToWorker, Trouble } from "./messages";
 
@@ -128,8 +128,8 @@ async function obey(message: ToWorker): Promise<void> {
     case "report":
       tell({ is: "reported", report: report(message.name, message.program, message.settings) });
       break;
-    case "laws":
-      tell({ is: "laws", laws: JSON.parse(laws(new Float64Array(message.asked))) });
+    case "profiles":
+      tell({ is: "profiles", profiles: JSON.parse(speedProfiles(new Float64Array(message.asked))) });
       break;
     case "operate":
       speed = message.speed;

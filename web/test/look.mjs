@@ -7,7 +7,7 @@ export const tests = {
   async "tabs, labels and widths are for everybody"() {
     const page = await opened("", { viewport: PHONE });
     await hasEnded(page);
-    for (const tab of ["run", "operate", "settings", "laws"]) {
+    for (const tab of ["run", "operate", "settings", "profiles"]) {
       await page.click(`#tab-${tab}`);
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
       assert.equal(wide, 0, `${tab} is ${wide} pixels too wide for a phone`);
@@ -50,9 +50,9 @@ export const tests = {
         await page.selectOption("#plane", "3D");
         await page.locator("#space").waitFor();
         await page.locator("section.path").screenshot({ path: join(paths.shots, `space-${colorScheme}-${name}.png`) });
-        await page.click("#tab-laws");
-        await page.locator("#laws-rows th").first().waitFor();
-        await page.screenshot({ path: join(paths.shots, `laws-${colorScheme}-${name}.png`), fullPage: true });
+        await page.click("#tab-profiles");
+        await page.locator("#profiles-rows th").first().waitFor();
+        await page.screenshot({ path: join(paths.shots, `profiles-${colorScheme}-${name}.png`), fullPage: true });
         await page.click("#tab-operate");
         await page.locator("#state[data-state=Idle]").waitFor();
         await picture(page, `operate-${colorScheme}-${name}`);

@@ -126,19 +126,19 @@ export const tests = {
     await page.locator("#run:enabled").waitFor();
   },
 
-  async "speed laws stand side by side with the figures of the tool"() {
-    const page = await opened("#laws");
-    await page.locator("#laws-rows th", { hasText: "s-curve" }).waitFor();
-    await page.fill("#law-start", "0");
-    await page.locator("#laws-refused li").nth(3).waitFor();
-    const total = page.locator("#laws-rows tr", { hasText: "total, s" });
+  async "speed profiles stand side by side with the figures of the tool"() {
+    const page = await opened("#profiles");
+    await page.locator("#profiles-rows th", { hasText: "s-curve" }).waitFor();
+    await page.fill("#profile-start", "0");
+    await page.locator("#profiles-refused li").nth(3).waitFor();
+    const total = page.locator("#profiles-rows tr", { hasText: "total, s" });
     assert.equal(await total.textContent(), "total, s2.6266672.8266673.174631");
     assert.equal(
-      await page.locator("#laws-command").textContent(),
-      "isostep profile --law trapezoid,s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --decel 2500 --jerk 12500",
+      await page.locator("#profiles-command").textContent(),
+      "isostep profile --speed-profile trapezoid,s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --decel 2500 --jerk 12500",
     );
-    await page.fill("#law-distance", "0");
-    await page.locator("#laws-trouble", { hasText: "1 to 1000000" }).waitFor();
+    await page.fill("#profile-distance", "0");
+    await page.locator("#profiles-trouble", { hasText: "1 to 1000000" }).waitFor();
   },
 
   async "a defect is reported with its place, and the page lives on"() {

@@ -68,7 +68,7 @@ Examples:
   cargo xtask test --fast                                host tests only
   cargo xtask test                                       every test, the emulated board included; --all: what a release needs too
   cargo xtask bench --quick                              rates, edge errors, load and stops of the step ports
-  cargo xtask profile --help                             speed laws: a table, every step as CSV, curves over time
+  cargo xtask profile --help                             speed profiles: a table, every step as CSV, curves over time
   cargo xtask papers                                     what the papers print beside what comes out here
   cargo xtask swarm                                      random machines, programs and faults: none may break a promise
   cargo xtask times parts grbl.csv                       how long programs take, beside Grbl's times for them

@@ -153,7 +153,7 @@ impl Package {
 
 const WHOLE: &[&str] = &["isostep-tests"];
 const PROFILE: &[Suite] = &[
-    few_cases(&["isostep-profile"], &["chain", "laws", "papers", "refusals", "shaper"], 120),
+    few_cases(&["isostep-profile"], &["chain", "speed_profiles", "papers", "refusals", "shaper"], 120),
     few_cases(&["isostep-profile"], &[], 240),
     suite(WHOLE, &["corpus", "chains"], 600),
     suite(&["isostep-profile"], &["chain"], 900),

@@ -13,7 +13,7 @@ Flash is everything stored: boot loader, code, constants and initial values.
 RAM is the code that runs from it with its tables (.hot: all that has a deadline), every static (.data, .bss, .uninit), and
 what is reserved for the stack.
 Then two programs run on the emulated board, and a second table shows how much of the code in RAM ran while the machine moved:
-functions, and their instructions. What did not run may have a deadline all the same, or belong to another speed law.
+functions, and their instructions. What did not run may have a deadline all the same, or belong to another speed profile.
 Exits with an error when a figure is over its budget.")]
 pub struct Args {}
 

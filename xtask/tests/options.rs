@@ -59,7 +59,7 @@ fn files_are_not_written_over_each_other() {
         ["emulate my.nc --json a -- --edges a", "--json a", "--edges a"],
         ["emulate my.nc --transcript my.nc", "--transcript my.nc", "FILE.nc my.nc"],
         ["check my.nc --json my.nc", "--json my.nc", "FILE my.nc"],
-        ["profile --law sine --steps 9 --csv a.svg --plot a.svg", "--csv a.svg", "--plot a.svg"],
+        ["profile --speed-profile sine --steps 9 --csv a.svg --plot a.svg", "--csv a.svg", "--plot a.svg"],
         ["papers --report . --json index.html", "--report .", "--json index.html"],
         ["bench --report . --json index.html", "--report .", "--json index.html"],
     ] {
@@ -82,7 +82,7 @@ fn an_option_that_would_be_passed_over_is_refused() {
         ("emulate my.nc --speed 2", "--speed goes with --pty"),
         ("emulate my.nc -- --trace a", "--trace is an option of this verb: give it before the --"),
         ("check my.nc my.nc --all", "--all lists the refused lines of one program"),
-        ("profile --law sine --steps 9 --derivatives paper", "--plot"),
+        ("profile --speed-profile sine --steps 9 --derivatives paper", "--plot"),
         ("console --list port", "--list"),
     ] {
         let reported = folder.refuses(line);

@@ -9,7 +9,7 @@ use core::fmt::{self, Write};
 use isostep_console::{Block, Command, Interpreter, LineAssembler, ReportedState, Settings, length};
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Plan, Request};
 use isostep_profile::shaper::{Shaper, ShaperKind};
-use isostep_profile::{AxisCompiler, CountedPhase, IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw, TimedPlan};
+use isostep_profile::{AxisCompiler, CountedPhase, IntervalSplit, Limits, OFFSET_PARTS, SpeedProfile, TimedPlan};
 
 use crate::shaped::ShapedAxes;
 use crate::{AXES, Checksum, TICK_HZ};
@@ -78,7 +78,7 @@ pub struct FlowCase {
     /// The name in the firmware's output lines.
     pub name: &'static str,
     /// How the speed changes.
-    pub law: SpeedLaw,
+    pub speed_profile: SpeedProfile,
     /// After how many moves the path turns by a right angle; otherwise it is a curve.
     corner_moves: u32,
     /// Whether its corners are blends.
@@ -88,12 +88,12 @@ pub struct FlowCase {
 }
 
 impl FlowCase {
-    const fn exact(name: &'static str, law: SpeedLaw, corner_moves: u32) -> Self {
-        Self { name, law, corner_moves, has_blends: false, shaper: None }
+    const fn exact(name: &'static str, speed_profile: SpeedProfile, corner_moves: u32) -> Self {
+        Self { name, speed_profile, corner_moves, has_blends: false, shaper: None }
     }
 
     const fn blended(name: &'static str, corner_moves: u32) -> Self {
-        Self { has_blends: true, ..Self::exact(name, SpeedLaw::Trapezoid, corner_moves) }
+        Self { has_blends: true, ..Self::exact(name, SpeedProfile::Trapezoid, corner_moves) }
     }
 
     const fn shaped(name: &'static str, kind: ShaperKind, natural_hz: f64) -> Self {
@@ -108,22 +108,22 @@ impl FlowCase {
 }
 
 /// The first case is at full speed, the second always on ramps. The next two have blends instead, and the two after them
-/// shapers as well. A curved law has its ramps within a move. With a corner after each move it has two in every move, which
-/// costs most.
+/// shapers as well. A curved speed profile has its ramps within a move. With a corner after each move it has two in every move,
+/// which costs most.
 pub const FLOW_CASES: [FlowCase; 13] = [
-    FlowCase::exact("trapezoid.curve", SpeedLaw::Trapezoid, u32::MAX),
-    FlowCase::exact("trapezoid.corners", SpeedLaw::Trapezoid, 24),
+    FlowCase::exact("trapezoid.curve", SpeedProfile::Trapezoid, u32::MAX),
+    FlowCase::exact("trapezoid.corners", SpeedProfile::Trapezoid, 24),
     FlowCase::blended("blends.curve", u32::MAX),
     FlowCase::blended("blends.corners", 24),
     FlowCase::shaped("zv.curve", ShaperKind::Zv, 40.0),
     FlowCase::shaped("box.curve", ShaperKind::Box, 100.0),
-    FlowCase::exact("s-curve.curve", SpeedLaw::SCurve, u32::MAX),
-    FlowCase::exact("s-curve.turns", SpeedLaw::SCurve, 1),
-    FlowCase::exact("sine.turns", SpeedLaw::Sine, 1),
-    FlowCase::exact("linear.turns", SpeedLaw::Linear, 1),
-    FlowCase::exact("quadratic.turns", SpeedLaw::Quadratic, 1),
-    FlowCase::exact("sinusoidal.turns", SpeedLaw::Sinusoidal, 1),
-    FlowCase::exact("logarithmic.turns", SpeedLaw::Logarithmic, 1),
+    FlowCase::exact("s-curve.curve", SpeedProfile::SCurve, u32::MAX),
+    FlowCase::exact("s-curve.turns", SpeedProfile::SCurve, 1),
+    FlowCase::exact("sine.turns", SpeedProfile::Sine, 1),
+    FlowCase::exact("linear.turns", SpeedProfile::Linear, 1),
+    FlowCase::exact("quadratic.turns", SpeedProfile::Quadratic, 1),
+    FlowCase::exact("sinusoidal.turns", SpeedProfile::Sinusoidal, 1),
+    FlowCase::exact("logarithmic.turns", SpeedProfile::Logarithmic, 1),
 ];
 
 /// Times the stages, or only runs them.
@@ -138,10 +138,11 @@ pub type Checksums = [Checksum; Stage::ALL.len()];
 /// Streams the moves of `case` through all stages. Only moves that meet a full chain are timed.
 pub fn flow(case: &FlowCase, timer: &mut impl Timer) -> Checksums {
     let mm_per_step = [1.0 / STEPS_PER_MM; AXES];
-    // The laws over displacement cannot start from standstill.
-    let start_speed_steps_s = if case.law.is_over_displacement() { STEPS_PER_MM } else { 0.0 };
+    // The speed profiles over displacement cannot start from standstill.
+    let start_speed_steps_s = if case.speed_profile.is_over_displacement() { STEPS_PER_MM } else { 0.0 };
     let limits = Limits { start_speed_steps_s, ..LIMITS };
-    let config = ChainConfig::new([limits; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalLaw::Fastest, case.law);
+    let config =
+        ChainConfig::new([limits; AXES], mm_per_step, CORNER_DEVIATION_MM, IntervalSplit::Fastest, case.speed_profile);
     let mut flow = Flow {
         feed_mm_s: if case.has_blends { BLEND_FEED_MM_S } else { FEED_MM_S },
         deviation_mm: if case.has_blends { BLEND_DEVIATION_MM } else { 0.0 },

@@ -6,20 +6,20 @@
 //!
 //! | name | results | cycles |
 //! |---|---|---|
-//! | `plan.LAW.CASE` | each of [`PLAN_CASES`], planned | of the one plan |
-//! | `begin.LAW.CASE` | the first segment of each of its axes, including what their ramp needs | of all three |
+//! | `plan.SPEED_PROFILE.CASE` | each of [`PLAN_CASES`], planned | of the one plan |
+//! | `begin.SPEED_PROFILE.CASE` | the first segment of each of its axes, including what their ramp needs | of all three |
 //! | `compile.accel`, `.cruise`, `.decel` | steps of the segments of [`ramp`] that begin in that phase | of all of them |
 //! | `compile.accel.max` and so on | the same | of the slowest |
-//! | `compile.LAW.accel` and so on | the same for [`law_ramp`], also with `.max` | the same |
-//! | `compile.LAW.first` | the segments of the first [`FIRST_STEPS`] steps, of one axis from rest | of all of them |
+//! | `compile.SPEED_PROFILE.accel` and so on | the same for [`speed_profile_ramp`], also with `.max` | the same |
+//! | `compile.SPEED_PROFILE.first` | the segments of the first [`FIRST_STEPS`] steps, of one axis from rest | of all of them |
 //! | `compile.lead` | ticks of motion (here the count) | of the segment with the fewest ticks per cycle |
 //! | `compile.lead.queue` | the same | of the [`QUEUE_SEGMENTS`] in a row with the fewest |
-//! | `compile.LAW.lead`, `compile.LAW.lead.queue` | the same | the same |
+//! | `compile.SPEED_PROFILE.lead`, `compile.SPEED_PROFILE.lead.queue` | the same | the same |
 //! | `flow.CASE.STAGE` | moves of [`FLOW_CASES`], each of which passes that [`Stage`] | of all of them |
 //! | `float.CASE` | operations of each of [`FLOAT_CASES`] | of all of them |
 //! | [`FLOAT_AMONG_DIVISION`] | divisions, each while the chip's divider is in use | of all of them |
 //! | `fill` | the words of [`Intervals::fill`], from RAM, [`BLOCK_WORDS`] at a time | of all of them |
-//! | `fill.LAW` | the same for [`law_ramp`] | of all of them |
+//! | `fill.SPEED_PROFILE` | the same for [`speed_profile_ramp`] | of all of them |
 //! | each of [`generators`] | its intervals, [`BLOCK_WORDS`] at a time | of all of them |
 //! | each of these, `.max` | the same | of the slowest interval |
 //!
@@ -37,7 +37,7 @@ pub use flow::{
     flow,
 };
 use isostep_generators::{Avr446, Correction, GeneratorError, StepsPerTime, TimePerStep};
-use isostep_profile::{IntervalLaw, Limits, PlanError, Segment, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, PlanError, Segment, SpeedProfile, SyncMove};
 
 /// Tick rate: the chip's default clock.
 pub const TICK_HZ: u32 = 125_000_000;
@@ -49,7 +49,7 @@ pub const BLOCK_WORDS: usize = 256;
 pub const QUEUE_SEGMENTS: usize = 32;
 /// Steps of the ramp: 50,000 to accelerate, 20,000 to cruise, 50,000 to decelerate.
 pub const STEPS: u32 = 120_000;
-/// The segments of this many first steps of a law's ramp are timed separately.
+/// The segments of this many first steps of a speed profile's ramp are timed separately.
 pub const FIRST_STEPS: u32 = 8;
 /// Ticks between the sums of the generator "steps per time": one step at the top speed. With more it could not reach
 /// that speed.
@@ -76,39 +76,39 @@ pub struct PlanCase {
     /// Steps of each axis.
     pub steps: [i32; 3],
     /// How the duration of the move is divided.
-    pub interval_law: IntervalLaw,
+    pub interval_split: IntervalSplit,
 }
 
-/// Each interval law, with a cruise and without one.
+/// Each interval split, with a cruise and without one.
 pub const PLAN_CASES: [PlanCase; 4] = [
-    PlanCase { name: "fastest", steps: [120_000, -70_001, 33_333], interval_law: IntervalLaw::Fastest },
-    PlanCase { name: "thirds", steps: [120_000, -70_001, 33_333], interval_law: IntervalLaw::Thirds },
-    PlanCase { name: "short.fastest", steps: [4_000, -2_801, 1_203], interval_law: IntervalLaw::Fastest },
-    PlanCase { name: "short.thirds", steps: [4_000, -2_801, 1_203], interval_law: IntervalLaw::Thirds },
+    PlanCase { name: "fastest", steps: [120_000, -70_001, 33_333], interval_split: IntervalSplit::Fastest },
+    PlanCase { name: "thirds", steps: [120_000, -70_001, 33_333], interval_split: IntervalSplit::Thirds },
+    PlanCase { name: "short.fastest", steps: [4_000, -2_801, 1_203], interval_split: IntervalSplit::Fastest },
+    PlanCase { name: "short.thirds", steps: [4_000, -2_801, 1_203], interval_split: IntervalSplit::Thirds },
 ];
 
-/// Limits of every axis under `law`. The start speed is one whose ramps leave room for a cruise in [`STEPS`]. The jerk
+/// Limits of every axis under `speed_profile`. The start speed is one whose ramps leave room for a cruise in [`STEPS`]. The jerk
 /// reaches the acceleration in 10 ms.
 #[must_use]
-pub fn law_limits(law: SpeedLaw) -> Limits {
-    let start_speed_steps_s = if law.is_over_displacement() { 5_000.0 } else { 0.0 };
+pub fn speed_profile_limits(speed_profile: SpeedProfile) -> Limits {
+    let start_speed_steps_s = if speed_profile.is_over_displacement() { 5_000.0 } else { 0.0 };
     Limits { start_speed_steps_s, top_speed_steps_s: 500_000.0, jerk_steps_s3: 1e9, ..LIMITS }
 }
 
-/// Plans `case` under `law`.
+/// Plans `case` under `speed_profile`.
 ///
 /// # Errors
 /// None: the limits are valid constants.
-pub fn plan(law: SpeedLaw, case: &PlanCase) -> Result<SyncMove<3>, PlanError> {
-    SyncMove::plan(case.steps, &[law_limits(law); 3], case.interval_law, law, None)
+pub fn plan(speed_profile: SpeedProfile, case: &PlanCase) -> Result<SyncMove<3>, PlanError> {
+    SyncMove::plan(case.steps, &[speed_profile_limits(speed_profile); 3], case.interval_split, speed_profile, None)
 }
 
-/// Plans one axis through ramps of `law`.
+/// Plans one axis through ramps of `speed_profile`.
 ///
 /// # Errors
 /// None: the limits are valid constants.
-pub fn law_ramp(law: SpeedLaw) -> Result<SyncMove<1>, PlanError> {
-    SyncMove::plan([STEPS as i32], &[law_limits(law)], IntervalLaw::Fastest, law, None)
+pub fn speed_profile_ramp(speed_profile: SpeedProfile) -> Result<SyncMove<1>, PlanError> {
+    SyncMove::plan([STEPS as i32], &[speed_profile_limits(speed_profile)], IntervalSplit::Fastest, speed_profile, None)
 }
 
 /// Plans one axis through the ramp.
@@ -116,7 +116,7 @@ pub fn law_ramp(law: SpeedLaw) -> Result<SyncMove<1>, PlanError> {
 /// # Errors
 /// None: the limits are valid constants.
 pub fn ramp() -> Result<SyncMove<1>, PlanError> {
-    SyncMove::plan([STEPS as i32], &[LIMITS], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+    SyncMove::plan([STEPS as i32], &[LIMITS], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)
 }
 
 /// The phases of [`ramp`] with the names in the firmware's output lines, and their steps.

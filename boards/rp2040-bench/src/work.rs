@@ -5,11 +5,11 @@ use core::hint::black_box;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_rp::pac;
-use isostep_profile::{SpeedLaw, SyncMove};
+use isostep_profile::{SpeedProfile, SyncMove};
 use rp2040_bench::{
     BLOCK_WORDS, Checksum, FIRST_STEPS, FLOAT_AMONG_DIVISION, FLOAT_CASES, FLOAT_DIVIDE, FLOW_CASES, PLAN_CASES, Peer,
-    QUEUE_SEGMENTS, Stage, TICK_HZ, TIMED_MOVES, Timer, Visitor, first_segments, generators, law_ramp, phases,
-    plan_checksum, ramp, segments_checksum,
+    QUEUE_SEGMENTS, Stage, TICK_HZ, TIMED_MOVES, Timer, Visitor, first_segments, generators, phases, plan_checksum,
+    ramp, segments_checksum, speed_profile_ramp,
 };
 
 use crate::report::{Figure, Report};
@@ -24,28 +24,33 @@ static BLOCK: [AtomicU32; BLOCK_WORDS] = [const { AtomicU32::new(0) }; BLOCK_WOR
 
 /// Times the plans of moves of three axes, and their first segments.
 pub fn plan(stopwatch: &Stopwatch, report: &mut Report) {
-    for law in SpeedLaw::ALL {
+    for speed_profile in SpeedProfile::ALL {
         for case in &PLAN_CASES {
-            let (plan, cycles) = stopwatch.time(law, |law| rp2040_bench::plan(law, case).expect(CONSTANTS_WORK));
-            report.sum(format_args!("plan.{law}.{}", case.name), Figure::one(cycles), plan_checksum(&plan));
+            let (plan, cycles) = stopwatch
+                .time(speed_profile, |speed_profile| rp2040_bench::plan(speed_profile, case).expect(CONSTANTS_WORK));
+            report.sum(format_args!("plan.{speed_profile}.{}", case.name), Figure::one(cycles), plan_checksum(&plan));
             let (segments, cycles) = stopwatch.time(&plan, first_segments);
-            report.sum(format_args!("begin.{law}.{}", case.name), Figure::one(cycles), segments_checksum(segments));
+            report.sum(
+                format_args!("begin.{speed_profile}.{}", case.name),
+                Figure::one(cycles),
+                segments_checksum(segments),
+            );
         }
     }
 }
 
-/// Times the segments of one axis through the ramp, then through those of every law.
+/// Times the segments of one axis through the ramp, then through those of every speed profile.
 pub fn compile(stopwatch: &Stopwatch, report: &mut Report) {
     compile_ramp(stopwatch, report, &ramp().expect(CONSTANTS_WORK), format_args!("compile"));
-    for law in SpeedLaw::ALL {
-        let ramp = law_ramp(law).expect(CONSTANTS_WORK);
-        compile_ramp(stopwatch, report, &ramp, format_args!("compile.{law}"));
-        first(stopwatch, report, law, &ramp);
+    for speed_profile in SpeedProfile::ALL {
+        let ramp = speed_profile_ramp(speed_profile).expect(CONSTANTS_WORK);
+        compile_ramp(stopwatch, report, &ramp, format_args!("compile.{speed_profile}"));
+        first(stopwatch, report, speed_profile, &ramp);
     }
 }
 
 /// Times the segments of the first few steps: at the beginning of a ramp, segments have the fewest steps.
-fn first(stopwatch: &Stopwatch, report: &mut Report, law: SpeedLaw, ramp: &SyncMove<1>) {
+fn first(stopwatch: &Stopwatch, report: &mut Report, speed_profile: SpeedProfile, ramp: &SyncMove<1>) {
     let (mut figure, mut checksum) = (Figure::default(), Checksum::default());
     let mut steps = 0;
     let mut segments = ramp.segments(0, TICK_HZ);
@@ -55,7 +60,7 @@ fn first(stopwatch: &Stopwatch, report: &mut Report, law: SpeedLaw, ramp: &SyncM
         figure.add(cycles, 1);
         checksum.add(segment.last_ticks() as u32);
     }
-    report.sum(format_args!("compile.{law}.first"), figure, checksum);
+    report.sum(format_args!("compile.{speed_profile}.first"), figure, checksum);
 }
 
 /// Times segments, by the phase in which they begin.
@@ -177,11 +182,16 @@ fn among_division(work: impl FnOnce() -> u64) -> u64 {
     if (quotient, remainder) == (142_857, 4) { result } else { 0 }
 }
 
-/// Times the loop that runs per step, over the ramp and over those of every law.
+/// Times the loop that runs per step, over the ramp and over those of every speed profile.
 pub fn fill(stopwatch: &Stopwatch, report: &mut Report) {
     fill_ramp(stopwatch, report, &ramp().expect(CONSTANTS_WORK), format_args!("fill"));
-    for law in SpeedLaw::ALL {
-        fill_ramp(stopwatch, report, &law_ramp(law).expect(CONSTANTS_WORK), format_args!("fill.{law}"));
+    for speed_profile in SpeedProfile::ALL {
+        fill_ramp(
+            stopwatch,
+            report,
+            &speed_profile_ramp(speed_profile).expect(CONSTANTS_WORK),
+            format_args!("fill.{speed_profile}"),
+        );
     }
 }
 

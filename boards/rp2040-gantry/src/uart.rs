@@ -18,7 +18,7 @@ bind_interrupts!(struct Irqs {
 
 /// A sender that counts characters keeps at most 128 unanswered. Beside them there is room for what comes in 33 ms. The
 /// console's task is never away for longer: the most that the coordinator compiles without yielding are 96 segments (the
-/// beginning of an axis's run, by a curved law), which take up to 25 ms.
+/// beginning of an axis's run, by a curved speed profile), which take up to 25 ms.
 const RX_BYTES: usize = 512;
 /// Room for some two status reports; what is longer waits in the console's output.
 const TX_BYTES: usize = 256;

@@ -18,7 +18,7 @@ use isostep_motion::{
     AXES, Axis, Capabilities, Direction, DriverTiming, MotorPins, Motors, PortFault, Run, StartBarrier, StepCounter,
     StepPort, StreamItem, StreamQueue, Wiring, ticks_covering,
 };
-use isostep_profile::{IntervalLaw, Limits, Segment, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, Segment, SpeedProfile, SyncMove};
 
 /// From the instant at which all axes are let go to the start of their run: each task has gone on by then, and DIR has
 /// been set up.
@@ -153,7 +153,7 @@ pub fn main() {
         decel_steps_s2: 500.0,
         jerk_steps_s3: f64::INFINITY,
     };
-    let plan = SyncMove::plan([10, 5], &[limits; 2], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+    let plan = SyncMove::plan([10, 5], &[limits; 2], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)
         .expect("these limits can be planned");
     let counted = Rc::new(RefCell::new([0; 2]));
     let counts = counted.clone();

@@ -2,7 +2,7 @@
 
 use embassy_time::Instant;
 use isostep_motion::{Capabilities, Direction, StreamItem, Wiring};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 use isostep_sim::time;
 use oorandom::Rand32;
 
@@ -32,7 +32,10 @@ impl Plan {
 
     /// A move of `steps` while another axis makes more.
     pub fn beside(longer: i32, steps: i32, limits: Limits) -> Self {
-        Self(SyncMove::plan([longer, steps], &[limits; 2], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap())
+        Self(
+            SyncMove::plan([longer, steps], &[limits; 2], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)
+                .unwrap(),
+        )
     }
 
     /// Its steps; below 0 if they go back.

@@ -42,8 +42,8 @@ fn rules(s: &Settings, axis: usize, carries: Carries<'_>) -> [Rule; RULES] {
         (if_so(start_mm_min > s.max_rate_mm_min[axis]), Error::RateTooHigh,
             "#910 is above the top speed, #110 &/min: lower $910 or raise $110"),
         (if_so(s.needs_start() && start_mm_min == 0.0), Error::BadNumber,
-            "#940 is a law over displacement and never leaves standstill: raise $910 above 0, or lower $940"),
-        (if_so(s.speed_law != 0 && s.shaper_kind[axis] != 0), Error::BadNumber,
+            "#940 is a speed profile over displacement and never leaves standstill: raise $910 above 0, or lower $940"),
+        (if_so(s.speed_profile != 0 && s.shaper_kind[axis] != 0), Error::BadNumber,
             "#950 and #940 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0"),
     ]
 }
@@ -192,11 +192,11 @@ mod tests {
                 "error:12 $911=2881 is above the top speed, $111=2880 mm/min: lower $911 or raise $111",
             ),
             (
-                |s| (s.speed_law, s.start_rate_mm_min[0]) = (3, 60.0),
-                "error:2 $940=3 is a law over displacement and never leaves standstill: raise $911 above 0, or lower $940",
+                |s| (s.speed_profile, s.start_rate_mm_min[0]) = (3, 60.0),
+                "error:2 $940=3 is a speed profile over displacement and never leaves standstill: raise $911 above 0, or lower $940",
             ),
             (
-                |s| (s.speed_law, s.shaper_kind[1]) = (1, 4),
+                |s| (s.speed_profile, s.shaper_kind[1]) = (1, 4),
                 "error:2 $951=4 and $940=1 do not work together, as only the trapezoid is shaped: set $951=0 or $940=0",
             ),
         ];
@@ -214,7 +214,7 @@ mod tests {
             assert_eq!(unknown, [0; 0], "{text}");
         }
         let mut settings = Settings::DEFAULT;
-        settings.speed_law = 3;
+        settings.speed_profile = 3;
         let numbers: Vec<_> =
             settings.check(&|_| 1.0).unwrap_err().numbers().map(|number| number.to_string()).collect();
         assert_eq!(numbers, ["110", "0", "100"], "the first broken rule");

@@ -134,7 +134,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, field!(Float spin_up_s)),
     #[cfg(feature = "four-axes")]
     row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, field!(Int rotary_feed_mask)),
-    row(900, "", "interval law: 0 fastest, 1 thirds", 0.0, 1.0, field!(Flag interval_thirds)),
+    row(900, "", "interval split: 0 fastest, 1 thirds", 0.0, 1.0, field!(Flag interval_thirds)),
     row(901, "", HOMING_ORDER, HOMING_ORDERS.0, HOMING_ORDERS.1, field!(Int homing_order_digits)),
     row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, field!(Flag hold_input_is_door)),
     row(904, "mm", "blend deviation of G64; 0 for corners as with G61", 0.0, 10.0, field!(Float blend_deviation_mm)),
@@ -146,7 +146,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(910, "mm/min", "start speed", 0.0, 9e7, field!(PerAxis start_rate_mm_min)),
     row(920, "mm/s2", "deceleration; 0 for the acceleration", 0.0, 1e5, field!(PerAxis decel_or_0_mm_s2)),
     row(930, "mm/s3", "jerk of the s-curve; 0 for no limit", 0.0, 9e7, field!(PerAxis jerk_or_0_mm_s3)),
-    row(940, "", "speed law: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, field!(Int speed_law)),
+    row(940, "", "speed profile: 0 trapezoid, 1 s-curve, 2 sine, 3 linear, 4 quadratic, 5 sinusoidal, 6 logarithmic", 0.0, 6.0, field!(Int speed_profile)),
     row(950, "", "shaper: 0 none, 1 ZV, 2 MZV, 3 ZVD, 4 EI, 5 box", 0.0, 5.0, field!(IntPerAxis shaper_kind)),
     row(960, "Hz", "shaper's frequency", 10.0, 500.0, field!(PerAxis shaper_hz)),
     row(970, "", "shaper's damping ratio", 0.0, 0.5, field!(PerAxis shaper_damping_ratio)),

@@ -7,9 +7,9 @@ use crate::{AXES, Conflict, SettingError, axes, setting_table};
 /// Maps a pulse width in us (0: as short as possible) to the highest step rate that the step outputs support, steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
 
-/// Laws from this `$940` on define speed over displacement, so they can never leave standstill. The laws are defined by
-/// the profile crate, which this crate does not know; a test checks that this number fits them.
-const FIRST_LAW_OVER_DISPLACEMENT: u16 = 3;
+/// Speed profiles from this `$940` on define speed over displacement, so they can never leave standstill. The speed profiles are
+/// defined by the profile crate, which this crate does not know; a test checks that this number fits them.
+const FIRST_SPEED_PROFILE_OVER_DISPLACEMENT: u16 = 3;
 
 /// The least travel of an axis that has an end.
 pub(crate) const TRAVEL_LEAST_MM: f32 = 1.0;
@@ -119,7 +119,7 @@ pub struct Settings {
     pub interval_thirds: bool,
     /// `$940`: how speed changes on a ramp, as a number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal,
     /// logarithmic.
-    pub speed_law: u16,
+    pub speed_profile: u16,
     /// `$901`: the axes in the order they home, as digits; see [`Settings::homing_order`].
     pub homing_order_digits: u16,
     /// `$902`: the feed-hold input is the switch of a safety door instead of a button.
@@ -204,7 +204,7 @@ impl Settings {
         rotary_feed_mask: 0,
         spin_up_s: 0.0,
         interval_thirds: false,
-        speed_law: 0,
+        speed_profile: 0,
         homing_order_digits: if AXES > Z { 312 } else { 12 },
         hold_input_is_door: false,
         blend_deviation_mm: 0.01,
@@ -327,8 +327,8 @@ impl Settings {
     }
 
     /// Checks each value by itself: that it is in the range of its row, that the homing order names X, Y and Z once each, and
-    /// A once at most, that microsteps are a power of two, that an axis that cannot be rotary has a travel, and that the laws
-    /// are not left out. [`with`](Self::with) ensures that, [`set`](Self::set) does not.
+    /// A once at most, that microsteps are a power of two, that an axis that cannot be rotary has a travel, and that the speed
+    /// profiles are not left out. [`with`](Self::with) ensures that, [`set`](Self::set) does not.
     ///
     /// # Errors
     /// The first value that cannot be.
@@ -386,9 +386,9 @@ impl Settings {
         if self.second_motor() == Some(axis) { self.square_offset_mm[axis] } else { 0.0 }
     }
 
-    /// True if the speed law needs a start speed.
+    /// True if the speed profile needs a start speed.
     pub(crate) fn needs_start(&self) -> bool {
-        self.speed_law >= FIRST_LAW_OVER_DISPLACEMENT
+        self.speed_profile >= FIRST_SPEED_PROFILE_OVER_DISPLACEMENT
     }
 }
 

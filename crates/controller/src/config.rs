@@ -9,7 +9,7 @@ use isostep_motion::{
     beside_steps, whole_steps,
 };
 use isostep_profile::shaper::{Shaper, ShaperKind};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile};
 
 /// `$1=255`: the motors stay energised.
 const IDLE_DELAY_FOREVER_MS: u16 = 255;
@@ -31,8 +31,8 @@ pub fn config(settings: &Settings) -> Config {
         travel_mm: core::array::from_fn(|axis| settings.reach_mm(axis).into()),
         is_endless: core::array::from_fn(|axis| settings.is_endless(axis)),
         junction_deviation_mm: settings.junction_deviation_mm.into(),
-        interval_law: IntervalLaw::ALL[usize::from(settings.interval_thirds).min(IntervalLaw::ALL.len() - 1)],
-        speed_law: SpeedLaw::ALL[usize::from(settings.speed_law).min(SpeedLaw::ALL.len() - 1)],
+        interval_split: IntervalSplit::ALL[usize::from(settings.interval_thirds).min(IntervalSplit::ALL.len() - 1)],
+        speed_profile: SpeedProfile::ALL[usize::from(settings.speed_profile).min(SpeedProfile::ALL.len() - 1)],
         shapers: core::array::from_fn(|axis| shaper(settings, axis)),
         hard_limits: settings.hard_limits,
         wiring: masked(settings.direction_invert_mask)

@@ -51,7 +51,7 @@ fn why_not(reason: Unplannable) -> &'static str {
         Unplannable::Limits { axis: Axis::A } => "A has no speed or acceleration - set $113 and $123",
         Unplannable::Feed => "the feed is below a step in 2,000 s - raise F",
         Unplannable::TooLong => "the move would last longer than 1,000,000 s - raise F, or make it shorter",
-        Unplannable::Standstill => "the speed law ($940) needs a start speed - set $910-$912",
+        Unplannable::Standstill => "the speed profile ($940) needs a start speed - set $910-$912",
         Unplannable::Ends => "the speeds of the move do not fit its length - check $910-$912",
     }
 }

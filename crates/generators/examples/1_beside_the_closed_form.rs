@@ -3,7 +3,7 @@
 //! Run it with `cargo run -p isostep-generators --example 1_beside_the_closed_form`.
 
 use isostep_generators::{Avr446, GeneratorError};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
 const TICK_HZ: u32 = 1_000_000;
 const STEPS: u32 = 4_000;
@@ -19,7 +19,7 @@ const LIMITS: Limits = Limits {
 pub fn main() -> Result<(), GeneratorError> {
     let intervals = Avr446::plan(STEPS, &LIMITS, TICK_HZ)?;
     let theirs_s = intervals.map(f64::from).sum::<f64>() / f64::from(TICK_HZ);
-    let plan = SyncMove::plan([STEPS as i32], &[LIMITS], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+    let plan = SyncMove::plan([STEPS as i32], &[LIMITS], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)
         .expect("these limits can be planned");
     let ours_s = plan.step_time_s(0, STEPS) - plan.step_time_s(0, 1);
     let apart_percent = (theirs_s / ours_s - 1.0) * 100.0;

@@ -9,7 +9,7 @@ use core::fmt;
 pub enum FrequencyError {
     /// There are no steps.
     NoSteps,
-    /// Every law divides by p_N - 1 or by ln p_N.
+    /// Every profile divides by p_N - 1 or by ln p_N.
     ShortRamp {
         /// The value that was asked for, steps.
         asked: u32,
@@ -57,7 +57,10 @@ impl fmt::Display for FrequencyError {
         match *self {
             Self::NoSteps => write!(f, "0 steps: a profile needs at least 1 step"),
             Self::ShortRamp { asked, min } => {
-                write!(f, "a ramp of {asked} steps: every law divides by p_N - 1 or ln p_N, so it needs at least {min}")
+                write!(
+                    f,
+                    "a ramp of {asked} steps: every profile divides by p_N - 1 or ln p_N, so it needs at least {min}"
+                )
             }
             Self::LongRamp { asked, max, steps } => {
                 write!(f, "two ramps of {asked} steps do not fit {steps} steps: 2 p_N <= N allows at most {max}")

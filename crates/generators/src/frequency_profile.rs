@@ -1,13 +1,13 @@
 //! Fonseca-Campos's profiles by the exact equations, without the truncation to microseconds.
 
-use super::{FrequencyError, FrequencyLaw};
+use super::{FrequencyError, FrequencyRamp};
 use isostep_profile::StepCounts;
 
 /// Shortest period that can be planned, us: [`SPEED_MAX_STEPS_S`](isostep_profile::SPEED_MAX_STEPS_S).
 pub const PERIOD_MIN_US: f64 = 0.1;
 /// Longest period that can be planned, us: [`SPEED_MIN_STEPS_S`](isostep_profile::SPEED_MIN_STEPS_S).
 pub const PERIOD_MAX_US: f64 = 1e9;
-/// Every law divides by p_N - 1 or by ln p_N.
+/// Every profile divides by p_N - 1 or by ln p_N.
 const RAMP_MIN_STEPS: u32 = 2;
 
 /// A move of N steps whose frequency rises over p_N steps from f_min to f_max, is constant, and falls over the last p_N
@@ -17,17 +17,17 @@ const RAMP_MIN_STEPS: u32 = 2;
 /// [`TruncatedProfile`](super::TruncatedProfile) follows it.
 ///
 /// ```
-/// use isostep_generators::{FrequencyLaw, FrequencyProfile};
+/// use isostep_generators::{FrequencyRamp, FrequencyProfile};
 ///
 /// // The paper's Table 1: 27 degrees of 1600 steps a revolution, a ramp of a fifth, 4000 to 1500 us.
-/// let total_s = |law| FrequencyProfile::plan(law, 120, 24, 4_000.0, 1_500.0).map(|plan| plan.duration_s());
-/// let saved = 1.0 - total_s(FrequencyLaw::Logarithmic)? / total_s(FrequencyLaw::Linear)?;
+/// let total_s = |profile| FrequencyProfile::plan(profile, 120, 24, 4_000.0, 1_500.0).map(|plan| plan.duration_s());
+/// let saved = 1.0 - total_s(FrequencyRamp::Logarithmic)? / total_s(FrequencyRamp::Linear)?;
 /// assert!((0.099..0.100).contains(&saved), "the paper: almost 10 %");
 /// # Ok::<(), isostep_generators::FrequencyError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrequencyProfile {
-    law: FrequencyLaw,
+    frequency_ramp: FrequencyRamp,
     steps: u32,
     ramp_steps: u32,
     min_hz: f64,
@@ -41,7 +41,7 @@ impl FrequencyProfile {
     /// # Errors
     /// The value and the bound: N = 0, p_N < 2, 2 p_N > N, a period out of range, tau_min above tau_max.
     pub fn plan(
-        law: FrequencyLaw,
+        frequency_ramp: FrequencyRamp,
         steps: u32,
         ramp_steps: u32,
         max_period_us: f64,
@@ -50,13 +50,13 @@ impl FrequencyProfile {
         check_periods(max_period_us, min_period_us, PERIOD_MIN_US)?;
         check_fit(steps, ramp_steps)?;
         check_short_ramp(ramp_steps)?;
-        Ok(Self { law, steps, ramp_steps, min_hz: 1e6 / max_period_us, max_hz: 1e6 / min_period_us })
+        Ok(Self { frequency_ramp, steps, ramp_steps, min_hz: 1e6 / max_period_us, max_hz: 1e6 / min_period_us })
     }
 
-    /// The law of its ramps.
+    /// The profile of its ramps.
     #[must_use]
-    pub fn law(&self) -> FrequencyLaw {
-        self.law
+    pub fn frequency_ramp(&self) -> FrequencyRamp {
+        self.frequency_ramp
     }
 
     /// N.
@@ -87,11 +87,11 @@ impl FrequencyProfile {
         let i = i.clamp(1, self.steps);
         let left = self.steps - i;
         let ratio = if i <= self.ramp_steps {
-            self.law.rising_ratio(i, self.ramp_steps)
+            self.frequency_ramp.rising_ratio(i, self.ramp_steps)
         } else if left > self.ramp_steps {
             1.0
         } else {
-            self.law.falling_ratio(left, self.ramp_steps)
+            self.frequency_ramp.falling_ratio(left, self.ramp_steps)
         };
         // This is exact at both ends, unlike f_min + ratio * span.
         self.min_hz * (1.0 - ratio) + self.max_hz * ratio

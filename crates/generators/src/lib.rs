@@ -15,7 +15,7 @@
 //!
 //! | method | exact | as its paper makes it |
 //! |---|---|---|
-//! | Fonseca-Campos 2023, eqs 5-8: frequency by a [`FrequencyLaw`] | [`FrequencyProfile`] | [`TruncatedProfile`], in even microseconds |
+//! | Fonseca-Campos 2023, eqs 5-8: frequency by a [`FrequencyRamp`] | [`FrequencyProfile`] | [`TruncatedProfile`], in even microseconds |
 //! | Forero 2023, eqs 8-14: ramps in 20 stairs | [`Staircase`] | [`TimedStaircase`], on timers with whole preloads |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -24,8 +24,8 @@ mod avr446;
 mod error;
 mod float;
 mod frequency_error;
-mod frequency_law;
 mod frequency_profile;
+mod frequency_ramp;
 mod staircase;
 mod steps_per_time;
 mod time_per_step;
@@ -37,8 +37,8 @@ pub use avr446::Avr446;
 pub use error::GeneratorError;
 pub use float::Float;
 pub use frequency_error::FrequencyError;
-pub use frequency_law::FrequencyLaw;
 pub use frequency_profile::{FrequencyEdges, FrequencyProfile, PERIOD_MAX_US, PERIOD_MIN_US};
+pub use frequency_ramp::FrequencyRamp;
 pub use staircase::{Staircase, StaircaseError, Tread};
 pub use steps_per_time::StepsPerTime;
 pub use time_per_step::{Correction, TimePerStep};
@@ -46,12 +46,12 @@ pub use timed_staircase::{Preload, TimedStaircase, TimedTread};
 pub use timer_preload::{PreloadTimer, TimerError};
 pub use truncated_profile::TruncatedProfile;
 
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile};
 
 /// The phases of a move of one axis, in steps (Stoychitch 2018, section 2). Every generator here begins with them.
 fn profile(steps: u32, limits: &Limits) -> Result<Profile, GeneratorError> {
     let start = limits.start_speed_steps_s;
-    Profile::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)
+    Profile::plan(f64::from(steps), start, start, limits, IntervalSplit::Fastest, SpeedProfile::Trapezoid)
         .map_err(GeneratorError::Profile)
 }
 

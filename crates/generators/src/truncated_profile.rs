@@ -3,7 +3,7 @@
 use libm::floor;
 
 use super::frequency_profile::{check_fit, check_periods};
-use super::{FrequencyError, FrequencyLaw, FrequencyProfile};
+use super::{FrequencyError, FrequencyProfile, FrequencyRamp};
 use isostep_profile::StepCounts;
 
 /// Shortest period whose half is still a microsecond, us.
@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// A move as Fonseca-Campos's program makes it (section II.B, steps 4 and 5): STEP is high for half a period and low
 /// for half a period, and each half is cut down to whole microseconds. So a period is an even number of microseconds,
-/// up to 2 us short, and the whole move runs ahead of its law.
+/// up to 2 us short, and the whole move runs ahead of its profile.
 ///
 /// A move of fewer than 20 steps has no ramps: all its periods are tau_max.
 ///
@@ -40,7 +40,7 @@ impl TruncatedProfile {
     /// The value and the bound: N = 0, 2 p_N > N, p_N < 2 from 20 steps on, a period out of range, tau_min above
     /// tau_max.
     pub fn plan(
-        law: FrequencyLaw,
+        frequency_ramp: FrequencyRamp,
         steps: u32,
         ramp_steps: u32,
         max_period_us: f64,
@@ -48,7 +48,7 @@ impl TruncatedProfile {
     ) -> Result<Self, FrequencyError> {
         check_periods(max_period_us, min_period_us, TRUNCATED_PERIOD_MIN_US)?;
         check_fit(steps, ramp_steps)?;
-        let plan = || FrequencyProfile::plan(law, steps, ramp_steps, max_period_us, min_period_us);
+        let plan = || FrequencyProfile::plan(frequency_ramp, steps, ramp_steps, max_period_us, min_period_us);
         let ramped = if steps < RAMP_FROM_STEPS { None } else { Some(plan()?) };
         Ok(Self { steps, short_half_us: whole(max_period_us / 2.0), ramped })
     }

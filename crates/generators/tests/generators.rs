@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use isostep_generators::{Avr446, Correction, Float, GeneratorError, StepsPerTime, TimePerStep};
-use isostep_profile::{IntervalLaw, LimitError, Limits, Profile, ProfileError, SpeedLaw};
+use isostep_profile::{IntervalSplit, LimitError, Limits, Profile, ProfileError, SpeedProfile};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ fn from_rest(top_speed_steps_s: f64, accel_steps_s2: f64, decel_steps_s2: f64) -
 
 fn closed_form(steps: u32, limits: &Limits) -> Profile {
     let start = limits.start_speed_steps_s;
-    Profile::plan(f64::from(steps), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap()
+    Profile::plan(f64::from(steps), start, start, limits, IntervalSplit::Fastest, SpeedProfile::Trapezoid).unwrap()
 }
 
 /// The speed of each interval divided by the closed form's at step i, less 1: a counter of a time per step stands for

@@ -1,6 +1,6 @@
 //! The tests of this package, in one executable.
 
 mod examples;
-mod frequency_law;
+mod frequency_ramp;
 mod generators;
 mod staircase;

@@ -30,7 +30,7 @@ Examples:
   isostep console                      talk to the board, or to that machine
   isostep web --port                   a page to operate the board, and to try programs
   isostep prove                        measure this very board, beside the emulated one
-  isostep profile --help               speed laws: a table, every step as CSV, curves over time
+  isostep profile --help               speed profiles: a table, every step as CSV, curves over time
   isostep papers                       what the papers print beside what comes out here
   isostep times parts grbl.csv         how long programs take, beside Grbl's times for them
   isostep homing                       how well homing finds the same place again

@@ -1,5 +1,5 @@
 //! The tool that users of Isostep run on a computer: programs on a machine in virtual time, a terminal for a board,
-//! speed laws and the papers' figures. The binary `isostep` only calls this library; `cargo xtask` offers the same
+//! speed profiles and the papers' figures. The binary `isostep` only calls this library; `cargo xtask` offers the same
 //! verbs.
 //!
 //! Each verb of [`Verb`] has a file or folder. The other modules are shared by the verbs.
@@ -15,12 +15,12 @@ pub mod console;
 pub mod files;
 pub mod flight;
 pub mod homing;
-pub mod laws;
 pub mod measure;
 pub mod name;
 pub mod papers;
 pub mod parallel;
 pub mod profile;
+pub mod profile_options;
 mod project;
 pub mod prove;
 pub mod pty;

@@ -3,7 +3,7 @@
 use std::process::{Command, Stdio};
 
 const PARKING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../programs/parking.nc");
-const TABLE: [&str; 5] = ["profile", "--law=trapezoid", "--steps=400", "--top-speed=2400", "--accel=2500"];
+const TABLE: [&str; 5] = ["profile", "--speed-profile=trapezoid", "--steps=400", "--top-speed=2400", "--accel=2500"];
 
 fn verb(arguments: &[&str]) -> Command {
     let mut verb = Command::new(env!("CARGO_BIN_EXE_isostep"));

@@ -173,7 +173,7 @@ impl Chunks {
 #[cfg(test)]
 mod tests {
     use isostep_profile::chain::Plan;
-    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+    use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
     use super::*;
     use crate::tag::Tag;
@@ -187,7 +187,7 @@ mod tests {
             decel_steps_s2: 1_000.0,
             jerk_steps_s3: f64::INFINITY,
         };
-        let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+        let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)
             .expect("a plan");
         let plan = Plan::Line(plan);
         let mut chunks = Chunks::new();

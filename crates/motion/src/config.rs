@@ -4,7 +4,7 @@ use core::fmt;
 
 use embassy_time::Duration;
 use isostep_profile::shaper::{Shaper, ShaperError, ShaperKind};
-use isostep_profile::{IntervalLaw, LimitError, Limits, OFFSET_PARTS, SpeedLaw};
+use isostep_profile::{IntervalSplit, LimitError, Limits, OFFSET_PARTS, SpeedProfile};
 
 use crate::axes::{AXES, Axis};
 use crate::motor::LimitInput;
@@ -25,10 +25,10 @@ pub struct Config {
     /// Junction deviation, mm: a corner between moves is taken as fast as a circle that deviates from the corner by
     /// this much. 0 stops at every corner.
     pub junction_deviation_mm: f64,
-    /// The law by which moves are split into intervals.
-    pub interval_law: IntervalLaw,
-    /// The law by which the speed changes on the ramps of a move.
-    pub speed_law: SpeedLaw,
+    /// How the time of a move is split into intervals.
+    pub interval_split: IntervalSplit,
+    /// How speed changes on the ramps of a move.
+    pub speed_profile: SpeedProfile,
     /// Each axis's shaper, for programs and jogs. Only a trapezoid is shaped.
     pub shapers: [Shaper; AXES],
     /// A limit switch that closes outside homing stops the machine.
@@ -148,7 +148,7 @@ pub enum ConfigError {
         /// The fault.
         error: ShaperError,
     },
-    /// An axis has a shaper, and the speed law is curved.
+    /// An axis has a shaper, and the speed profile is curved.
     ShapedCurve {
         /// The axis.
         axis: Axis,
@@ -171,8 +171,8 @@ impl Config {
             travel_mm,
             is_endless: [false; AXES],
             junction_deviation_mm: 0.01,
-            interval_law: IntervalLaw::Fastest,
-            speed_law: SpeedLaw::Trapezoid,
+            interval_split: IntervalSplit::Fastest,
+            speed_profile: SpeedProfile::Trapezoid,
             shapers: [Shaper::default(); AXES],
             hard_limits: true,
             wiring: [Wiring::default(); AXES],
@@ -235,7 +235,7 @@ impl Config {
             return Ok(());
         }
         shaper.check().map_err(|error| ConfigError::Shaper { axis, error })?;
-        if self.speed_law == SpeedLaw::Trapezoid { Ok(()) } else { Err(ConfigError::ShapedCurve { axis }) }
+        if self.speed_profile == SpeedProfile::Trapezoid { Ok(()) } else { Err(ConfigError::ShapedCurve { axis }) }
     }
 
     /// True if the limit input is low, rather than high, while it stops its axis.

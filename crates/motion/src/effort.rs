@@ -1,7 +1,7 @@
 //! The processor time that a move costs. The chain plans no move to last less.
 //!
 //! # Design
-//! A curved law has its ramps within a move, and to compile them can take far longer than a short move lasts. That
+//! A curved speed profile has its ramps within a move, and to compile them can take far longer than a short move lasts. That
 //! cannot be noticed in time: what is known to be too much to compile would have to be braked from, by more such ramps.
 //! So the cost is known beforehand, and limits the speed of a move as its feed does.
 //!
@@ -9,7 +9,7 @@
 //! three axes from corner to corner. They leave at least a tenth of the processor to the consoles and the ports. A faster
 //! processor is never late by them.
 
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_profile::chain::Effort;
 
 use crate::axes::AXES;
@@ -50,9 +50,9 @@ pub fn shaped_s(shaping: Option<&Shaping>) -> f64 {
     })
 }
 
-/// The time for a move by `law` with these ports.
+/// The time for a move by `speed_profile` with these ports.
 pub(crate) fn effort(
-    law: SpeedLaw,
+    speed_profile: SpeedProfile,
     ports: &[Option<Capabilities>; AXES],
     wiring: &[Wiring; AXES],
     shaping: Option<&Shaping>,
@@ -60,14 +60,14 @@ pub(crate) fn effort(
     let shaped_s = shaped_s(shaping);
     let by_core = ports.iter().flatten().zip(wiring).filter(|(port, _)| port.core_ns > 0);
     let step_ns = by_core.map(|(port, wiring)| port.core_ns + port.pulse_ns(*wiring)).max().unwrap_or(0);
-    let (ramps_ms, root_step_ms) = match law {
-        SpeedLaw::Trapezoid => (0.0, 0.0),
-        SpeedLaw::SCurve => (1.0, 2.3),
-        SpeedLaw::Sine => (2.0, 2.5),
-        SpeedLaw::Linear => (1.0, 2.2),
-        SpeedLaw::Quadratic => (1.0, 2.0),
-        SpeedLaw::Sinusoidal => (6.0, 2.6),
-        // The logarithmic law, which costs most; and any law that is not measured.
+    let (ramps_ms, root_step_ms) = match speed_profile {
+        SpeedProfile::Trapezoid => (0.0, 0.0),
+        SpeedProfile::SCurve => (1.0, 2.3),
+        SpeedProfile::Sine => (2.0, 2.5),
+        SpeedProfile::Linear => (1.0, 2.2),
+        SpeedProfile::Quadratic => (1.0, 2.0),
+        SpeedProfile::Sinusoidal => (6.0, 2.6),
+        // The logarithmic speed profile, which costs most; and any speed profile that is not measured.
         _ => (14.0, 3.8),
     };
     // Where the processor makes the steps, each line has a time of its own. In a shaped run the time of a move is that of its

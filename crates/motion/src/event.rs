@@ -143,7 +143,7 @@ pub enum Unplannable {
     Feed,
     /// It would last longer than can be planned.
     TooLong,
-    /// The speed law never leaves standstill, and there is no start speed.
+    /// The speed profile never leaves standstill, and there is no start speed.
     Standstill,
     /// Its speeds at the ends do not fit its length.
     Ends,

@@ -4,7 +4,7 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::OutputPin;
 use isostep_profile::chain::ChainConfig;
-use isostep_profile::{IntervalLaw, SpeedLaw};
+use isostep_profile::{IntervalSplit, SpeedProfile};
 
 use crate::axes::AXES;
 use crate::config::Config;
@@ -91,22 +91,22 @@ where
     #[cold]
     pub(crate) fn begin_chain(&mut self, purpose: Purpose) {
         let config = self.machine.config();
-        let Config { limits, steps_per_mm, junction_deviation_mm, speed_law, .. } = config;
+        let Config { limits, steps_per_mm, junction_deviation_mm, speed_profile, .. } = config;
         // Homing stops at a switch, whose distance is not known, so a move cannot be divided into thirds of that
         // distance.
-        let interval_law =
-            if matches!(purpose, Purpose::Homing { .. }) { IntervalLaw::Fastest } else { config.interval_law };
+        let interval_split =
+            if matches!(purpose, Purpose::Homing { .. }) { IntervalSplit::Fastest } else { config.interval_split };
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
         self.marks.clear();
-        let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_law, speed_law);
+        let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_split, speed_profile);
         self.chain.set_config(plain.with_effort(effort(
-            speed_law,
+            speed_profile,
             &self.machine.capabilities(),
             &config.wiring,
             purpose.shaping(&config).as_ref(),
         )));
-        self.is_curved = speed_law != SpeedLaw::Trapezoid;
+        self.is_curved = speed_profile != SpeedProfile::Trapezoid;
         self.overrides = SpeedOverrides::NONE;
         self.planned_steps = self.machine.position_steps();
     }

@@ -35,7 +35,7 @@ use crate::tag::Chunk;
 use crate::tool::BeamStream;
 
 /// The time of motion that is compiled per axis before a run starts, as far as there is room. Near standstill compiling is
-/// slowest compared with moving, and with curved laws it is many times slower than with the trapezoid.
+/// slowest compared with moving, and with curved speed profiles it is many times slower than with the trapezoid.
 const COMPILED_BEFORE_START: Duration = Duration::from_millis(10);
 const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
 
@@ -245,7 +245,7 @@ where
         if self.chunks.is_closed() || !self.chunks.has_room() || self.chunks.end_s() > until_s {
             return None;
         }
-        // With a curved law compiling is slow near standstill. So the moves after a standstill become another run,
+        // With a curved speed profile compiling is slow near standstill. So the moves after a standstill become another run,
         // which is prepared before it starts.
         let is_over = self.is_curved && self.chunks.last().is_some() && self.chain.is_at_rest();
         let chunk = if is_over { None } else { self.chain.advance(most_s) };

@@ -66,7 +66,7 @@ mod tests {
 
     use std::vec::Vec;
 
-    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+    use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
     use super::*;
 
@@ -80,7 +80,7 @@ mod tests {
             decel_steps_s2: 1_000.0,
             jerk_steps_s3: f64::INFINITY,
         };
-        let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)
+        let plan = SyncMove::plan([100, 0, 0], &[limits; AXES], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)
             .expect("a plan");
         let mut timed_plans = TimedPlans::new();
         let mut compiles = |axis, number| {

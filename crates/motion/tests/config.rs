@@ -1,7 +1,7 @@
 //! A configuration that cannot work is refused by name.
 
 use isostep_motion::{AXES, Axis, Capabilities, Config, DriverTiming, Squared};
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
 use super::common::works;
@@ -50,7 +50,7 @@ fn what_cannot_work_is_refused_with_its_value() {
         (|config| config.shapers[2].damping_ratio = 0.51, "Z: shaper's damping ratio 0.51 is outside 0 to 0.5"),
         (|config| config.shapers[0].damping_ratio = -0.1, "X: shaper's damping ratio -0.1 is outside 0 to 0.5"),
         (
-            |config| config.speed_law = SpeedLaw::Sine,
+            |config| config.speed_profile = SpeedProfile::Sine,
             "X has a shaper, which shapes the trapezoid only: choose no shaper, or the trapezoid",
         ),
     ];
@@ -62,7 +62,7 @@ fn what_cannot_work_is_refused_with_its_value() {
     }
     assert_eq!(works().check([Some(port()); AXES]), Ok(()));
     assert_eq!(shaped().check([Some(port()); AXES]), Ok(()));
-    let curved = Config { speed_law: SpeedLaw::Sine, ..works() };
+    let curved = Config { speed_profile: SpeedProfile::Sine, ..works() };
     assert_eq!(curved.check([Some(port()); AXES]), Ok(()), "without a shaper its numbers do not count");
     let corners = Config { junction_deviation_mm: 0.0, ..works() };
     assert_eq!(corners.check([None; AXES]), Ok(()), "every corner is a stop");

@@ -1,17 +1,17 @@
-//! Compares the machine's seven laws within the same limits, and says which to choose.
+//! Compares the machine's seven profiles within the same limits, and says which to choose.
 
 use anyhow::Result;
-use isostep_profile::{Limits, Profile, SpeedLaw};
-use isostep_report::laws::Exact;
+use isostep_profile::{Limits, Profile, SpeedProfile};
 use isostep_report::pictures::chart::{self, Axis, Chart, Curve, Scale};
 use isostep_report::pictures::document::{Picture, Section, Table};
 use isostep_report::pictures::profile;
 use isostep_report::pictures::theme::{CURVE, Colour};
+use isostep_report::speed_profiles::Exact;
 use isostep_sim::analysis::{Oscillator, deviation, mean};
 
 use crate::frequency::vibration::{DAMPING_RATIO, Drive, NATURAL_HZ, without_jumps};
 
-/// The gantry's default limits at 50 steps/mm, with the start speed that the laws over displacement need.
+/// The gantry's default limits at 50 steps/mm, with the start speed that the profiles over displacement need.
 pub const LIMITS: Limits = Limits {
     start_speed_steps_s: 480.0,
     top_speed_steps_s: 2_400.0,
@@ -29,7 +29,7 @@ const AFTER_S: f64 = 0.5;
 /// Samples of the carriage's acceleration per second.
 const READINGS_HZ: f64 = 1_000.0;
 
-/// The use of each law, in the order of [`SpeedLaw::ALL`].
+/// The use of each profile, in the order of [`SpeedProfile::ALL`].
 const ADVICE: [&str; 7] = [
     "the fastest there is within the limit of acceleration; a jolt at each of its four corners",
     "the first choice: a little longer, no jolt, and as gentle as its jerk is set",
@@ -40,18 +40,18 @@ const ADVICE: [&str; 7] = [
     "hardest at low speed, where a stepper has most torque: the fastest of Fonseca-Campos's; jolts at start and end",
 ];
 
-/// The move by one law.
+/// The move by one profile.
 struct Move {
     exact: Exact,
     curve: profile::Curve,
-    /// The effect on a carriage, without the jump to the start speed, which is the same for all laws.
+    /// The effect on a carriage, without the jump to the start speed, which is the same for all profiles.
     drive: Drive,
 }
 
 impl Move {
-    fn by(law: SpeedLaw) -> Result<Self> {
-        let exact = Exact(crate::plan(STEPS, &LIMITS, law)?);
-        let curve = exact.curve(law.name());
+    fn by(speed_profile: SpeedProfile) -> Result<Self> {
+        let exact = Exact(crate::plan(STEPS, &LIMITS, speed_profile)?);
+        let curve = exact.curve(speed_profile.name());
         let drive = drive(&exact.0);
         Ok(Self { exact, curve, drive })
     }
@@ -88,19 +88,19 @@ fn window_s(moves: &[Move]) -> f64 {
 
 /// The section of the page.
 pub fn section() -> Result<Section> {
-    let moves = SpeedLaw::ALL.into_iter().map(Move::by).collect::<Result<Vec<_>>>()?;
-    let section = Section::new("What to choose: the machine's seven laws within the same limits")
+    let moves = SpeedProfile::ALL.into_iter().map(Move::by).collect::<Result<Vec<_>>>()?;
+    let section = Section::new("What to choose: the machine's seven profiles within the same limits")
         .with_text(format!(
-            "One move of {STEPS} steps by every law that Isostep can be set to, each as fast as the same limits allow: \
+            "One move of {STEPS} steps by every profile that Isostep can be set to, each as fast as the same limits allow: \
              {} steps/s2 and {} steps/s, from a start speed of {} steps/s, and {} steps/s3 for the S-curve. Trapezoid, \
-             S-curve and sine are laws over time. The others are Fonseca-Campos's, over displacement: from standstill they would \
+             S-curve and sine are profiles over time. The others are Fonseca-Campos's, over displacement: from standstill they would \
              never start, and the slower the start speed, the longer they take.",
             LIMITS.accel_steps_s2, LIMITS.top_speed_steps_s, LIMITS.start_speed_steps_s, LIMITS.jerk_steps_s3
         ))
         .with_text(
-            "Ringing is that of the model of figure 13, for carriages of 40 to 50 Hz and all laws over the same time; the jump \
+            "Ringing is that of the model of figure 13, for carriages of 40 to 50 Hz and all profiles over the same time; the jump \
              to the start speed, the same for all, is left out. That the torque of a stepper falls with its speed is in no \
-             limit here: it speaks for laws that accelerate early.",
+             limit here: it speaks for profiles that accelerate early.",
         );
     Ok(section.with_pictures([motion(&moves), resonance(&moves)?]).with_tables([figures(&moves)?, advice()]))
 }
@@ -122,7 +122,7 @@ fn figures(moves: &[Move]) -> Result<Table> {
         ]);
     }
     let head = [
-        "law",
+        "profile",
         "duration, s",
         "longer, %",
         "acceleration, steps/s²",
@@ -136,13 +136,15 @@ fn figures(moves: &[Move]) -> Result<Table> {
 }
 
 fn advice() -> Table {
-    let rows =
-        SpeedLaw::ALL.into_iter().zip(ADVICE).map(|(law, advice)| [law.name(), advice].map(str::to_owned).to_vec());
-    Table::new(&["law", ""], rows.collect()).captioned("What each is good for")
+    let rows = SpeedProfile::ALL
+        .into_iter()
+        .zip(ADVICE)
+        .map(|(speed_profile, advice)| [speed_profile.name(), advice].map(str::to_owned).to_vec());
+    Table::new(&["profile", ""], rows.collect()).captioned("What each is good for")
 }
 
 fn key() -> Vec<(Colour, String)> {
-    chart::key(SpeedLaw::ALL.map(SpeedLaw::name))
+    chart::key(SpeedProfile::ALL.map(SpeedProfile::name))
 }
 
 fn motion(moves: &[Move]) -> Picture {
@@ -153,9 +155,9 @@ fn motion(moves: &[Move]) -> Picture {
     };
     let panels = [chart("speed, steps/s", |curve| &curve.speed), chart("acceleration, steps/s²", |curve| &curve.accel)];
     Picture::new(
-        "laws-motion",
-        chart::picture("Speed and acceleration of the seven laws within the same limits", &key(), 1, 300, &panels),
-        "All of them touch the limit of acceleration; how much of a ramp is spent there makes a law fast or slow. A \
+        "profiles-motion",
+        chart::picture("Speed and acceleration of the seven profiles within the same limits", &key(), 1, 300, &panels),
+        "All of them touch the limit of acceleration; how much of a ramp is spent there makes a profile fast or slow. A \
          trapezoid's ramp is nowhere else.",
     )
 }
@@ -170,12 +172,12 @@ fn resonance(moves: &[Move]) -> Result<Picture> {
     }
     let y = Axis::scaled("ringing, steps/s²", Scale::Logarithmic);
     let chart = Chart::new("natural frequency of the carriage, Hz", y, curves);
-    let title = "Ringing of the seven laws over the natural frequency of the carriage";
+    let title = "Ringing of the seven profiles over the natural frequency of the carriage";
     Ok(Picture::new(
-        "laws-ringing",
+        "profiles-ringing",
         chart::picture(title, &key(), 1, 320, &[chart]),
-        "What rings in carriages of 10 to 100 Hz (a model), standard deviation. Above: laws whose acceleration jumps. Far below: \
-         laws where only the jerk does. The S-curve dips where its jerk lasts for whole periods of the \
+        "What rings in carriages of 10 to 100 Hz (a model), standard deviation. Above: profiles whose acceleration jumps. Far below: \
+         profiles where only the jerk does. The S-curve dips where its jerk lasts for whole periods of the \
          carriage, 0.1 s here, every 10 Hz.",
     ))
 }
@@ -184,26 +186,33 @@ fn resonance(moves: &[Move]) -> Result<Picture> {
 mod tests {
     use super::*;
 
-    fn exact(law: SpeedLaw) -> Exact {
-        Move::by(law).unwrap().exact
+    fn exact(speed_profile: SpeedProfile) -> Exact {
+        Move::by(speed_profile).unwrap().exact
     }
 
     #[test]
-    fn every_law_keeps_the_limits() {
-        for law in SpeedLaw::ALL {
-            let exact = exact(law);
-            assert!(exact.peak_accel() <= LIMITS.accel_steps_s2 * (1.0 + 1e-9), "{law}: {}", exact.peak_accel());
-            assert!(exact.0.cruise_speed_steps_s() <= LIMITS.top_speed_steps_s * (1.0 + 1e-9), "{law}");
+    fn every_speed_profile_keeps_the_limits() {
+        for speed_profile in SpeedProfile::ALL {
+            let exact = exact(speed_profile);
+            assert!(
+                exact.peak_accel() <= LIMITS.accel_steps_s2 * (1.0 + 1e-9),
+                "{speed_profile}: {}",
+                exact.peak_accel()
+            );
+            assert!(exact.0.cruise_speed_steps_s() <= LIMITS.top_speed_steps_s * (1.0 + 1e-9), "{speed_profile}");
         }
     }
 
     #[test]
     fn the_trapezoid_is_the_fastest_and_the_s_curve_next() {
-        let duration_s = |law| exact(law).0.duration_s();
-        let (trapezoid, s_curve) = (duration_s(SpeedLaw::Trapezoid), duration_s(SpeedLaw::SCurve));
-        for law in SpeedLaw::ALL {
-            assert!(duration_s(law) >= trapezoid, "{law}");
-            assert!(law == SpeedLaw::Trapezoid || duration_s(law) >= s_curve, "{law}");
+        let duration_s = |speed_profile| exact(speed_profile).0.duration_s();
+        let (trapezoid, s_curve) = (duration_s(SpeedProfile::Trapezoid), duration_s(SpeedProfile::SCurve));
+        for speed_profile in SpeedProfile::ALL {
+            assert!(duration_s(speed_profile) >= trapezoid, "{speed_profile}");
+            assert!(
+                speed_profile == SpeedProfile::Trapezoid || duration_s(speed_profile) >= s_curve,
+                "{speed_profile}"
+            );
         }
     }
 
@@ -211,7 +220,7 @@ mod tests {
     /// s, which makes each ramp 0.1 s longer.
     #[test]
     fn ramps_by_hand() {
-        let [trapezoid, s_curve] = [SpeedLaw::Trapezoid, SpeedLaw::SCurve].map(exact);
+        let [trapezoid, s_curve] = [SpeedProfile::Trapezoid, SpeedProfile::SCurve].map(exact);
         assert!((trapezoid.0.t_accel_s() - 0.768).abs() < 1e-9);
         assert!((s_curve.0.t_accel_s() - 0.868).abs() < 1e-9);
         assert!((s_curve.jerk_beside_jumps() - 25_000.0).abs() < 1e-6);
@@ -219,8 +228,8 @@ mod tests {
     }
 
     #[test]
-    fn laws_that_are_smooth_over_time_hardly_ring() {
-        let moves = SpeedLaw::ALL.map(|law| Move::by(law).unwrap());
+    fn speed_profiles_that_are_smooth_over_time_hardly_ring() {
+        let moves = SpeedProfile::ALL.map(|speed_profile| Move::by(speed_profile).unwrap());
         let ringing = |index: usize| moves[index].mean_ringing(window_s(&moves)).unwrap();
         let trapezoid = ringing(0);
         assert!(ringing(1) < trapezoid / 10.0 && ringing(2) < trapezoid / 50.0);

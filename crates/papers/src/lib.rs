@@ -5,7 +5,7 @@
 //! ```text
 //! frequency, linear, gantry: a paper each --> rows: the paper's figure, ours, the difference
 //!                                         \-> sections: pictures and tables
-//! choice: the machine's seven laws --> a section
+//! choice: the machine's seven profiles --> a section
 //!                       rows --> a table on the screen, JSON
 //!            rows + sections --> a page of HTML
 //! ```
@@ -20,7 +20,7 @@ mod show;
 mod welch;
 
 use anyhow::Result;
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile};
 use serde::Serialize;
 
 use self::row::{Paper, Row};
@@ -33,7 +33,7 @@ struct Part {
     sections: Vec<Section>,
 }
 
-/// The results for all papers, and the comparison of the machine's laws.
+/// The results for all papers, and the comparison of the machine's profiles.
 pub struct Report {
     parts: Vec<Part>,
     choice: Section,
@@ -94,9 +94,9 @@ impl Report {
 }
 
 /// A move of so many steps, from the start speed and to it, as fast as the limits allow.
-fn plan(steps: f64, limits: &Limits, law: SpeedLaw) -> Result<Profile> {
+fn plan(steps: f64, limits: &Limits, speed_profile: SpeedProfile) -> Result<Profile> {
     let start = limits.start_speed_steps_s;
-    Ok(Profile::plan(steps, start, start, limits, IntervalLaw::Fastest, law)?)
+    Ok(Profile::plan(steps, start, start, limits, IntervalSplit::Fastest, speed_profile)?)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::sync::atomic::AtomicU32;
 use std::time::{Duration, Instant};
 
-use isostep_profile::{IntervalLaw, Limits, Segment, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, Segment, SpeedProfile, SyncMove};
 
 const TICK_HZ: u32 = 125_000_000;
 const STEPS: i32 = 120_000;
@@ -25,8 +25,8 @@ const SAMPLES_MIN: u32 = 100;
 const LONG_ENOUGH: Duration = Duration::from_secs(1);
 
 fn main() {
-    plan(IntervalLaw::Fastest);
-    plan(IntervalLaw::Thirds);
+    plan(IntervalSplit::Fastest);
+    plan(IntervalSplit::Thirds);
     compile();
     fill();
 }
@@ -48,18 +48,19 @@ fn time<T>(name: &str, items: usize, mut work: impl FnMut() -> T) {
     );
 }
 
-fn plan_of(steps: [i32; 3], law: IntervalLaw) -> SyncMove<3> {
-    SyncMove::plan(steps, &[LIMITS; 3], law, SpeedLaw::Trapezoid, None).expect("the limits are constants that work")
+fn plan_of(steps: [i32; 3], interval_split: IntervalSplit) -> SyncMove<3> {
+    SyncMove::plan(steps, &[LIMITS; 3], interval_split, SpeedProfile::Trapezoid, None)
+        .expect("the limits are constants that work")
 }
 
 fn ramp() -> SyncMove<3> {
-    plan_of([STEPS, 0, 0], IntervalLaw::Fastest)
+    plan_of([STEPS, 0, 0], IntervalSplit::Fastest)
 }
 
 /// Plans a move of three axes and compiles the first segment of each axis.
-fn plan(law: IntervalLaw) {
-    time(&format!("plan, {law:?}"), 1, || {
-        let plan = plan_of(black_box([STEPS, -70_001, 33_333]), law);
+fn plan(interval_split: IntervalSplit) {
+    time(&format!("plan, {interval_split:?}"), 1, || {
+        let plan = plan_of(black_box([STEPS, -70_001, 33_333]), interval_split);
         let firsts = [0, 1, 2].map(|axis| plan.segments(axis, TICK_HZ).next());
         firsts.iter().flatten().map(Segment::last_ticks).sum::<u64>()
     });

@@ -2,7 +2,7 @@
 //!
 //! Run it with `cargo run -p isostep-profile --example 1_one_axis`.
 
-use isostep_profile::{IntervalLaw, Limits, PlanError, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, PlanError, SpeedProfile, SyncMove};
 
 /// The limits of the axis.
 const LIMITS: Limits = Limits {
@@ -19,7 +19,7 @@ const TICK_HZ: u32 = 1_000_000;
 
 /// Plans the move and prints it.
 pub fn main() -> Result<(), PlanError> {
-    let plan = SyncMove::plan([2_000], &[LIMITS], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)?;
+    let plan = SyncMove::plan([2_000], &[LIMITS], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)?;
     let profile = &plan.profile;
     println!("accelerates for {:.3} s", profile.t_accel_s());
     println!("cruises for     {:.3} s at {:.0} steps/s", profile.t_cruise_s(), profile.cruise_speed_steps_s());

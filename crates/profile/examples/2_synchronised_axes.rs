@@ -3,7 +3,7 @@
 //!
 //! Run it with `cargo run -p isostep-profile --example 2_synchronised_axes`.
 
-use isostep_profile::{IntervalLaw, Limits, PlanError, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, PlanError, SpeedProfile, SyncMove};
 
 /// An axis of that top speed, steps/s, and acceleration, steps/s².
 const fn limits(top_speed_steps_s: f64, accel_steps_s2: f64) -> Limits {
@@ -21,7 +21,7 @@ pub fn main() -> Result<(), PlanError> {
     // Z is slow, so it decides how fast the others may be.
     let limits = [limits(2_400.0, 2_500.0), limits(2_400.0, 2_500.0), limits(400.0, 500.0)];
     let steps = [8_000, -4_000, 1_000];
-    let plan = SyncMove::plan(steps, &limits, IntervalLaw::Fastest, SpeedLaw::SCurve, None)?;
+    let plan = SyncMove::plan(steps, &limits, IntervalSplit::Fastest, SpeedProfile::SCurve, None)?;
     println!("the longest axis cruises at {:.0} steps/s", plan.profile.cruise_speed_steps_s());
     for (axis, name) in ["X", "Y", "Z"].into_iter().enumerate() {
         let count = steps[axis].unsigned_abs();

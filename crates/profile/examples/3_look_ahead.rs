@@ -3,7 +3,7 @@
 //! Run it with `cargo run -p isostep-profile --example 3_look_ahead`.
 
 use isostep_profile::chain::{Chain, ChainConfig, ChunkKind, Request};
-use isostep_profile::{IntervalLaw, Limits, PlanError, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, PlanError, SpeedProfile};
 
 const LIMITS: Limits = Limits {
     start_speed_steps_s: 0.0,
@@ -21,8 +21,13 @@ const CHUNK_S: f64 = 0.05;
 /// Two moves straight on, one round a corner: prints the chunks as a machine would get them.
 pub fn main() -> Result<(), PlanError> {
     let mm_per_step = [1.0 / STEPS_PER_MM; 2];
-    let config =
-        ChainConfig::new([LIMITS; 2], mm_per_step, JUNCTION_DEVIATION_MM, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let config = ChainConfig::new(
+        [LIMITS; 2],
+        mm_per_step,
+        JUNCTION_DEVIATION_MM,
+        IntervalSplit::Fastest,
+        SpeedProfile::Trapezoid,
+    );
     let mut chain: Chain<2, 8> = Chain::new(config);
     for (tag, steps) in (1..).zip([[250, 0], [250, 0], [0, 250]]) {
         chain.push(Request { feed_mm_s: Some(30.0), tag, ..Request::new(steps) })?;

@@ -12,7 +12,7 @@
 //! `exit = min(exit, entry + accel delta v²)`. A speed that no later move can change is final, and no pass looks at it
 //! again. A pass is made only when a speed is needed that is not final yet.
 //!
-//! Laws with curved ramps have a smaller delta v². Each of their ramps lies within a block, and the acceleration is
+//! Speed profiles with curved ramps have a smaller delta v². Each of their ramps lies within a block, and the acceleration is
 //! zero where blocks meet.
 //!
 //! A caller needs time to compile a move, most of it for curved ramps. No block is planned to be over sooner than that
@@ -96,8 +96,8 @@ pub struct Request<const N: usize, T = u64> {
     /// True if it ends at rest even if another move follows.
     pub stops: bool,
     /// The distance by which the path may leave the corner at which the move begins, mm. If it is above 0, a blend of this
-    /// deviation at most goes round the corner. If it is 0, or the law has curved ramps, the path goes to the corner exactly,
-    /// where axes change their speed at once.
+    /// deviation at most goes round the corner. If it is 0, or the speed profile has curved ramps, the path goes to the corner
+    /// exactly, where axes change their speed at once.
     pub deviation_mm: f32,
     /// A value for the caller, which every chunk of the move returns. The chain does not use it.
     pub tag: T,

@@ -18,7 +18,7 @@
 //! a ramp is computed in floats (`small_accel`).
 //!
 //! Where the acceleration changes, the instants follow polynomials of the seventh degree, each over many segments
-//! (`shared_spans`, `spans`). A few float operations a span derive the polynomial from the law itself (`hermite`); the
+//! (`shared_spans`, `spans`). A few float operations a span derive the polynomial from the speed profile itself (`hermite`); the
 //! instants are computed from it in fixed point (`curve`).
 //!
 //! # Segments
@@ -40,7 +40,7 @@
 //! costs 8.5 cycles a step (`cargo xtask bench`, emulated). From rest to 1,000,000 steps/s at 10,000,000 steps/s²,
 //! three axes are compiled in less than half the time they move, even at the worst place.
 //!
-//! By the curved laws a segment costs 6,800 to 28,000 cycles on average, with the float routines in the RP2040's ROM.
+//! By the curved speed profiles a segment costs 6,800 to 28,000 cycles on average, with the float routines in the RP2040's ROM.
 //! Most of that is for spans. A span is computed once for all axes and for all its segments, but near standstill it has
 //! only a few segments.
 

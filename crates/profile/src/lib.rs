@@ -6,7 +6,7 @@
 //! The stages, one file each:
 //!
 //! 1. [`Limits`]: what an axis may do, checked once.
-//! 2. [`Profile`]: planned from limits, distance, end speeds, an [`IntervalLaw`] and a [`SpeedLaw`].
+//! 2. [`Profile`]: planned from limits, distance, end speeds, an [`IntervalSplit`] and a [`SpeedProfile`].
 //! 3. [`SyncMove`]: the limits of several axes are scaled onto the longest axis; each axis keeps its signed step count.
 //!    A [`chain`] plans moves that follow each other without a stop; its plans are `SyncMove`s, too.
 //! 4. [`shaper`]: an axis as a weighted sum of its motion at several instants, if it has a shaper.
@@ -19,7 +19,7 @@
 //! caller chooses.
 //!
 //! ```
-//! use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+//! use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 //!
 //! let limits = Limits {
 //!     start_speed_steps_s: 0.0,
@@ -28,7 +28,7 @@
 //!     decel_steps_s2: 2_500.0,
 //!     jerk_steps_s3: 50_000.0,
 //! };
-//! let plan = SyncMove::plan([20_000, -5_000, 0], &[limits; 3], IntervalLaw::Fastest, SpeedLaw::SCurve, None)?;
+//! let plan = SyncMove::plan([20_000, -5_000, 0], &[limits; 3], IntervalSplit::Fastest, SpeedProfile::SCurve, None)?;
 //! let y_last_s = plan.step_time_s(1, 5_000);
 //! assert!(y_last_s < plan.profile.duration_s());
 //!
@@ -44,7 +44,7 @@ mod blend;
 pub mod chain;
 mod compile;
 mod fixed;
-mod law;
+mod interval_split;
 mod limits;
 mod newton;
 mod phase;
@@ -53,6 +53,7 @@ mod profile;
 mod ramp;
 mod segment;
 pub mod shaper;
+mod speed_profile;
 mod square_root;
 mod sync;
 
@@ -60,11 +61,12 @@ pub use blend::Blend;
 pub use compile::{
     AxisCompiler, BRIEF_S, FIT_ERROR_MAX_S, FIT_ERROR_MAX_TICKS, Segments, TimedPlan, fit_error_max_ticks,
 };
-pub use law::{IntervalLaw, SpeedLaw};
+pub use interval_split::IntervalSplit;
 pub use limits::{ACCEL_MAX_STEPS_S2, LimitError, Limits, SPEED_MAX_STEPS_S, SPEED_MIN_STEPS_S};
 pub use phase::{AxisPhase, CountedPhase};
 pub use profile::{DURATION_MAX_S, Profile, ProfileError, StepCounts};
 pub use segment::{Intervals, Segment, Ticks};
+pub use speed_profile::SpeedProfile;
 pub use sync::{OFFSET_PARTS, PlanError, SyncMove};
 
 /// Runs the examples of the README as doc tests.

@@ -21,7 +21,7 @@ pub struct Limits {
     pub accel_steps_s2: f64,
     /// Deceleration never exceeded, steps/s², as a positive number; above 0, to [`ACCEL_MAX_STEPS_S2`].
     pub decel_steps_s2: f64,
-    /// Jerk never exceeded by the S-curve, steps/s³; above 0, [`f64::INFINITY`] for no limit. The other laws ignore it.
+    /// Jerk never exceeded by the S-curve, steps/s³; above 0, [`f64::INFINITY`] for no limit. The other speed profiles ignore it.
     pub jerk_steps_s3: f64,
 }
 

@@ -2,12 +2,12 @@
 
 mod three_intervals;
 
-use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::newton::rising_root;
 use crate::profile::{DURATION_MAX_S, Profile, ProfileError};
 use crate::ramp::{Bounds, Ramp};
 use crate::square_root::sqrt;
+use crate::{IntervalSplit, SpeedProfile};
 
 /// The search for a cruise speed ends with a step of this size, as a fraction of the rise over the faster end. The
 /// error left is less than a quarter of the square of this fraction.
@@ -32,18 +32,18 @@ impl Profile {
         entry_steps_s: f64,
         exit_steps_s: f64,
         limits: &Limits,
-        interval_law: IntervalLaw,
-        speed_law: SpeedLaw,
+        interval_split: IntervalSplit,
+        speed_profile: SpeedProfile,
     ) -> Result<Self, ProfileError> {
         limits.check().map_err(ProfileError::Limits)?;
         if !(distance_steps > 0.0 && distance_steps.is_finite()) {
             return Err(ProfileError::Distance { asked: distance_steps });
         }
-        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_law);
+        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_profile);
         ends.check()?;
-        let plan = match interval_law {
-            IntervalLaw::Fastest => ends.fastest(),
-            IntervalLaw::Thirds => ends.thirds()?,
+        let plan = match interval_split {
+            IntervalSplit::Fastest => ends.fastest(),
+            IntervalSplit::Thirds => ends.thirds()?,
         };
         if !(0.0..=DURATION_MAX_S).contains(&plan.duration_s()) {
             return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
@@ -59,13 +59,13 @@ impl Profile {
         entry_steps_s: f64,
         exit_steps_s: f64,
         limits: &Limits,
-        interval_law: IntervalLaw,
-        law: SpeedLaw,
+        interval_split: IntervalSplit,
+        speed_profile: SpeedProfile,
     ) -> Self {
-        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, law);
-        match interval_law {
-            IntervalLaw::Fastest => ends.fastest(),
-            IntervalLaw::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
+        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_profile);
+        match interval_split {
+            IntervalSplit::Fastest => ends.fastest(),
+            IntervalSplit::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
         }
     }
 }
@@ -76,26 +76,32 @@ struct Ends {
     entry_steps_s: f64,
     exit_steps_s: f64,
     top_steps_s: f64,
-    law: SpeedLaw,
+    speed_profile: SpeedProfile,
     accel: Bounds,
     decel: Bounds,
 }
 
 impl Ends {
-    fn new(distance_steps: f64, entry_steps_s: f64, exit_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
-        let bounds = |accel_steps_s2| Bounds::new(law, accel_steps_s2, limits.jerk_steps_s3);
+    fn new(
+        distance_steps: f64,
+        entry_steps_s: f64,
+        exit_steps_s: f64,
+        limits: &Limits,
+        speed_profile: SpeedProfile,
+    ) -> Self {
+        let bounds = |accel_steps_s2| Bounds::new(speed_profile, accel_steps_s2, limits.jerk_steps_s3);
         Self {
             distance_steps,
             entry_steps_s,
             exit_steps_s,
             top_steps_s: limits.top_speed_steps_s,
-            law,
+            speed_profile,
             accel: bounds(limits.accel_steps_s2),
             decel: bounds(limits.decel_steps_s2),
         }
     }
 
-    /// Refuses end speeds that are impossible by the law or over the distance.
+    /// Refuses end speeds that are impossible by the speed profile or over the distance.
     fn check(&self) -> Result<(), ProfileError> {
         let (entry, exit) = (self.entry_steps_s, self.exit_steps_s);
         let max = if entry > exit { self.highest_from(exit, self.decel) } else { self.top_steps_s };
@@ -107,8 +113,12 @@ impl Ends {
             return Err(ProfileError::ExitSpeed { asked: exit, max });
         }
         let slowest = entry.min(exit);
-        if self.law.is_over_displacement() && slowest < SPEED_MIN_STEPS_S.min(self.top_steps_s) {
-            return Err(ProfileError::Standstill { law: self.law, asked: slowest, min: SPEED_MIN_STEPS_S });
+        if self.speed_profile.is_over_displacement() && slowest < SPEED_MIN_STEPS_S.min(self.top_steps_s) {
+            return Err(ProfileError::Standstill {
+                speed_profile: self.speed_profile,
+                asked: slowest,
+                min: SPEED_MIN_STEPS_S,
+            });
         }
         Ok(())
     }
@@ -120,7 +130,7 @@ impl Ends {
             let (steps, growth) = bounds.length(slow, rise);
             (steps - self.distance_steps, growth)
         };
-        if self.law == SpeedLaw::Trapezoid {
+        if self.speed_profile == SpeedProfile::Trapezoid {
             return sqrt(slow * slow + 2.0 * bounds.accel_steps_s2 * self.distance_steps).min(self.top_steps_s);
         }
         if room <= 0.0 || short(room).0 <= 0.0 {
@@ -136,8 +146,8 @@ impl Ends {
     /// The fastest profile that the limits allow.
     #[cold]
     fn fastest(&self) -> Profile {
-        match self.law {
-            SpeedLaw::Trapezoid => self.fastest_trapezoid(),
+        match self.speed_profile {
+            SpeedProfile::Trapezoid => self.fastest_trapezoid(),
             _ => self.fastest_by_search(),
         }
     }
@@ -186,7 +196,7 @@ impl Ends {
         }
     }
 
-    /// The cruise speed is as far above the faster end as both ramps have room for. No law is faster than the
+    /// The cruise speed is as far above the faster end as both ramps have room for. No speed profile is faster than the
     /// trapezoid, so the trapezoid's peak is an upper bound.
     #[cold]
     fn fastest_by_search(&self) -> Profile {
@@ -288,7 +298,8 @@ impl Ends {
     /// The ratio of the decelerating ramp's length to that of the accelerating ramp, if nothing else differs.
     fn decel_ratio(&self) -> Option<f64> {
         let (a, d) = (self.accel.accel_steps_s2, self.decel.accel_steps_s2);
-        let is_alike = self.entry_steps_s == self.exit_steps_s && (self.law != SpeedLaw::SCurve || a == d);
+        let is_alike =
+            self.entry_steps_s == self.exit_steps_s && (self.speed_profile != SpeedProfile::SCurve || a == d);
         is_alike.then(|| if a == d { 1.0 } else { a / d })
     }
 

@@ -1,6 +1,6 @@
 //! The profile of a move: accelerate, cruise, decelerate.
 //!
-//! Both ramps follow one [`SpeedLaw`]. A short move has no cruise. Entry and exit speeds are parameters: in Stoychitch
+//! Both ramps follow one [`SpeedProfile`]. A short move has no cruise. Entry and exit speeds are parameters: in Stoychitch
 //! 2018 both equal the start speed v_s, in Forero 2023 both are zero.
 
 use core::fmt;
@@ -8,9 +8,9 @@ use core::fmt;
 use libm::floor;
 
 use crate::fixed::is_zero;
-use crate::law::SpeedLaw;
 use crate::limits::{LimitError, Limits};
 use crate::ramp::{Bounds, Ramp};
+use crate::speed_profile::SpeedProfile;
 
 /// Longest move that can be planned, s: 11 days.
 pub const DURATION_MAX_S: f64 = 1e6;
@@ -40,10 +40,10 @@ pub enum ProfileError {
         /// The highest that works.
         max: f64,
     },
-    /// A law over displacement never leaves standstill: the entry or exit speed is too slow for it, steps/s.
+    /// A speed profile over displacement never leaves standstill: the entry or exit speed is too slow for it, steps/s.
     Standstill {
-        /// The law.
-        law: SpeedLaw,
+        /// The speed profile.
+        speed_profile: SpeedProfile,
         /// The value that was asked for.
         asked: f64,
         /// The slowest that works.
@@ -140,8 +140,8 @@ impl Profile {
 
     /// Brakes from one speed to a slower one as fast as `limits` allow. The distance follows from that.
     #[cold]
-    pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, law: SpeedLaw) -> Self {
-        let bounds = Bounds::new(law, limits.decel_steps_s2, limits.jerk_steps_s3);
+    pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, speed_profile: SpeedProfile) -> Self {
+        let bounds = Bounds::new(speed_profile, limits.decel_steps_s2, limits.jerk_steps_s3);
         let decel = bounds.shortest(slow_steps_s, fast_steps_s - slow_steps_s);
         Self {
             distance_steps: decel.steps(),
@@ -292,7 +292,7 @@ impl Profile {
     }
 
     /// Displacement, speed and acceleration at `t_s` within the move. All three together cost as much as one of them.
-    /// For a law over displacement that is milliseconds on a small chip, because the law has to be inverted.
+    /// For a speed profile over displacement that is milliseconds on a small chip, because the speed profile has to be inverted.
     pub(crate) fn motion_at(&self, t_s: f64) -> (f64, f64, f64) {
         match self.interval_at(t_s) {
             Interval::Accel(t_s) => {
@@ -362,10 +362,10 @@ impl fmt::Display for ProfileError {
             Self::ExitSpeed { asked, max } => {
                 write!(f, "exit speed {asked} steps/s must be 0 to {max} steps/s over this distance")
             }
-            Self::Standstill { law, asked, min } => write!(
+            Self::Standstill { speed_profile, asked, min } => write!(
                 f,
-                "the {law} law cannot start or end at {asked} steps/s, it never leaves standstill: set a start speed of at \
-                 least {min} steps/s, or take another law"
+                "the {speed_profile} speed profile cannot start or end at {asked} steps/s, it never leaves standstill: set a start speed of at \
+                 least {min} steps/s, or take another speed profile"
             ),
             Self::TooLong { asked, max } => write!(f, "the move would last {asked} s, more than {max} s"),
         }
@@ -388,8 +388,8 @@ pub(crate) fn sum(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::Profile;
-    use crate::law::{IntervalLaw, SpeedLaw};
     use crate::limits::Limits;
+    use crate::{IntervalSplit, SpeedProfile};
 
     /// A hold leaves an S-curve from standstill by an easing, whose first half is what the S-curve has made. Wherever it
     /// does so, the easing never goes backwards, and an instant and the place at that instant agree.
@@ -406,7 +406,7 @@ mod tests {
             let jerk_steps_s3 = 700.0 * f64::from(hundreds);
             let limits = Limits { jerk_steps_s3, ..limits };
             let whole =
-                Profile::plan(400.0, 0.0, 0.0, &limits, IntervalLaw::Fastest, SpeedLaw::SCurve).expect("it fits");
+                Profile::plan(400.0, 0.0, 0.0, &limits, IntervalSplit::Fastest, SpeedProfile::SCurve).expect("it fits");
             for tenth in 1..5 {
                 let (_, speed, accel) = whole.motion_at(whole.t_accel_s() * f64::from(tenth) / 10.0);
                 let easing = Profile::easing(speed, accel, jerk_steps_s3);

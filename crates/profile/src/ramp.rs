@@ -9,7 +9,7 @@ mod trig;
 use self::over_displacement::OverDisplacement;
 use self::over_time::OverTime;
 use crate::fixed::is_zero;
-use crate::law::SpeedLaw;
+use crate::speed_profile::SpeedProfile;
 use crate::square_root::sqrt;
 
 /// An accelerating ramp. Times and displacements count from its slow end and are clamped to the ramp.
@@ -39,10 +39,10 @@ pub(crate) struct RampState {
     pub(crate) accel_steps_s2: f64,
 }
 
-/// The law and the limits of a ramp.
+/// The speed profile and the limits of a ramp.
 #[derive(Clone, Copy)]
 pub(crate) struct Bounds {
-    law: SpeedLaw,
+    speed_profile: SpeedProfile,
     pub(crate) accel_steps_s2: f64,
     jerk_steps_s3: f64,
     // The inverses of both limits. A search for a speed uses them often, and a division costs as much as three
@@ -52,8 +52,14 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    pub(crate) fn new(law: SpeedLaw, accel_steps_s2: f64, jerk_steps_s3: f64) -> Self {
-        Self { law, accel_steps_s2, jerk_steps_s3, per_accel: 1.0 / accel_steps_s2, per_jerk: 1.0 / jerk_steps_s3 }
+    pub(crate) fn new(speed_profile: SpeedProfile, accel_steps_s2: f64, jerk_steps_s3: f64) -> Self {
+        Self {
+            speed_profile,
+            accel_steps_s2,
+            jerk_steps_s3,
+            per_accel: 1.0 / accel_steps_s2,
+            per_jerk: 1.0 / jerk_steps_s3,
+        }
     }
 
     /// The shortest ramp that rises by `rise_steps_s`.
@@ -63,13 +69,13 @@ impl Bounds {
         let (shape, accel) = self.shape(rise);
         match shape {
             Shape::ConstantAccel { .. } => Ramp::constant_accel(slow, rise, accel, rise * (slow + rise / 2.0) / accel),
-            Shape::OverTime(law) => {
-                let duration_s = rise * law.peak() / accel;
+            Shape::OverTime(speed_profile) => {
+                let duration_s = rise * speed_profile.peak() / accel;
                 Ramp { shape, slow_steps_s, rise_steps_s, steps: (slow + rise / 2.0) * duration_s, duration_s }
             }
-            Shape::OverDisplacement(law) => {
-                let steps = law.length(slow, rise).0 * self.per_accel;
-                let duration_s = steps / rise * law.whole_time(slow / rise);
+            Shape::OverDisplacement(speed_profile) => {
+                let steps = speed_profile.length(slow, rise).0 * self.per_accel;
+                let duration_s = steps / rise * speed_profile.whole_time(slow / rise);
                 Ramp { shape, slow_steps_s, rise_steps_s, steps, duration_s }
             }
         }
@@ -79,23 +85,23 @@ impl Bounds {
     #[cold]
     pub(crate) fn length(&self, slow: f64, rise: f64) -> (f64, f64) {
         let trapezoid = (rise * (slow + rise / 2.0) * self.per_accel, (slow + rise) * self.per_accel);
-        match self.shape_of_law() {
+        match self.shape_of_speed_profile() {
             Shape::OverTime(OverTime::Sine) => {
                 (trapezoid.0 * OverTime::Sine.peak(), trapezoid.1 * OverTime::Sine.peak())
             }
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve_length(slow, rise),
-            Shape::OverDisplacement(law) if rise > 0.0 => {
-                let (length, growth) = law.length(slow, rise);
+            Shape::OverDisplacement(speed_profile) if rise > 0.0 => {
+                let (length, growth) = speed_profile.length(slow, rise);
                 (length * self.per_accel, growth * self.per_accel)
             }
-            // Without a rise the length is 0 by every law.
+            // Without a rise the length is 0 by every speed profile.
             Shape::ConstantAccel { .. } | Shape::OverDisplacement(..) => trapezoid,
         }
     }
 
     /// c and e, if the length of the shortest ramp is c rise (slow + e rise)/a.
     pub(crate) fn quadratic_length(&self) -> Option<(f64, f64)> {
-        match self.shape_of_law() {
+        match self.shape_of_speed_profile() {
             Shape::OverTime(OverTime::Sine) => Some((OverTime::Sine.peak(), 0.5)),
             Shape::OverDisplacement(OverDisplacement::Linear) => Some((1.0, 1.0)),
             Shape::OverDisplacement(OverDisplacement::Quadratic) => Some((2.0, 1.0)),
@@ -123,7 +129,7 @@ impl Bounds {
 
     /// The shape of the shortest ramp, and the acceleration it reaches.
     fn shape(&self, rise: f64) -> (Shape, f64) {
-        match self.shape_of_law() {
+        match self.shape_of_speed_profile() {
             // A ramp without a rise may have any shape.
             _ if rise == 0.0 => (Shape::ConstantAccel { accel_steps_s2: self.accel_steps_s2 }, self.accel_steps_s2),
             Shape::OverTime(OverTime::SCurve { .. }) => self.s_curve(rise),
@@ -131,8 +137,8 @@ impl Bounds {
         }
     }
 
-    fn shape_of_law(&self) -> Shape {
-        shape(self.law, self.accel_steps_s2)
+    fn shape_of_speed_profile(&self) -> Shape {
+        shape(self.speed_profile, self.accel_steps_s2)
     }
 
     /// The shape of the shortest S-curve, and its highest acceleration. Each of its two jerks lasts a/j of rise/a +
@@ -153,36 +159,36 @@ impl Bounds {
     }
 }
 
-/// The shape of a law's ramps; for an S-curve, that of jerk alone.
-fn shape(law: SpeedLaw, accel_steps_s2: f64) -> Shape {
-    match law {
-        SpeedLaw::Trapezoid => Shape::ConstantAccel { accel_steps_s2 },
-        SpeedLaw::SCurve => Shape::OverTime(OverTime::SCurve { ratio: 0.5 }),
-        SpeedLaw::Sine => Shape::OverTime(OverTime::Sine),
-        SpeedLaw::Linear => Shape::OverDisplacement(OverDisplacement::Linear),
-        SpeedLaw::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic),
-        SpeedLaw::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal),
-        SpeedLaw::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic),
+/// The shape of a speed profile's ramps; for an S-curve, that of jerk alone.
+fn shape(speed_profile: SpeedProfile, accel_steps_s2: f64) -> Shape {
+    match speed_profile {
+        SpeedProfile::Trapezoid => Shape::ConstantAccel { accel_steps_s2 },
+        SpeedProfile::SCurve => Shape::OverTime(OverTime::SCurve { ratio: 0.5 }),
+        SpeedProfile::Sine => Shape::OverTime(OverTime::Sine),
+        SpeedProfile::Linear => Shape::OverDisplacement(OverDisplacement::Linear),
+        SpeedProfile::Quadratic => Shape::OverDisplacement(OverDisplacement::Quadratic),
+        SpeedProfile::Sinusoidal => Shape::OverDisplacement(OverDisplacement::Sinusoidal),
+        SpeedProfile::Logarithmic => Shape::OverDisplacement(OverDisplacement::Logarithmic),
     }
 }
 
 /// The delta v² that is possible over `steps` at this acceleration, from any speed, with speeds up to `top_steps_s`. It
-/// is exact for the trapezoid, and a safe bound for the other laws.
+/// is exact for the trapezoid, and a safe bound for the other speed profiles.
 pub(crate) fn delta_v2(
-    law: SpeedLaw,
+    speed_profile: SpeedProfile,
     accel_steps_s2: f64,
     jerk_steps_s3: f64,
     steps: f64,
     top_steps_s: impl Fn() -> f64,
 ) -> f64 {
     let trapezoid = 2.0 * accel_steps_s2 * steps;
-    match shape(law, accel_steps_s2) {
+    match shape(speed_profile, accel_steps_s2) {
         Shape::ConstantAccel { .. } => trapezoid,
         Shape::OverTime(OverTime::SCurve { .. }) => {
             s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s())
         }
-        Shape::OverTime(law) => trapezoid / law.peak() * LESS,
-        Shape::OverDisplacement(law) => trapezoid / law.longest() * LESS,
+        Shape::OverTime(speed_profile) => trapezoid / speed_profile.peak() * LESS,
+        Shape::OverDisplacement(speed_profile) => trapezoid / speed_profile.longest() * LESS,
     }
 }
 
@@ -289,24 +295,24 @@ impl Ramp {
             }
             _ if steps <= 0.0 => 0.0,
             _ if steps >= self.steps => self.duration_s,
-            Shape::OverTime(law) => {
+            Shape::OverTime(speed_profile) => {
                 let displacement = steps / (self.rise_steps_s * self.duration_s);
-                self.duration_s * law.time(self.slow_steps_s / self.rise_steps_s, displacement)
+                self.duration_s * speed_profile.time(self.slow_steps_s / self.rise_steps_s, displacement)
             }
-            Shape::OverDisplacement(law) => {
+            Shape::OverDisplacement(speed_profile) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
-                self.displacement_s() * law.time(slow, steps / self.steps)
+                self.displacement_s() * speed_profile.time(slow, steps / self.steps)
             }
         }
     }
 
-    /// The parameter of its law, which is time, s, or displacement, steps, at `steps` or a little before. It counts
+    /// The parameter of its speed profile, which is time, s, or displacement, steps, at `steps` or a little before. It counts
     /// from 0.
     pub(crate) fn parameter_before(&self, steps: f64) -> f64 {
         match self.shape {
-            Shape::OverTime(law) => {
+            Shape::OverTime(speed_profile) => {
                 let displacement = steps / (self.rise_steps_s * self.duration_s);
-                self.duration_s * law.time_before(self.slow_steps_s / self.rise_steps_s, displacement)
+                self.duration_s * speed_profile.time_before(self.slow_steps_s / self.rise_steps_s, displacement)
             }
             _ => steps.min(self.steps),
         }
@@ -321,7 +327,7 @@ impl Ramp {
     /// from the fast end, too.
     pub(crate) fn next_corner(&self, parameter: f64) -> f64 {
         match self.shape {
-            Shape::OverTime(law) => self.duration_s * law.next_corner(parameter / self.duration_s),
+            Shape::OverTime(speed_profile) => self.duration_s * speed_profile.next_corner(parameter / self.duration_s),
             _ => self.parameter_end(),
         }
     }
@@ -335,7 +341,7 @@ impl Ramp {
     /// Its state at a parameter.
     pub(crate) fn at_parameter(&self, parameter: f64) -> RampState {
         match self.shape {
-            Shape::OverDisplacement(law) => self.over_displacement(law, parameter / self.steps),
+            Shape::OverDisplacement(speed_profile) => self.over_displacement(speed_profile, parameter / self.steps),
             _ => self.at_time(parameter),
         }
     }
@@ -354,18 +360,18 @@ impl Ramp {
                 speed_steps_s: self.slow_steps_s + accel_steps_s2 * t_s,
                 accel_steps_s2,
             },
-            Shape::OverTime(law) => self.over_time(law, t_s),
-            Shape::OverDisplacement(law) => {
+            Shape::OverTime(speed_profile) => self.over_time(speed_profile, t_s),
+            Shape::OverDisplacement(speed_profile) => {
                 let slow = self.slow_steps_s / self.rise_steps_s;
-                let u = law.displacement(slow, t_s / self.displacement_s());
-                RampState { t_s, ..self.over_displacement(law, u) }
+                let u = speed_profile.displacement(slow, t_s / self.displacement_s());
+                RampState { t_s, ..self.over_displacement(speed_profile, u) }
             }
         }
     }
 
-    fn over_time(&self, law: OverTime, t_s: f64) -> RampState {
+    fn over_time(&self, speed_profile: OverTime, t_s: f64) -> RampState {
         let rise = self.rise_steps_s;
-        let at = law.at(t_s / self.duration_s);
+        let at = speed_profile.at(t_s / self.duration_s);
         RampState {
             t_s,
             steps: self.slow_steps_s * t_s + rise * self.duration_s * at.travel,
@@ -375,15 +381,15 @@ impl Ramp {
     }
 
     #[cold]
-    fn over_displacement(&self, law: OverDisplacement, u: f64) -> RampState {
+    fn over_displacement(&self, speed_profile: OverDisplacement, u: f64) -> RampState {
         let rise = self.rise_steps_s;
-        let speed_steps_s = self.slow_steps_s + rise * law.speed(u);
+        let speed_steps_s = self.slow_steps_s + rise * speed_profile.speed(u);
         RampState {
-            t_s: self.displacement_s() * law.time(self.slow_steps_s / rise, u),
+            t_s: self.displacement_s() * speed_profile.time(self.slow_steps_s / rise, u),
             steps: u * self.steps,
             speed_steps_s,
             // a = v dv/dx.
-            accel_steps_s2: speed_steps_s * rise / self.steps * law.slope(u),
+            accel_steps_s2: speed_steps_s * rise / self.steps * speed_profile.slope(u),
         }
     }
 
@@ -397,21 +403,21 @@ impl Ramp {
     pub(crate) fn jerk(&self, state: &RampState, parameter: f64) -> f64 {
         match self.shape {
             Shape::ConstantAccel { .. } => 0.0,
-            Shape::OverTime(law) => {
+            Shape::OverTime(speed_profile) => {
                 let per_s = 1.0 / self.duration_s;
-                self.rise_steps_s * per_s * per_s * law.bend(state.t_s * per_s, parameter * per_s)
+                self.rise_steps_s * per_s * per_s * speed_profile.bend(state.t_s * per_s, parameter * per_s)
             }
-            Shape::OverDisplacement(law) => {
+            Shape::OverDisplacement(speed_profile) => {
                 let (speed, per_step) = (state.speed_steps_s, 1.0 / self.steps);
                 let slope = state.accel_steps_s2 / speed;
-                let bend = self.rise_steps_s * per_step * per_step * law.bend(state.steps * per_step);
+                let bend = self.rise_steps_s * per_step * per_step * speed_profile.bend(state.steps * per_step);
                 // a = v v', so da/dt = v (v'² + v v'').
                 speed * (slope * slope + speed * bend)
             }
         }
     }
 
-    /// The unit of time of a law over displacement, s.
+    /// The unit of time of a speed profile over displacement, s.
     fn displacement_s(&self) -> f64 {
         self.steps / self.rise_steps_s
     }
@@ -430,20 +436,24 @@ pub(crate) fn constant_accel_time_s(steps: f64, speed_steps_s: f64, accel_steps_
 #[cfg(test)]
 mod tests {
     use super::Bounds;
-    use crate::law::SpeedLaw;
+    use crate::speed_profile::SpeedProfile;
 
-    /// By these laws the peak of a short move is solved and not searched.
+    /// By these speed profiles the peak of a short move is solved and not searched.
     #[test]
-    fn lengths_of_some_laws_are_quadratics() {
-        for law in SpeedLaw::ALL {
-            let bounds = Bounds::new(law, 2e4, 1e6);
+    fn lengths_of_some_speed_profiles_are_quadratics() {
+        for speed_profile in SpeedProfile::ALL {
+            let bounds = Bounds::new(speed_profile, 2e4, 1e6);
             let quadratic = bounds.quadratic_length();
-            assert_eq!(quadratic.is_some(), matches!(law.name(), "sine" | "linear" | "quadratic"), "{law}");
+            assert_eq!(
+                quadratic.is_some(),
+                matches!(speed_profile.name(), "sine" | "linear" | "quadratic"),
+                "{speed_profile}"
+            );
             let Some((constant, square)) = quadratic else { continue };
             for (slow, rise) in [(0.0, 1e3), (1.0, 1e5), (1e4, 10.0)] {
                 let wanted = constant * rise * (slow + square * rise) / 2e4;
                 let (length, _) = bounds.length(slow, rise);
-                assert!((length / wanted - 1.0).abs() < 1e-12, "{law}, from {slow} up by {rise}: {length}");
+                assert!((length / wanted - 1.0).abs() < 1e-12, "{speed_profile}, from {slow} up by {rise}: {length}");
             }
         }
     }

@@ -5,11 +5,11 @@ use core::ops::Range;
 
 use crate::compile::{AxisCompiler, NEAREST_STEPS, PhaseBounds, Segments, StepRange, TimedPlan};
 use crate::fixed::is_zero;
-use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
 use crate::phase::AxisPhase;
 use crate::profile::{Profile, ProfileError, sum};
 use crate::ramp::Ramp;
+use crate::{IntervalSplit, SpeedProfile};
 
 /// A synchronised move of `N` axes: one profile over the longest axis's steps, and a signed step count per axis.
 ///
@@ -85,13 +85,13 @@ impl<const N: usize> SyncMove<N> {
     pub fn plan(
         steps: [i32; N],
         limits: &[Limits; N],
-        interval_law: IntervalLaw,
-        speed_law: SpeedLaw,
+        interval_split: IntervalSplit,
+        speed_profile: SpeedProfile,
         path_speed_steps_s: Option<f64>,
     ) -> Result<Self, PlanError> {
         let shared = shared_limits(&steps, limits, path_speed_steps_s)?;
         let (start, distance) = (shared.start_speed_steps_s, f64::from(longest(&steps)));
-        let profile = Profile::plan(distance, start, start, &shared, interval_law, speed_law)?;
+        let profile = Profile::plan(distance, start, start, &shared, interval_split, speed_profile)?;
         Ok(Self {
             profile,
             steps,
@@ -171,7 +171,7 @@ impl<const N: usize> SyncMove<N> {
         compiler.begin(self.step_range(axis, timed_plan.is_whole), timed_plan);
     }
 
-    /// Speeding up, cruising and slowing down, at constant acceleration: the ramps of a curved law are no phases.
+    /// Speeding up, cruising and slowing down, at constant acceleration: the ramps of a curved speed profile are no phases.
     // Not inlined, or sums of what may be a blend's numbers are computed before it is known that this is a line.
     #[inline(never)]
     pub(crate) fn phase(&self, axis: usize, index: usize) -> Option<(AxisPhase, f64)> {

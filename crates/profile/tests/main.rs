@@ -3,7 +3,6 @@
 mod chain;
 mod corpus;
 mod examples;
-mod laws;
 mod papers;
 mod phases;
 mod properties;
@@ -11,3 +10,4 @@ mod refusals;
 mod s_curve;
 mod segments;
 mod shaper;
+mod speed_profiles;

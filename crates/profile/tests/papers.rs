@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, StepCounts, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile, StepCounts, SyncMove};
 
 fn close(got: f64, wanted: f64, tolerance: f64) {
     assert!((got - wanted).abs() <= tolerance, "{got} is not {wanted} within {tolerance}");
@@ -30,7 +30,7 @@ fn stoychitch_2018_limits(steps_per_rad: f64) -> Limits {
 fn stoychitch_2018_revolution_is_a_trapezoid() {
     let limits = stoychitch_2018_limits(4096.0 / TAU);
     let start = limits.start_speed_steps_s;
-    let plan = Profile::plan(4096.0, start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap();
+    let plan = Profile::plan(4096.0, start, start, &limits, IntervalSplit::Fastest, SpeedProfile::Trapezoid).unwrap();
     close(plan.t_accel_s(), 0.75, 1e-12);
     close(plan.t_cruise_s(), 1.735_342_653_6, 1e-9);
     close(plan.t_decel_s(), 1.5, 1e-12);
@@ -49,7 +49,7 @@ fn stoychitch_2018_half_a_radian_is_a_triangle() {
     let steps_per_rad = 4096.0 / TAU;
     let limits = stoychitch_2018_limits(steps_per_rad);
     let start = limits.start_speed_steps_s;
-    let plan = Profile::plan(326.0, start, start, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap();
+    let plan = Profile::plan(326.0, start, start, &limits, IntervalSplit::Fastest, SpeedProfile::Trapezoid).unwrap();
     close(plan.duration_s(), 0.686_222, 1e-6);
     close(plan.t_accel_s(), 0.228_741, 1e-6);
     close(plan.t_decel_s(), 0.457_481, 1e-6);
@@ -70,7 +70,8 @@ fn forero_2023_has_three_equal_intervals_and_loses_no_step() {
         jerk_steps_s3: f64::INFINITY,
     };
     let x = limit(2_400.0, 20_000.0 / (2.0 * 4.5 * 4.5));
-    let plan = SyncMove::plan([20_000, 7_500, 0], &[x; 3], IntervalLaw::Thirds, SpeedLaw::Trapezoid, None).unwrap();
+    let plan =
+        SyncMove::plan([20_000, 7_500, 0], &[x; 3], IntervalSplit::Thirds, SpeedProfile::Trapezoid, None).unwrap();
     close(plan.profile.t_accel_s(), 4.5, 1e-9);
     close(plan.profile.t_cruise_s(), 4.5, 1e-9);
     close(plan.profile.t_decel_s(), 4.5, 1e-9);
@@ -93,7 +94,7 @@ fn forero_2023_shortest_interval_is_bound_by_the_top_speed() {
         decel_steps_s2: 1e4,
         jerk_steps_s3: f64::INFINITY,
     };
-    let plan = Profile::plan(20_000.0, 0.0, 0.0, &limits, IntervalLaw::Thirds, SpeedLaw::Trapezoid).unwrap();
+    let plan = Profile::plan(20_000.0, 0.0, 0.0, &limits, IntervalSplit::Thirds, SpeedProfile::Trapezoid).unwrap();
     close(plan.t_accel_s(), 25.0 / 6.0, 1e-9);
     close(plan.duration_s(), 12.5, 1e-9);
 }

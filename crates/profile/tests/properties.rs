@@ -4,7 +4,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalLaw, Intervals, Limits, Profile, SpeedLaw, SyncMove};
+use isostep_profile::{FIT_ERROR_MAX_TICKS, IntervalSplit, Intervals, Limits, Profile, SpeedProfile, SyncMove};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
@@ -30,17 +30,17 @@ fn limits() -> impl Strategy<Value = Limits> {
     })
 }
 
-fn law() -> impl Strategy<Value = IntervalLaw> {
-    prop_oneof![Just(IntervalLaw::Fastest), Just(IntervalLaw::Thirds)]
+fn interval_split() -> impl Strategy<Value = IntervalSplit> {
+    prop_oneof![Just(IntervalSplit::Fastest), Just(IntervalSplit::Thirds)]
 }
 
-fn speed_law() -> impl Strategy<Value = SpeedLaw> {
-    prop::sample::select(&SpeedLaw::ALL[..])
+fn speed_profile() -> impl Strategy<Value = SpeedProfile> {
+    prop::sample::select(&SpeedProfile::ALL[..])
 }
 
-/// The same limits, with a start speed from which the law can start.
-fn moving(speed_law: SpeedLaw, limits: Limits) -> Limits {
-    let least = if speed_law.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
+/// The same limits, with a start speed from which the speed profile can start.
+fn moving(speed_profile: SpeedProfile, limits: Limits) -> Limits {
+    let least = if speed_profile.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
     Limits { start_speed_steps_s: limits.start_speed_steps_s.max(least), ..limits }
 }
 
@@ -51,9 +51,9 @@ fn count() -> impl Strategy<Value = i32> {
 prop_compose! {
     fn moves()(
         steps in [count(), count(), count()], limits in [limits(), limits(), limits()],
-        law in law(), speed_law in speed_law(),
-    ) -> ([i32; 3], [Limits; 3], IntervalLaw, SpeedLaw) {
-        (steps, limits.map(|own| moving(speed_law, own)), law, speed_law)
+        interval_split in interval_split(), speed_profile in speed_profile(),
+    ) -> ([i32; 3], [Limits; 3], IntervalSplit, SpeedProfile) {
+        (steps, limits.map(|own| moving(speed_profile, own)), interval_split, speed_profile)
     }
 }
 
@@ -76,9 +76,9 @@ proptest! {
     /// Every axis makes exactly its steps, at rising instants. Each instant is within the stated error of the closed
     /// form, and none is outside the move.
     #[test]
-    fn every_edge_is_the_closed_forms((steps, limits, law, speed_law) in moves()) {
+    fn every_edge_is_the_closed_forms((steps, limits, interval_split, speed_profile) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let plan = SyncMove::plan(steps, &limits, law, speed_law, None).unwrap();
+        let plan = SyncMove::plan(steps, &limits, interval_split, speed_profile, None).unwrap();
         let end_ticks = plan.profile.duration_s() * f64::from(TICK_HZ);
         for (axis, n) in steps.iter().enumerate() {
             let mut last = None;
@@ -99,10 +99,10 @@ proptest! {
     /// A segment's instants, its intervals, a buffer filled with them in pieces, and its closed sum all agree.
     #[test]
     fn intervals_are_the_instants_differences(
-        (steps, limits, law, speed_law) in moves(), piece in 1..20usize, bias in any::<u32>(),
+        (steps, limits, interval_split, speed_profile) in moves(), piece in 1..20usize, bias in any::<u32>(),
     ) {
         prop_assume!(steps != [0; 3]);
-        let plan = SyncMove::plan(steps, &limits, law, speed_law, None).unwrap();
+        let plan = SyncMove::plan(steps, &limits, interval_split, speed_profile, None).unwrap();
         for segment in (0..3).flat_map(|axis| plan.segments(axis, TICK_HZ)) {
             let ticks: Vec<u64> = segment.ticks().collect();
             prop_assert_eq!(ticks.len(), segment.steps() as usize);
@@ -121,9 +121,9 @@ proptest! {
 
     /// No axis exceeds its own top speed over any step, nor its acceleration and deceleration.
     #[test]
-    fn no_axis_exceeds_its_limits((steps, limits, law, speed_law) in moves()) {
+    fn no_axis_exceeds_its_limits((steps, limits, interval_split, speed_profile) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let plan = SyncMove::plan(steps, &limits, law, speed_law, None).unwrap();
+        let plan = SyncMove::plan(steps, &limits, interval_split, speed_profile, None).unwrap();
         let profile = &plan.profile;
         for axis in (0..3).filter(|&axis| steps[axis] != 0) {
             let ratio = f64::from(steps[axis].unsigned_abs()) / profile.distance_steps();
@@ -136,7 +136,7 @@ proptest! {
                 prop_assert!(accel <= own.accel_steps_s2 * slack);
                 prop_assert!(-accel <= own.decel_steps_s2 * slack);
             }
-            if speed_law == SpeedLaw::SCurve {
+            if speed_profile == SpeedProfile::SCurve {
                 for i in 0..=64 {
                     let jerk = profile.jerk_at(profile.duration_s() * f64::from(i) / 64.0) * ratio;
                     prop_assert!(jerk.abs() <= own.jerk_steps_s3 * slack);
@@ -151,9 +151,9 @@ proptest! {
 
     /// An axis planned alone, with the limits the shared profile gave it, has the intervals of all the others.
     #[test]
-    fn every_axis_alone_has_the_same_intervals((steps, limits, law, _) in moves()) {
+    fn every_axis_alone_has_the_same_intervals((steps, limits, interval_split, _) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let shared = SyncMove::plan(steps, &limits, law, SpeedLaw::Trapezoid, None).unwrap().profile;
+        let shared = SyncMove::plan(steps, &limits, interval_split, SpeedProfile::Trapezoid, None).unwrap().profile;
         for &n in steps.iter().filter(|&&n| n != 0) {
             let ratio = f64::from(n.unsigned_abs()) / shared.distance_steps();
             let ramp = |accel: f64, t_s: f64| if t_s > 0.0 { accel * ratio } else { 1.0 };
@@ -165,7 +165,7 @@ proptest! {
                 jerk_steps_s3: f64::INFINITY,
             };
             prop_assume!(own.top_speed_steps_s >= isostep_profile::SPEED_MIN_STEPS_S);
-            let alone = SyncMove::plan([n], &[own], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap().profile;
+            let alone = SyncMove::plan([n], &[own], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None).unwrap().profile;
             // Rounding the top speed by one part in 1e15 moves the end of a ramp by this time, and makes a cruise of
             // this time at the peak of a triangle.
             let ramps_s = own.top_speed_steps_s / own.accel_steps_s2 + own.top_speed_steps_s / own.decel_steps_s2;
@@ -176,11 +176,11 @@ proptest! {
         }
     }
 
-    /// Three equal intervals by the paper's law, whatever the limits.
+    /// Three equal intervals by the paper's speed profile, whatever the limits.
     #[test]
-    fn thirds_are_thirds((steps, limits, _, speed_law) in moves()) {
+    fn thirds_are_thirds((steps, limits, _, speed_profile) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let profile = SyncMove::plan(steps, &limits, IntervalLaw::Thirds, speed_law, None).unwrap().profile;
+        let profile = SyncMove::plan(steps, &limits, IntervalSplit::Thirds, speed_profile, None).unwrap().profile;
         prop_assert_eq!(profile.t_accel_s(), profile.t_cruise_s());
         prop_assert_eq!(profile.t_cruise_s(), profile.t_decel_s());
         let half_way = profile.position_at(profile.duration_s() / 2.0);
@@ -190,10 +190,10 @@ proptest! {
     /// If a = d, a move made backwards is the same move.
     #[test]
     fn equal_ramps_are_time_symmetric(
-        n in 1..3_000i32, own in limits(), law in law(), speed_law in speed_law(),
+        n in 1..3_000i32, own in limits(), interval_split in interval_split(), speed_profile in speed_profile(),
     ) {
-        let own = moving(speed_law, Limits { decel_steps_s2: own.accel_steps_s2, ..own });
-        let plan = SyncMove::plan([n], &[own], law, speed_law, None).unwrap();
+        let own = moving(speed_profile, Limits { decel_steps_s2: own.accel_steps_s2, ..own });
+        let plan = SyncMove::plan([n], &[own], interval_split, speed_profile, None).unwrap();
         let last = n.unsigned_abs() + 1;
         for k in 1..last {
             let mirrored = plan.profile.duration_s() - plan.step_time_s(0, last - k);
@@ -201,14 +201,14 @@ proptest! {
         }
     }
 
-    /// Halving a limit never makes a move faster. For the laws over displacement this holds for acceleration only: a
+    /// Halving a limit never makes a move faster. For the speed profiles over displacement this holds for acceleration only: a
     /// ramp to a lower top speed, or from a higher start speed, spends less time at low speeds.
     #[test]
-    fn a_tighter_limit_is_never_faster((steps, limits, law, speed_law) in moves(), axis in 0..3usize, which in 0..5) {
+    fn a_tighter_limit_is_never_faster((steps, limits, interval_split, speed_profile) in moves(), axis in 0..3usize, which in 0..5) {
         prop_assume!(steps != [0; 3]);
         let mut tighter = limits;
         let own = &mut tighter[axis];
-        match if speed_law.is_over_displacement() { which % 2 } else { which } {
+        match if speed_profile.is_over_displacement() { which % 2 } else { which } {
             0 => own.accel_steps_s2 /= 2.0,
             1 => own.decel_steps_s2 /= 2.0,
             2 => own.start_speed_steps_s /= 2.0,
@@ -218,31 +218,31 @@ proptest! {
                 own.start_speed_steps_s = own.start_speed_steps_s.min(own.top_speed_steps_s);
             }
         }
-        let duration_s = |limits| SyncMove::plan(steps, limits, law, speed_law, None).unwrap().profile.duration_s();
-        // Thirds of a law over displacement are found to 1e-5.
-        let slack = if speed_law.is_over_displacement() && law == IntervalLaw::Thirds { 1e-4 } else { 1e-9 };
+        let duration_s = |limits| SyncMove::plan(steps, limits, interval_split, speed_profile, None).unwrap().profile.duration_s();
+        // Thirds of a speed profile over displacement are found to 1e-5.
+        let slack = if speed_profile.is_over_displacement() && interval_split == IntervalSplit::Thirds { 1e-4 } else { 1e-9 };
         prop_assert!(duration_s(&tighter) >= duration_s(&limits) * (1.0 - slack));
     }
 
-    /// With the fastest intervals, no law is faster than the trapezoid. In thirds, a law with a higher mean speed can
-    /// be.
+    /// With the fastest intervals, no speed profile is faster than the trapezoid. In thirds, a speed profile with a higher mean
+    /// speed can be.
     #[test]
-    fn the_trapezoid_is_the_fastest((steps, limits, _, speed_law) in moves()) {
+    fn the_trapezoid_is_the_fastest((steps, limits, _, speed_profile) in moves()) {
         prop_assume!(steps != [0; 3]);
-        let duration_s = |speed_law| {
-            SyncMove::plan(steps, &limits, IntervalLaw::Fastest, speed_law, None).unwrap().profile.duration_s()
+        let duration_s = |speed_profile| {
+            SyncMove::plan(steps, &limits, IntervalSplit::Fastest, speed_profile, None).unwrap().profile.duration_s()
         };
-        prop_assert!(duration_s(speed_law) >= duration_s(SpeedLaw::Trapezoid) * (1.0 - 1e-9));
+        prop_assert!(duration_s(speed_profile) >= duration_s(SpeedProfile::Trapezoid) * (1.0 - 1e-9));
     }
 
     /// Position and time are each other's inverse, with any entry and exit speed that can be planned.
     #[test]
     fn position_and_time_are_inverse(
-        distance in 1.0..1e5, entry in 0.0..1.0, exit in 0.0..1.0, own in limits(), law in law(),
-        speed_law in speed_law(), at in 0.0..=1.0,
+        distance in 1.0..1e5, entry in 0.0..1.0, exit in 0.0..1.0, own in limits(), interval_split in interval_split(),
+        speed_profile in speed_profile(), at in 0.0..=1.0,
     ) {
         let (entry, exit) = (entry * own.top_speed_steps_s, exit * own.top_speed_steps_s);
-        let Ok(plan) = Profile::plan(distance, entry, exit, &own, law, speed_law) else { return Ok(()) };
+        let Ok(plan) = Profile::plan(distance, entry, exit, &own, interval_split, speed_profile) else { return Ok(()) };
         let steps = at * distance;
         let back = plan.position_at(plan.time_at(steps));
         prop_assert!((back - steps).abs() <= 1e-7 * distance, "{back} for {steps}");

@@ -1,8 +1,8 @@
 //! Moves that cannot be planned are refused, and the error names the bound that it crosses.
 
 use isostep_profile::{
-    ACCEL_MAX_STEPS_S2, IntervalLaw, LimitError, Limits, PlanError, Profile, ProfileError, SPEED_MAX_STEPS_S,
-    SPEED_MIN_STEPS_S, SpeedLaw, SyncMove,
+    ACCEL_MAX_STEPS_S2, IntervalSplit, LimitError, Limits, PlanError, Profile, ProfileError, SPEED_MAX_STEPS_S,
+    SPEED_MIN_STEPS_S, SpeedProfile, SyncMove,
 };
 
 const GOOD: Limits = Limits {
@@ -35,22 +35,23 @@ fn limits_out_of_range() {
 
 #[test]
 fn end_speeds_that_the_distance_does_not_allow() {
-    let plan =
-        |entry, exit| Profile::plan(9.0, entry, exit, &GOOD, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap_err();
+    let plan = |entry, exit| {
+        Profile::plan(9.0, entry, exit, &GOOD, IntervalSplit::Fastest, SpeedProfile::Trapezoid).unwrap_err()
+    };
     // Over 9 steps at 50 steps/s², a change between 0 and sqrt(2 * 50 * 9) = 30 steps/s is possible.
     assert_eq!(plan(31.0, 0.0), ProfileError::EntrySpeed { asked: 31.0, max: 30.0 });
     assert_eq!(plan(0.0, 31.0), ProfileError::ExitSpeed { asked: 31.0, max: 30.0 });
     assert!(matches!(plan(f64::NAN, 0.0), ProfileError::EntrySpeed { .. }));
     assert!(matches!(plan(-1.0, 0.0), ProfileError::EntrySpeed { .. }));
     // The entry speed is below the top speed, but three equal intervals would have to be shorter than the ramp.
-    let thirds = Profile::plan(9.0, 29.0, 0.0, &GOOD, IntervalLaw::Thirds, SpeedLaw::Trapezoid).unwrap_err();
+    let thirds = Profile::plan(9.0, 29.0, 0.0, &GOOD, IntervalSplit::Thirds, SpeedProfile::Trapezoid).unwrap_err();
     assert!(matches!(thirds, ProfileError::EntrySpeed { asked: 29.0, max } if max < 29.0), "{thirds}");
 }
 
 #[test]
 fn distances_that_are_no_distance() {
     for asked in [0.0, -1.0, f64::INFINITY] {
-        let error = Profile::plan(asked, 0.0, 0.0, &GOOD, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap_err();
+        let error = Profile::plan(asked, 0.0, 0.0, &GOOD, IntervalSplit::Fastest, SpeedProfile::Trapezoid).unwrap_err();
         assert_eq!(error, ProfileError::Distance { asked });
     }
 }
@@ -58,7 +59,7 @@ fn distances_that_are_no_distance() {
 #[test]
 fn moves_that_are_no_move() {
     let plan = |steps, limits: &[Limits; 2], feed| {
-        SyncMove::plan(steps, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid, feed)
+        SyncMove::plan(steps, limits, IntervalSplit::Fastest, SpeedProfile::Trapezoid, feed)
     };
     assert_eq!(plan([0, 0], &[GOOD; 2], None), Err(PlanError::NoSteps));
     let bad = Limits { accel_steps_s2: 0.0, ..GOOD };

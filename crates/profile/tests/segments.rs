@@ -2,7 +2,7 @@
 //! Every run tries the same moves; `PROPTEST_RNG_SEED=n cargo test -p isostep-profile segments::` tries others.
 
 use isostep_profile::{
-    BRIEF_S, FIT_ERROR_MAX_TICKS, IntervalLaw, Limits, Segment, Segments, SpeedLaw, SyncMove, TimedPlan,
+    BRIEF_S, FIT_ERROR_MAX_TICKS, IntervalSplit, Limits, Segment, Segments, SpeedProfile, SyncMove, TimedPlan,
     fit_error_max_ticks,
 };
 use isostep_trials::cases;
@@ -16,17 +16,17 @@ fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {
     (from.ln()..to.ln()).prop_map(f64::exp)
 }
 
-fn law() -> impl Strategy<Value = IntervalLaw> {
-    prop::sample::select(&IntervalLaw::ALL[..])
+fn interval_split() -> impl Strategy<Value = IntervalSplit> {
+    prop::sample::select(&IntervalSplit::ALL[..])
 }
 
-fn speed_law() -> impl Strategy<Value = SpeedLaw> {
-    prop::sample::select(&SpeedLaw::ALL[..])
+fn speed_profile() -> impl Strategy<Value = SpeedProfile> {
+    prop::sample::select(&SpeedProfile::ALL[..])
 }
 
-/// The same limits, with a start speed from which the law can start.
-fn moving(speed_law: SpeedLaw, limits: Limits) -> Limits {
-    let least = if speed_law.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
+/// The same limits, with a start speed from which the speed profile can start.
+fn moving(speed_profile: SpeedProfile, limits: Limits) -> Limits {
+    let least = if speed_profile.is_over_displacement() { 1e-3 * limits.top_speed_steps_s } else { 0.0 };
     Limits { start_speed_steps_s: limits.start_speed_steps_s.max(least), ..limits }
 }
 
@@ -136,11 +136,11 @@ proptest! {
 
     #[test]
     fn steps_are_where_they_belong(
-        limits in limits((1e2, 2e6), (1e2, 1e8)), steps in 1..3_000i32, other in -3_000..3_000i32, law in law(),
-        speed_law in speed_law(),
+        limits in limits((1e2, 2e6), (1e2, 1e8)), steps in 1..3_000i32, other in -3_000..3_000i32, interval_split in interval_split(),
+        speed_profile in speed_profile(),
     ) {
-        let limits = moving(speed_law, limits);
-        check_all(&SyncMove::plan([steps, other], &[limits; 2], law, speed_law, None).unwrap())?;
+        let limits = moving(speed_profile, limits);
+        check_all(&SyncMove::plan([steps, other], &[limits; 2], interval_split, speed_profile, None).unwrap())?;
     }
 }
 
@@ -152,12 +152,12 @@ proptest! {
     /// none, two billion steps.
     #[test]
     fn so_are_those_of_extreme_moves(
-        limits in limits((5e-4, 1e7), (1e-9, 1e9)), steps in log(1.0, 2e9), ratio in log(1e-9, 1.0), law in law(),
-        speed_law in speed_law(),
+        limits in limits((5e-4, 1e7), (1e-9, 1e9)), steps in log(1.0, 2e9), ratio in log(1e-9, 1.0), interval_split in interval_split(),
+        speed_profile in speed_profile(),
     ) {
-        let limits = moving(speed_law, limits);
+        let limits = moving(speed_profile, limits);
         let steps = [steps as i32, -(steps * ratio) as i32];
-        let Ok(plan) = SyncMove::plan(steps, &[limits; 2], law, speed_law, None) else { return Ok(()) };
+        let Ok(plan) = SyncMove::plan(steps, &[limits; 2], interval_split, speed_profile, None) else { return Ok(()) };
         check_all(&plan)?;
     }
 }
@@ -168,12 +168,12 @@ proptest! {
     /// Axes that share a timed plan have the same segments as each has alone, whichever axis is ahead, and by however much.
     #[test]
     fn a_timed_plan_has_the_same_segments_for_every_axis(
-        limits in limits((1e2, 2e6), (1e2, 1e8)), steps in prop::array::uniform3(-3_000..3_000i32), law in law(),
-        speed_law in speed_law(), turns in prop::collection::vec((0..3_usize, 1..40_usize), 1..50), tick_hz in
+        limits in limits((1e2, 2e6), (1e2, 1e8)), steps in prop::array::uniform3(-3_000..3_000i32), interval_split in interval_split(),
+        speed_profile in speed_profile(), turns in prop::collection::vec((0..3_usize, 1..40_usize), 1..50), tick_hz in
         prop::sample::select(&RATES_HZ[..]),
     ) {
         prop_assume!(steps != [0; 3]);
-        let plan = SyncMove::plan(steps, &[moving(speed_law, limits); 3], law, speed_law, None).unwrap();
+        let plan = SyncMove::plan(steps, &[moving(speed_profile, limits); 3], interval_split, speed_profile, None).unwrap();
         // What the timed plan held before must make no difference.
         let mut timed_plan = TimedPlan::empty();
         fastest([900, 1, -7], limits_of(1e4, 1e6)).convert_to_ticks(&mut timed_plan, tick_hz);
@@ -202,7 +202,7 @@ fn limits_of(top_speed_steps_s: f64, accel_steps_s2: f64) -> Limits {
 }
 
 fn fastest<const N: usize>(steps: [i32; N], limits: Limits) -> SyncMove<N> {
-    SyncMove::plan(steps, &[limits; N], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap()
+    SyncMove::plan(steps, &[limits; N], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None).unwrap()
 }
 
 #[test]
@@ -287,14 +287,14 @@ fn segments_are_few() {
     assert_eq!(count(8_750, limits_of(2_400.0, 2_500.0), 1_000_000), 264);
 }
 
-/// The same by each law that is built in, at both tick rates.
+/// The same by each speed profile that is built in, at both tick rates.
 #[test]
 fn segments_of_curves_are_few() {
     let limits = Limits { start_speed_steps_s: 1e3, jerk_steps_s3: 1e6, ..limits_of(5e4, 1e5) };
-    let counts = SpeedLaw::ALL.map(|law| {
-        let plan = SyncMove::plan([40_000], &[limits], IntervalLaw::Fastest, law, None).unwrap();
+    let counts = SpeedProfile::ALL.map(|interval_split| {
+        let plan = SyncMove::plan([40_000], &[limits], IntervalSplit::Fastest, interval_split, None).unwrap();
         RATES_HZ.map(|tick_hz| plan.segments(0, tick_hz).count())
     });
     let wanted = [[303, 803], [444, 961], [484, 1202], [574, 2484], [553, 2814], [619, 2485], [445, 1114]];
-    assert_eq!(counts[..], wanted[..counts.len()], "{:?}", SpeedLaw::ALL);
+    assert_eq!(counts[..], wanted[..counts.len()], "{:?}", SpeedProfile::ALL);
 }

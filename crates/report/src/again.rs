@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use isostep_motion::{AXES, State};
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 
 use isostep_sim::Outcome;
 use isostep_sim::config::Config;
@@ -107,7 +107,9 @@ fn grbls(outcome: &Outcome) -> String {
 fn could_have_blends(outcome: &Outcome) -> bool {
     let starts_at_once = outcome.limits.iter().any(|limits| limits.start_speed_steps_s > 0.0);
     let jumps = corners::largest_jumps(outcome).into_iter().flatten();
-    outcome.speed_law == SpeedLaw::Trapezoid && !starts_at_once && jumps.map(|jump| jump.mm_s).sum::<f64>() > 0.001
+    outcome.speed_profile == SpeedProfile::Trapezoid
+        && !starts_at_once
+        && jumps.map(|jump| jump.mm_s).sum::<f64>() > 0.001
 }
 
 /// A line with G64 alone where it says G61 or G64 P, and without a `$904` of its own, so that the setting at power-up
@@ -181,7 +183,7 @@ mod tests {
             assert!(other(program, |_| {}).is_none(), "{program}");
         }
         let corner = "G1 X10 F1200\nY10\n";
-        assert!(other(corner, |config| config.settings.speed_law = 2).is_none());
+        assert!(other(corner, |config| config.settings.speed_profile = 2).is_none());
         assert!(other(corner, |config| config.faults = vec!["hold@0.1".parse().unwrap()]).is_none());
         assert!(other("G1 X10 F1200\nY10\nX-60\n", |_| {}).is_none());
     }

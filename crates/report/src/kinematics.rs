@@ -84,7 +84,7 @@ fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
             let own = &outcome.limits[axis];
             // The entry and exit speeds of a move are checked as corners.
             let ends = Ends { at_rest: [false; 2] };
-            let ratios = limits::ratios(times_s, off_s, own, outcome.speed_law, ends, |_| own.top_speed_steps_s);
+            let ratios = limits::ratios(times_s, off_s, own, outcome.speed_profile, ends, |_| own.top_speed_steps_s);
             highest[axis] = highest[axis].max(ratios);
         }
     }

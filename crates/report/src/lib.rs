@@ -9,7 +9,7 @@
 //! - [`survey`] reads a program without a machine, and [`check`] says in words what would become of it on one. Their words are in
 //!   [`remarks`] and [`pace::words`].
 //! - [`listing`] reads the settings of another controller.
-//! - [`laws`] puts speed laws side by side.
+//! - [`speed_profiles`] puts speed profiles side by side.
 //! - [`compare`] holds the trace of another machine against the plans of a run.
 //! - [`again`] asks for the same program beside a run, without shapers or by the other rule at corners.
 //! - [`pictures`] draws all of it on a page.
@@ -20,13 +20,13 @@ pub mod check;
 pub mod compare;
 mod figures;
 pub mod kinematics;
-pub mod laws;
 pub mod listing;
 pub mod pace;
 pub mod pictures;
 pub mod remarks;
 pub mod ringing;
 pub mod shaping;
+pub mod speed_profiles;
 pub mod survey;
 pub mod timing;
 pub mod tool;

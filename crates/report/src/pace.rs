@@ -42,8 +42,8 @@ pub struct Shares {
     pub corners_s: f64,
     /// On ramps to and from standstill.
     pub standstill_s: f64,
-    /// On ramps of a curved speed law over short moves: [`Why::SpeedLaw`].
-    pub speed_law_s: f64,
+    /// On ramps of a curved speed profile over short moves: [`Why::SpeedProfile`].
+    pub speed_profile_s: f64,
     /// Over short moves, each as long as the board takes for it: [`Why::ShortMoves`].
     pub short_moves_s: f64,
     /// On ramps to and from places where the look-ahead was too short: [`Why::LookAhead`].
@@ -60,7 +60,8 @@ impl Shares {
     /// The sum, s.
     pub fn sum_s(&self) -> f64 {
         let top_speed_s: f64 = self.top_speed_s.iter().sum();
-        let ramps_s = self.corners_s + self.standstill_s + self.speed_law_s + self.short_moves_s + self.look_ahead_s;
+        let ramps_s =
+            self.corners_s + self.standstill_s + self.speed_profile_s + self.short_moves_s + self.look_ahead_s;
         self.feed_s + top_speed_s + ramps_s + self.shaping_s + self.standing_s + self.unknown_s
     }
 }
@@ -172,7 +173,7 @@ impl Pace {
             top_speed_s: found.top_speed_s,
             corners_s: ramps_s(|why| matches!(why, Why::Corner | Why::Arc)),
             standstill_s: ramps_s(Why::is_standstill),
-            speed_law_s: ramps_s(|why| why == Why::SpeedLaw),
+            speed_profile_s: ramps_s(|why| why == Why::SpeedProfile),
             short_moves_s: ramps_s(|why| why == Why::ShortMoves),
             look_ahead_s: ramps_s(|why| why == Why::LookAhead),
             shaping_s: found.shaping_s,

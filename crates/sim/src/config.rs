@@ -318,10 +318,10 @@ impl Config {
             line += &format!(" --probe-plate {plate}");
         }
         if self.settings.interval_thirds != said.interval_thirds {
-            line += if self.settings.interval_thirds { " --law thirds" } else { " --law fastest" };
+            line += if self.settings.interval_thirds { " --intervals thirds" } else { " --intervals fastest" };
         }
-        if self.settings.speed_law != said.speed_law {
-            line += &format!(" --speed-law {}", isostep_controller::config(&self.settings).speed_law);
+        if self.settings.speed_profile != said.speed_profile {
+            line += &format!(" --speed-profile {}", isostep_controller::config(&self.settings).speed_profile);
         }
         if self.board != default.board {
             line += &format!(" --board {}", self.board);
@@ -371,19 +371,19 @@ mod tests {
         config.gantry.skew_mm = -2.5;
         config.switches[1] = SwitchFault::StuckOpen;
         config.settings.interval_thirds = true;
-        config.settings.speed_law = 1;
+        config.settings.speed_profile = 1;
         config.board = Board::SkrPico;
         (config.diag[0], config.diag[1]) = (true, true);
         config.port = Port::Timer;
         config.emergency_contact = Contact::NormallyClosed;
-        let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --skew -2.5 --switch Y=stuck-open --estop nc --law thirds \
-                    --speed-law s-curve --board skr-pico --diag X,Y --port timer";
+        let line = "isostep sim a.nc --seed 7 --start 1.5,2,3 --skew -2.5 --switch Y=stuck-open --estop nc --intervals thirds \
+                    --speed-profile s-curve --board skr-pico --diag X,Y --port timer";
         assert_eq!(config.replay("a.nc"), line);
-        let settings_file = Some(("m.txt".to_owned(), Settings { speed_law: 1, ..Settings::DEFAULT }));
+        let settings_file = Some(("m.txt".to_owned(), Settings { speed_profile: 1, ..Settings::DEFAULT }));
         let config = Config { settings_file, motor: "1.2,300,10".parse().unwrap(), ..Config::default() };
         let config = Config { loads: [None, Some("5,8".parse().unwrap()), None], beam_mm: 0.25, ..config };
         let config = Config { springs: "y:35:0.05,X:40:0.1".parse().unwrap(), ..config };
-        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 1.2,300,10 --load Y=5,8 --ringing X:40:0.1,Y:35:0.05 --beam 0.25 --speed-law trapezoid";
+        let line = "isostep sim a.nc --seed 1 --settings m.txt --motor 1.2,300,10 --load Y=5,8 --ringing X:40:0.1,Y:35:0.05 --beam 0.25 --speed-profile trapezoid";
         assert_eq!(config.replay("a.nc"), line);
     }
 

@@ -107,7 +107,7 @@ pub fn intervals_of(profile: &Profile, way: &Way, times_s: &[f64], port: Port) -
     }
 }
 
-/// True if it is constant acceleration from rest to rest. Of all laws, only this one begins without jerk.
+/// True if it is constant acceleration from rest to rest. Of all speed profiles, only this one begins without jerk.
 fn is_even_from_rest(profile: &Profile) -> bool {
     let [begin, end] = [0.0, profile.duration_s()].map(|t_s| profile.jerk_at(t_s));
     profile.entry_speed_steps_s() == 0.0 && profile.exit_speed_steps_s() == 0.0 && begin == 0.0 && end == 0.0
@@ -252,7 +252,7 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
-    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+    use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
     use super::*;
 
@@ -263,7 +263,7 @@ mod tests {
     }
 
     /// For each axis that can be measured: its difference from the plan and the tolerance, both in ticks.
-    fn apart_ticks(steps: [i32; 2], accels: (f64, f64), law: IntervalLaw, port: Port) -> Vec<(f64, f64)> {
+    fn apart_ticks(steps: [i32; 2], accels: (f64, f64), speed_profile: IntervalSplit, port: Port) -> Vec<(f64, f64)> {
         let limits = Limits {
             start_speed_steps_s: 0.0,
             top_speed_steps_s: 2_400.0,
@@ -271,7 +271,7 @@ mod tests {
             decel_steps_s2: accels.1,
             jerk_steps_s3: f64::INFINITY,
         };
-        let plan = SyncMove::plan(steps, &[limits; 2], law, SpeedLaw::Trapezoid, None).unwrap();
+        let plan = SyncMove::plan(steps, &[limits; 2], speed_profile, SpeedProfile::Trapezoid, None).unwrap();
         let profile = plan.profile;
         let planned =
             Intervals { accel_s: profile.t_accel_s(), cruise_s: profile.t_cruise_s(), decel_s: profile.t_decel_s() };
@@ -285,7 +285,7 @@ mod tests {
         for port in Port::ALL {
             for steps in [[20_000, 3_000], [8_000, -7_777], [6_000, 250]] {
                 for accels in [(2_500.0, 2_500.0), (2_500.0, 5_000.0)] {
-                    let found = apart_ticks(steps, accels, IntervalLaw::Fastest, port);
+                    let found = apart_ticks(steps, accels, IntervalSplit::Fastest, port);
                     assert_eq!(found.len(), 2);
                     for (apart, resolution) in found {
                         assert!(apart <= resolution && resolution < 20.0, "{steps:?}, {port}: {apart} of {resolution}");
@@ -300,11 +300,14 @@ mod tests {
         // Triangles, cruises of a few steps, and moves of few steps.
         for long in [14, 150, 1_000, 2_304, 2_310, 2_330, 2_400, 2_500, 3_000] {
             for short in [12, 100, long / 2, long] {
-                for law in [IntervalLaw::Fastest, IntervalLaw::Thirds] {
+                for speed_profile in [IntervalSplit::Fastest, IntervalSplit::Thirds] {
                     for port in Port::ALL {
-                        let found = apart_ticks([long, short.min(long)], (2_500.0, 2_500.0), law, port);
+                        let found = apart_ticks([long, short.min(long)], (2_500.0, 2_500.0), speed_profile, port);
                         for (apart, resolution) in found {
-                            assert!(apart <= resolution, "{long}, {short}, {law:?}, {port}: {apart} of {resolution}");
+                            assert!(
+                                apart <= resolution,
+                                "{long}, {short}, {speed_profile:?}, {port}: {apart} of {resolution}"
+                            );
                         }
                     }
                 }

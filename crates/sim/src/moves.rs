@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use isostep_motion::{AXES, Config, Event, Finish, Move, Shaping, State};
-use isostep_profile::{Blend, IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
+use isostep_profile::{Blend, IntervalSplit, Limits, Profile, SpeedProfile, SyncMove};
 
 use crate::measure::Way;
 
@@ -237,9 +237,11 @@ impl MoveRecord {
                 (whole.time_at(f64::from(k) + ahead_steps) - made_s).abs() < SAME_S
             })
         };
-        let by = |law| Profile::plan(length_steps, entry, exit, &limits, IntervalLaw::Fastest, law).ok();
+        let by = |speed_profile| {
+            Profile::plan(length_steps, entry, exit, &limits, IntervalSplit::Fastest, speed_profile).ok()
+        };
         let is_planned = self.parts.is_empty() && length_steps == first.distance_steps();
-        if is_planned { Some(first) } else { SpeedLaw::ALL.into_iter().filter_map(by).find(is_it) }
+        if is_planned { Some(first) } else { SpeedProfile::ALL.into_iter().filter_map(by).find(is_it) }
     }
 
     /// True if it begins where its blend ends, or at rest, and not where an earlier part of the move was held.

@@ -1,7 +1,7 @@
 //! The result of a run.
 
 use isostep_motion::{AXES, Axis, Capabilities, Event, Machine, State, ToolConfig};
-use isostep_profile::{Blend, Limits, SpeedLaw};
+use isostep_profile::{Blend, Limits, SpeedProfile};
 
 use crate::config::Config;
 use crate::driver::Violation;
@@ -78,8 +78,8 @@ pub struct Outcome {
     pub limits: [Limits; AXES],
     /// `$11` at the end: the deviation of the circle that determines the speed at a corner, mm.
     pub junction_deviation_mm: f64,
-    /// Its speed law at the end.
-    pub speed_law: SpeedLaw,
+    /// Its speed profile at the end.
+    pub speed_profile: SpeedProfile,
     /// Virtual time from power-up to rest.
     pub duration_ns: u64,
     /// Time from the start of the first move to the end of the last one's plan, including pauses and homing, s; 0
@@ -174,7 +174,7 @@ impl Outcome {
             travel_mm: machine_config.travel_mm,
             limits: machine_config.limits,
             junction_deviation_mm: machine_config.junction_deviation_mm,
-            speed_law: machine_config.speed_law,
+            speed_profile: machine_config.speed_profile,
             duration_ns,
             motion_s: world.motion_s(),
         }

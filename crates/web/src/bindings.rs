@@ -2,7 +2,7 @@
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::{Job, Kept, Lines, Live, Motion, Trouble, laws, table, whole};
+use crate::{Job, Kept, Lines, Live, Motion, Trouble, speed_profiles, table, whole};
 
 type Thrown<T> = Result<T, String>;
 
@@ -152,14 +152,22 @@ pub fn check(program: &[u8], settings: &str) -> Thrown<String> {
     whole::check(program, settings).map_err(thrown)
 }
 
-/// The speed laws for a move, as JSON: distance, steps/mm, start and top speed, acceleration, deceleration and jerk.
-#[wasm_bindgen(js_name = laws)]
-pub fn speed_laws(asked: &[f64]) -> Thrown<String> {
+/// The speed profiles for a move, as JSON: distance, steps/mm, start and top speed, acceleration, deceleration and jerk.
+#[wasm_bindgen(js_name = speed_profiles)]
+pub fn speed_profiles(asked: &[f64]) -> Thrown<String> {
     let &[distance_mm, steps_per_mm, start_mm_s, top_mm_s, accel_mm_s2, decel_mm_s2, jerk_mm_s3] = asked else {
         return Err(format!("{} numbers, where a move has seven", asked.len()));
     };
-    laws::of(&laws::Asked { distance_mm, steps_per_mm, start_mm_s, top_mm_s, accel_mm_s2, decel_mm_s2, jerk_mm_s3 })
-        .map_err(thrown)
+    speed_profiles::of(&speed_profiles::Asked {
+        distance_mm,
+        steps_per_mm,
+        start_mm_s,
+        top_mm_s,
+        accel_mm_s2,
+        decel_mm_s2,
+        jerk_mm_s3,
+    })
+    .map_err(thrown)
 }
 
 /// Every figure, as `isostep sim --json` writes them.

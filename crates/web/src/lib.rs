@@ -20,13 +20,13 @@
 #[cfg(target_arch = "wasm32")]
 mod bindings;
 mod job;
-pub mod laws;
 mod lines;
 mod live;
 mod motion;
 #[cfg(target_arch = "wasm32")]
 mod panic;
 mod power;
+pub mod speed_profiles;
 mod summary;
 pub mod table;
 mod trouble;

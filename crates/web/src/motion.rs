@@ -1,7 +1,7 @@
 //! The motion of the axes by their plans, in stretches of time in each of which the acceleration of every axis changes evenly.
 //!
-//! So one row is enough to draw a place, a speed, an acceleration or a jerk anywhere within it. A ramp by a curved speed law is
-//! divided, and drawn to within what a screen shows. In a shaped run plans are what goes into the shapers.
+//! So one row is enough to draw a place, a speed, an acceleration or a jerk anywhere within it. A ramp by a curved speed profile
+//! is divided, and drawn to within what a screen shows. In a shaped run plans are what goes into the shapers.
 
 use isostep_motion::AXES;
 use isostep_profile::SyncMove;

@@ -189,9 +189,9 @@ fn accelerations_are_shares_of_their_limits() {
         let loads = motion.loads.iter().chain(&end.motion.loads).skip(of).step_by(LOADS);
         loads.copied().fold(0.0, f32::max)
     };
-    for law in ["", "$940=1", "$920=20"] {
-        let load = most(b"G91\nG1 X30 Y10 F2400\nY20\nX-5\n", law, 0);
-        assert!((0.98..1.01).contains(&load), "{law}: {load}");
+    for speed_profile in ["", "$940=1", "$920=20"] {
+        let load = most(b"G91\nG1 X30 Y10 F2400\nY20\nX-5\n", speed_profile, 0);
+        assert!((0.98..1.01).contains(&load), "{speed_profile}: {load}");
     }
     assert!(most(b"G91 G1 X100 F600\n", "$120=5", 1) < 1e-3, "intervals of seconds go on from each other");
     let corner: &[u8] = b"G91 G1 X10 F1200\nY10\n";

@@ -1,6 +1,6 @@
 //! The tests of this package, in one executable.
 
 mod jobs;
-mod laws;
 mod live;
+mod speed_profiles;
 mod table;

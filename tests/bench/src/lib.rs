@@ -80,7 +80,7 @@ What is measured, of PioPort and of TimerPort, three axes stepping at once and s
             many pixels a second are carried, with constant levels (M3) and with levels by speed (M4)
   outputs   from a stop to the last output of the tool off, with a laser that shines and coolant on
 And what the mathematics of a move costs on the chip, beside the step generators of the literature over the same ramp:
-cycles to plan, to compile a segment and to replay a step under each speed law, and how far their speeds are off; and cycles of
+cycles to plan, to compile a segment and to replay a step under each speed profile, and how far their speeds are off; and cycles of
 a move of 0.2 mm of three axes that flows in a full chain: to read its line, to push it, to plan it and to compile that.
 On which chip:
   the chip            the emulated RP2040, flash read through its cache: everything

@@ -13,7 +13,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 use isostep::measure::planned_move::CLOCK_HZ;
 use isostep::measure::{Better, Figure, Findings};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile, SyncMove};
 use rp2040_bench::{
     Checksum, FIRST_STEPS, FLOAT_AMONG_DIVISION, FLOAT_CASES, FLOAT_DIVIDE, FLOW_CASES, FlowCase, LIMITS, PLAN_CASES,
     Peer, STEPS, Stage, StandsFor, TICK_HZ, Untimed, Visitor,
@@ -53,7 +53,7 @@ pub fn measure(elf: &Path, emulator: &Path, chip: Chip, folder: &Path, found: &m
     }
     let divided = rp2040_bench::floats(&FLOAT_CASES[FLOAT_DIVIDE], |pair, work| work(pair));
     lines.proven(FLOAT_AMONG_DIVISION, divided)?;
-    SpeedLaw::ALL.into_iter().try_for_each(|law| of_law(&lines, law, found))?;
+    SpeedProfile::ALL.into_iter().try_for_each(|speed_profile| of_speed_profile(&lines, speed_profile, found))?;
     FLOW_CASES.iter().try_for_each(|case| flow(&lines, case, found))?;
     generators(&lines, found)
 }
@@ -105,18 +105,18 @@ fn lead(found: &mut Findings, key: &str, of: &str, ticks_per_cycle: f64) {
     found.add(Figure::new(key, what, "times").measured(ticks_per_cycle, "").compared(Better::Higher, 0.01, 0.0));
 }
 
-fn of_law(lines: &Lines, law: SpeedLaw, found: &mut Findings) -> Result<()> {
-    let (ramp, compile) = (rp2040_bench::law_ramp(law)?, format!("compile.{law}"));
+fn of_speed_profile(lines: &Lines, speed_profile: SpeedProfile, found: &mut Findings) -> Result<()> {
+    let (ramp, compile) = (rp2040_bench::speed_profile_ramp(speed_profile)?, format!("compile.{speed_profile}"));
     let ms = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ) * 1e3;
     for case in &PLAN_CASES {
-        let plan = rp2040_bench::plan(law, case)?;
-        let key = format!("plan.{law}.{}", case.name);
+        let plan = rp2040_bench::plan(speed_profile, case)?;
+        let key = format!("plan.{speed_profile}.{}", case.name);
         let planned = lines.proven(&key, rp2040_bench::plan_checksum(&plan))?;
-        let what = format!("plan a move of {AXES} axes, {law}, {}", case.name);
+        let what = format!("plan a move of {AXES} axes, {speed_profile}, {}", case.name);
         found.add(figure(key, what, "ms", ms(planned.cycles)).promised(PLAN_MAX_MS));
-        let key = format!("begin.{law}.{}", case.name);
+        let key = format!("begin.{speed_profile}.{}", case.name);
         let begun = lines.proven(&key, rp2040_bench::segments_checksum(rp2040_bench::first_segments(&plan)))?;
-        let what = format!("the first segment of each axis of it, {law}, {}", case.name);
+        let what = format!("the first segment of each axis of it, {speed_profile}, {}", case.name);
         found.add(figure(key, what, "ms", ms(begun.cycles)));
     }
     let phases = lines.compile(&compile, &ramp)?;
@@ -124,32 +124,32 @@ fn of_law(lines: &Lines, law: SpeedLaw, found: &mut Findings) -> Result<()> {
     let segments: f64 = ramps().map(|ramp| f64::from(ramp.segments)).sum();
     let all: f64 = ramps().map(|ramp| ramp.cycles_mean * f64::from(ramp.segments)).sum();
     let most = ramps().map(|ramp| ramp.cycles_max).max().unwrap_or(0);
-    let of = |what: &str| format!("compile a segment of a ramp, {law}, {what}");
+    let of = |what: &str| format!("compile a segment of a ramp, {speed_profile}, {what}");
     found.add(cycles(format!("{compile}.mean"), of("mean"), all / segments));
     found.add(cycles(format!("{compile}.max"), of("at most"), most as f64));
-    let first = first_cycles(lines, law)? as f64;
+    let first = first_cycles(lines, speed_profile)? as f64;
     found.add(cycles(format!("{compile}.first"), of(&format!("all of the first {FIRST_STEPS} steps")), first));
     lead(
         found,
         &format!("{compile}.lead.queue"),
-        &format!("of a full queue of 3 axes, {law}"),
+        &format!("of a full queue of 3 axes, {speed_profile}"),
         lines.queue_lead(&compile)?,
     );
-    let fill = format!("fill.{law}");
-    found.add(cycles(&*fill, format!("replay a step, {law}"), lines.fill(&fill, &ramp)?));
+    let fill = format!("fill.{speed_profile}");
+    found.add(cycles(&*fill, format!("replay a step, {speed_profile}"), lines.fill(&fill, &ramp)?));
     Ok(())
 }
 
-fn first_cycles(lines: &Lines, law: SpeedLaw) -> Result<u64> {
+fn first_cycles(lines: &Lines, speed_profile: SpeedProfile) -> Result<u64> {
     let (mut checksum, mut steps) = (Checksum::default(), 0);
-    for segment in rp2040_bench::law_ramp(law)?.segments(0, TICK_HZ) {
+    for segment in rp2040_bench::speed_profile_ramp(speed_profile)?.segments(0, TICK_HZ) {
         if steps >= FIRST_STEPS {
             break;
         }
         steps += segment.steps();
         checksum.add(segment.last_ticks() as u32);
     }
-    Ok(lines.proven(&format!("compile.{law}.first"), checksum)?.cycles)
+    Ok(lines.proven(&format!("compile.{speed_profile}.first"), checksum)?.cycles)
 }
 
 /// The cost of a short move that flows, stage by stage, and the number of moves per second that this cost allows.
@@ -230,7 +230,7 @@ impl Peers<'_> {
 
 fn closed_form(limits: &Limits) -> Result<Profile> {
     let start = limits.start_speed_steps_s;
-    Ok(Profile::plan(f64::from(STEPS), start, start, limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid)?)
+    Ok(Profile::plan(f64::from(STEPS), start, start, limits, IntervalSplit::Fastest, SpeedProfile::Trapezoid)?)
 }
 
 /// Compares `intervals`, in ticks, with `profile`.

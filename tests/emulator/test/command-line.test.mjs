@@ -93,7 +93,7 @@ test('what a miss of the cache of flash costs can be multiplied', () => {
 test('settings become lines ahead of a program', () => {
   const options = parseOptions(['--elf', 'a', '--program', 'b', '--set', '910=120', '--set', '940=3']);
   assert.deepEqual(options.settings, ['$910=120\n', '$940=3\n']);
-  assert.throws(() => parseOptions(['--elf', 'a', '--program', 'b', '--set', 'law=3']), /such as 940=1/);
+  assert.throws(() => parseOptions(['--elf', 'a', '--program', 'b', '--set', 'speed-profile=3']), /such as 940=1/);
   assert.throws(() => parseOptions(['--elf', 'a', '--script', 'b', '--set', '940=1']), /goes with --program/);
 });
 

@@ -23,7 +23,7 @@ use std::array;
 
 use arbitrary::{Result, Unstructured};
 use isostep_profile::chain::{Chain, Chunk, ChunkKind, Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile};
 
 use self::case::{AXES, Case};
 use self::drive::{Event, drive};
@@ -61,7 +61,7 @@ pub fn run(bytes: &[u8]) {
 pub fn run_bent(bytes: &[u8]) {
     let mut bytes = Unstructured::new(bytes);
     let Ok((case, events, is_short)) = read(&mut bytes, true) else { return };
-    let case = Case { law: SpeedLaw::Trapezoid, interval_law: IntervalLaw::Fastest, ..case };
+    let case = Case { speed_profile: SpeedProfile::Trapezoid, interval_split: IntervalSplit::Fastest, ..case };
     let driven = if is_short { bent::drive::<4>(&case, &events) } else { bent::drive::<64>(&case, &events) };
     if let Err(error) = driven {
         panic!("{error}\n{case:?}\n{events:?}");
@@ -69,11 +69,11 @@ pub fn run_bent(bytes: &[u8]) {
 }
 
 fn read(bytes: &mut Unstructured<'_>, is_bent: bool) -> Result<(Case, Vec<Event>, bool)> {
-    let law = *bytes.choose(&SpeedLaw::ALL)?;
-    let interval_law = if bytes.ratio(1, 16)? { IntervalLaw::Thirds } else { IntervalLaw::Fastest };
+    let speed_profile = *bytes.choose(&SpeedProfile::ALL)?;
+    let interval_split = if bytes.ratio(1, 16)? { IntervalSplit::Thirds } else { IntervalSplit::Fastest };
     let deviation_mm = if bytes.ratio(1, 8)? { 0.0 } else { log(bytes, 1e-3, 0.1)? };
     let is_short = bytes.arbitrary()?;
-    let axes = [axis(bytes, law)?, axis(bytes, law)?, axis(bytes, law)?];
+    let axes = [axis(bytes, speed_profile)?, axis(bytes, speed_profile)?, axis(bytes, speed_profile)?];
     let (mut limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
     if is_bent && !bytes.ratio(1, 16)? {
         limits.iter_mut().for_each(|limits| limits.start_speed_steps_s = 0.0);
@@ -88,7 +88,11 @@ fn read(bytes: &mut Unstructured<'_>, is_bent: bool) -> Result<(Case, Vec<Event>
     while !bytes.is_empty() && events.len() < EVENTS {
         events.push(event(bytes)?);
     }
-    Ok((Case { limits, mm_per_step, deviation_mm, interval_law, law, effort: Effort::NONE, moves }, events, is_short))
+    Ok((
+        Case { limits, mm_per_step, deviation_mm, interval_split, speed_profile, effort: Effort::NONE, moves },
+        events,
+        is_short,
+    ))
 }
 
 /// A fraction from 0 to 1.
@@ -101,12 +105,12 @@ fn log(bytes: &mut Unstructured<'_>, from: f64, to: f64) -> Result<f64> {
 }
 
 /// An axis with limits that real machines have, as in the chain's tests.
-fn axis(bytes: &mut Unstructured<'_>, law: SpeedLaw) -> Result<(Limits, f64)> {
+fn axis(bytes: &mut Unstructured<'_>, speed_profile: SpeedProfile) -> Result<(Limits, f64)> {
     let per_mm = log(bytes, 10.0, 400.0)?;
     let (top, accel) = (log(bytes, 1.0, 500.0)? * per_mm, log(bytes, 5.0, 5e3)? * per_mm);
     let decel = if bytes.arbitrary()? { 1.0 } else { log(bytes, 0.5, 2.0)? };
     let start = if bytes.arbitrary()? { 0.0 } else { 0.3 * ratio(bytes)? };
-    let least = if law.is_over_displacement() { 0.01 } else { 0.0 };
+    let least = if speed_profile.is_over_displacement() { 0.01 } else { 0.0 };
     let jerk = if bytes.ratio(1, 4)? { f64::INFINITY } else { log(bytes, 0.1, 100.0)? };
     let limits = Limits {
         start_speed_steps_s: top * start.max(least),

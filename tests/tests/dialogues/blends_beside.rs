@@ -35,7 +35,7 @@ fn what_has_no_corner_is_the_same_to_the_edge_with_blends_and_without() {
     assert_same("single moves", "G1 F1200 X20.013 Y3.007\nG4 P0\nY20.004\nG4 P0\nG0 X1 Y2 Z3\nG4 P0\nX0\n");
     assert_same("exact stops", "G61.1 G1 F1200 X20.013 Y3.007\nX20 Y20.004\nX0\n");
     assert_same("straight on", "G1 F1200 X5\nX10\nX10.5\nG0 X30\n");
-    assert_same("a curved law", "$940=1\nG1 F1200 X20\nY20\nX0\n");
+    assert_same("a curved speed profile", "$940=1\nG1 F1200 X20\nY20\nX0\n");
     assert_same("a start speed", "$910=60\n$911=60\nG1 F1200 X20\nY20\nX0\n");
 }
 

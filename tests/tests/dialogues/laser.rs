@@ -88,9 +88,9 @@ fn speed_mm_s(outcome: &Outcome, t_ns: u64) -> Option<f64> {
 /// At every instant, ramps and corners included, the level is proportional to the ratio of the speed to the feed.
 #[test]
 fn m4_of_a_laser_follows_the_speed() {
-    for law in 0..7 {
+    for speed_profile in 0..7 {
         let mut sim = laser();
-        assert_eq!(say(&mut sim, &format!("$910=60\n$911=60\n$912=60\n$940={law}\nM4 S800")), ["ok"; 5]);
+        assert_eq!(say(&mut sim, &format!("$910=60\n$911=60\n$912=60\n$940={speed_profile}\nM4 S800")), ["ok"; 5]);
         sim.send(b"G1 X10 F1200\nX14 Y3\nX10 Y8\n");
         let mut looks = Vec::new();
         while looks.len() < 100 || sim.machine().state() == State::Run {
@@ -104,9 +104,9 @@ fn m4_of_a_laser_follows_the_speed() {
         let off = speeds.map(|(level, speed_mm_s)| (level - 0.8 * speed_mm_s / 20.0).abs()).collect::<Vec<_>>();
         let highest = off.iter().copied().fold(0.0, f64::max);
         assert!(off.len() > 6_000, "{} looks", off.len());
-        assert!(highest < 0.004, "law {law}: {highest} off");
+        assert!(highest < 0.004, "speed profile {speed_profile}: {highest} off");
         let brightest = looks.iter().map(|look| look.1).fold(0.0, f64::max);
-        assert!((0.3..0.801).contains(&brightest), "law {law}: {brightest}");
+        assert!((0.3..0.801).contains(&brightest), "speed profile {speed_profile}: {brightest}");
     }
 }
 

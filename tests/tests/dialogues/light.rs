@@ -41,8 +41,8 @@ fn asked(lit: Lit, percent: f64, speed_mm_s: f64) -> f64 {
 }
 
 /// The longest stroke that stands for a curve, s.
-fn chord_s(law: u8) -> f64 {
-    match law {
+fn chord_s(speed_profile: u8) -> f64 {
+    match speed_profile {
         0 => 0.0,
         1 | 2 => 0.002,
         _ => 0.01,
@@ -51,7 +51,7 @@ fn chord_s(law: u8) -> f64 {
 
 /// A program under way: what its moves ask for, and the override of the power.
 struct Program {
-    law: u8,
+    speed_profile: u8,
     sim: Sim,
     lit: Vec<Lit>,
     /// From when on which percentage counts, s since power-up.
@@ -59,15 +59,15 @@ struct Program {
 }
 
 impl Program {
-    fn new(law: u8, accel_mm_s2: f64) -> Self {
+    fn new(speed_profile: u8, accel_mm_s2: f64) -> Self {
         let mut sim = powered_up(&Config { only_time: true, ..Config::default() });
-        let start = if law > 2 { 120 } else { 0 };
+        let start = if speed_profile > 2 { 120 } else { 0 };
         for axis in 0..3 {
             let settings = format!("$12{axis}={accel_mm_s2}\n$91{axis}={start}\n$11{axis}=6000\n");
             assert_eq!(say(&mut sim, &settings).last_line(), "ok");
         }
-        assert_eq!(say(&mut sim, &format!("$940={law}\n$32=1\nG91")), ["ok"; 3]);
-        Self { law, sim, lit: Vec::new(), percents: vec![(0.0, 100.0)] }
+        assert_eq!(say(&mut sim, &format!("$940={speed_profile}\n$32=1\nG91")), ["ok"; 3]);
+        Self { speed_profile, sim, lit: Vec::new(), percents: vec![(0.0, 100.0)] }
     }
 
     /// Steps of an override by 10 %, for feed or power.
@@ -116,7 +116,7 @@ impl Program {
         let expected_s: f64 = made.iter().map(|each| each.asked.min(1.0) * (each.end_s - each.begin_s)).sum();
         let actual_s = light.until_s(end_s) - light.until_s(begin_s);
         // How steeply the level changes here, and within the stroke that stands for a curve.
-        let chord_s = chord_s(self.law);
+        let chord_s = chord_s(self.speed_profile);
         let around = (chord_s / SAMPLE_S) as usize + 1;
         let near = &samples[piece.start.saturating_sub(around)..samples.len().min(piece.end + around)];
         let slopes = near.windows(2).map(|pair| lit.slope(pair));
@@ -210,11 +210,11 @@ impl Light {
 
 /// A program of random moves, of which some are dark, with overrides before it and while it runs. In a raster many of
 /// them go straight on at the same feed.
-fn random_program(law: u8, seed: u32, is_raster: bool) -> (Program, String) {
-    let mut random = Rand32::new(u64::from(seed) * 7 + u64::from(law));
+fn random_program(speed_profile: u8, seed: u32, is_raster: bool) -> (Program, String) {
+    let mut random = Rand32::new(u64::from(seed) * 7 + u64::from(speed_profile));
     let mut pick = |choices: &[f64]| choices[random.rand_range(0..choices.len() as u32) as usize];
     let accel_mm_s2 = pick(&[100.0, 500.0, 2_000.0]);
-    let mut program = Program::new(law, accel_mm_s2);
+    let mut program = Program::new(speed_profile, accel_mm_s2);
     let (feed, power) = (pick(&[-9.0, -4.0, 3.0, 6.0, 10.0]), pick(&[-9.0, -4.0, 0.0, 5.0, 10.0]));
     program.overrides(0x91, feed as i32);
     program.overrides(0x9A, power as i32);
@@ -241,7 +241,9 @@ fn random_program(law: u8, seed: u32, is_raster: bool) -> (Program, String) {
     }
     program.sim.run_until_idle().unwrap();
     assert!(program.sim.replies().iter().all(|answer| answer == "ok"));
-    let name = format!("law {law}, seed {seed}, {accel_mm_s2} mm/s2, feed {feed:+}, power {power:+}{acts}\n{lines}");
+    let name = format!(
+        "speed profile {speed_profile}, seed {seed}, {accel_mm_s2} mm/s2, feed {feed:+}, power {power:+}{acts}\n{lines}"
+    );
     (program, name)
 }
 
@@ -249,9 +251,9 @@ fn random_program(law: u8, seed: u32, is_raster: bool) -> (Program, String) {
 #[test]
 fn the_light_of_each_piece_of_the_path_is_that_of_the_rule() {
     let (mut programs, mut pieces, mut kinks) = (0, 0, 0);
-    for law in 0..7 {
-        for seed in 0..if law < 3 { cases(4, 10) } else { cases(1, 3) } {
-            let (program, name) = random_program(law, seed, false);
+    for speed_profile in 0..7 {
+        for seed in 0..if speed_profile < 3 { cases(4, 10) } else { cases(1, 3) } {
+            let (program, name) = random_program(speed_profile, seed, false);
             let counted = program.compare(&name);
             (programs, pieces, kinks) = (programs + 1, pieces + counted.0, kinks + counted.1);
         }

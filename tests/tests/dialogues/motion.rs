@@ -183,13 +183,15 @@ fn motors_rest_when_the_idle_delay_says_so() {
 #[test]
 fn motors_are_freed_no_sooner_than_their_drivers_take_it() {
     // Moves that end, are held, or are stopped.
-    for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1].map(|law| (port, law))) {
+    for (port, speed_profile) in
+        Port::ALL.into_iter().flat_map(|port| [0, 1].map(|speed_profile| (port, speed_profile)))
+    {
         for (settings, end) in
             [("$1=0", ""), ("$1=0", "!"), ("$1=0", "\x18\x18"), ("$1=0", "stop"), ("$1=1", ""), ("$1=255", "sleep")]
         {
-            let case = format!("{port}, law {law}, {settings}, {end:?}");
+            let case = format!("{port}, speed profile {speed_profile}, {settings}, {end:?}");
             let mut sim = powered_up(&Config { port, ..Config::default() });
-            assert_eq!(say(&mut sim, &format!("$940={law}\n{settings}\n$910=600")), ["ok"; 3], "{case}");
+            assert_eq!(say(&mut sim, &format!("$940={speed_profile}\n{settings}\n$910=600")), ["ok"; 3], "{case}");
             sim.send(b"G0 X1 Y0.5\n");
             match end {
                 "sleep" => {

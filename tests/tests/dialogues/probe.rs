@@ -58,21 +58,27 @@ fn g38_2_stops_at_the_contact() {
     assert_eq!(say(&mut sim, "G90 G0 Z0\nG38.2 Z40"), ["ok", "[PRB:0.0000,0.0000,0.7874:1]", "ok"]);
 }
 
-/// With both ports, every law, from the slowest speed to the top speed, along one axis and along three.
+/// With both ports, every speed profile, from the slowest speed to the top speed, along one axis and along three.
 #[test]
 fn a_contact_is_exact_to_the_step() {
-    for (port, law) in Port::ALL.into_iter().flat_map(|port| (0..7).map(move |law| (port, law))).step_by(stride(3)) {
+    for (port, speed_profile) in
+        Port::ALL.into_iter().flat_map(|port| (0..7).map(move |speed_profile| (port, speed_profile))).step_by(stride(3))
+    {
         let mut sim = powered_up(&Config { port, ..Config::default() });
-        let settings = format!("$910=60\n$911=60\n$912=60\n$940={law}\n$H");
+        let settings = format!("$910=60\n$911=60\n$912=60\n$940={speed_profile}\n$H");
         assert!(say(&mut sim, &settings).iter().all(|answer| answer == "ok"));
         sim.set_plate(plate(22.34));
         for (way, feed) in [("Z40", 60), ("Z40", 600), ("Z90", 2_880), ("X60 Y35 Z90", 5_000), ("X13 Z21", 777)] {
             let heard = say(&mut sim, &format!("G38.2 {way} F{feed}"));
             let contact = steps_at_contact(&sim, true);
-            assert_eq!(contact[2], 1_017, "{port} {law} {way}");
-            assert_eq!(heard, [prb(contact, 1), "ok".to_owned()], "{port} {law} {way} F{feed}");
+            assert_eq!(contact[2], 1_017, "{port} {speed_profile} {way}");
+            assert_eq!(heard, [prb(contact, 1), "ok".to_owned()], "{port} {speed_profile} {way} F{feed}");
             let away = say(&mut sim, &format!("G38.4 X0 Y0 Z0 F{feed}"));
-            assert_eq!(away, [prb(steps_at_contact(&sim, false), 1), "ok".to_owned()], "{port} {law} back, F{feed}");
+            assert_eq!(
+                away,
+                [prb(steps_at_contact(&sim, false), 1), "ok".to_owned()],
+                "{port} {speed_profile} back, F{feed}"
+            );
             assert_eq!(say(&mut sim, "G0 X0 Y0 Z0"), ["ok"]);
         }
     }

@@ -74,12 +74,14 @@ fn bytes_without_a_meaning_are_dropped() {
 /// make no further step, keep an exact count, and discard the held move.
 #[test]
 fn a_limit_switch_ends_a_hold() {
-    for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1, 2].map(|law| (port, law))) {
+    for (port, speed_profile) in
+        Port::ALL.into_iter().flat_map(|port| [0, 1, 2].map(|speed_profile| (port, speed_profile)))
+    {
         for (hold_ms, resume_ms) in
             [(60, None), (100, None), (500, None), (3_000, None), (3_000, Some(10)), (3_000, Some(400))]
         {
             let mut sim = powered_up(&Config { port, ..Config::default() });
-            assert_eq!(say(&mut sim, &format!("$940={law}\n$H")), ["ok", "ok"]);
+            assert_eq!(say(&mut sim, &format!("$940={speed_profile}\n$H")), ["ok", "ok"]);
             begin(&mut sim, "G0 X100 Y80 Z20", Duration::from_millis(1_200));
             sim.send(b"!");
             sim.run_for(Duration::from_millis(hold_ms)).unwrap();
@@ -93,7 +95,7 @@ fn a_limit_switch_ends_a_hold() {
             sim.set_switch(Axis::Y, SwitchFault::StuckClosed);
             let stopped = (sim.counted_steps(), sim.steps());
             sim.run_until_idle().unwrap();
-            let case = format!("{port}, law {law}, {hold_ms} ms, then {resume_ms:?} ms");
+            let case = format!("{port}, speed profile {speed_profile}, {hold_ms} ms, then {resume_ms:?} ms");
             assert_eq!(sim.replies().first().map(String::as_str), Some("ALARM:1"), "{case}");
             assert_eq!((sim.counted_steps(), sim.steps()), stopped, "{case}");
             assert_eq!(sim.machine().position_steps(), sim.counted_steps(), "{case}");

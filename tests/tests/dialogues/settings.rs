@@ -4,7 +4,7 @@
 use embassy_time::Duration;
 use isostep_console::{SETTING_TABLE, Settings, report};
 use isostep_motion::{AXES, Capabilities, DriverTiming};
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_profile::shaper::ShaperKind;
 use isostep_sim::{Config, Flash, Sim};
 use isostep_trials::cases;
@@ -34,8 +34,8 @@ fn each_setting_reaches_the_configuration() {
         (config.probe_inverted, config.probe_pulled_up)
     };
     assert_eq!([0.0, 1.0, 2.0, 3.0].map(probe), [(false, true), (true, true), (false, false), (true, false)]);
-    for (number, law) in SpeedLaw::ALL.into_iter().enumerate() {
-        assert_eq!(settings(&[(940, number as f32)]).speed_law, law);
+    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate() {
+        assert_eq!(settings(&[(940, number as f32)]).speed_profile, speed_profile);
     }
     for (number, kind) in ShaperKind::ALL.into_iter().enumerate() {
         assert_eq!(
@@ -47,7 +47,7 @@ fn each_setting_reaches_the_configuration() {
     assert_eq!(shapers.map(|shaper| shaper.natural_hz as f32)[..3], [35.0, 40.0, 40.0]);
     assert_eq!(shapers.map(|shaper| shaper.damping_ratio as f32)[..3], [0.05, 0.05, 0.25]);
     // What another version has stored is out of range until it has been checked.
-    assert_eq!(settings(&[(940, 200.0)]).speed_law, SpeedLaw::ALL[SpeedLaw::ALL.len() - 1]);
+    assert_eq!(settings(&[(940, 200.0)]).speed_profile, SpeedProfile::ALL[SpeedProfile::ALL.len() - 1]);
     assert_eq!(settings(&[(951, 200.0)]).shapers[1].kind, ShaperKind::ALL[ShaperKind::ALL.len() - 1]);
 }
 

@@ -28,13 +28,15 @@ fn stop(sim: &mut Sim, case: &str) {
 /// trapezoid; and before the byte.
 #[test]
 fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
-    for (port, law) in Port::ALL.into_iter().flat_map(|port| [0, 1].map(|law| (port, law))) {
+    for (port, speed_profile) in
+        Port::ALL.into_iter().flat_map(|port| [0, 1].map(|speed_profile| (port, speed_profile)))
+    {
         let mut config = Config { port, keep_record: false, ..Config::default() };
-        config.settings.speed_law = law;
+        config.settings.speed_profile = speed_profile;
         let mut sim = powered_up(&config);
         let mut begun = 0;
-        for at_us in (0..).step_by(stride(3) * (1 + 12 * usize::from(law))) {
-            let (case, steps) = (format!("{port}, law {law}, {at_us} us"), sim.steps());
+        for at_us in (0..).step_by(stride(3) * (1 + 12 * usize::from(speed_profile))) {
+            let (case, steps) = (format!("{port}, speed profile {speed_profile}, {at_us} us"), sim.steps());
             sim.send(b"G91 G0 X5 Y-3 Z1\n");
             sim.run_for(Duration::from_micros(at_us)).unwrap();
             if sim.steps() != steps {
@@ -44,7 +46,7 @@ fn an_emergency_stop_between_a_line_and_its_first_step_lets_nothing_move() {
             }
             stop(&mut sim, &case);
         }
-        assert!(begun > 100, "{port}, law {law}: the first step came after {begun} us");
+        assert!(begun > 100, "{port}, speed profile {speed_profile}: the first step came after {begun} us");
         sim.replies();
         // If it is pressed before the line comes, there is an alarm at rest, and the line is refused.
         let steps = sim.steps();

@@ -6,7 +6,7 @@ use std::fs;
 use isostep_console::{
     AlarmCode, Command, DoorPhase, Error, Realtime, ReportedState, SETTING_TABLE, Settings, realtime,
 };
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_profile::shaper::{DAMPING_RATIO, NATURAL_HZ, ShaperKind};
 use isostep_tests::root;
 
@@ -146,20 +146,23 @@ fn every_command_has_a_row_with_its_states() {
 }
 
 #[test]
-fn the_speed_laws_of_the_settings_are_the_profiles() {
+fn the_speed_profiles_of_the_settings_are_the_profiles() {
     let row = SETTING_TABLE.iter().find(|row| row.number == 940).unwrap();
-    let names = (0..).zip(SpeedLaw::ALL).map(|(number, law)| format!("{number} {law}")).collect::<Vec<_>>();
-    assert_eq!(row.meaning(), format!("speed law: {}", names.join(", ")));
-    assert_eq!((row.min, row.max), (0.0, (SpeedLaw::ALL.len() - 1) as f32));
-    for (number, law) in (0..).zip(SpeedLaw::ALL) {
-        let settings = Settings { speed_law: number, ..Settings::DEFAULT };
-        assert_eq!(isostep_controller::config(&settings).speed_law, law);
-        // A law over displacement cannot start from standstill.
+    let names = (0..)
+        .zip(SpeedProfile::ALL)
+        .map(|(number, speed_profile)| format!("{number} {speed_profile}"))
+        .collect::<Vec<_>>();
+    assert_eq!(row.meaning(), format!("speed profile: {}", names.join(", ")));
+    assert_eq!((row.min, row.max), (0.0, (SpeedProfile::ALL.len() - 1) as f32));
+    for (number, speed_profile) in (0..).zip(SpeedProfile::ALL) {
+        let settings = Settings { speed_profile: number, ..Settings::DEFAULT };
+        assert_eq!(isostep_controller::config(&settings).speed_profile, speed_profile);
+        // A speed profile over displacement cannot start from standstill.
         let refused = settings.check(&|_| f32::INFINITY).err().map(|conflict| conflict.to_string());
         let needs_start = format!(
-            "$940={number} is a law over displacement and never leaves standstill: raise $910 above 0, or lower $940"
+            "$940={number} is a speed profile over displacement and never leaves standstill: raise $910 above 0, or lower $940"
         );
-        assert_eq!(refused, law.is_over_displacement().then_some(needs_start), "{law}");
+        assert_eq!(refused, speed_profile.is_over_displacement().then_some(needs_start), "{speed_profile}");
     }
 }
 

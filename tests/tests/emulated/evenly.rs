@@ -1,10 +1,10 @@
-//! Moves that are over sooner than a curved law can be compiled for them, were they made at their feed. Every law must make
-//! them, slowly and evenly.
+//! Moves that are over sooner than a curved speed profile can be compiled for them, were they made at their feed. Every speed
+//! profile must make them, slowly and evenly.
 
 use std::fmt::Write as _;
 use std::fs;
 
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_report::compare;
 use isostep_sim::world::Edge;
 use isostep_sim::{AXES, Config, Port, run};
@@ -12,8 +12,8 @@ use isostep_tests::emulated::{self, Board};
 use isostep_tests::root;
 use isostep_trials::stride;
 
-/// The settings of the first axis, which all have: F6000 is reached within 2 mm. The laws over displacement cannot start
-/// from standstill.
+/// The settings of the first axis, which all have: F6000 is reached within 2 mm. The speed profiles over displacement cannot
+/// start from standstill.
 const MACHINE: [(u32, u32); 4] = [(100, 80), (110, 24_000), (120, 10_000), (930, 300_000)];
 const START: (u32, u32) = (910, 60);
 const STEPS_PER_MM: f64 = 80.0;
@@ -22,8 +22,8 @@ const MOVES: usize = 60;
 /// The time over which a speed is measured.
 const WINDOW_NS: u64 = 50_000_000;
 
-fn settings(number: usize, law: SpeedLaw) -> Vec<String> {
-    let start = law.is_over_displacement().then_some(START);
+fn settings(number: usize, speed_profile: SpeedProfile) -> Vec<String> {
+    let start = speed_profile.is_over_displacement().then_some(START);
     let each = MACHINE
         .into_iter()
         .chain(start)
@@ -62,24 +62,24 @@ fn speeds_mm_s(edges: &[Edge]) -> [f64; 2] {
 /// ones is even: it is limited by the time that each of them takes to compile, and this is the same for all. A quarter is
 /// for the beginning, where the S-curve takes several moves to speed up.
 fn are_even(port: Port, feed_mm_min: u32, jitter_max_ns: f64) {
-    for (number, law) in SpeedLaw::ALL.into_iter().enumerate().step_by(stride(3)) {
-        let mut text = settings(number, law).join("\n");
+    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(stride(3)) {
+        let mut text = settings(number, speed_profile).join("\n");
         writeln!(text, "\nG1 F{feed_mm_min} X20").unwrap();
         let kinds = [(0.2, false), (0.2, true), (0.05, false)];
         for line in kinds.into_iter().flat_map(|(mm, is_straight)| short(mm, is_straight)).chain(["X10".into()]) {
             writeln!(text, "{line}").unwrap();
         }
-        let test = format!("evenly-{port}-{law}");
+        let test = format!("evenly-{port}-{speed_profile}");
         let path = root().join("target/emulated").join(format!("{test}.nc"));
         fs::create_dir_all(path.parent().expect("a folder")).unwrap();
         fs::write(&path, &text).unwrap();
         let board = Board::stepped_by(port, &test).with(&["--start", "300,300,300", "--stream", "counting"]);
         let emulated = board.program(&path);
-        assert!(emulated.ok, "{law}: {}", emulated.printed);
+        assert!(emulated.ok, "{speed_profile}: {}", emulated.printed);
 
         let simulated = run(text.as_bytes(), &Config { port, ..emulated::config() }).unwrap();
         let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
-        assert!(comparison.all.max_ns <= jitter_max_ns, "{law}: {:?}", comparison.all);
+        assert!(comparison.all.max_ns <= jitter_max_ns, "{speed_profile}: {:?}", comparison.all);
         // Where X is, in steps, when moves of another kind begin. The first of them may be faster, or slower.
         let places = [20.7, 28.4, 36.8].map(|mm| (mm * STEPS_PER_MM) as i32);
         let [first, second, end] = places.map(|place| {
@@ -88,61 +88,65 @@ fn are_even(port: Port, feed_mm_min: u32, jitter_max_ns: f64) {
         });
         for edges in [&emulated.edges[first..second], &emulated.edges[second..end]] {
             let [low, high] = speeds_mm_s(edges);
-            println!("{law}: {low:.1} to {high:.1} mm/s; at most {:.0} ns off (emulated)", comparison.all.max_ns);
-            assert!(low >= 0.75 * high, "{law}: {low} to {high} mm/s");
+            println!(
+                "{speed_profile}: {low:.1} to {high:.1} mm/s; at most {:.0} ns off (emulated)",
+                comparison.all.max_ns
+            );
+            assert!(low >= 0.75 * high, "{speed_profile}: {low} to {high} mm/s");
         }
     }
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn short_moves_of_every_law_slow_down_evenly() {
+fn short_moves_of_every_speed_profile_slow_down_evenly() {
     are_even(Port::Pio, 6_000, 50.0);
 }
 
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn short_moves_of_every_law_by_the_timer_port_slow_down_evenly() {
+fn short_moves_of_every_speed_profile_by_the_timer_port_slow_down_evenly() {
     are_even(Port::Timer, 24_000, 20_000.0);
 }
 
-/// Long moves of one axis, of two and of three, at feeds that no processor makes the steps of: by every law they are as
+/// Long moves of one axis, of two and of three, at feeds that no processor makes the steps of: by every speed profile they are as
 /// slow as it takes, and no step is late. The cruise is longer than the queues are.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn long_moves_of_every_law_by_the_timer_port_are_as_slow_as_their_steps() {
-    for (number, law) in SpeedLaw::ALL.into_iter().enumerate().step_by(stride(3)) {
+fn long_moves_of_every_speed_profile_by_the_timer_port_are_as_slow_as_their_steps() {
+    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(stride(3)) {
         let accel_mm_s2 = [3_000, 1_500, 700, 10_000][number % 4];
-        let mut text = settings(number, law).join("\n").replace("=24000", "=60000\n$130=900\n$131=900\n$132=900");
+        let mut text =
+            settings(number, speed_profile).join("\n").replace("=24000", "=60000\n$130=900\n$131=900\n$132=900");
         (0..3).for_each(|axis| write!(text, "\n${}={accel_mm_s2}", 120 + axis).unwrap());
         let lines = [(2, "X200"), (2, "X-140Y140"), (2, "X90Y-90Z90"), (2, "X-50Y-40Z-90"), (5, "X-100Y-10")];
         for (pulse_us, line) in lines {
             write!(text, "\n$0={pulse_us}\nG1 F60000 {line}\nG4 P0").unwrap();
         }
-        let test = format!("long-{law}");
+        let test = format!("long-{speed_profile}");
         let path = root().join("target/emulated").join(format!("{test}.nc"));
         fs::create_dir_all(path.parent().expect("a folder")).unwrap();
         fs::write(&path, text + "\n").unwrap();
         let board = Board::stepped_by(Port::Timer, &test).with(&["--start", "300,300,300"]);
         let emulated = board.program(&path);
-        assert!(emulated.ok, "{law}: {}", emulated.printed);
+        assert!(emulated.ok, "{speed_profile}: {}", emulated.printed);
         let mut config = Config { port: Port::Timer, start_mm: [300.0; AXES], ..emulated::config() };
         config.settings.travel_mm = [900.0; AXES];
         let simulated = run(&fs::read(&path).unwrap(), &config).unwrap();
         let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
-        println!("{law}: at most {:.0} ns off (emulated)", comparison.all.max_ns);
-        assert!(comparison.all.max_ns <= 20_000.0, "{law}: {:?}", comparison.all);
+        println!("{speed_profile}: at most {:.0} ns off (emulated)", comparison.all.max_ns);
+        assert!(comparison.all.max_ns <= 20_000.0, "{speed_profile}: {:?}", comparison.all);
     }
 }
 
 /// Overrides up to 200 %, a hold in the middle of short moves, and a resume: no alarm, and no step lost.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn short_moves_of_every_law_are_overridden_and_held() {
-    for (port, (number, law)) in
-        Port::ALL.into_iter().cycle().zip(SpeedLaw::ALL.into_iter().enumerate()).step_by(stride(3))
+fn short_moves_of_every_speed_profile_are_overridden_and_held() {
+    for (port, (number, speed_profile)) in
+        Port::ALL.into_iter().cycle().zip(SpeedProfile::ALL.into_iter().enumerate()).step_by(stride(3))
     {
-        let begin = settings(number, law).into_iter().chain(["G1 F3000 X5".into()]);
+        let begin = settings(number, speed_profile).into_iter().chain(["G1 F3000 X5".into()]);
         let mut script = "expect Grbl\n".to_owned();
         let changes = ["91 91 91 91 91 91 91 91 91 91", "21\nwait-ms 500\nbytes 7e", "90", "92 92 92 92 92", "90"];
         let mut changes = changes.into_iter().cycle();
@@ -153,7 +157,7 @@ fn short_moves_of_every_law_are_overridden_and_held() {
             }
         }
         script += "wait-idle\nbytes 3f\nexpect <Idle|MPos:26.800,7.200,7.200\n";
-        let run = Board::stepped_by(port, &format!("evenly-changed-{law}")).script(&script);
-        assert!(run.ok, "{law} {port}: {}", run.printed);
+        let run = Board::stepped_by(port, &format!("evenly-changed-{speed_profile}")).script(&script);
+        assert!(run.ok, "{speed_profile} {port}: {}", run.printed);
     }
 }

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use isostep_motion::STRAIGHT_S;
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_sim::{AXES, Port};
 use isostep_tests::emulated::Board;
 use isostep_trials::stride;
@@ -17,12 +17,12 @@ const STEPS_PER_MM: f64 = 400.0;
 /// The steps of the move in which it is held.
 const LONG_STEPS: usize = 3_200;
 
-fn script(law: usize, words: &str, axes: &[&str]) -> String {
-    let start = if SpeedLaw::ALL[law].is_over_displacement() { 60 } else { 0 };
+fn script(speed_profile: usize, words: &str, axes: &[&str]) -> String {
+    let start = if SpeedProfile::ALL[speed_profile].is_over_displacement() { 60 } else { 0 };
     let each = [(100, STEPS_PER_MM as u32), (110, 12_000), (120, 10_000), (910, start), (930, 300_000)];
     let settings = each.into_iter().flat_map(|(first, value)| (0..AXES as u32).map(move |axis| (first + axis, value)));
     let mut script = "expect Grbl\n".to_owned();
-    for (number, value) in settings.chain([(940, law as u32)]) {
+    for (number, value) in settings.chain([(940, speed_profile as u32)]) {
         writeln!(script, "send ${number}={value}\nexpect ok").unwrap();
     }
     writeln!(script, "send {words}\nexpect ok\nsend G91 G1 F600 X8\nexpect ok").unwrap();
@@ -42,11 +42,12 @@ fn script(law: usize, words: &str, axes: &[&str]) -> String {
 
 fn are_slower(port: Port) {
     const ALL: &[&str] = &["X", "Y", "Z"];
-    let curved = (1..SpeedLaw::ALL.len()).map(|law| (law, &ALL[..1])).step_by(stride(3));
-    for (law, axes) in [(0, &ALL[..1]), (0, ALL)].into_iter().chain(curved) {
-        let words = ["G61", "G64 P0.01", "$904=0"][law % 3];
-        let name = format!("short-{port}-{law}-{}", axes.len());
-        let run = Board::stepped_by(port, &name).with(&["--start", "9,9,9"]).script(&script(law, words, axes));
+    let curved = (1..SpeedProfile::ALL.len()).map(|speed_profile| (speed_profile, &ALL[..1])).step_by(stride(3));
+    for (speed_profile, axes) in [(0, &ALL[..1]), (0, ALL)].into_iter().chain(curved) {
+        let words = ["G61", "G64 P0.01", "$904=0"][speed_profile % 3];
+        let name = format!("short-{port}-{speed_profile}-{}", axes.len());
+        let run =
+            Board::stepped_by(port, &name).with(&["--start", "9,9,9"]).script(&script(speed_profile, words, axes));
         assert!(run.ok && !run.printed.contains("ALARM"), "{name}: {}", run.printed);
         let x: Vec<_> = run.edges.iter().filter(|edge| edge.axis == 0).collect();
         assert_eq!(run.edges.len(), LONG_STEPS + MOVES * axes.len(), "{name}");

@@ -12,7 +12,7 @@ use crate::process::{self, announce};
 use crate::variant::{Port, Variant};
 use crate::{build, node, workspace};
 use isostep::files::Files;
-use isostep::laws::Laws;
+use isostep::profile_options::ProfileOptions;
 use isostep::pty;
 
 #[cfg(unix)]
@@ -28,7 +28,7 @@ Examples:
   cargo xtask emulate programs/parking.nc --port timer      steps by the processor instead of PIO and DMA
   cargo xtask emulate programs/square.nc --console uart --start 10,20,5
   cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm
-  cargo xtask emulate programs/square.nc --speed-law sine    ramps of half a wave of a cosine
+  cargo xtask emulate programs/square.nc --speed-profile sine    ramps of half a wave of a cosine
   cargo xtask emulate programs/square.nc --miss-factor 2     flash's cache costs twice as much where it misses
   cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4
   cargo xtask emulate --pty --console uart                 the board itself, for any sender: see below";
@@ -68,7 +68,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = factor)]
     miss_factor: Option<f64>,
     #[command(flatten)]
-    laws: Laws,
+    profile: ProfileOptions,
     #[command(flatten)]
     variant: Variant,
     #[command(flatten)]
@@ -93,7 +93,7 @@ pub fn run(args: Args) -> Result<()> {
     let mut command = command(&args);
     command.arg("--program").arg(path).arg("--trace").arg(&trace);
     command.args(
-        args.laws.settings().iter().flat_map(|(number, value)| ["--set".to_owned(), format!("{number}={value}")]),
+        args.profile.settings().iter().flat_map(|(number, value)| ["--set".to_owned(), format!("{number}={value}")]),
     );
     process::run(&mut command)?;
     let comparison = compare(&program, &trace, &args)?;
@@ -148,7 +148,7 @@ fn live(args: &Args) -> Result<()> {
     let mut command = command(args);
     command.args(args.trace.iter().flat_map(|path| ["--trace".as_ref(), path.as_os_str()]));
     let has_dtr = args.console.as_deref() != Some("uart");
-    let mut board = Emulated::start(&mut command, has_dtr, &args.laws.settings())?;
+    let mut board = Emulated::start(&mut command, has_dtr, &args.profile.settings())?;
     pty::serve(&args.live, pty::open(&args.live)?, &mut board)
 }
 
@@ -163,7 +163,7 @@ fn compare(program: &[u8], trace: &Path, args: &Args) -> Result<Comparison> {
         Port::Pio => isostep_sim::Port::Pio,
         Port::Timer => isostep_sim::Port::Timer,
     };
-    let simulated = isostep_sim::run(program, &Config { port, settings: args.laws.machine(), ..Config::default() })?;
+    let simulated = isostep_sim::run(program, &Config { port, settings: args.profile.machine(), ..Config::default() })?;
     let traced = compare::read(fs::File::open(trace)?)?;
     compare::compare(&simulated, &traced).context("the board and the simulation differ")
 }

@@ -290,19 +290,19 @@ fn least_speed_and_duty_are_not_above_full() {
 }
 
 #[test]
-fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
+fn a_speed_profile_over_displacement_needs_a_start_speed_on_every_axis() {
     check(
         ReportedState::Idle,
         "$940=2\n$940=3\n$910=120\n$940=6\n$911=120\n$912=120\n$940=6\n$912=0\n$940=0\n$912=0",
         expect![[r#"
             $940=2 -> ok
-            $940=3 -> [MSG:$940=3 is a law over displacement and never leaves standstill: raise $910 above 0, or lower $940; until then nothing moves] ok
-            $910=120 -> [MSG:$940=3 is a law over displacement and never leaves standstill: raise $911 above 0, or lower $940; until then nothing moves] ok
-            $940=6 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $911 above 0, or lower $940; until then nothing moves] ok
-            $911=120 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $912 above 0, or lower $940; until then nothing moves] ok
+            $940=3 -> [MSG:$940=3 is a speed profile over displacement and never leaves standstill: raise $910 above 0, or lower $940; until then nothing moves] ok
+            $910=120 -> [MSG:$940=3 is a speed profile over displacement and never leaves standstill: raise $911 above 0, or lower $940; until then nothing moves] ok
+            $940=6 -> [MSG:$940=6 is a speed profile over displacement and never leaves standstill: raise $911 above 0, or lower $940; until then nothing moves] ok
+            $911=120 -> [MSG:$940=6 is a speed profile over displacement and never leaves standstill: raise $912 above 0, or lower $940; until then nothing moves] ok
             $912=120 -> ok
             $940=6 -> ok
-            $912=0 -> [MSG:$940=6 is a law over displacement and never leaves standstill: raise $912 above 0, or lower $940; until then nothing moves] ok
+            $912=0 -> [MSG:$940=6 is a speed profile over displacement and never leaves standstill: raise $912 above 0, or lower $940; until then nothing moves] ok
             $940=0 -> ok
             $912=0 -> ok
         "#]],
@@ -310,7 +310,7 @@ fn a_law_over_displacement_needs_a_start_speed_on_every_axis() {
 }
 
 #[test]
-fn a_refused_law_or_jerk_names_value_limit_and_remedy() {
+fn a_refused_speed_profile_or_jerk_names_value_limit_and_remedy() {
     check(
         ReportedState::Idle,
         "$940=7\n$940=1.5\n$940=-1\n$930=-1\n$932=0\n$933=1",
@@ -351,7 +351,7 @@ fn a_refused_shaper_names_value_limit_and_remedy() {
 
 /// Whichever of the two comes first.
 #[test]
-fn a_shaper_and_a_curved_law_refuse_each_other() {
+fn a_shaper_and_a_curved_speed_profile_refuse_each_other() {
     check(
         ReportedState::Idle,
         "$940=2\n$950=1\n$960=35\n$940=0\n$951=1\n$940=2\n$950=3\n$940=1\n$950=0\n$951=0\n$940=1",

@@ -92,7 +92,7 @@ impl Machine {
     pub fn planned(&self, steps: [i32; PROVED]) -> Result<PlannedMove> {
         let all = std::array::from_fn(|axis| steps.get(axis).copied().unwrap_or(0));
         let config = config(&self.settings);
-        let plan = SyncMove::plan(all, &config.limits, config.interval_law, config.speed_law, None);
+        let plan = SyncMove::plan(all, &config.limits, config.interval_split, config.speed_profile, None);
         let plan = plan.with_context(|| format!("a move of {steps:?} steps cannot be planned"))?;
         Ok(PlannedMove { steps, compiled: Rc::default(), plan })
     }

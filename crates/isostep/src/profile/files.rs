@@ -4,9 +4,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use isostep_report::laws::{Curve, Row, rows};
 use isostep_report::pictures::document::{Page, Picture, Section, Table};
 use isostep_report::pictures::profile as picture;
+use isostep_report::speed_profiles::{Curve, Row, rows};
 
 use super::kinematics::{Derivatives, curves};
 
@@ -42,14 +42,20 @@ impl PlotKind {
 }
 
 /// The text of the picture or the page.
-pub fn plot(kind: &PlotKind, laws: &[Curve], derivatives: Derivatives, summary: &str, command: &str) -> String {
+pub fn plot(
+    kind: &PlotKind,
+    speed_profiles: &[Curve],
+    derivatives: Derivatives,
+    summary: &str,
+    command: &str,
+) -> String {
     let title = "Position, speed, acceleration and jerk over time";
-    let drawn: Vec<_> = laws.iter().map(|law| curves(law, derivatives)).collect();
+    let drawn: Vec<_> = speed_profiles.iter().map(|speed_profile| curves(speed_profile, derivatives)).collect();
     match kind {
         PlotKind::Picture => picture::file(title, &drawn),
         PlotKind::Page => {
-            let section = section(laws, derivatives, picture::picture(title, &drawn));
-            let names: Vec<&str> = laws.iter().map(|law| law.name.as_str()).collect();
+            let section = section(speed_profiles, derivatives, picture::picture(title, &drawn));
+            let names: Vec<&str> = speed_profiles.iter().map(|speed_profile| speed_profile.name.as_str()).collect();
             let title = format!("Speed profiles: {}", names.join(", "));
             let (lead, command) = (vec![summary.to_owned()], command.to_owned());
             Page { title, lead, command, sections: vec![section], ..Page::default() }.html()
@@ -57,17 +63,18 @@ pub fn plot(kind: &PlotKind, laws: &[Curve], derivatives: Derivatives, summary: 
     }
 }
 
-fn section(laws: &[Curve], derivatives: Derivatives, svg: String) -> Section {
-    let is_exact = |law: &Curve| law.exact.is_some() && derivatives == Derivatives::Exact;
-    let caption = if laws.iter().all(is_exact) {
+fn section(speed_profiles: &[Curve], derivatives: Derivatives, svg: String) -> Section {
+    let is_exact = |speed_profile: &Curve| speed_profile.exact.is_some() && derivatives == Derivatives::Exact;
+    let caption = if speed_profiles.iter().all(is_exact) {
         "All in closed form. A jump of acceleration is a jerk without bound, which no line shows."
-    } else if laws.iter().any(is_exact) {
-        "In closed form where the law has one, otherwise by second-order differences of the step instants, thrice."
+    } else if speed_profiles.iter().any(is_exact) {
+        "In closed form where the speed profile has one, otherwise by second-order differences of the step instants, thrice."
     } else {
         "By second-order differences of the step instants, thrice: speed from position, acceleration from speed, jerk from acceleration."
     };
-    let figures = rows(laws);
-    let head: Vec<_> = [""].into_iter().chain(laws.iter().map(|law| law.name.as_str())).collect();
+    let figures = rows(speed_profiles);
+    let head: Vec<_> =
+        [""].into_iter().chain(speed_profiles.iter().map(|speed_profile| speed_profile.name.as_str())).collect();
     let cells = |row: &Row| [vec![row.name.to_owned()], row.cells.clone()].concat();
     Section {
         heading: "Over time".to_owned(),

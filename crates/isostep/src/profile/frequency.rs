@@ -1,9 +1,9 @@
-//! Fonseca-Campos's laws: frequency over the step index.
+//! Fonseca-Campos's profiles: frequency over the step index.
 
 use anyhow::{Result, bail};
-use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
-use isostep_profile::SpeedLaw;
-use isostep_report::laws::{Curve, Step};
+use isostep_generators::{FrequencyError, FrequencyProfile, FrequencyRamp, TruncatedProfile};
+use isostep_profile::SpeedProfile;
+use isostep_report::speed_profiles::{Curve, Step};
 
 use super::number::{count, needed};
 
@@ -46,22 +46,22 @@ impl FrequencyArgs {
         format!("N = {steps}, p_N = {ramp}, periods {max} to {min} us and back; {how} (Fonseca-Campos 2023, eqs 5-8)")
     }
 
-    /// Plans `law`.
-    pub fn plan(&self, law: SpeedLaw, steps: u32) -> Result<Curve> {
-        let Some(law) = law_of_paper(law) else {
+    /// Plans `frequency_ramp`.
+    pub fn plan(&self, frequency_ramp: SpeedProfile, steps: u32) -> Result<Curve> {
+        let Some(frequency_ramp) = frequency_ramp_of_paper(frequency_ramp) else {
             bail!(
-                "--law {} is a law of speed over time, without {}: give --top-speed and --accel, such as --top-speed 2400 --accel 2500",
-                law.name(),
+                "--speed-profile {} is a profile of speed over time, without {}: give --top-speed and --accel, such as --top-speed 2400 --accel 2500",
+                frequency_ramp.name(),
                 self.given().unwrap_or("--ramp-steps"),
             );
         };
-        let name = law.name();
+        let name = frequency_ramp.name();
         let ramp = needed(self.ramp_steps, name, "--ramp-steps", RAMP, "24")?;
         let max_us =
             needed(self.max_period_us, name, "--max-period-us", "the period at the start and the end", "4000")?;
         let min_us = needed(self.min_period_us, name, "--min-period-us", "the period between the ramps", "1500")?;
         let curve = if self.truncated { truncated } else { exact };
-        Ok(curve(law, steps, ramp, max_us, min_us)?)
+        Ok(curve(frequency_ramp, steps, ramp, max_us, min_us)?)
     }
 }
 
@@ -70,29 +70,29 @@ const RAMP: &str = "the steps of each ramp (or --top-speed and --accel, as a ram
 
 type Planned = Result<Curve, FrequencyError>;
 
-fn exact(law: FrequencyLaw, n: u32, ramp: u32, max_us: f64, min_us: f64) -> Planned {
-    let plan = FrequencyProfile::plan(law, n, ramp, max_us, min_us)?;
+fn exact(frequency_ramp: FrequencyRamp, n: u32, ramp: u32, max_us: f64, min_us: f64) -> Planned {
+    let plan = FrequencyProfile::plan(frequency_ramp, n, ramp, max_us, min_us)?;
     let step = |(edge_s, i): (f64, u32)| {
         let frequency_hz = plan.frequency_hz(i);
         Step { t_us: edge_s * 1e6, period_us: Some(1e6 / frequency_hz), frequency_hz: Some(frequency_hz) }
     };
     let steps = plan.edges_s().zip(1..).map(step).collect();
-    Ok(Curve::of_steps(law.name(), steps, plan.step_counts(), Some(plan.duration_s())))
+    Ok(Curve::of_steps(frequency_ramp.name(), steps, plan.step_counts(), Some(plan.duration_s())))
 }
 
-fn truncated(law: FrequencyLaw, n: u32, ramp: u32, max_us: f64, min_us: f64) -> Planned {
-    let plan = TruncatedProfile::plan(law, n, ramp, max_us, min_us)?;
+fn truncated(frequency_ramp: FrequencyRamp, n: u32, ramp: u32, max_us: f64, min_us: f64) -> Planned {
+    let plan = TruncatedProfile::plan(frequency_ramp, n, ramp, max_us, min_us)?;
     let step = |(edge_us, i): (u64, u32)| {
         let period_us = f64::from(plan.period_us(i));
         Step { t_us: edge_us as f64, period_us: Some(period_us), frequency_hz: Some(1e6 / period_us) }
     };
     let steps = plan.edges_us().zip(1..).map(step).collect();
-    Ok(Curve::of_steps(law.name(), steps, plan.step_counts(), Some(plan.duration_us() as f64 * 1e-6)))
+    Ok(Curve::of_steps(frequency_ramp.name(), steps, plan.step_counts(), Some(plan.duration_us() as f64 * 1e-6)))
 }
 
-/// The law of frequency in Fonseca-Campos 2023 with the same name, if it is one of the four.
-pub fn law_of_paper(law: SpeedLaw) -> Option<FrequencyLaw> {
-    FrequencyLaw::ALL.into_iter().find(|of_paper| of_paper.name() == law.name())
+/// The profile of frequency in Fonseca-Campos 2023 with the same name, if it is one of the four.
+pub fn frequency_ramp_of_paper(frequency_ramp: SpeedProfile) -> Option<FrequencyRamp> {
+    FrequencyRamp::ALL.into_iter().find(|of_paper| of_paper.name() == frequency_ramp.name())
 }
 
 #[cfg(test)]
@@ -113,35 +113,35 @@ mod tests {
     /// Values from the equations programmed in another language: 0.2226781672 s exact, 222632 us truncated.
     #[test]
     fn both_ways_of_table_1() {
-        let plan = table_1().plan(SpeedLaw::Linear, 120).unwrap();
+        let plan = table_1().plan(SpeedProfile::Linear, 120).unwrap();
         assert!((plan.duration_s.unwrap() - 0.222_678_167_2).abs() < 1e-10);
         assert!((plan.phases_s.iter().sum::<f64>() - plan.duration_s.unwrap()).abs() < 1e-12);
         assert_eq!(plan.counts, StepCounts { accel: 24, cruise: 71, decel: 25 });
         assert_eq!(plan.samples.last(), Some(&(plan.duration_s.unwrap(), 120.0)));
-        let truncated = FrequencyArgs { truncated: true, ..table_1() }.plan(SpeedLaw::Linear, 120).unwrap();
+        let truncated = FrequencyArgs { truncated: true, ..table_1() }.plan(SpeedProfile::Linear, 120).unwrap();
         assert_eq!(truncated.duration_s, Some(0.222_632));
         assert_eq!(truncated.steps[119].period_us, Some(4000.0));
     }
 
     #[test]
     fn what_is_missing_is_named_with_an_example() {
-        let text = |args: FrequencyArgs, law| args.plan(law, 120).err().unwrap().to_string();
+        let text = |args: FrequencyArgs, frequency_ramp| args.plan(frequency_ramp, 120).err().unwrap().to_string();
         let none = FrequencyArgs::default();
-        assert!(text(none, SpeedLaw::Linear).contains("such as --ramp-steps 24"));
+        assert!(text(none, SpeedProfile::Linear).contains("such as --ramp-steps 24"));
         assert!(
-            text(FrequencyArgs { max_period_us: None, ..table_1() }, SpeedLaw::Linear)
+            text(FrequencyArgs { max_period_us: None, ..table_1() }, SpeedProfile::Linear)
                 .contains("such as --max-period-us 4000")
         );
         assert!(
-            text(FrequencyArgs { min_period_us: None, ..table_1() }, SpeedLaw::Linear)
+            text(FrequencyArgs { min_period_us: None, ..table_1() }, SpeedProfile::Linear)
                 .contains("such as --min-period-us 1500")
         );
-        assert!(text(table_1(), SpeedLaw::Sine).contains("without --ramp-steps: give --top-speed and --accel"));
+        assert!(text(table_1(), SpeedProfile::Sine).contains("without --ramp-steps: give --top-speed and --accel"));
     }
 
     #[test]
     fn what_cannot_be_planned_is_refused_with_its_bound() {
-        let text = |args: FrequencyArgs| args.plan(SpeedLaw::Quadratic, 120).err().unwrap().to_string();
+        let text = |args: FrequencyArgs| args.plan(SpeedProfile::Quadratic, 120).err().unwrap().to_string();
         assert!(text(FrequencyArgs { ramp_steps: Some(61), ..table_1() }).contains("at most 60"));
         assert!(text(FrequencyArgs { ramp_steps: Some(1), ..table_1() }).contains("at least 2"));
         assert!(

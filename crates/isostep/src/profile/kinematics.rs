@@ -1,13 +1,13 @@
-//! Derivatives of a law, and how they are taken.
+//! Derivatives of a speed profile, and how they are taken.
 
 use clap::ValueEnum;
-use isostep_report::laws::{Curve, differences};
 use isostep_report::pictures::profile as picture;
+use isostep_report::speed_profiles::{Curve, differences};
 
 /// The ways to take derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Derivatives {
-    /// In closed form where the law has one, otherwise by differences
+    /// In closed form where the speed profile has one, otherwise by differences
     Exact,
     /// As the paper takes them: second-order differences of the step instants, of those, and of those again
     Paper,

@@ -1,14 +1,14 @@
-//! The machine's laws: speed over time or over displacement.
+//! The machine's speed profiles: speed over time or over displacement.
 
 use anyhow::{Context, Result, bail, ensure};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
-use isostep_report::laws::{Curve, steps_at};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile};
+use isostep_report::speed_profiles::{Curve, steps_at};
 
 use super::generator::{Clocks, Generator};
 use super::number::needed;
 
 #[derive(clap::Args, Clone, Debug, Default)]
-#[command(next_help_heading = "The machine: speed over time or displacement (every law)")]
+#[command(next_help_heading = "The machine: speed over time or displacement (every speed profile)")]
 pub struct MachineArgs {
     /// Speed at the start and the end, steps/s [default: 0]
     #[arg(long, value_name = "STEPS/S", allow_negative_numbers = true)]
@@ -73,14 +73,14 @@ impl MachineArgs {
         )
     }
 
-    /// Refuses options that would have no effect on any of `laws`.
-    pub fn check(&self, laws: &[SpeedLaw]) -> Result<()> {
-        if self.jerk.is_some() && !laws.contains(&SpeedLaw::SCurve) {
-            bail!("--jerk limits the s-curve alone: add --law s-curve, or leave it out");
+    /// Refuses options that would have no effect on any of `speed_profiles`.
+    pub fn check(&self, speed_profiles: &[SpeedProfile]) -> Result<()> {
+        if self.jerk.is_some() && !speed_profiles.contains(&SpeedProfile::SCurve) {
+            bail!("--jerk limits the s-curve alone: add --speed-profile s-curve, or leave it out");
         }
         let inexact = self.generator.iter().find(|generator| **generator != Generator::Exact);
-        if let (Some(generator), false) = (inexact, laws.contains(&SpeedLaw::Trapezoid)) {
-            bail!("--generator {} makes a trapezoid alone: add --law trapezoid", generator.name());
+        if let (Some(generator), false) = (inexact, speed_profiles.contains(&SpeedProfile::Trapezoid)) {
+            bail!("--generator {} makes a trapezoid alone: add --speed-profile trapezoid", generator.name());
         }
         if let (Some(generator), true) = (inexact, self.thirds) {
             bail!("--generator {} cannot split a move into thirds: leave out --thirds", generator.name());
@@ -97,32 +97,32 @@ impl MachineArgs {
         Ok(())
     }
 
-    /// Plans `law`: the trapezoid with every requested generator, any other law exactly.
-    pub fn plan(&self, law: SpeedLaw, steps: u32) -> Result<Vec<Curve>> {
-        let limits = self.limits(law)?;
-        let intervals = if self.thirds { IntervalLaw::Thirds } else { IntervalLaw::Fastest };
+    /// Plans `speed_profile`: the trapezoid with every requested generator, any other speed profile exactly.
+    pub fn plan(&self, speed_profile: SpeedProfile, steps: u32) -> Result<Vec<Curve>> {
+        let limits = self.limits(speed_profile)?;
+        let intervals = if self.thirds { IntervalSplit::Thirds } else { IntervalSplit::Fastest };
         let start = limits.start_speed_steps_s;
-        let profile = Profile::plan(f64::from(steps), start, start, &limits, intervals, law)?;
-        if law != SpeedLaw::Trapezoid || self.generator.is_empty() {
-            return Ok(vec![Curve::exact(law.name(), profile, steps)]);
+        let profile = Profile::plan(f64::from(steps), start, start, &limits, intervals, speed_profile)?;
+        if speed_profile != SpeedProfile::Trapezoid || self.generator.is_empty() {
+            return Ok(vec![Curve::exact(speed_profile.name(), profile, steps)]);
         }
         let clocks =
             Clocks { tick_hz: self.tick_hz.unwrap_or(TICK_HZ), service_hz: self.service_hz.unwrap_or(SERVICE_HZ) };
         let curve = |&generator: &Generator| {
             Ok(match generator.edges_us(steps, &limits, clocks).with_context(|| generator.remedy())? {
-                None => Curve::exact(law.name(), profile, steps),
+                None => Curve::exact(speed_profile.name(), profile, steps),
                 Some(edges_us) => Curve::of_steps(generator.name(), steps_at(&edges_us), profile.step_counts(), None),
             })
         };
         self.generator.iter().map(curve).collect()
     }
 
-    fn limits(&self, law: SpeedLaw) -> Result<Limits> {
-        let name = law.name();
+    fn limits(&self, speed_profile: SpeedProfile) -> Result<Limits> {
+        let name = speed_profile.name();
         let top = needed(self.top_speed, name, "--top-speed", "in steps/s", "2400")?;
         let accel = needed(self.accel, name, "--accel", "in steps/s2", "2500")?;
-        let jerk = match law {
-            SpeedLaw::SCurve => needed(self.jerk, name, "--jerk", "in steps/s3", "25000")?,
+        let jerk = match speed_profile {
+            SpeedProfile::SCurve => needed(self.jerk, name, "--jerk", "in steps/s3", "25000")?,
             _ => f64::INFINITY,
         };
         Ok(Limits {

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow};
 
-use isostep_report::laws::STEPS_MAX;
+use isostep_report::speed_profiles::STEPS_MAX;
 
 /// A whole number of steps, 0 to [`STEPS_MAX`].
 pub fn count(text: &str) -> Result<u32, String> {
@@ -24,8 +24,9 @@ pub fn steps(text: &str) -> Result<u32, String> {
 }
 
 /// The value; if it is missing, an error that names the option and gives an example.
-pub fn needed<T>(value: Option<T>, law: &str, option: &str, meaning: &str, example: &str) -> Result<T> {
-    value.ok_or_else(|| anyhow!("--law {law} needs {option}, {meaning}, such as {option} {example}"))
+pub fn needed<T>(value: Option<T>, speed_profile: &str, option: &str, meaning: &str, example: &str) -> Result<T> {
+    value
+        .ok_or_else(|| anyhow!("--speed-profile {speed_profile} needs {option}, {meaning}, such as {option} {example}"))
 }
 
 #[cfg(test)]

@@ -1,15 +1,15 @@
-//! A table on the screen that compares laws.
+//! A table on the screen that compares speed profiles.
 
 use std::fmt::Write as _;
 
-use isostep_report::laws::{Curve, Step, rows};
+use isostep_report::speed_profiles::{Curve, Step, rows};
 
-/// Steps shown at each end of a single law.
+/// Steps shown at each end of a single speed profile.
 const ENDS: usize = 5;
 const LABEL: usize = 46;
 const COLUMN_MIN: usize = 14;
 
-/// The table, and for a single law its first and last steps.
+/// The table, and for a single speed profile its first and last steps.
 pub fn table(curves: &[Curve]) -> String {
     let mut text = String::new();
     let rows = rows(curves);

@@ -1,9 +1,9 @@
 //! Tests the verb as a user runs it, without the shell.
 
 use clap::Parser;
-use isostep_generators::{FrequencyLaw, FrequencyProfile};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
-use isostep_report::laws::{differences, peak, peak_mean};
+use isostep_generators::{FrequencyProfile, FrequencyRamp};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile};
+use isostep_report::speed_profiles::{differences, peak, peak_mean};
 
 use super::*;
 
@@ -52,9 +52,9 @@ const MACHINE: &str = "--steps 4000 --top-speed 2400 --accel 2500";
 
 #[test]
 fn a_csv_of_fonseca_campos_2023_loses_nothing() {
-    for (law, name) in FrequencyLaw::ALL.map(|law| (law, law.name())) {
-        let profile = FrequencyProfile::plan(law, 120, 24, 4000.0, 1500.0).unwrap();
-        let rows = read_csv(&curves(&format!("--law {name} {TABLE_1}"))[0]);
+    for (speed_profile, name) in FrequencyRamp::ALL.map(|speed_profile| (speed_profile, speed_profile.name())) {
+        let profile = FrequencyProfile::plan(speed_profile, 120, 24, 4000.0, 1500.0).unwrap();
+        let rows = read_csv(&curves(&format!("--speed-profile {name} {TABLE_1}"))[0]);
         assert_eq!(rows.len(), 120);
         for ((row, edge_s), i) in rows.iter().zip(profile.edges_s()).zip(1_u32..) {
             let hz = profile.frequency_hz(i);
@@ -66,7 +66,7 @@ fn a_csv_of_fonseca_campos_2023_loses_nothing() {
 
 #[test]
 fn a_csv_as_printed_has_even_microseconds() {
-    let rows = read_csv(&curves(&format!("--law logarithmic {TABLE_1} --truncated"))[0]);
+    let rows = read_csv(&curves(&format!("--speed-profile logarithmic {TABLE_1} --truncated"))[0]);
     let last = rows.last().unwrap();
     // The value is from the paper's listing, programmed in another language.
     assert_eq!(last[1] + last[2], 200_564.0);
@@ -82,8 +82,8 @@ fn a_csv_of_the_machine_is_the_closed_form() {
         decel_steps_s2: 2_500.0,
         jerk_steps_s3: f64::INFINITY,
     };
-    let profile = Profile::plan(4_000.0, 0.0, 0.0, &limits, IntervalLaw::Fastest, SpeedLaw::Trapezoid).unwrap();
-    let rows = read_csv(&curves(&format!("--law trapezoid {MACHINE}"))[0]);
+    let profile = Profile::plan(4_000.0, 0.0, 0.0, &limits, IntervalSplit::Fastest, SpeedProfile::Trapezoid).unwrap();
+    let rows = read_csv(&curves(&format!("--speed-profile trapezoid {MACHINE}"))[0]);
     assert_eq!(rows.len(), 4_000);
     let first_us = profile.time_at(0.5) * 1e6;
     for row in &rows {
@@ -98,7 +98,7 @@ fn a_csv_of_the_machine_is_the_closed_form() {
 /// less 1.
 #[test]
 fn generators_stand_beside_the_closed_form() {
-    let line = "--law trapezoid --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652";
+    let line = "--speed-profile trapezoid --steps 4096 --start-speed 326 --top-speed 1304 --accel 1304 --decel 652";
     let all = curves(&format!("{line} --generator exact,time-per-step,time-per-step-corrected,steps-per-time"));
     let names: Vec<&str> = all.iter().map(|curve| curve.name.as_str()).collect();
     assert_eq!(names, ["trapezoid", "time-per-step", "time-per-step-corrected", "steps-per-time"]);
@@ -115,9 +115,9 @@ fn generators_stand_beside_the_closed_form() {
 }
 
 #[test]
-fn the_four_laws_are_planned_as_the_options_say() {
-    let by_index = &curves(&format!("--law linear {TABLE_1}"))[0];
-    let by_displacement = &curves(&format!("--law linear {MACHINE} --start-speed 100"))[0];
+fn the_four_speed_profiles_are_planned_as_the_options_say() {
+    let by_index = &curves(&format!("--speed-profile linear {TABLE_1}"))[0];
+    let by_displacement = &curves(&format!("--speed-profile linear {MACHINE} --start-speed 100"))[0];
     assert!(by_index.exact.is_none() && by_displacement.exact.is_some());
 }
 
@@ -125,7 +125,7 @@ fn the_four_laws_are_planned_as_the_options_say() {
 /// a bounded jerk and takes longer.
 #[test]
 fn the_table_has_every_figure() {
-    let text = table::table(&curves(&format!("--law trapezoid,s-curve,sine {MACHINE} --jerk 12500")));
+    let text = table::table(&curves(&format!("--speed-profile trapezoid,s-curve,sine {MACHINE} --jerk 12500")));
     let row = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("{name}: {text}"));
     let cells = |name: &str| row(name)[46..].split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(cells("")[..3], ["trapezoid", "s-curve", "sine"]);
@@ -136,16 +136,16 @@ fn the_table_has_every_figure() {
 }
 
 #[test]
-fn a_single_law_shows_its_first_and_last_steps() {
-    let text = table::table(&curves(&format!("--law linear {TABLE_1}")));
+fn a_single_speed_profile_shows_its_first_and_last_steps() {
+    let text = table::table(&curves(&format!("--speed-profile linear {TABLE_1}")));
     for part in ["24 + 71 + 25", "0.222678", "         1              0.000         4000.000", "...", "\n       120"] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
 
 #[test]
-fn pictures_and_pages_have_every_law() {
-    let all = curves(&format!("--law linear,quadratic,sinusoidal,logarithmic {TABLE_1}"));
+fn pictures_and_pages_have_every_speed_profile() {
+    let all = curves(&format!("--speed-profile linear,quadratic,sinusoidal,logarithmic {TABLE_1}"));
     let picture = files::plot(&PlotKind::Picture, &all, Derivatives::Exact, "", "");
     assert!(picture.starts_with("<svg") && !picture.contains("var(") && picture.matches("<polyline").count() > 16);
     let page = files::plot(&PlotKind::Page, &all, Derivatives::Paper, "N = 120", "isostep profile");
@@ -158,7 +158,7 @@ fn pictures_and_pages_have_every_law() {
 
 #[test]
 fn exact_and_papers_derivatives_agree_where_the_steps_are_dense() {
-    let curve = &curves(&format!("--law s-curve {MACHINE} --jerk 12500"))[0];
+    let curve = &curves(&format!("--speed-profile s-curve {MACHINE} --jerk 12500"))[0];
     let exact = kinematics::curves(curve, Derivatives::Exact);
     let paper = kinematics::curves(curve, Derivatives::Paper);
     assert!((peak(&exact.speed) / peak(&paper.speed) - 1.0).abs() < 1e-3);
@@ -169,41 +169,56 @@ fn exact_and_papers_derivatives_agree_where_the_steps_are_dense() {
 #[test]
 fn what_cannot_work_is_refused() {
     let cases = [
-        ("--law linear --steps 120 --ramp-steps 61 --max-period-us 4e3 --min-period-us 1e3", "at most 60"),
-        ("--law linear --steps 120 --ramp-steps 1 --max-period-us 4e3 --min-period-us 1e3", "at least 2"),
-        ("--law linear --steps 120 --ramp-steps -3 --max-period-us 4e3 --min-period-us 1e3", "0 to 1000000"),
+        ("--speed-profile linear --steps 120 --ramp-steps 61 --max-period-us 4e3 --min-period-us 1e3", "at most 60"),
+        ("--speed-profile linear --steps 120 --ramp-steps 1 --max-period-us 4e3 --min-period-us 1e3", "at least 2"),
+        ("--speed-profile linear --steps 120 --ramp-steps -3 --max-period-us 4e3 --min-period-us 1e3", "0 to 1000000"),
         (
-            "--law linear --steps 120 --ramp-steps 24 --max-period-us 1e3 --min-period-us 4e3",
+            "--speed-profile linear --steps 120 --ramp-steps 24 --max-period-us 1e3 --min-period-us 4e3",
             "above the largest, 1000 us",
         ),
-        ("--law linear --steps 120 --ramp-steps 24 --max-period-us NaN --min-period-us 1e3", "NaN us is outside"),
-        ("--law linear --steps 120 --ramp-steps 24 --max-period-us 4e3 --min-period-us -1", "-1 us is outside"),
-        ("--law linear --steps 0 --ramp-steps 24", "from 1 to 1000000"),
-        ("--law linear --steps -120 --ramp-steps 24", "from 1 to 1000000"),
-        ("--law linear --steps NaN", "from 1 to 1000000"),
-        ("--steps 120", "such as --law linear"),
-        ("--law linear", "such as --steps 120"),
-        ("--law linear --steps 120", "such as --ramp-steps 24"),
-        ("--law linear --steps 120 --ramp-steps 24 --min-period-us 1e3", "such as --max-period-us 4000"),
-        ("--law straight --steps 120", "possible values: trapezoid"),
-        ("--law trapezoid --steps 120", "such as --top-speed 2400"),
-        ("--law trapezoid --steps 120 --top-speed 2400", "such as --accel 2500"),
-        ("--law s-curve --steps 120 --top-speed 2400 --accel 2500", "such as --jerk 25000"),
-        ("--law trapezoid --steps 120 --top-speed NaN --accel 2500", "NaN steps/s is outside"),
-        ("--law trapezoid --steps 120 --top-speed 2400 --accel 0", "must be above 0"),
-        ("--law trapezoid --steps 120 --ramp-steps 24", "give --top-speed and --accel"),
-        ("--law linear --steps 120 --ramp-steps 24 --accel 9", "give the options of one of them"),
-        ("--law trapezoid --steps 120 --top-speed 9 --accel 9 --jerk 9", "--law s-curve"),
-        ("--law sine --steps 120 --top-speed 9 --accel 9 --generator steps-per-time", "add --law trapezoid"),
-        ("--law trapezoid --steps 9 --top-speed 9 --accel 9 --thirds --generator steps-per-time", "leave out --thirds"),
-        ("--law trapezoid --steps 120 --top-speed 9 --accel 9 --tick-hz 9", "time-per-step"),
-        ("--law trapezoid --steps 120 --top-speed 9 --accel 9 --service-hz 9", "steps-per-time"),
-        ("--law trapezoid --steps 9 --top-speed 90 --accel 9 --generator time-per-step", "cannot start at 0 steps/s"),
         (
-            "--law trapezoid --steps 9 --start-speed 9 --top-speed 2e4 --accel 9 --generator steps-per-time",
+            "--speed-profile linear --steps 120 --ramp-steps 24 --max-period-us NaN --min-period-us 1e3",
+            "NaN us is outside",
+        ),
+        (
+            "--speed-profile linear --steps 120 --ramp-steps 24 --max-period-us 4e3 --min-period-us -1",
+            "-1 us is outside",
+        ),
+        ("--speed-profile linear --steps 0 --ramp-steps 24", "from 1 to 1000000"),
+        ("--speed-profile linear --steps -120 --ramp-steps 24", "from 1 to 1000000"),
+        ("--speed-profile linear --steps NaN", "from 1 to 1000000"),
+        ("--steps 120", "such as --speed-profile linear"),
+        ("--speed-profile linear", "such as --steps 120"),
+        ("--speed-profile linear --steps 120", "such as --ramp-steps 24"),
+        ("--speed-profile linear --steps 120 --ramp-steps 24 --min-period-us 1e3", "such as --max-period-us 4000"),
+        ("--speed-profile straight --steps 120", "possible values: trapezoid"),
+        ("--speed-profile trapezoid --steps 120", "such as --top-speed 2400"),
+        ("--speed-profile trapezoid --steps 120 --top-speed 2400", "such as --accel 2500"),
+        ("--speed-profile s-curve --steps 120 --top-speed 2400 --accel 2500", "such as --jerk 25000"),
+        ("--speed-profile trapezoid --steps 120 --top-speed NaN --accel 2500", "NaN steps/s is outside"),
+        ("--speed-profile trapezoid --steps 120 --top-speed 2400 --accel 0", "must be above 0"),
+        ("--speed-profile trapezoid --steps 120 --ramp-steps 24", "give --top-speed and --accel"),
+        ("--speed-profile linear --steps 120 --ramp-steps 24 --accel 9", "give the options of one of them"),
+        ("--speed-profile trapezoid --steps 120 --top-speed 9 --accel 9 --jerk 9", "--speed-profile s-curve"),
+        (
+            "--speed-profile sine --steps 120 --top-speed 9 --accel 9 --generator steps-per-time",
+            "add --speed-profile trapezoid",
+        ),
+        (
+            "--speed-profile trapezoid --steps 9 --top-speed 9 --accel 9 --thirds --generator steps-per-time",
+            "leave out --thirds",
+        ),
+        ("--speed-profile trapezoid --steps 120 --top-speed 9 --accel 9 --tick-hz 9", "time-per-step"),
+        ("--speed-profile trapezoid --steps 120 --top-speed 9 --accel 9 --service-hz 9", "steps-per-time"),
+        (
+            "--speed-profile trapezoid --steps 9 --top-speed 90 --accel 9 --generator time-per-step",
+            "cannot start at 0 steps/s",
+        ),
+        (
+            "--speed-profile trapezoid --steps 9 --start-speed 9 --top-speed 2e4 --accel 9 --generator steps-per-time",
             "--service-hz",
         ),
-        ("--law linear --steps 120 --top-speed 2400 --accel 2500", "start speed"),
+        ("--speed-profile linear --steps 120 --top-speed 2400 --accel 2500", "start speed"),
     ];
     for (line, wanted) in cases {
         let text = refusal(line);
@@ -232,11 +247,11 @@ fn help_teaches_with_lines_that_work() {
     }
 }
 
-/// Near standstill, steps are far apart. Repeated differences show a jerk that the law does not have; means over steps
+/// Near standstill, steps are far apart. Repeated differences show a jerk that the speed profile does not have; means over steps
 /// do not.
 #[test]
-fn the_table_shows_no_jerk_that_a_law_does_not_have() {
-    let curves = curves("--law s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500");
+fn the_table_shows_no_jerk_that_a_speed_profile_does_not_have() {
+    let curves = curves("--speed-profile s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500");
     for curve in &curves {
         let exact = curve.exact.as_ref().unwrap();
         let (accel, jerk) = (peak_mean::<3>(curve), peak_mean::<4>(curve));

@@ -22,8 +22,8 @@ use isostep_sim::{
 };
 
 use crate::files::{self, Files};
-use crate::laws::Laws;
 use crate::name::as_called;
+use crate::profile_options::ProfileOptions;
 use crate::stopwatch::Stopwatch;
 use crate::{project, pty};
 
@@ -43,8 +43,8 @@ Examples:
   isostep sim                                          the parking gantry: programs/parking.nc, built in
   isostep sim programs/diagonal.nc --report report     pictures: open report/index.html
   isostep sim programs/parking.nc --trace a.csv --vcd a.vcd --json a.json
-  isostep sim programs/square.nc --law thirds          accelerate, cruise and decelerate for a third of the time each
-  isostep sim programs/square.nc --speed-law s-curve       ramps of limited jerk
+  isostep sim programs/square.nc --intervals thirds          accelerate, cruise and decelerate for a third of the time each
+  isostep sim programs/square.nc --speed-profile s-curve       ramps of limited jerk
   isostep sim programs/parking.nc --switch X=stuck-open    homing fails with its alarm
   isostep sim --fault limit:X@30+0.2 --fault deaf@20+5     somebody presses a switch; a host does not read
   isostep sim --board skr-pico --fault driver-off:X@30     a driver loses its supply
@@ -136,7 +136,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "pty")]
     moves: bool,
     #[command(flatten)]
-    laws: Laws,
+    profile: ProfileOptions,
     /// The board: a Pico with bare drivers, or an SKR Pico, with TMC2209 on a UART: M122, $140-$142, and more in docs/console.md
     #[arg(long, value_parser = ["pico", "skr-pico"], default_value = "pico")]
     board: String,
@@ -330,7 +330,7 @@ fn config(args: &Args) -> Result<Config> {
             settings
         }
     };
-    config.settings = args.laws.over(machine).context("--speed-law")?;
+    config.settings = args.profile.over(machine).context("--speed-profile")?;
     let middle_mm = timing::middle_mm(&config.settings);
     config.start_mm =
         args.start.unwrap_or_else(|| std::array::from_fn(|axis| config.start_mm[axis].min(middle_mm[axis])));

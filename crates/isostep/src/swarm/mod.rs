@@ -23,7 +23,7 @@ const MADE_SMALL: usize = 3;
 const NS_PER_H: f64 = 3.6e12;
 
 const HELP: &str = "\
-Each seed makes a machine (settings, speed law, step port, one console or two), and what is done to it: lines, arcs, jogs, homing, probing,
+Each seed makes a machine (settings, speed profile, step port, one console or two), and what is done to it: lines, arcs, jogs, homing, probing,
 bytes that hold, reset and override at any instant and between any two critical sections, switches that bounce, stick, break and
 chatter, motors that stall, links that spoil lines, hosts that do not read, power cuts, a processor that is kept from its tasks.
 In all of them: drivers are never misled, counts are those of the edges, every edge of a move is where the closed form has it, paths are

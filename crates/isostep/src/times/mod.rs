@@ -22,7 +22,7 @@ const HELP: &str = "\
 TABLE.csv has a row for each program: its file's name in FOLDER in the column `program`, and Grbl's time in a column for each
 machine: `A_s`, s, at the program's own feeds, and `A_max_feed_s` with F12000 for every F. Other columns are passed over, and so
 are empty fields. The machine A is what programs/machines/a.txt sets, or the FILE of --machine A=FILE: $n=v lines, as senders
-save them (`isostep sim --help`). What a machine's settings say of speed laws and limits holds.
+save them (`isostep sim --help`). What a machine's settings say of speed profiles and limits holds.
 
 A time is from the start of the first move to the end of the last one's plan, pauses between moves included. The controller is
 the firmware's, in virtual time: it plans in no time, and its console's wire takes none, so a program is sent as fast as moves

@@ -8,7 +8,7 @@
 //! are. In a hold, too, the machine brakes with the level that belongs to the speed.
 
 use embassy_time::Instant;
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_profile::chain::Plan;
 
 use super::power::{Asked, Level, Power};
@@ -24,7 +24,7 @@ use crate::tag::Chunk;
 const STRAIGHT_S: f64 = seconds(Asked::CHANGE_MAX);
 /// The longest stroke of a curved ramp, s.
 const CURVED_S: f64 = 0.002;
-/// The same for a law over displacement, s. For such a law the chip takes milliseconds to compute a speed.
+/// The same for a speed profile over displacement, s. For such a speed profile the chip takes milliseconds to compute a speed.
 const OVER_DISPLACEMENT_S: f64 = 0.01;
 /// Where a line ends so soon after a chunk, s, its stroke goes on to there: a stroke of its own would be shorter than what
 /// the tool's task takes for it, and the next line would begin late. If the machine brakes from the end of that chunk on,
@@ -75,9 +75,9 @@ impl<'a> BeamStream<'a> {
     /// The stream of a run that started at `start`; `None` if there is no laser.
     pub fn new(machine: &'a Machine, start: Instant) -> Option<Self> {
         let config = machine.config();
-        let longest_s = match config.speed_law {
-            SpeedLaw::Trapezoid => STRAIGHT_S,
-            law if law.is_over_displacement() => OVER_DISPLACEMENT_S,
+        let longest_s = match config.speed_profile {
+            SpeedProfile::Trapezoid => STRAIGHT_S,
+            speed_profile if speed_profile.is_over_displacement() => OVER_DISPLACEMENT_S,
             _ => CURVED_S,
         };
         config.tool.laser.then_some(Self {

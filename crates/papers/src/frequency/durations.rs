@@ -1,13 +1,13 @@
-//! The duration of each law, exact and truncated as in the paper, and how much time the logarithmic one saves.
+//! The duration of each profile, exact and truncated as in the paper, and how much time the logarithmic one saves.
 
 use anyhow::Result;
-use isostep_generators::FrequencyLaw;
+use isostep_generators::FrequencyRamp;
 use isostep_report::pictures::document::Table;
 
 use super::parameters::{Parameters, TABLE_1, TABLE_2, TABLES};
 use crate::row::{Paper, Row};
 
-/// Durations of one law with the parameters of one table, s.
+/// Durations of one profile with the parameters of one table, s.
 #[derive(Clone, Copy, Debug)]
 pub struct Durations {
     /// The sum of 1/f\[i\].
@@ -16,10 +16,10 @@ pub struct Durations {
     pub truncated_s: f64,
 }
 
-/// The durations of `law` with the parameters of `table`.
-pub fn durations(table: &Parameters, law: FrequencyLaw) -> Result<Durations> {
-    let truncated_s = table.truncated(law)?.duration_us() as f64 * 1e-6;
-    Ok(Durations { exact_s: table.exact(law)?.duration_s(), truncated_s })
+/// The durations of `frequency_ramp` with the parameters of `table`.
+pub fn durations(table: &Parameters, frequency_ramp: FrequencyRamp) -> Result<Durations> {
+    let truncated_s = table.truncated(frequency_ramp)?.duration_us() as f64 * 1e-6;
+    Ok(Durations { exact_s: table.exact(frequency_ramp)?.duration_s(), truncated_s })
 }
 
 /// The paper's statements about durations.
@@ -28,70 +28,70 @@ pub fn rows() -> Result<Vec<Row>> {
         order("VI.A, figures 7 and 10", &TABLE_1, "logarithmic < linear < sinusoidal < quadratic")?,
         extremes("VI.D, figure 11", &TABLE_2)?,
     ];
-    for (law, printed) in
-        [(FrequencyLaw::Linear, 10.0), (FrequencyLaw::Sinusoidal, 12.0), (FrequencyLaw::Quadratic, 18.0)]
+    for (frequency_ramp, printed) in
+        [(FrequencyRamp::Linear, 10.0), (FrequencyRamp::Sinusoidal, 12.0), (FrequencyRamp::Quadratic, 18.0)]
     {
-        rows.extend(saved(law, printed)?);
+        rows.extend(saved(frequency_ramp, printed)?);
     }
     Ok(rows)
 }
 
-/// The laws from the shortest to the longest duration.
-fn ordered(table: &Parameters) -> Result<Vec<FrequencyLaw>> {
-    let mut laws = Vec::new();
-    for law in FrequencyLaw::ALL {
-        laws.push((durations(table, law)?.truncated_s, law));
+/// The profiles from the shortest to the longest duration.
+fn ordered(table: &Parameters) -> Result<Vec<FrequencyRamp>> {
+    let mut frequency_ramps = Vec::new();
+    for frequency_ramp in FrequencyRamp::ALL {
+        frequency_ramps.push((durations(table, frequency_ramp)?.truncated_s, frequency_ramp));
     }
-    laws.sort_by(|one, other| one.0.total_cmp(&other.0));
-    Ok(laws.into_iter().map(|(_, law)| law).collect())
+    frequency_ramps.sort_by(|one, other| one.0.total_cmp(&other.0));
+    Ok(frequency_ramps.into_iter().map(|(_, frequency_ramp)| frequency_ramp).collect())
 }
 
 fn order(place: &'static str, table: &Parameters, says: &str) -> Result<Row> {
-    let found = ordered(table)?.iter().map(|law| law.name()).collect::<Vec<_>>().join(" < ");
+    let found = ordered(table)?.iter().map(|frequency_ramp| frequency_ramp.name()).collect::<Vec<_>>().join(" < ");
     Ok(Paper::Frequency.asks(place, format!("durations, {}", table.name)).says(says, &found, found == says))
 }
 
 fn extremes(place: &'static str, table: &Parameters) -> Result<Row> {
-    let laws = ordered(table)?;
-    let found = format!("{} fastest, {} slowest", laws[0], laws[3]);
+    let frequency_ramps = ordered(table)?;
+    let found = format!("{} fastest, {} slowest", frequency_ramps[0], frequency_ramps[3]);
     let says = "logarithmic fastest, quadratic slowest";
     Ok(Paper::Frequency.asks(place, format!("durations, {}", table.name)).says(says, &found, found == says))
 }
 
-/// The paper does not say what its percentage refers to: the slower law's time or the logarithmic one's.
-fn saved(than: FrequencyLaw, printed: f64) -> Result<[Row; 2]> {
+/// The paper does not say what its percentage refers to: the slower profile's time or the logarithmic one's.
+fn saved(than: FrequencyRamp, printed: f64) -> Result<[Row; 2]> {
     let ours = |of: fn(Durations, Durations) -> f64| -> Result<f64> {
-        Ok(100.0 * of(durations(&TABLE_1, FrequencyLaw::Logarithmic)?, durations(&TABLE_1, than)?))
+        Ok(100.0 * of(durations(&TABLE_1, FrequencyRamp::Logarithmic)?, durations(&TABLE_1, than)?))
     };
-    let ask = |of: FrequencyLaw| {
+    let ask = |of: FrequencyRamp| {
         let quantity = format!("logarithmic against {than}, Table 1: saved of the {of} time");
         Paper::Frequency.asks("VI.A, VI.G", quantity).number("%", 2)
     };
     Ok([
         ask(than).printed(printed, ours(|fast, slow| 1.0 - fast.exact_s / slow.exact_s)?),
-        ask(FrequencyLaw::Logarithmic).printed(printed, ours(|fast, slow| slow.exact_s / fast.exact_s - 1.0)?),
+        ask(FrequencyRamp::Logarithmic).printed(printed, ours(|fast, slow| slow.exact_s / fast.exact_s - 1.0)?),
     ])
 }
 
-/// The durations of all laws with all tables.
+/// The durations of all profiles with all tables.
 pub fn table() -> Result<Table> {
     let mut rows = Vec::new();
     for table in &TABLES {
-        for law in FrequencyLaw::ALL {
-            let Durations { exact_s, truncated_s } = durations(table, law)?;
+        for frequency_ramp in FrequencyRamp::ALL {
+            let Durations { exact_s, truncated_s } = durations(table, frequency_ramp)?;
             let short_us = (exact_s - truncated_s) * 1e6;
             rows.push(vec![
                 table.name.to_owned(),
                 table.steps().to_string(),
                 table.ramp_steps().to_string(),
-                law.name().to_owned(),
+                frequency_ramp.name().to_owned(),
                 format!("{exact_s:.6}"),
                 format!("{truncated_s:.6}"),
                 format!("{short_us:.1}"),
             ]);
         }
     }
-    let head = ["parameters", "N", "p_N", "law", "exact, s", "as printed, s", "runs ahead, us"];
+    let head = ["parameters", "N", "p_N", "profile", "exact, s", "as printed, s", "runs ahead, us"];
     let caption = "Durations: the sum of all N periods, exact and cut down to even microseconds";
     Ok(Table::new(&head, rows).captioned(caption))
 }
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_the_laws_is_the_papers() {
+    fn the_order_of_the_frequency_ramps_is_the_papers() {
         assert!(rows().unwrap()[..2].iter().all(|row| row.difference == Cell::Words("none".to_owned())));
     }
 
@@ -127,9 +127,12 @@ mod tests {
             (0.227_126_018, 0.227_080),
             (0.200_609_771, 0.200_564),
         ];
-        for (law, (exact_s, truncated_s)) in FrequencyLaw::ALL.into_iter().zip(wanted) {
-            let found = durations(&TABLE_1, law).unwrap();
-            assert!((found.exact_s - exact_s).abs() < 1e-9 && (found.truncated_s - truncated_s).abs() < 1e-12, "{law}");
+        for (frequency_ramp, (exact_s, truncated_s)) in FrequencyRamp::ALL.into_iter().zip(wanted) {
+            let found = durations(&TABLE_1, frequency_ramp).unwrap();
+            assert!(
+                (found.exact_s - exact_s).abs() < 1e-9 && (found.truncated_s - truncated_s).abs() < 1e-12,
+                "{frequency_ramp}"
+            );
         }
     }
 }

@@ -1,9 +1,9 @@
-//! Fonseca-Campos's tables of parameters, and the curves of his laws by them.
+//! Fonseca-Campos's tables of parameters, and the curves of his profiles by them.
 
 use anyhow::Result;
-use isostep_generators::{FrequencyLaw, FrequencyProfile, TruncatedProfile};
-use isostep_report::laws::by_differences;
+use isostep_generators::{FrequencyProfile, FrequencyRamp, TruncatedProfile};
 use isostep_report::pictures::profile::Curve;
+use isostep_report::speed_profiles::by_differences;
 
 /// The parameters that one table prints.
 #[derive(Clone, Copy, Debug)]
@@ -81,28 +81,28 @@ impl Parameters {
         360.0 / self.steps_per_rev
     }
 
-    /// The law without truncation.
-    pub fn exact(&self, law: FrequencyLaw) -> Result<FrequencyProfile> {
+    /// The profile without truncation.
+    pub fn exact(&self, frequency_ramp: FrequencyRamp) -> Result<FrequencyProfile> {
         let (steps, ramp) = (self.steps(), self.ramp_steps());
-        Ok(FrequencyProfile::plan(law, steps, ramp, self.max_period_us, self.min_period_us)?)
+        Ok(FrequencyProfile::plan(frequency_ramp, steps, ramp, self.max_period_us, self.min_period_us)?)
     }
 
-    /// The law truncated as in the paper's program.
-    pub fn truncated(&self, law: FrequencyLaw) -> Result<TruncatedProfile> {
+    /// The profile truncated as in the paper's program.
+    pub fn truncated(&self, frequency_ramp: FrequencyRamp) -> Result<TruncatedProfile> {
         let (steps, ramp) = (self.steps(), self.ramp_steps());
-        Ok(TruncatedProfile::plan(law, steps, ramp, self.max_period_us, self.min_period_us)?)
+        Ok(TruncatedProfile::plan(frequency_ramp, steps, ramp, self.max_period_us, self.min_period_us)?)
     }
 
-    /// Position, speed, acceleration and jerk of a law over time, degrees, as the paper computes them (sections II.B and VI.A):
-    /// at the end of each step, eq 9's theta\[i\] = i theta_s over the sum of the first i periods.
-    pub fn exact_curve(&self, law: FrequencyLaw) -> Result<Curve> {
-        let profile = self.exact(law)?;
+    /// Position, speed, acceleration and jerk of a profile over time, degrees, as the paper computes them (sections II.B and
+    /// VI.A): at the end of each step, eq 9's theta\[i\] = i theta_s over the sum of the first i periods.
+    pub fn exact_curve(&self, frequency_ramp: FrequencyRamp) -> Result<Curve> {
+        let profile = self.exact(frequency_ramp)?;
         Ok(self.curve(profile.edges_s().skip(1).chain([profile.duration_s()]).collect()))
     }
 
-    /// The same of the law truncated to whole microseconds.
-    pub fn truncated_curve(&self, law: FrequencyLaw) -> Result<Curve> {
-        let profile = self.truncated(law)?;
+    /// The same of the profile truncated to whole microseconds.
+    pub fn truncated_curve(&self, frequency_ramp: FrequencyRamp) -> Result<Curve> {
+        let profile = self.truncated(frequency_ramp)?;
         let ends_us = profile.edges_us().skip(1).chain([profile.duration_us()]);
         Ok(self.curve(ends_us.map(|us| us as f64 * 1e-6).collect()))
     }
@@ -126,12 +126,12 @@ mod tests {
     /// By hand: in the cruise, 0.225 degrees every 1.5 ms are 150 degrees/s, without acceleration or jerk.
     #[test]
     fn the_cruise_is_a_straight_line() {
-        let curve = TABLE_1.exact_curve(FrequencyLaw::Linear).unwrap();
+        let curve = TABLE_1.exact_curve(FrequencyRamp::Linear).unwrap();
         assert_eq!(curve.position.len(), 120);
         assert!((curve.speed[60].1 - 150.0).abs() < 1e-9);
         assert!(curve.accel[60].1.abs() < 1e-6 && curve.jerk[60].1.abs() < 1e-2);
         let (end_s, end_deg) = curve.position[119];
         assert!((end_deg - 27.0).abs() < 1e-12);
-        assert!((end_s - TABLE_1.exact(FrequencyLaw::Linear).unwrap().duration_s()).abs() < 1e-12);
+        assert!((end_s - TABLE_1.exact(FrequencyRamp::Linear).unwrap().duration_s()).abs() < 1e-12);
     }
 }

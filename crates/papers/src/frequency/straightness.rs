@@ -1,7 +1,7 @@
-//! The reason why the linear law's speed over time is not a straight line (Fonseca-Campos 2023, section VI.A).
+//! The reason why the linear profile's speed over time is not a straight line (Fonseca-Campos 2023, section VI.A).
 
 use anyhow::Result;
-use isostep_generators::FrequencyLaw;
+use isostep_generators::FrequencyRamp;
 use isostep_report::pictures::chart::{self, Chart, Curve};
 use isostep_report::pictures::document::Picture;
 use isostep_report::pictures::theme::CURVE;
@@ -9,7 +9,7 @@ use isostep_report::pictures::theme::CURVE;
 use super::parameters::{Parameters, TABLE_1};
 use crate::row::{Paper, Row};
 
-/// The acceleration phase of the linear law.
+/// The acceleration phase of the linear profile.
 struct Ramp {
     /// The middle of each period, s.
     t_s: Vec<f64>,
@@ -19,12 +19,12 @@ struct Ramp {
 
 impl Ramp {
     fn exact(table: &Parameters) -> Result<Self> {
-        let profile = table.exact(FrequencyLaw::Linear)?;
+        let profile = table.exact(FrequencyRamp::Linear)?;
         Ok(Self::new((1..=table.ramp_steps()).map(|i| profile.period_s(i))))
     }
 
     fn truncated(table: &Parameters) -> Result<Self> {
-        let profile = table.truncated(FrequencyLaw::Linear)?;
+        let profile = table.truncated(FrequencyRamp::Linear)?;
         Ok(Self::new((1..=table.ramp_steps()).map(|i| f64::from(profile.period_us(i)) * 1e-6)))
     }
 
@@ -59,13 +59,13 @@ impl Ramp {
 pub fn rows() -> Result<Vec<Row>> {
     let (exact, truncated) = (Ramp::exact(&TABLE_1)?, Ramp::truncated(&TABLE_1)?);
     let ask = |along: &str| {
-        let quantity = format!("linear law, Table 1: bend of its speed over {along}, of the top");
+        let quantity = format!("linear profile, Table 1: bend of its speed over {along}, of the top");
         Paper::Frequency.asks("VI.A, figure 7", quantity).number("%", 3)
     };
     let over_time = [truncated.bend_percent(&truncated.t_s), exact.bend_percent(&exact.t_s)];
     let over_steps = [truncated.bend_percent(&truncated.steps()), exact.bend_percent(&exact.steps())];
-    let found = "the law itself: straight over steps is exponential over time; truncation adds little";
-    let cause = Paper::Frequency.asks("VI.A, figure 7", "what bends the linear law's speed over time");
+    let found = "the profile itself: straight over steps is exponential over time; truncation adds little";
+    let cause = Paper::Frequency.asks("VI.A, figure 7", "what bends the linear profile's speed over time");
     Ok(vec![
         ask("time").by_method(over_time[0], over_time[1]),
         ask("steps").by_method(over_steps[0], over_steps[1]),
@@ -93,13 +93,13 @@ pub fn picture() -> Result<Picture> {
     Ok(Picture::new(
         "fonseca-campos-2023-linear-ramp",
         chart::picture(
-            "Acceleration of the linear law over time and over steps",
+            "Acceleration of the linear profile over time and over steps",
             &key,
             2,
             300,
             &[over_time, over_steps],
         ),
-        "Table 1's linear law while it accelerates. Its frequency rises by the same amount every step (right), and \
+        "Table 1's linear profile while it accelerates. Its frequency rises by the same amount every step (right), and \
          steps come faster and faster, so over time it rises exponentially (left): f' = f df/di. So its acceleration \
          grows along the ramp, and is no step as a trapezoid's is. The paper lays the bend to periods of whole \
          microseconds; exact periods bend as much. Truncation moves a dot by less than its own size.",
@@ -114,7 +114,7 @@ mod tests {
     /// 1.6992, at f = 1.6992 f_min. The chord is at 1 + 1.6992 ln 1.6992 = 1.9009 there: 0.2017 f_min above, which is
     /// 7.56 % of 8/3 f_min.
     #[test]
-    fn the_exact_law_bends_over_time_as_an_exponential_does() {
+    fn the_exact_frequency_ramp_bends_over_time_as_an_exponential_does() {
         let exact = Ramp::exact(&TABLE_1).unwrap();
         assert!((exact.bend_percent(&exact.t_s) - 7.56).abs() < 0.1, "{}", exact.bend_percent(&exact.t_s));
         assert!(exact.bend_percent(&exact.steps()) < 1e-9);

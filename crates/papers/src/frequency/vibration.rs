@@ -1,8 +1,8 @@
-//! The ringing that the laws cause (Fonseca-Campos 2023, section VI.F, Tables 5 to 7, figure 13). A model.
+//! The ringing that the profiles cause (Fonseca-Campos 2023, section VI.F, Tables 5 to 7, figure 13). A model.
 
 use crate::welch::{Spectrum, welch};
 use anyhow::Result;
-use isostep_generators::{FrequencyLaw, FrequencyProfile};
+use isostep_generators::{FrequencyProfile, FrequencyRamp};
 use isostep_sim::analysis::{Oscillator, mean};
 
 use super::parameters::TABLE_6;
@@ -14,7 +14,7 @@ pub const NATURAL_HZ: [f64; 11] = [40.0, 41.0, 42.0, 43.0, 44.0, 45.0, 46.0, 47.
 pub const DAMPING_RATIO: f64 = 0.02;
 /// Samples of a waveform (Fonseca-Campos 2023, section VI.F).
 pub const SAMPLES: usize = 180;
-/// Waveforms of a law (Fonseca-Campos 2023, section VI.F). Here each begins a tenth of a sample later than the previous
+/// Waveforms of a profile (Fonseca-Campos 2023, section VI.F). Here each begins a tenth of a sample later than the previous
 /// one.
 pub const WAVEFORMS: usize = 10;
 /// Sample rate, the inverse of t_s (Fonseca-Campos 2023, Table 5).
@@ -23,10 +23,10 @@ pub const SAMPLE_HZ: f64 = 100.0;
 /// Speed over time as corner points (s, steps/s), with straight lines between them.
 pub type Drive = Vec<(f64, f64)>;
 
-/// The excitation of a carriage by `law` with the parameters of Table 6. The speed is f\[i\] in the middle of period i
+/// The excitation of a carriage by `frequency_ramp` with the parameters of Table 6. The speed is f\[i\] in the middle of period i
 /// and changes linearly between. It jumps from standstill to f\[1\] and from f\[N\] to standstill.
-pub fn drive(law: FrequencyLaw) -> Result<Drive> {
-    let profile = TABLE_6.exact(law)?;
+pub fn drive(frequency_ramp: FrequencyRamp) -> Result<Drive> {
+    let profile = TABLE_6.exact(frequency_ramp)?;
     Ok(corners(&profile))
 }
 
@@ -93,25 +93,26 @@ pub fn fine_deviation(drive: &Drive, natural_hz: f64) -> Result<f64> {
 mod tests {
     use super::*;
 
-    fn deviations(drive: impl Fn(FrequencyLaw) -> Drive) -> [f64; 4] {
-        FrequencyLaw::ALL.map(|law| deviation(&drive(law)).unwrap())
+    fn deviations(drive: impl Fn(FrequencyRamp) -> Drive) -> [f64; 4] {
+        FrequencyRamp::ALL.map(|frequency_ramp| deviation(&drive(frequency_ramp)).unwrap())
     }
 
     #[test]
     fn sinusoidal_rings_least_and_logarithmic_most() {
-        let [linear, quadratic, sinusoidal, logarithmic] = deviations(|law| drive(law).unwrap());
+        let [linear, quadratic, sinusoidal, logarithmic] = deviations(|frequency_ramp| drive(frequency_ramp).unwrap());
         assert!(sinusoidal < linear && linear < quadratic && quadratic < logarithmic);
     }
 
     #[test]
     fn the_ramps_alone_are_in_the_same_order_and_far_apart() {
-        let [linear, quadratic, sinusoidal, logarithmic] = deviations(|law| without_jumps(&drive(law).unwrap()));
+        let [linear, quadratic, sinusoidal, logarithmic] =
+            deviations(|frequency_ramp| without_jumps(&drive(frequency_ramp).unwrap()));
         assert!(sinusoidal * 3.0 < linear && linear * 1.5 < quadratic && quadratic * 2.0 < logarithmic);
     }
 
     #[test]
     fn the_spectrum_has_the_power_of_the_waveforms_where_the_carriage_rings() {
-        let drive = drive(FrequencyLaw::Logarithmic).unwrap();
+        let drive = drive(FrequencyRamp::Logarithmic).unwrap();
         let peak_hz = spectrum(&drive).unwrap().peak_hz();
         assert!((38.0..=50.0).contains(&peak_hz), "{peak_hz}");
     }
@@ -120,10 +121,10 @@ mod tests {
     /// last periods.
     #[test]
     fn the_drive_covers_the_way() {
-        for law in FrequencyLaw::ALL {
-            let drive = drive(law).unwrap();
+        for frequency_ramp in FrequencyRamp::ALL {
+            let drive = drive(frequency_ramp).unwrap();
             let area: f64 = drive.windows(2).map(|pair| (pair[1].0 - pair[0].0) * (pair[0].1 + pair[1].1) / 2.0).sum();
-            assert!((area - 2_000.0).abs() < 2.0, "{law}: {area}");
+            assert!((area - 2_000.0).abs() < 2.0, "{frequency_ramp}: {area}");
         }
     }
 }

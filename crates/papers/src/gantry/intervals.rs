@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isostep_generators::{Preload, PreloadTimer, Staircase, TimedStaircase, TimedTread};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 use isostep_report::pictures::chart::{self, Chart, Curve};
 use isostep_report::pictures::document::{Picture, Table};
 use isostep_report::pictures::theme::CURVE;
@@ -41,8 +41,8 @@ pub fn ours() -> Result<SyncMove<2>> {
     Ok(SyncMove::plan(
         [STEPS as i32, ACROSS_STEPS as i32],
         &[limits; 2],
-        IntervalLaw::Thirds,
-        SpeedLaw::Trapezoid,
+        IntervalSplit::Thirds,
+        SpeedProfile::Trapezoid,
         None,
     )?)
 }

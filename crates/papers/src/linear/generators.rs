@@ -1,11 +1,11 @@
-//! Stoychitch's motor, with the default values of the paper's appendix (2018), the generators of its section 3, and the linear law that
-//! they are compared with.
+//! Stoychitch's motor, with the default values of the paper's appendix (2018), the generators of its section 3, and the linear
+//! profile that they are compared with.
 
 use std::f64::consts::TAU;
 
 use anyhow::Result;
 use isostep_generators::{Correction, StepsPerTime, TimePerStep};
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile, SyncMove};
 
 /// K, steps per revolution.
 pub const STEPS_PER_REV: u32 = 4_096;
@@ -59,9 +59,9 @@ pub struct Generator {
 /// The reference for an interval.
 #[derive(Clone, Copy)]
 enum Truth {
-    /// The speed that the law has at step i, counted from 0 (Stoychitch 2018, eqs 9 and 10).
+    /// The speed that the profile has at step i, counted from 0 (Stoychitch 2018, eqs 9 and 10).
     SpeedAtStep,
-    /// The time that the law takes from one step's displacement to the next one's. The value is the displacement of the
+    /// The time that the profile takes from one step's displacement to the next one's. The value is the displacement of the
     /// first step.
     TimeFrom(f64),
 }
@@ -80,7 +80,8 @@ pub fn generators(start_rad_s: f64) -> Result<Vec<Generator>> {
 }
 
 fn exact(limits: &Limits) -> Result<Vec<f64>> {
-    let plan = SyncMove::plan([STEPS_PER_REV as i32], &[*limits], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None)?;
+    let plan =
+        SyncMove::plan([STEPS_PER_REV as i32], &[*limits], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None)?;
     let ticks: Vec<u64> = plan.segments(0, TICK_HZ).flat_map(|segment| segment.ticks()).collect();
     Ok(ticks.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / f64::from(TICK_HZ)).collect())
 }
@@ -95,13 +96,13 @@ fn steps_per_time(limits: &Limits) -> Result<Vec<f64>> {
     Ok(services.map(|count| f64::from(count) / f64::from(SERVICE_HZ)).collect())
 }
 
-/// The linear law itself, over so many steps.
-pub fn law(start_rad_s: f64, steps: u32) -> Result<Profile> {
-    crate::plan(f64::from(steps), &limits(start_rad_s), SpeedLaw::Trapezoid)
+/// The linear profile itself, over so many steps.
+pub fn linear_profile(start_rad_s: f64, steps: u32) -> Result<Profile> {
+    crate::plan(f64::from(steps), &limits(start_rad_s), SpeedProfile::Trapezoid)
 }
 
 impl Generator {
-    /// The displacement of the law at which the first step is due, steps.
+    /// The displacement of the profile at which the first step is due, steps.
     fn first_steps(&self) -> f64 {
         match self.truth {
             Truth::SpeedAtStep => 0.0,
@@ -109,33 +110,33 @@ impl Generator {
         }
     }
 
-    /// The instants of the first `count` steps, s from the beginning of the law.
-    pub fn edges_s(&self, law: &Profile, count: usize) -> Vec<f64> {
-        let mut edges = vec![law.time_at(self.first_steps())];
+    /// The instants of the first `count` steps, s from the beginning of the profile.
+    pub fn edges_s(&self, linear_profile: &Profile, count: usize) -> Vec<f64> {
+        let mut edges = vec![linear_profile.time_at(self.first_steps())];
         for interval_s in self.intervals_s.iter().take(count - 1) {
             edges.push(edges[edges.len() - 1] + interval_s);
         }
         edges
     }
 
-    /// The speed error of each interval relative to the law, %.
-    pub fn errors_percent(&self, law: &Profile) -> Vec<f64> {
+    /// The speed error of each interval relative to the profile, %.
+    pub fn errors_percent(&self, linear_profile: &Profile) -> Vec<f64> {
         let exact_steps_s = |i: usize| {
             let at = self.first_steps() + i as f64;
             match self.truth {
-                Truth::SpeedAtStep => law.speed_at(law.time_at(at)),
-                Truth::TimeFrom(_) => 1.0 / (law.time_at(at + 1.0) - law.time_at(at)),
+                Truth::SpeedAtStep => linear_profile.speed_at(linear_profile.time_at(at)),
+                Truth::TimeFrom(_) => 1.0 / (linear_profile.time_at(at + 1.0) - linear_profile.time_at(at)),
             }
         };
         let intervals = self.intervals_s.iter().enumerate();
         intervals.map(|(i, interval_s)| 100.0 * (1.0 / interval_s / exact_steps_s(i) - 1.0)).collect()
     }
 
-    /// The time that the generator takes longer from its first step to its last than the law, s.
-    pub fn late_s(&self, law: &Profile) -> f64 {
+    /// The time that the generator takes longer from its first step to its last than the profile, s.
+    pub fn late_s(&self, linear_profile: &Profile) -> f64 {
         let first = self.first_steps();
         let last = first + self.intervals_s.len() as f64;
-        self.intervals_s.iter().sum::<f64>() - (law.time_at(last) - law.time_at(first))
+        self.intervals_s.iter().sum::<f64>() - (linear_profile.time_at(last) - linear_profile.time_at(first))
     }
 }
 
@@ -143,12 +144,12 @@ impl Generator {
 mod tests {
     use super::*;
 
-    /// By hand, at 0.08 rad/s = 52.15 steps/s and a = 1303.8 steps/s²: eq 10 gives v_1 = v_0 + a/v_0 = 77.15. The law
+    /// By hand, at 0.08 rad/s = 52.15 steps/s and a = 1303.8 steps/s²: eq 10 gives v_1 = v_0 + a/v_0 = 77.15. The profile
     /// has sqrt(v_0² + 2 a) = 72.99 steps/s, which is 5.70 % less.
     #[test]
     fn the_recurrence_runs_ahead_by_hand() {
-        let errors =
-            generators(SLOW_START_RAD_S).unwrap()[1].errors_percent(&law(SLOW_START_RAD_S, STEPS_PER_REV).unwrap());
+        let errors = generators(SLOW_START_RAD_S).unwrap()[1]
+            .errors_percent(&linear_profile(SLOW_START_RAD_S, STEPS_PER_REV).unwrap());
         assert!((errors[1] - 5.70).abs() < 0.01, "{}", errors[1]);
     }
 

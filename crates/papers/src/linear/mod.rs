@@ -29,8 +29,8 @@ fn trajectory() -> Result<Section> {
 fn pulses() -> Result<Section> {
     let section = Section::new("Figures 2 and 5: the generators").with_text(
         "Each generator makes one revolution of that motor; ours and time per step count microseconds, steps per time is \
-         served 10,000 times a second as in the paper's program. Time per step is held against the speed that the law \
-         has at each step, which is what its equations mean; the others against the time that the law takes from step \
+         served 10,000 times a second as in the paper's program. Time per step is held against the speed that the profile \
+         has at each step, which is what its equations mean; the others against the time that the profile takes from step \
          to step. Simulated, in double precision.",
     );
     let pictures = [speed_error::steps()?, speed_error::stairs()?, speed_error::picture()?];

@@ -6,7 +6,7 @@ use isostep_report::pictures::chart::{self, Chart, Curve};
 use isostep_report::pictures::document::Picture;
 use isostep_report::pictures::theme::CURVE;
 
-use super::generators::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, law, steps_per_rad};
+use super::generators::{ACCEL_RAD_S2, RATIO, START_RAD_S, STEPS_PER_REV, TOP_RAD_S, linear_profile, steps_per_rad};
 use crate::row::{Paper, Row};
 
 /// The results of section 2: times, s, and steps of the phases.
@@ -48,7 +48,7 @@ const TRIANGLE_STEPS: u32 = 326;
 pub fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (steps, what) in [(STEPS_PER_REV, "one revolution"), (TRIANGLE_STEPS, "326 steps")] {
-        let (theirs, ours) = (by_the_paper(steps), law(START_RAD_S, steps)?);
+        let (theirs, ours) = (by_the_paper(steps), linear_profile(START_RAD_S, steps)?);
         let counts = ours.step_counts();
         let times = [
             ("T", theirs.total_s, ours.duration_s()),
@@ -68,7 +68,7 @@ pub fn rows() -> Result<Vec<Row>> {
 
 /// Figures 1 and 3.
 pub fn picture() -> Result<Picture> {
-    let [triangle, trapezoid] = [TRIANGLE_STEPS, STEPS_PER_REV].map(|steps| law(START_RAD_S, steps));
+    let [triangle, trapezoid] = [TRIANGLE_STEPS, STEPS_PER_REV].map(|steps| linear_profile(START_RAD_S, steps));
     let panels = quantities(&triangle?).into_iter().zip(quantities(&trapezoid?));
     let rows: Vec<Chart> = panels.flat_map(|(one, other)| [one, other]).collect();
     Ok(Picture::new(

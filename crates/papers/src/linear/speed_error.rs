@@ -1,4 +1,4 @@
-//! The closeness with which the generators' speed follows the linear law; and the first steps, figures 2 and 5 (Stoychitch
+//! The closeness with which the generators' speed follows the linear profile; and the first steps, figures 2 and 5 (Stoychitch
 //! 2018).
 
 use anyhow::Result;
@@ -7,7 +7,7 @@ use isostep_report::pictures::document::{Picture, Table};
 use isostep_report::pictures::theme::{CURVE, Colour};
 
 use super::generators::{
-    Generator, NAMES, SLOW_START_RAD_S, START_RAD_S, STEPS_PER_REV, generators, law, steps_per_rad,
+    Generator, NAMES, SLOW_START_RAD_S, START_RAD_S, STEPS_PER_REV, generators, linear_profile, steps_per_rad,
 };
 use crate::row::{Paper, Row, signed};
 
@@ -20,8 +20,8 @@ const STEPS_PER_TIME: usize = 3;
 
 /// The largest error of each generator, %, in the order of [`NAMES`].
 fn worst_errors(start_rad_s: f64) -> Result<Vec<f64>> {
-    let law = law(start_rad_s, STEPS_PER_REV)?;
-    Ok(generators(start_rad_s)?.iter().map(|generator| worst(&generator.errors_percent(&law))).collect())
+    let linear_profile = linear_profile(start_rad_s, STEPS_PER_REV)?;
+    Ok(generators(start_rad_s)?.iter().map(|generator| worst(&generator.errors_percent(&linear_profile))).collect())
 }
 
 fn worst(errors: &[f64]) -> f64 {
@@ -58,10 +58,10 @@ fn correction(errors: &[f64], what: &str) -> Row {
 pub fn table() -> Result<Table> {
     let mut rows = Vec::new();
     for (start_rad_s, what) in STARTS {
-        let law = law(start_rad_s, STEPS_PER_REV)?;
+        let linear_profile = linear_profile(start_rad_s, STEPS_PER_REV)?;
         for generator in generators(start_rad_s)? {
-            let errors = generator.errors_percent(&law);
-            let late_ms = generator.late_s(&law) * 1e3;
+            let errors = generator.errors_percent(&linear_profile);
+            let late_ms = generator.late_s(&linear_profile) * 1e3;
             rows.push(vec![
                 what.to_owned(),
                 generator.name.to_owned(),
@@ -72,18 +72,18 @@ pub fn table() -> Result<Table> {
         }
     }
     let head = ["start", "generator", "worst speed error, %", "rms, %", "last step late, ms"];
-    Ok(Table::new(&head, rows).captioned("Speed of each interval against the linear law, one revolution"))
+    Ok(Table::new(&head, rows).captioned("Speed of each interval against the linear profile, one revolution"))
 }
 
 /// The error of every interval.
 pub fn picture() -> Result<Picture> {
-    let law = law(START_RAD_S, STEPS_PER_REV)?;
+    let linear_profile = linear_profile(START_RAD_S, STEPS_PER_REV)?;
     let curves: Vec<Curve> = generators(START_RAD_S)?
         .iter()
         .enumerate()
         .rev()
         .map(|(colour, generator)| {
-            let errors = generator.errors_percent(&law).into_iter().enumerate();
+            let errors = generator.errors_percent(&linear_profile).into_iter().enumerate();
             Curve::line(CURVE[colour], errors.map(|(i, error)| (i as f64, error)))
         })
         .collect();
@@ -113,7 +113,7 @@ const SHOWN: usize = 12;
 pub fn steps() -> Result<Picture> {
     let first_s = |edges: &[f64]| edges.iter().map(|edge_s| edge_s - edges[0]).collect::<Vec<_>>();
     let accelerating =
-        first_s(&generators(SLOW_START_RAD_S)?[0].edges_s(&law(SLOW_START_RAD_S, STEPS_PER_REV)?, SHOWN));
+        first_s(&generators(SLOW_START_RAD_S)?[0].edges_s(&linear_profile(SLOW_START_RAD_S, STEPS_PER_REV)?, SHOWN));
     let last_s = accelerating[SHOWN - 1];
     let constant: Vec<f64> = (0..SHOWN).map(|k| last_s * k as f64 / (SHOWN - 1) as f64).collect();
     let curve = |colour, edges: &[f64], low| Curve::line(colour, pulses(edges, low, last_s * 0.012));
@@ -148,30 +148,30 @@ fn pulses(edges_s: &[f64], low: f64, width_s: f64) -> Vec<(f64, f64)> {
 
 /// Figure 5: the speed in each interval.
 pub fn stairs() -> Result<Picture> {
-    let (all, law, alpha) =
-        (generators(SLOW_START_RAD_S)?, law(SLOW_START_RAD_S, STEPS_PER_REV)?, 1.0 / steps_per_rad());
+    let (all, linear_profile, alpha) =
+        (generators(SLOW_START_RAD_S)?, linear_profile(SLOW_START_RAD_S, STEPS_PER_REV)?, 1.0 / steps_per_rad());
     let stair = |(colour, generator): (usize, &Generator)| {
-        let edges = generator.edges_s(&law, SHOWN + 1);
+        let edges = generator.edges_s(&linear_profile, SHOWN + 1);
         let treads = edges.windows(2).map(|pair| (pair[0], pair[1], alpha / (pair[1] - pair[0])));
         let points = treads.flat_map(|(from_s, to_s, speed)| [(from_s, speed), (to_s, speed)]);
         Curve::line(CURVE[colour], points)
     };
     let mut curves: Vec<Curve> = all.iter().enumerate().map(stair).collect();
-    let end_s = all[0].edges_s(&law, SHOWN + 1)[SHOWN];
-    let line = (0..=100).map(|k| end_s * f64::from(k) / 100.0).map(|t_s| (t_s, law.speed_at(t_s) * alpha));
+    let end_s = all[0].edges_s(&linear_profile, SHOWN + 1)[SHOWN];
+    let line = (0..=100).map(|k| end_s * f64::from(k) / 100.0).map(|t_s| (t_s, linear_profile.speed_at(t_s) * alpha));
     curves.push(Curve::dashed(CURVE[6], line));
     let chart = Chart::new("time, s", "speed, rad/s", curves);
     Ok(Picture::new(
         "stoychitch-2018-figure-5",
         chart::picture(
             "Speed of the first steps of each generator",
-            &[key(), vec![(CURVE[6], "the linear law".to_owned())]].concat(),
+            &[key(), vec![(CURVE[6], "the linear profile".to_owned())]].concat(),
             1,
             360,
             &[chart],
         ),
-        "Figure 5: each stair is an interval, as high as its speed. Exact intervals cross the law in their middle. Time \
-         per step gives an interval the speed that the law has at its beginning, and so comes late by half a step; eq 14 \
+        "Figure 5: each stair is an interval, as high as its speed. Exact intervals cross the profile in their middle. Time \
+         per step gives an interval the speed that the profile has at its beginning, and so comes late by half a step; eq 14 \
          makes the first five longer still. That helps where the recurrence runs ahead, nearly from rest as here; \
          at the paper's own v_s = 0.5 rad/s it hardly errs, and the correction is all that is wrong.",
     ))

@@ -6,8 +6,8 @@ use super::blend::BlendBounds;
 use super::config::{ChainConfig, Effort, Square};
 use super::corner::{self, UnitVector};
 use super::{FEED_RATIO_MAX, Request};
+use crate::IntervalSplit;
 use crate::fixed::is_zero;
-use crate::law::IntervalLaw;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::profile::{Profile, ProfileError};
 use crate::ramp::delta_v2;
@@ -176,7 +176,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     ) -> bool {
         let feed_mm_s = request.feed_mm_s.unwrap_or(f64::INFINITY);
         // Where each move stops, or needs a time of its own, two short ones are not one long one.
-        let is_bound = config.interval_law != IntervalLaw::Fastest || config.effort.needs_time();
+        let is_bound = config.interval_split != IntervalSplit::Fastest || config.effort.needs_time();
         if feed_mm_s != self.feed_mm_s
             || self.stops
             || request.stops
@@ -258,8 +258,12 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     fn check(&self, distance_steps: f64, limits: &Limits, config: &ChainConfig<N>) -> Result<(), PlanError> {
         let slowest = self.start_steps_s(limits);
         let is_too_slow = slowest < SPEED_MIN_STEPS_S && slowest < self.nominal_steps_s;
-        if config.speed_law.is_over_displacement() && is_too_slow {
-            let standstill = ProfileError::Standstill { law: config.speed_law, asked: slowest, min: SPEED_MIN_STEPS_S };
+        if config.speed_profile.is_over_displacement() && is_too_slow {
+            let standstill = ProfileError::Standstill {
+                speed_profile: config.speed_profile,
+                asked: slowest,
+                min: SPEED_MIN_STEPS_S,
+            };
             return Err(PlanError::Profile(standstill));
         }
         // Only a long move needs the full check: most moves are far from lasting too long.
@@ -269,7 +273,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             let plain =
                 Self { nominal_steps_s: self.feed_steps_s().min(self.bearable_steps_s(limits, config)), ..*self };
             let (limits, end) = (plain.limits_now(limits), plain.start_steps_s(limits));
-            Profile::plan(distance_steps, end, end, &limits, config.interval_law, config.speed_law)?;
+            Profile::plan(distance_steps, end, end, &limits, config.interval_split, config.speed_profile)?;
         }
         Ok(())
     }
@@ -347,7 +351,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         };
         let mm2_per_step2 = self.mm_per_step * self.mm_per_step;
         let delta_v2 = |accel_steps_s2| {
-            let delta_v2 = delta_v2(config.speed_law, accel_steps_s2, jerk_steps_s3, steps, top_steps_s);
+            let delta_v2 = delta_v2(config.speed_profile, accel_steps_s2, jerk_steps_s3, steps, top_steps_s);
             config.scale.square(delta_v2 * mm2_per_step2)
         };
         let accel = delta_v2(accel_steps_s2);

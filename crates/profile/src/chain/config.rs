@@ -4,11 +4,11 @@ use core::cell::Cell;
 
 use super::FEED_RATIO_MAX;
 use crate::fixed::is_zero;
-use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::square_root::sqrt;
 use crate::sync::{MoveSteps, PlanError, check_moving, longest_of, tightest};
+use crate::{IntervalSplit, SpeedProfile};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
 pub(super) type Square = u64;
@@ -28,7 +28,7 @@ pub(super) const ONE: u32 = 1 << 16;
 /// Accelerations at corners are lower by this ratio, so that no rounding exceeds any.
 const SAFE: f64 = 0.999_99;
 
-/// If a move lasts at most this fraction of the longest duration by the trapezoid, it is not too long by any law.
+/// If a move lasts at most this fraction of the longest duration by the trapezoid, it is not too long by any speed profile.
 const EASILY: f64 = 1.0 / 64.0;
 
 /// The time that a caller needs for a move, beside making it, s. No move is planned to last less, so that the caller can
@@ -44,7 +44,7 @@ pub struct Effort {
     pub straight_s: f64,
     /// In addition, for a move that may begin with a blend.
     pub blend_s: f64,
-    /// In addition, for a move that changes its speed by a curved law.
+    /// In addition, for a move that changes its speed by a curved speed profile.
     pub ramps_s: f64,
     /// The same, for the square root of its steps: ramps of four times the steps take twice the time.
     pub root_step_s: f64,
@@ -84,8 +84,8 @@ impl Effort {
 pub struct ChainConfig<const N: usize> {
     limits: [Limits; N],
     pub(super) mm_per_step: [f64; N],
-    pub(super) interval_law: IntervalLaw,
-    pub(super) speed_law: SpeedLaw,
+    pub(super) interval_split: IntervalSplit,
+    pub(super) speed_profile: SpeedProfile,
     pub(super) feed_ratio: f64,
     pub(super) rapid_ratio: f64,
     pub(super) scale: Scale,
@@ -117,8 +117,8 @@ impl<const N: usize> ChainConfig<N> {
         Self {
             limits: [Limits::NONE; N],
             mm_per_step: [0.0; N],
-            interval_law: IntervalLaw::Fastest,
-            speed_law: SpeedLaw::Trapezoid,
+            interval_split: IntervalSplit::Fastest,
+            speed_profile: SpeedProfile::Trapezoid,
             feed_ratio: 0.0,
             rapid_ratio: 0.0,
             scale: Scale::none(),
@@ -142,8 +142,8 @@ impl<const N: usize> ChainConfig<N> {
         limits: [Limits; N],
         mm_per_step: [f64; N],
         corner_deviation_mm: f64,
-        interval_law: IntervalLaw,
-        speed_law: SpeedLaw,
+        interval_split: IntervalSplit,
+        speed_profile: SpeedProfile,
     ) -> Self {
         let works = limits.map(|limits| limits.check().is_ok());
         // An axis whose limits do not work never moves, so it does not count here.
@@ -166,8 +166,8 @@ impl<const N: usize> ChainConfig<N> {
         Self {
             limits,
             mm_per_step,
-            interval_law,
-            speed_law,
+            interval_split,
+            speed_profile,
             feed_ratio: 1.0,
             rapid_ratio: 1.0,
             scale,
@@ -192,7 +192,7 @@ impl<const N: usize> ChainConfig<N> {
     /// The same for a caller that needs this time for a move. All of it is 0 or more.
     #[must_use]
     pub fn with_effort(self, effort: Effort) -> Self {
-        let is_curved = self.speed_law != SpeedLaw::Trapezoid;
+        let is_curved = self.speed_profile != SpeedProfile::Trapezoid;
         let effort = if is_curved { effort } else { Effort { ramps_s: 0.0, root_step_s: 0.0, ..effort } };
         // Two ramps of n/2 steps each last 2 √(n/a), and need √n times the time for the root.
         let root_half_s = effort.root_step_s / 2.0;
@@ -214,7 +214,7 @@ impl<const N: usize> ChainConfig<N> {
     /// True if corners may be blends: not where every move stops, nor between curved ramps, which end at an acceleration
     /// of 0.
     pub(super) fn can_blend(&self) -> bool {
-        self.interval_law == IntervalLaw::Fastest && self.speed_law == SpeedLaw::Trapezoid
+        self.interval_split == IntervalSplit::Fastest && self.speed_profile == SpeedProfile::Trapezoid
     }
 
     /// Sets the overrides of feeds and of rapids.

@@ -6,8 +6,8 @@ use super::blend::{self, BlendBounds, Room};
 use super::block::ChainBlock;
 use super::config::{ChainConfig, Square, is_as_low};
 use super::corner::{self, UnitVector};
+use crate::IntervalSplit;
 use crate::fixed::is_zero;
-use crate::law::IntervalLaw;
 use crate::limits::Limits;
 
 /// The end of a block.
@@ -37,7 +37,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         limits: &Limits,
         config: &ChainConfig<N>,
     ) {
-        let stops = before.stops || config.interval_law != IntervalLaw::Fastest;
+        let stops = before.stops || config.interval_split != IntervalSplit::Fastest;
         self.blend = BlendBounds::NONE;
         let square = if stops {
             None

@@ -126,7 +126,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
 mod tests {
     use super::Chain;
     use crate::chain::{ChainConfig, Request};
-    use crate::{IntervalLaw, Limits, SpeedLaw};
+    use crate::{IntervalSplit, Limits, SpeedProfile};
 
     /// A pass looks at no block again whose entry is final. Otherwise the time for a move would grow with the moves
     /// that wait before it.
@@ -139,7 +139,7 @@ mod tests {
             decel_steps_s2: 1e4,
             jerk_steps_s3: f64::INFINITY,
         };
-        let config = ChainConfig::new([limits], [0.01], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+        let config = ChainConfig::new([limits], [0.01], 0.01, IntervalSplit::Fastest, SpeedProfile::Trapezoid);
         let mut chain = Chain::<1, 8>::new(config);
         // Seven short moves, and a long one in which all of their speed can be lost.
         for steps in [10, 10, 10, 10, 10, 10, 10, 10_000] {

@@ -4,10 +4,10 @@ use super::block::{ChainBlock, NO_LINE_RATIO};
 use super::config::{Square, is_as_low};
 use super::{Chain, ChunkKind};
 use crate::fixed::is_zero;
-use crate::law::{IntervalLaw, SpeedLaw};
 use crate::limits::Limits;
 use crate::profile::Profile;
 use crate::sync::{MoveSteps, SyncMove};
+use crate::{IntervalSplit, SpeedProfile};
 
 /// A plan under way.
 #[derive(Clone, Copy, Debug)]
@@ -115,7 +115,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         if self.is_bound_to_bend() || !plan.is_stale && (!plan.ends_block || self.is_as_wanted()) {
             return Some(plan.end_s);
         }
-        let is_bound = self.at_s > plan.slows_s && self.config.speed_law != SpeedLaw::Trapezoid
+        let is_bound = self.at_s > plan.slows_s && self.config.speed_profile != SpeedProfile::Trapezoid
             || plan.ends_block && is_nothing(plan.sync_move.end_steps() - self.place_steps, plan.sync_move.end_steps());
         if is_bound {
             return Some(plan.end_s);
@@ -180,7 +180,8 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         }
         let Some(block) = self.blocks.get(0) else { return };
         let limits = block.limits_now(&self.config.shared_limits(&block.span));
-        if self.config.speed_law == SpeedLaw::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite() {
+        if self.config.speed_profile == SpeedProfile::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite()
+        {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
         }
         if self.is_held && is_no_faster(speed_steps_s, limits.start_speed_steps_s) {
@@ -316,7 +317,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         if is_slow || first.entry > first.ramps_to() || is_no_faster(speed_steps_s, slow_steps_s) {
             return false;
         }
-        let braking = |fast, slow| Profile::braking(fast, slow, limits, self.config.speed_law);
+        let braking = |fast, slow| Profile::braking(fast, slow, limits, self.config.speed_profile);
         let slower = braking(speed_steps_s, slow_steps_s);
         let mut needed_steps = slower.distance_steps() + NOTHING_STEPS;
         let exit_steps_s = first.speed_steps_s(self.exit(), &self.config);
@@ -336,18 +337,19 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         let Some(first) = self.blocks.get(0) else { return };
         let (exit, left_steps) = (goal.exit, goal.end_steps - self.place_steps);
         let exit_steps_s = first.speed_steps_s(exit, &self.config);
-        let is_fastest = self.config.interval_law == IntervalLaw::Fastest || !self.is_at_rest();
-        let law = self.config.speed_law;
+        let is_fastest = self.config.interval_split == IntervalSplit::Fastest || !self.is_at_rest();
+        let speed_profile = self.config.speed_profile;
         // Its delta v² is that of the shortest line that blends may leave.
         let is_whole = !goal.is_bent && first.blend.is_none();
-        let profile = if is_fastest && law == SpeedLaw::Trapezoid && is_whole && first.has_fine_delta_v2() {
+        let profile = if is_fastest && speed_profile == SpeedProfile::Trapezoid && is_whole && first.has_fine_delta_v2()
+        {
             let top = if self.is_held { 0 } else { first.nominal };
             first.trapezoid(left_steps, speed_steps_s, (exit, exit_steps_s), top, limits, &self.config)
         } else {
             let top_steps_s = if self.is_held { 0.0 } else { first.ramps_to_steps_s(&self.config) };
             let limits = Limits { top_speed_steps_s: top_steps_s.max(speed_steps_s).max(exit_steps_s), ..*limits };
-            let interval_law = if is_fastest { IntervalLaw::Fastest } else { self.config.interval_law };
-            Profile::between(left_steps, speed_steps_s, exit_steps_s, &limits, interval_law, law)
+            let interval_split = if is_fastest { IntervalSplit::Fastest } else { self.config.interval_split };
+            Profile::between(left_steps, speed_steps_s, exit_steps_s, &limits, interval_split, speed_profile)
         };
         self.begin(profile, Some(goal));
     }
@@ -398,7 +400,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         let has_room = exit_asked == promised || {
             let asked_steps_s = first.speed_steps_s(exit_asked, &self.config);
             let limits = first.limits_now(&self.config.shared_limits(&first.span));
-            let braking = Profile::braking(speed_steps_s, asked_steps_s, &limits, self.config.speed_law);
+            let braking = Profile::braking(speed_steps_s, asked_steps_s, &limits, self.config.speed_profile);
             braking.distance_steps() <= self.goal(exit_asked).end_steps - self.place_steps
         };
         if !has_room && !self.plan.is_bent && self.bent().is_some() {

@@ -4,7 +4,7 @@ use libm::fabs;
 
 use crate::ramp::RampState;
 
-/// The distance by which a polynomial may deviate from the law, ticks: a quarter of what a segment may.
+/// The distance by which a polynomial may deviate from the speed profile, ticks: a quarter of what a segment may.
 pub(super) const ERROR_MAX_TICKS: f64 = 1.0 / 32.0;
 
 /// t = Σ c_i z^i, with z from 0 at one state to 1 at the other.

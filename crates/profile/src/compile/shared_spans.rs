@@ -1,10 +1,10 @@
 //! A ramp whose acceleration changes, as spans of polynomials.
 //!
-//! A segment does not need the inverse of a law. A span reaches from one state of the ramp to another. Each state has a
+//! A segment does not need the inverse of a speed profile. A span reaches from one state of the ramp to another. Each state has a
 //! time, a displacement, a speed, an acceleration and a jerk in closed form. Over the span, the time is the polynomial
 //! in the displacement that has all of these at both ends. The state midway shows how far the polynomial deviates. From
 //! this follows how long the span should be if it deviates too far, and how long the next one should be. A span also
-//! ends at each of the ramp's corners, where the jerk jumps. So a state is as near to the law as floats are, and no
+//! ends at each of the ramp's corners, where the jerk jumps. So a state is as near to the speed profile as floats are, and no
 //! error accumulates.
 //!
 //! The spans belong to the plan and are the same for each of its axes. The axis that needs a span first computes it and
@@ -24,7 +24,7 @@ const RATIO_MIN: f64 = 0.1;
 const RATIO_MAX: f64 = 4.0;
 /// Longest span, ticks: half of what a segment may last.
 const SPAN_MAX_TICKS: f64 = 1_073_741_824.0;
-/// The change that rounding may make in a time that a law computes in floats, as a fraction of it: 2^-48.
+/// The change that rounding may make in a time that a speed profile computes in floats, as a fraction of it: 2^-48.
 const ROUNDING: f64 = 3.552_713_678_800_501e-15;
 /// The fraction of the ramp that the first span tries at most.
 const FIRST_RATIO: f64 = 1.0 / 16.0;
@@ -71,7 +71,7 @@ pub(super) struct Reached {
     pub(super) last: f64,
 }
 
-/// A ramp from its slow to its fast end, or backwards. Its parameter is that of the law, time or displacement, counted
+/// A ramp from its slow to its fast end, or backwards. Its parameter is that of the speed profile, time or displacement, counted
 /// from where the path begins. Its states are the ramp's, counted from the slow end, so that nothing cancels near
 /// standstill.
 #[derive(Clone, Copy, Debug)]

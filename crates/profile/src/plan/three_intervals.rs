@@ -1,12 +1,12 @@
 //! Profiles in three equal intervals (Forero 2023).
 
 use super::{Ends, PEAK_TOLERANCE, ROOT_TOLERANCE};
-use crate::law::SpeedLaw;
 use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
+use crate::speed_profile::SpeedProfile;
 use crate::square_root::sqrt;
 
-/// The search for the cruise speed of a law over displacement ends with a step of this size, as a fraction of the rise
+/// The search for the cruise speed of a speed profile over displacement ends with a step of this size, as a fraction of the rise
 /// over the faster end. The cruise found is slower than the optimum by 1e-5 at most.
 const THIRDS_TOLERANCE: f64 = 6e-3;
 
@@ -15,8 +15,8 @@ impl Ends {
     /// are the mean speeds of the ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
     #[cold]
     pub(super) fn thirds(&self) -> Result<Profile, ProfileError> {
-        let speed_rise = match self.law {
-            SpeedLaw::Trapezoid => self.highest_of_thirds() - self.fast_end(),
+        let speed_rise = match self.speed_profile {
+            SpeedProfile::Trapezoid => self.highest_of_thirds() - self.fast_end(),
             _ => self.speed_rise_by_thirds(),
         };
         let highest = self.fast_end() + speed_rise;
@@ -68,7 +68,7 @@ impl Ends {
         let from = if from > 0.0 { from.min(room) } else { room };
         let needed = |speed_rise| self.needed_by_thirds(speed_rise);
         if self.entry_steps_s == self.exit_steps_s {
-            let tolerance = if self.law.is_over_displacement() { THIRDS_TOLERANCE } else { PEAK_TOLERANCE };
+            let tolerance = if self.speed_profile.is_over_displacement() { THIRDS_TOLERANCE } else { PEAK_TOLERANCE };
             return self.speed_rise_by_powers(from, room, tolerance, &needed);
         }
         let speed_rise = self.speed_rise_by_newton(from, room, ROOT_TOLERANCE, &needed);
@@ -122,10 +122,10 @@ impl Ends {
 #[cfg(test)]
 mod tests {
     use super::Ends;
-    use crate::law::SpeedLaw;
     use crate::limits::Limits;
+    use crate::speed_profile::SpeedProfile;
 
-    /// A search takes the fewer evaluations the nearer it begins to its end. By the logarithmic law, whose evaluations
+    /// A search takes the fewer evaluations the nearer it begins to its end. By the logarithmic speed profile, whose evaluations
     /// take the longest, it begins within 13 %, however fast the ends are.
     #[test]
     fn a_search_begins_near_its_end() {
@@ -136,13 +136,13 @@ mod tests {
             decel_steps_s2: 1e4,
             jerk_steps_s3: 1e7,
         };
-        for law in SpeedLaw::ALL {
-            let factor_max = if law == SpeedLaw::Logarithmic { 1.13 } else { 4.5 };
+        for speed_profile in SpeedProfile::ALL {
+            let factor_max = if speed_profile == SpeedProfile::Logarithmic { 1.13 } else { 4.5 };
             for slow in [0.1, 1.0, 10.0, 100.0, 1e3, 1e4] {
-                let ends = Ends::new(10_000.0, slow, slow, &limits, law);
+                let ends = Ends::new(10_000.0, slow, slow, &limits, speed_profile);
                 let near = ends.accel.speed_rise_near(slow, ends.highest_of_thirds() - slow);
                 let ratio = near / ends.speed_rise_by_thirds();
-                assert!((1.0 / factor_max..=factor_max).contains(&ratio), "{law}, from {slow}: {ratio}");
+                assert!((1.0 / factor_max..=factor_max).contains(&ratio), "{speed_profile}, from {slow}: {ratio}");
             }
         }
     }

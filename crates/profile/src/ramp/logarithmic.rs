@@ -1,4 +1,4 @@
-//! The formulae of the logarithmic law.
+//! The formulae of the logarithmic speed profile.
 //!
 //! Fonseca-Campos 2023 takes the logarithm of the step's number i, which is 1 to p_N. On a ramp of p_N steps, ln i is
 //! ln(1 + K u) with K = p_N - 1. Here K is always that of the paper's Table 1, so that ramps of any length have the

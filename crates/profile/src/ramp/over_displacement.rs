@@ -14,7 +14,7 @@ use crate::square_root::sqrt;
 /// as good as floats are.
 const TOLERANCE: f64 = 1e-8;
 
-/// The law of a ramp.
+/// The speed profile of a ramp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum OverDisplacement {
     /// v = u (Fonseca-Campos 2023, eq 5).
@@ -85,7 +85,7 @@ impl OverDisplacement {
     }
 
     /// The length of the longest ramp of any speeds, as a multiple of a ramp of constant acceleration. A ramp of the
-    /// logarithmic law is longest if it begins fast, one of the other laws if it begins at standstill.
+    /// logarithmic speed profile is longest if it begins fast, one of the other speed profiles if it begins at standstill.
     pub(super) fn longest(self) -> f64 {
         match self {
             Self::Linear => 2.0,
@@ -172,19 +172,23 @@ mod tests {
     #[test]
     fn displacements_are_found_soon_and_well() {
         use OverDisplacement::{Linear, Logarithmic, Quadratic, Sinusoidal};
-        for law in [Linear, Quadratic, Sinusoidal, Logarithmic] {
+        for speed_profile in [Linear, Quadratic, Sinusoidal, Logarithmic] {
             for i in -40..10 {
                 let slow = f64::from(i).mul_add(0.25, 0.1).exp2();
                 for k in 1..200 {
-                    let time = law.whole_time(slow) * f64::from(k) / 200.0;
+                    let time = speed_profile.whole_time(slow) * f64::from(k) / 200.0;
                     let evaluations = Cell::new(0);
-                    let u = law.place(slow, time, |u| {
+                    let u = speed_profile.place(slow, time, |u| {
                         evaluations.set(evaluations.get() + 1);
-                        law.time(slow, u)
+                        speed_profile.time(slow, u)
                     });
-                    let off = (law.time(slow, u) / time - 1.0).abs();
-                    assert!(evaluations.get() <= 10, "{law:?} {slow} {time}: {} evaluations", evaluations.get());
-                    assert!(off <= 3e-14, "{law:?} {slow} {time}: {off}");
+                    let off = (speed_profile.time(slow, u) / time - 1.0).abs();
+                    assert!(
+                        evaluations.get() <= 10,
+                        "{speed_profile:?} {slow} {time}: {} evaluations",
+                        evaluations.get()
+                    );
+                    assert!(off <= 3e-14, "{speed_profile:?} {slow} {time}: {off}");
                 }
             }
         }
@@ -193,14 +197,17 @@ mod tests {
     #[test]
     fn whole_times_grow_as_differences_do() {
         use OverDisplacement::{Linear, Logarithmic, Quadratic, Sinusoidal};
-        for law in [Linear, Quadratic, Sinusoidal, Logarithmic] {
+        for speed_profile in [Linear, Quadratic, Sinusoidal, Logarithmic] {
             for i in -40..40 {
                 let slow = f64::from(i).mul_add(0.25, 0.1).exp2();
-                let (step, time) = (1e-5, law.whole_time(slow));
-                let beside = |ratio: f64| law.whole_time(slow * ratio);
+                let (step, time) = (1e-5, speed_profile.whole_time(slow));
+                let beside = |ratio: f64| speed_profile.whole_time(slow * ratio);
                 let difference = (beside(1.0 + step) - beside(1.0 - step)) / (2.0 * step);
-                let growth = law.whole_time_growth(slow, time);
-                assert!((growth - difference).abs() <= 1e-6 * time, "{law:?} {slow}: {growth} and {difference}");
+                let growth = speed_profile.whole_time_growth(slow, time);
+                assert!(
+                    (growth - difference).abs() <= 1e-6 * time,
+                    "{speed_profile:?} {slow}: {growth} and {difference}"
+                );
             }
         }
     }

@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use super::trig::sin_cos;
 use crate::newton::{rising_root, rough_root};
 
-/// The law of a ramp. It is steepest in the middle, and symmetrical: s(1 - t) = 1 - s(t).
+/// The speed profile of a ramp. It is steepest in the middle, and symmetrical: s(1 - t) = 1 - s(t).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum OverTime {
     /// The jerk is constant for `ratio` of the time, then 0, and then the negative constant for `ratio` of the time.
@@ -140,12 +140,12 @@ mod tests {
     /// A search takes the fewer evaluations the nearer it begins to its end.
     #[test]
     fn a_search_begins_near_its_end() {
-        for law in [OverTime::Sine, OverTime::SCurve { ratio: 0.5 }] {
+        for speed_profile in [OverTime::Sine, OverTime::SCurve { ratio: 0.5 }] {
             for slow in [0.0, 1e-3, 0.1, 1.0, 10.0] {
                 for k in 1..100 {
                     let t = f64::from(k) / 100.0;
-                    let ratio = law.time_near(slow, slow * t + law.at(t).travel) / t;
-                    assert!((0.87..=1.5).contains(&ratio), "{law:?}, from {slow}, at {t}: {ratio}");
+                    let ratio = speed_profile.time_near(slow, slow * t + speed_profile.at(t).travel) / t;
+                    assert!((0.87..=1.5).contains(&ratio), "{speed_profile:?}, from {slow}, at {t}: {ratio}");
                 }
             }
         }

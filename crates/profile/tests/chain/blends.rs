@@ -1,7 +1,7 @@
 //! Random chains whose corners are blends.
 
 use isostep_profile::chain::{Chain, ChainConfig, Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile};
 use isostep_trials::cases;
 use oorandom::Rand32;
 use proptest::prelude::*;
@@ -61,7 +61,7 @@ fn no_blend_is_left_out_because_its_move_came_later() {
     };
     let effort = Effort { blend_s: 0.98e-3, ..Effort::NONE };
     let mm_per_step = [1.0 / 80.0; 2];
-    let config = || ChainConfig::new([limits; 2], mm_per_step, 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let config = || ChainConfig::new([limits; 2], mm_per_step, 0.01, IntervalSplit::Fastest, SpeedProfile::Trapezoid);
     for seed in 0..40 {
         let mut random = Rand32::new(seed);
         let mut chain = Chain::<2, 16>::new(config().with_effort(effort));

@@ -1,7 +1,7 @@
 //! Random machines, and the moves that they make.
 
 use isostep_profile::chain::{ChainConfig, Chunk, Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 use proptest::prelude::*;
 
 pub const AXES: usize = 3;
@@ -12,8 +12,8 @@ pub struct Case {
     pub limits: [Limits; AXES],
     pub mm_per_step: [f64; AXES],
     pub deviation_mm: f64,
-    pub interval_law: IntervalLaw,
-    pub law: SpeedLaw,
+    pub interval_split: IntervalSplit,
+    pub speed_profile: SpeedProfile,
     pub effort: Effort,
     pub moves: Vec<Request<AXES>>,
 }
@@ -26,7 +26,8 @@ impl Case {
     }
 
     pub fn config(&self) -> ChainConfig<AXES> {
-        let plain = ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_law, self.law);
+        let plain =
+            ChainConfig::new(self.limits, self.mm_per_step, self.deviation_mm, self.interval_split, self.speed_profile);
         plain.with_effort(self.effort)
     }
 }
@@ -41,13 +42,13 @@ fn log(from: f64, to: f64) -> impl Strategy<Value = f64> {
 }
 
 /// An axis of a usual machine: some 10 to 400 steps/mm, 1 to 500 mm/s, 5 to 5,000 mm/s². The start speed is mostly 0.
-fn axis(law: SpeedLaw) -> impl Strategy<Value = (Limits, f64)> {
+fn axis(speed_profile: SpeedProfile) -> impl Strategy<Value = (Limits, f64)> {
     let start = prop_oneof![3 => Just(0.0), 2 => 0.0..0.3f64];
     let jerk = prop_oneof![3 => log(0.1, 100.0), 1 => Just(f64::INFINITY)];
     let decel = prop_oneof![Just(1.0), 0.5..2.0f64];
     (log(10.0, 400.0), log(1.0, 500.0), log(5.0, 5e3), decel, start, jerk).prop_map(
         move |(per_mm, top_mm_s, accel_mm_s2, decel, start, jerk)| {
-            let least = if law.is_over_displacement() { 0.01 } else { 0.0 };
+            let least = if speed_profile.is_over_displacement() { 0.01 } else { 0.0 };
             let (top, accel) = (top_mm_s * per_mm, accel_mm_s2 * per_mm);
             let limits = Limits {
                 start_speed_steps_s: top * start.max(least),
@@ -122,28 +123,27 @@ fn effort() -> impl Strategy<Value = Effort> {
     prop_oneof![2 => Just(Effort::NONE), 1 => some]
 }
 
-/// A case of `most` moves at most, by this law.
-pub fn case(law: impl Strategy<Value = SpeedLaw>, most: usize) -> impl Strategy<Value = Case> {
-    law.prop_flat_map(move |law| {
+/// A case of `most` moves at most, by this speed profile.
+pub fn case(speed_profile: impl Strategy<Value = SpeedProfile>, most: usize) -> impl Strategy<Value = Case> {
+    speed_profile.prop_flat_map(move |speed_profile| {
         let deviation = prop_oneof![1 => Just(0.0), 8 => log(1e-3, 0.1)];
-        let interval = prop_oneof![15 => Just(IntervalLaw::Fastest), 1 => Just(IntervalLaw::Thirds)];
+        let interval = prop_oneof![15 => Just(IntervalSplit::Fastest), 1 => Just(IntervalSplit::Thirds)];
         let requests = prop::collection::vec(request(), 1..=most);
-        ([axis(law), axis(law), axis(law)], deviation, interval, effort(), requests).prop_map(
-            move |(axes, deviation_mm, interval_law, effort, all)| {
+        ([axis(speed_profile), axis(speed_profile), axis(speed_profile)], deviation, interval, effort(), requests)
+            .prop_map(move |(axes, deviation_mm, interval_split, effort, all)| {
                 let (limits, mm_per_step) = (axes.map(|axis| axis.0), axes.map(|axis| axis.1));
                 let moves = moves(all);
-                Case { limits, mm_per_step, deviation_mm, interval_law, law, effort, moves }
-            },
-        )
+                Case { limits, mm_per_step, deviation_mm, interval_split, speed_profile, effort, moves }
+            })
     })
 }
 
 /// The trapezoid.
-pub fn trapezoid() -> impl Strategy<Value = SpeedLaw> {
-    Just(SpeedLaw::Trapezoid)
+pub fn trapezoid() -> impl Strategy<Value = SpeedProfile> {
+    Just(SpeedProfile::Trapezoid)
 }
 
-/// All other laws.
-pub fn curved() -> impl Strategy<Value = SpeedLaw> {
-    prop::sample::select(&SpeedLaw::ALL[1..])
+/// All other speed profiles.
+pub fn curved() -> impl Strategy<Value = SpeedProfile> {
+    prop::sample::select(&SpeedProfile::ALL[1..])
 }

@@ -1,6 +1,6 @@
 //! Events in random order, which change a chain while it is made.
 
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 use isostep_profile::chain::{Chain, Chunk, ChunkKind, Request};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
@@ -67,7 +67,7 @@ fn make<const LEN: usize>(case: &Case, events: &[Event], follower: Follower, len
         asked: &case.moves,
         lengthens,
         known: 0,
-        is_plain: case.law == SpeedLaw::Trapezoid,
+        is_plain: case.speed_profile == SpeedProfile::Trapezoid,
         least: None,
     };
     for event in events {

@@ -1,7 +1,7 @@
 //! Rare cases: the largest and smallest limits and moves, refusals, and single holds.
 
 use isostep_profile::chain::{Chain, ChainConfig, ChunkKind, Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, PlanError, ProfileError, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, PlanError, ProfileError, SpeedProfile};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
@@ -24,8 +24,13 @@ fn request(steps: [i32; AXES], tag: u64) -> Request<AXES> {
 
 /// A chain of moves in one direction, at 10 mm/s, 100 mm/s² and 100 steps/mm.
 fn straight(moves: i32, steps: i32) -> Chain<AXES, 4> {
-    let config =
-        ChainConfig::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let config = ChainConfig::new(
+        [limits(0.0, 1e3, 1e4); AXES],
+        [0.01; AXES],
+        0.01,
+        IntervalSplit::Fastest,
+        SpeedProfile::Trapezoid,
+    );
     let mut chain = Chain::new(config);
     for tag in 0..moves {
         chain.push(request([steps, 0, 0], tag as u64)).unwrap();
@@ -61,30 +66,41 @@ fn a_move_that_only_accelerates_has_no_cruise() {
 
 #[test]
 fn what_cannot_be_planned_is_refused() {
-    let slow = |law, start| {
-        let config = ChainConfig::new([limits(start, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, law);
+    let slow = |speed_profile, start| {
+        let config = ChainConfig::new(
+            [limits(start, 1e3, 1e4); AXES],
+            [0.01; AXES],
+            0.01,
+            IntervalSplit::Fastest,
+            speed_profile,
+        );
         Chain::<AXES, 4>::new(config)
     };
-    assert_eq!(slow(SpeedLaw::Trapezoid, 0.0).push(request([0; AXES], 0)), Err(PlanError::NoSteps));
-    let standstill = slow(SpeedLaw::Linear, 0.0).push(request([1, 0, 0], 0));
+    assert_eq!(slow(SpeedProfile::Trapezoid, 0.0).push(request([0; AXES], 0)), Err(PlanError::NoSteps));
+    let standstill = slow(SpeedProfile::Linear, 0.0).push(request([1, 0, 0], 0));
     assert!(matches!(standstill, Err(PlanError::Profile(ProfileError::Standstill { .. }))));
     let crawling = Request { feed_mm_s: Some(1e-6), ..request([1, 0, 0], 0) };
-    assert!(matches!(slow(SpeedLaw::Trapezoid, 0.0).push(crawling), Err(PlanError::PathSpeed { .. })));
+    assert!(matches!(slow(SpeedProfile::Trapezoid, 0.0).push(crawling), Err(PlanError::PathSpeed { .. })));
     // No feed is too fast, because a feed is an upper bound.
     for feed_mm_s in [1e5, 1e300, f64::INFINITY] {
-        let mut fast = slow(SpeedLaw::Trapezoid, 0.0);
+        let mut fast = slow(SpeedProfile::Trapezoid, 0.0);
         fast.push(Request { feed_mm_s: Some(feed_mm_s), ..request([1_000, 0, 0], 0) }).unwrap();
         let chunk = fast.advance(f64::INFINITY).unwrap();
         assert!((chunk.until_s - 1.1).abs() < 1e-9, "{feed_mm_s} mm/s: {} s", chunk.until_s);
     }
     let nothing = Request { feed_mm_s: Some(f64::NAN), ..request([1, 0, 0], 0) };
-    assert!(matches!(slow(SpeedLaw::Trapezoid, 0.0).push(nothing), Err(PlanError::PathSpeed { .. })));
+    assert!(matches!(slow(SpeedProfile::Trapezoid, 0.0).push(nothing), Err(PlanError::PathSpeed { .. })));
     let long = Request { feed_mm_s: Some(1e-3), ..request([1_000_000, 0, 0], 0) };
-    let too_long = slow(SpeedLaw::Trapezoid, 0.0).push(long);
+    let too_long = slow(SpeedProfile::Trapezoid, 0.0).push(long);
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
     // The ramps alone last too long.
-    let config =
-        ChainConfig::new([limits(0.0, 1e3, 1e-9); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let config = ChainConfig::new(
+        [limits(0.0, 1e3, 1e-9); AXES],
+        [0.01; AXES],
+        0.01,
+        IntervalSplit::Fastest,
+        SpeedProfile::Trapezoid,
+    );
     let too_long = Chain::<AXES, 4>::new(config).push(request([1_000_000, 0, 0], 0));
     assert!(matches!(too_long, Err(PlanError::Profile(ProfileError::TooLong { .. }))));
 }
@@ -96,7 +112,7 @@ fn a_long_move_is_accepted_under_any_override() {
     let long = Request { feed_mm_s: Some(2.5e-3), ..request([200_000, 0, 0], 0) };
     for (feed_ratio, wanted_s) in [(1.0, 8e5), (0.1, 8e6)] {
         let limits = [limits(0.0, 1e3, 1e4); AXES];
-        let config = ChainConfig::new(limits, [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+        let config = ChainConfig::new(limits, [0.01; AXES], 0.01, IntervalSplit::Fastest, SpeedProfile::Trapezoid);
         let mut chain = Chain::<AXES, 4>::new(config);
         chain.override_speed(feed_ratio, 1.0);
         chain.push(long).unwrap();
@@ -108,8 +124,13 @@ fn a_long_move_is_accepted_under_any_override() {
 /// The delta v² of a step is less than one unit.
 #[test]
 fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
-    let config =
-        ChainConfig::new([limits(0.0, 1e7, 1e-5); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+    let config = ChainConfig::new(
+        [limits(0.0, 1e7, 1e-5); AXES],
+        [0.01; AXES],
+        0.01,
+        IntervalSplit::Fastest,
+        SpeedProfile::Trapezoid,
+    );
     let mut chain = Chain::<AXES, 4>::new(config);
     chain.push(request([1, 0, 0], 0)).unwrap();
     // Half a step up and half a step down, x = a t²/2.
@@ -123,9 +144,10 @@ fn one_step_of_the_slowest_ramp_on_the_fastest_axis_has_its_time() {
 /// would not.
 #[test]
 fn a_move_that_is_not_to_stop_any_more_flows_into_none_that_is_slower() {
-    for law in SpeedLaw::ALL {
+    for speed_profile in SpeedProfile::ALL {
         let axes = [limits(300.0, 1e3, 1e4), limits(9.0, 40.0, 1e3), limits(9.0, 40.0, 1e3)];
-        let mut chain = Chain::<AXES, 4>::new(ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, law));
+        let mut chain =
+            Chain::<AXES, 4>::new(ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalSplit::Fastest, speed_profile));
         // 200 steps/s; the second move allows 120 at most.
         let feed = |steps, tag| Request { feed_mm_s: Some(8.0), ..request(steps, tag) };
         chain.push(feed([20, 0, 0], 0)).unwrap();
@@ -134,7 +156,7 @@ fn a_move_that_is_not_to_stop_any_more_flows_into_none_that_is_slower() {
         chain.override_speed(0.3, 1.0);
         while let Some(chunk) = chain.advance(f64::INFINITY) {
             let fastest = line(&chunk).profile.entry_speed_steps_s().max(line(&chunk).profile.cruise_speed_steps_s());
-            assert!(chunk.tag == 0 || fastest <= 120.0 + 1e-6, "{law}: {fastest} steps/s");
+            assert!(chunk.tag == 0 || fastest <= 120.0 + 1e-6, "{speed_profile}: {fastest} steps/s");
         }
     }
 }
@@ -145,7 +167,7 @@ fn a_move_that_is_not_to_stop_any_more_flows_into_none_that_is_slower() {
 fn a_move_that_can_stop_does_not_flow_into_one_that_could_not() {
     let slow = |start| Limits { jerk_steps_s3: 1.0, ..limits(start, 1e3, 1e4) };
     let axes = [slow(300.0), slow(60.0), slow(60.0)];
-    let config = ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalLaw::Fastest, SpeedLaw::SCurve);
+    let config = ChainConfig::new(axes, [0.04; AXES], 0.1, IntervalSplit::Fastest, SpeedProfile::SCurve);
     for override_ratio in [1.0, 0.3] {
         let mut chain = Chain::<AXES, 4>::new(config.clone());
         let feed = |steps, tag| Request { feed_mm_s: Some(8.0), ..request(steps, tag) };
@@ -179,17 +201,18 @@ fn what_is_nothing_is_not_planned_again() {
 /// A plan is as fast as it can be until it slows down. A move that comes meanwhile counts from there.
 #[test]
 fn a_move_that_comes_later_counts_from_where_the_plan_slows_down() {
-    for law in SpeedLaw::ALL {
-        let config = ChainConfig::new([limits(10.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Fastest, law);
+    for speed_profile in SpeedProfile::ALL {
+        let config =
+            ChainConfig::new([limits(10.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalSplit::Fastest, speed_profile);
         let mut chain = Chain::<AXES, 4>::new(config);
         chain.push(request([2_000, 0, 0], 0)).unwrap();
         let begun = chain.advance(0.5).unwrap();
         chain.push(request([2_000, 0, 0], 1)).unwrap();
         let fast = chain.advance(f64::INFINITY).unwrap();
-        assert_eq!((fast.kind, fast.plan), (ChunkKind::Continuation, begun.plan), "{law}");
+        assert_eq!((fast.kind, fast.plan), (ChunkKind::Continuation, begun.plan), "{speed_profile}");
         let rest = chain.advance(f64::INFINITY).unwrap();
-        assert_eq!(rest.kind, ChunkKind::Replan, "{law}");
-        assert!((line(&rest).profile.exit_speed_steps_s() - 1e3).abs() < 1e-3, "{law}");
+        assert_eq!(rest.kind, ChunkKind::Replan, "{speed_profile}");
+        assert!((line(&rest).profile.exit_speed_steps_s() - 1e3).abs() < 1e-3, "{speed_profile}");
     }
 }
 
@@ -300,8 +323,13 @@ fn a_chain_cleared_is_a_new_one() {
 
 #[test]
 fn thirds_go_from_rest_to_rest() {
-    let config =
-        ChainConfig::new([limits(0.0, 1e3, 1e4); AXES], [0.01; AXES], 0.01, IntervalLaw::Thirds, SpeedLaw::Trapezoid);
+    let config = ChainConfig::new(
+        [limits(0.0, 1e3, 1e4); AXES],
+        [0.01; AXES],
+        0.01,
+        IntervalSplit::Thirds,
+        SpeedProfile::Trapezoid,
+    );
     let mut chain = Chain::<AXES, 4>::new(config);
     chain.push(request([1_000, 0, 0], 0)).unwrap();
     chain.push(request([1_000, 0, 0], 1)).unwrap();
@@ -315,7 +343,7 @@ fn thirds_go_from_rest_to_rest() {
 prop_compose! {
     /// Speeds from one step in 2,000 s to 10 million steps/s, and moves of up to a billion steps.
     fn extreme()(
-        law in prop::sample::select(&SpeedLaw::ALL[..]), top_log in -3.3..7.0f64, accel_log in 0.0..1.0f64,
+        speed_profile in prop::sample::select(&SpeedProfile::ALL[..]), top_log in -3.3..7.0f64, accel_log in 0.0..1.0f64,
         ratios in [0.5..1.0f64, 0.5..1.0f64, 0.5..1.0f64], jerk_log in -1.0..3.0f64, start in 0.01..1.0f64,
         steps in prop::collection::vec([0.0..1.0f64, 0.0..1.0f64, 0.0..1.0f64], 1..8), log in 0.0..9.0f64,
         has_jerk in any::<bool>(),
@@ -325,7 +353,7 @@ prop_compose! {
         let log = log.min(top_log + 5.0).max(0.0);
         let accel = 10f64.powf((top_log - 3.0).max(-6.0) * (1.0 - accel_log) + 9.0 * accel_log);
         // At a corner, the slowest speed of one axis is even slower for another.
-        let start = if law.is_over_displacement() { (start * top).max(0.5) } else { 0.0 };
+        let start = if speed_profile.is_over_displacement() { (start * top).max(0.5) } else { 0.0 };
         let top = top.max(start);
         let limits = ratios.map(|ratio| Limits {
             start_speed_steps_s: start,
@@ -340,7 +368,7 @@ prop_compose! {
             request(steps, tag as u64)
         });
         Case {
-            limits, mm_per_step: [0.01, 0.001, 0.02], deviation_mm: 0.01, interval_law: IntervalLaw::Fastest, law, effort: Effort::NONE,
+            limits, mm_per_step: [0.01, 0.001, 0.02], deviation_mm: 0.01, interval_split: IntervalSplit::Fastest, speed_profile, effort: Effort::NONE,
             moves: moves.collect(),
         }
     }
@@ -360,7 +388,7 @@ proptest! {
 #[test]
 fn a_step_between_two_parts_is_in_time() {
     let limits = Limits { jerk_steps_s3: 5e5, ..limits(50.0, 2_400.0, 5e4) };
-    let config = ChainConfig::new([limits; AXES], [0.02; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::SCurve);
+    let config = ChainConfig::new([limits; AXES], [0.02; AXES], 0.01, IntervalSplit::Fastest, SpeedProfile::SCurve);
     let mut chain = Chain::<AXES, 4>::new(config);
     chain.push(request([41, 1, 2], 0)).unwrap();
     let whole = chain.advance(0.06).unwrap();

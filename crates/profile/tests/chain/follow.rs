@@ -1,7 +1,7 @@
 //! Follows the chunks of a chain, and checks what must hold for all of them.
 
 use isostep_profile::chain::{Chunk, ChunkKind};
-use isostep_profile::{IntervalLaw, Profile, ProfileError, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Profile, ProfileError, SpeedProfile, SyncMove};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
@@ -207,19 +207,19 @@ impl Follower {
     fn could_be_planned(&self, chunk: &Chunk<AXES>, one: &Move) -> TestCaseResult {
         let profile = line(chunk).profile;
         let is_easing = line(chunk).end_steps() - profile.distance_steps() < line(chunk).begin_steps() - 1e-9;
-        if is_easing || self.case.interval_law == IntervalLaw::Thirds {
+        if is_easing || self.case.interval_split == IntervalSplit::Thirds {
             return Ok(());
         }
         let (entry, exit) = (profile.entry_speed_steps_s(), profile.exit_speed_steps_s());
         let nominal = one.nominal_mm_s / chunk.mm_per_step;
         let top = nominal.max(entry).max(exit).max(profile.cruise_speed_steps_s());
         let limits = one.limits(top * chunk.mm_per_step);
-        let law = self.case.law;
+        let speed_profile = self.case.speed_profile;
         // Places far along the path are rounded.
         let distance_steps = profile.distance_steps() + 1e-15 * one.distance_steps;
         // A hold rests in a move if its squared speed there would be less than 2^-24 of that at which it begins.
         let rounding = if self.is_held && exit == 0.0 { 0.5_f64.powi(25) } else { 1e-9 };
-        match Profile::plan(distance_steps, entry, exit, &limits, IntervalLaw::Fastest, law) {
+        match Profile::plan(distance_steps, entry, exit, &limits, IntervalSplit::Fastest, speed_profile) {
             Ok(_) => Ok(()),
             Err(ProfileError::EntrySpeed { asked, max } | ProfileError::ExitSpeed { asked, max })
                 if asked <= max * (1.0 + rounding) + 1e-2 * self.unit_mm_s / chunk.mm_per_step =>
@@ -253,9 +253,9 @@ impl Follower {
         let origin_s = line(chunk).end_s() - profile.duration_s();
         let limits = one.limits(one.top_mm_s);
         let nominal = one.nominal_mm_s / chunk.mm_per_step;
-        let is_trapezoid = self.case.law == SpeedLaw::Trapezoid;
-        // Thirds of a law over displacement are found to 1e-5.
-        let slack = if self.case.interval_law == IntervalLaw::Thirds { 1.0 + 1e-5 } else { LIMIT_SLACK };
+        let is_trapezoid = self.case.speed_profile == SpeedProfile::Trapezoid;
+        // Thirds of a speed profile over displacement are found to 1e-5.
+        let slack = if self.case.interval_split == IntervalSplit::Thirds { 1.0 + 1e-5 } else { LIMIT_SLACK };
         for look in 0..LOOKS {
             let ratio = (f64::from(look) + 0.5) / f64::from(LOOKS);
             let t_s = self.at_s + (chunk.until_s - self.at_s) * ratio - origin_s;
@@ -264,7 +264,7 @@ impl Follower {
             prop_assert!(accel <= limits.accel_steps_s2 * slack, "{accel} steps/s2");
             prop_assert!(-accel <= limits.decel_steps_s2 * slack, "{accel} steps/s2");
             let jerk = profile.jerk_at(t_s).abs();
-            let has_jerk = self.case.law == SpeedLaw::SCurve;
+            let has_jerk = self.case.speed_profile == SpeedProfile::SCurve;
             prop_assert!(!has_jerk || jerk <= limits.jerk_steps_s3 * LIMIT_SLACK, "{jerk} steps/s3");
             let brakes = -accel >= limits.decel_steps_s2 * (1.0 - SAME);
             // A chunk of no length contains only rounding errors.

@@ -1,7 +1,7 @@
 //! Cases that random tests have found.
 
 use isostep_profile::chain::{Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile};
 
 use super::case::{AXES, Case};
 use super::drive::{Event, drive};
@@ -23,8 +23,8 @@ fn a_hold_rests_where_next_to_no_speed_is_left() {
         limits: [limits(6349.1, 127.4744, 2.5593), limits(10.0, 50.0, 250.0), limits(231.963, 1159.8, 5799.1)],
         mm_per_step: [0.0392235584, 0.1, 0.00431103144],
         deviation_mm: 0.00174175,
-        interval_law: IntervalLaw::Fastest,
-        law: SpeedLaw::Trapezoid,
+        interval_split: IntervalSplit::Fastest,
+        speed_profile: SpeedProfile::Trapezoid,
         effort: Effort::NONE,
         moves: requests(&[[0, 7, 0], [1, 0, 0], [3333, 0, 58], [3333, 0, 58], [3333, 0, 58], [-1, 0, 0]]),
     };
@@ -38,8 +38,8 @@ fn an_s_curve_is_as_fast_as_it_would_be_behind_a_blend() {
         limits: [limits(238.87, 50.0, 10.466), limits(10963.9, 197.15, 3.5451), limits(10.0, 50.0, 250.0)],
         mm_per_step: [0.1, 0.0414072688, 0.1],
         deviation_mm: 0.1,
-        interval_law: IntervalLaw::Fastest,
-        law: SpeedLaw::SCurve,
+        interval_split: IntervalSplit::Fastest,
+        speed_profile: SpeedProfile::SCurve,
         effort: Effort { move_s: 0.03, straight_s: 0.03, ..Effort::NONE },
         moves: requests(&[[0, 25, 1], [2, 25, -1], [3, 25, 0]]),
     };

@@ -1,7 +1,7 @@
 //! Blends that moves, holds and overrides leave no room for, each found among tens of thousands of random chains.
 
 use isostep_profile::chain::{Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile};
 
 use super::bent::drive;
 use super::case::{AXES, Case};
@@ -21,8 +21,8 @@ fn machine(axes: [[f64; 3]; AXES], moves: Vec<Request<AXES>>) -> Case {
         limits,
         mm_per_step: axes.map(|axis| axis[2]),
         deviation_mm: 0.1,
-        interval_law: IntervalLaw::Fastest,
-        law: SpeedLaw::Trapezoid,
+        interval_split: IntervalSplit::Fastest,
+        speed_profile: SpeedProfile::Trapezoid,
         effort: Effort::NONE,
         moves: moves.into_iter().zip(0..).map(|(one, tag)| Request { tag, ..one }).collect(),
     }

@@ -2,7 +2,7 @@
 //! and nothing is slower for it.
 
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile};
 use isostep_trials::cases;
 use proptest::prelude::*;
 
@@ -13,9 +13,9 @@ use super::drive::{drive_lengthened, overrides, pushes};
 
 /// A case of which about half of the moves go straight on at the feed of the one before, and no time is needed for a
 /// move at constant speed.
-fn straighter(law: impl Strategy<Value = SpeedLaw>) -> impl Strategy<Value = Case> {
+fn straighter(speed_profile: impl Strategy<Value = SpeedProfile>) -> impl Strategy<Value = Case> {
     let at_once = |case: Case| Case { effort: Effort { straight_s: 0.0, ..case.effort }, ..case };
-    straightened(case(law, 30)).prop_map(at_once)
+    straightened(case(speed_profile, 30)).prop_map(at_once)
 }
 
 fn straightened(all: impl Strategy<Value = Case>) -> impl Strategy<Value = Case> {
@@ -70,7 +70,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_lengthened_curved_law_is_held_and_takes_on_other_speeds(case in straighter(curved()), events in overrides()) {
+    fn a_lengthened_curved_speed_profile_is_held_and_takes_on_other_speeds(case in straighter(curved()), events in overrides()) {
         drive_lengthened::<64>(&case, &events)?;
     }
 }
@@ -102,7 +102,7 @@ fn ends(case: &Case, lengthens: bool) -> Vec<f64> {
 }
 
 /// Moves of 100 steps/mm at 10 mm/s and 100 mm/s².
-fn config(law: IntervalLaw, effort: Effort) -> ChainConfig<2> {
+fn config(speed_profile: IntervalSplit, effort: Effort) -> ChainConfig<2> {
     let limits = Limits {
         start_speed_steps_s: 0.0,
         top_speed_steps_s: 1e3,
@@ -110,7 +110,7 @@ fn config(law: IntervalLaw, effort: Effort) -> ChainConfig<2> {
         decel_steps_s2: 1e4,
         jerk_steps_s3: f64::INFINITY,
     };
-    ChainConfig::new([limits; 2], [0.01; 2], 0.01, law, SpeedLaw::Trapezoid).with_effort(effort)
+    ChainConfig::new([limits; 2], [0.01; 2], 0.01, speed_profile, SpeedProfile::Trapezoid).with_effort(effort)
 }
 
 fn request(steps: [i32; 2]) -> Request<2> {
@@ -126,7 +126,7 @@ fn is_one([first, second]: [Request<2>; 2], config: ChainConfig<2>) -> bool {
 
 #[test]
 fn only_what_goes_straight_on_at_the_same_feed_lengthens_a_move() {
-    let plain = || config(IntervalLaw::Fastest, Effort::NONE);
+    let plain = || config(IntervalSplit::Fastest, Effort::NONE);
     let first = request([20, -10]);
     for (steps, expected) in [
         ([2, -1], true),
@@ -149,14 +149,14 @@ fn only_what_goes_straight_on_at_the_same_feed_lengthens_a_move() {
     for other in others {
         assert!(!is_one([first, other], plain()) && !is_one([other, first], plain()), "{other:?}");
     }
-    assert!(!is_one([first; 2], config(IntervalLaw::Thirds, Effort::NONE)), "each is divided into thirds");
-    assert!(!is_one([first; 2], config(IntervalLaw::Fastest, Effort { move_s: 1e-3, ..Effort::NONE })));
+    assert!(!is_one([first; 2], config(IntervalSplit::Thirds, Effort::NONE)), "each is divided into thirds");
+    assert!(!is_one([first; 2], config(IntervalSplit::Fastest, Effort { move_s: 1e-3, ..Effort::NONE })));
 }
 
 /// A move that has begun is committed as it is: what follows is another one, also while the chain is held within it.
 #[test]
 fn a_move_that_has_begun_is_not_lengthened() {
-    let mut chain = Chain::<2, 4>::new(config(IntervalLaw::Fastest, Effort::NONE));
+    let mut chain = Chain::<2, 4>::new(config(IntervalSplit::Fastest, Effort::NONE));
     chain.push(request([100, 0])).unwrap();
     chain.advance(0.1).unwrap();
     let lengthens = |chain: &mut Chain<2, 4>| chain.lengthen(&request([10, 0]), |_, place| Some(u64::from(place)));
@@ -178,7 +178,7 @@ fn a_move_that_has_begun_is_not_lengthened() {
 /// The highest speed of moves by a caller that needs some time for each.
 fn cruise_steps_s(effort: Effort, moves: &[[i32; 2]], lengthens: bool) -> f64 {
     let bent = |steps| Request { deviation_mm: 0.05, ..request(steps) };
-    let mut chain = Chain::<2, 32>::new(config(IntervalLaw::Fastest, effort));
+    let mut chain = Chain::<2, 32>::new(config(IntervalSplit::Fastest, effort));
     for &steps in moves {
         if !(lengthens && chain.lengthen(&bent(steps), |tag, _| Some(tag))) {
             chain.push(bent(steps)).unwrap();
@@ -205,7 +205,8 @@ fn what_goes_straight_on_needs_its_time_once() {
     assert_eq!(cruise_steps_s(Effort { blend_s: 2.0, ..effort }, &round, true), 80.0, "one does");
 }
 
-/// Moves of 10 steps: under a law by which a move that a blend leads to lasts a second, straight ones go on at their feed.
+/// Moves of 10 steps: under a speed profile with which a move that a blend leads to lasts a second, straight ones go on at their
+/// feed.
 #[test]
 fn what_goes_straight_on_needs_no_time_for_a_blend() {
     let effort = Effort { blend_s: 1.0, ..Effort::NONE };

@@ -2,7 +2,7 @@
 //! between moves.
 
 use isostep_profile::chain::{Effort, Request};
-use isostep_profile::{IntervalLaw, Limits, SPEED_MIN_STEPS_S, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, SPEED_MIN_STEPS_S, SpeedProfile};
 
 use super::case::{AXES, Case};
 
@@ -55,7 +55,7 @@ impl Move {
         let least_s = least_s(case, &request);
         // Two ramps from rest to rest last as long as their root takes.
         let steepest_mm_s2 = match case.effort.root_step_s {
-            root_step_s if root_step_s > 0.0 && case.law != SpeedLaw::Trapezoid => {
+            root_step_s if root_step_s > 0.0 && case.speed_profile != SpeedProfile::Trapezoid => {
                 4.0 / root_step_s.powi(2) / steps_per_mm
             }
             _ => f64::INFINITY,
@@ -101,22 +101,22 @@ impl Move {
     }
 
     /// The delta v² that is possible over its length at that acceleration, (mm/s)².
-    fn delta_v2(&self, law: SpeedLaw, accel_mm_s2: f64) -> f64 {
+    fn delta_v2(&self, speed_profile: SpeedProfile, accel_mm_s2: f64) -> f64 {
         let trapezoid = 2.0 * accel_mm_s2 * self.length_mm;
         trapezoid
-            / match law {
-                SpeedLaw::Trapezoid => 1.0,
-                SpeedLaw::SCurve => return self.s_curve_delta_v2(accel_mm_s2),
+            / match speed_profile {
+                SpeedProfile::Trapezoid => 1.0,
+                SpeedProfile::SCurve => return self.s_curve_delta_v2(accel_mm_s2),
                 // The steepest slope of half a wave.
-                SpeedLaw::Sine => core::f64::consts::FRAC_PI_2,
+                SpeedProfile::Sine => core::f64::consts::FRAC_PI_2,
                 // The largest acceleration on a ramp from standstill, divided by v²/2x. v v' is u, 2 u³, (1 - cos πu)
                 // sin πu π/4.
-                SpeedLaw::Linear => 2.0,
-                SpeedLaw::Quadratic => 4.0,
-                SpeedLaw::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,
+                SpeedProfile::Linear => 2.0,
+                SpeedProfile::Quadratic => 4.0,
+                SpeedProfile::Sinusoidal => 27f64.sqrt() * core::f64::consts::PI / 8.0,
                 // v'(0): K is 23.
-                SpeedLaw::Logarithmic => 23.0 / 24f64.ln(),
-                _ => unreachable!("there is no model of {law}"),
+                SpeedProfile::Logarithmic => 23.0 / 24f64.ln(),
+                _ => unreachable!("there is no model of {speed_profile}"),
             }
     }
 
@@ -148,8 +148,8 @@ impl Move {
         if square < changing_mm_s.powi(2) { (square + delta_v2).min(changing_mm_s.powi(2)) } else { square }
     }
 
-    pub fn deltas_v2(&self, law: SpeedLaw) -> (f64, f64) {
-        (self.delta_v2(law, self.accel_mm_s2), self.delta_v2(law, self.decel_mm_s2))
+    pub fn deltas_v2(&self, speed_profile: SpeedProfile) -> (f64, f64) {
+        (self.delta_v2(speed_profile, self.accel_mm_s2), self.delta_v2(speed_profile, self.decel_mm_s2))
     }
 }
 
@@ -162,7 +162,7 @@ fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
     let share = |own: f64, above: f64| own * if own == above { 0.1 } else { 1.0 };
     let cruise_s = move_s + step_s * (high + share(middle, high) + share(low, middle));
     let longest = high;
-    let is_curved = case.law != SpeedLaw::Trapezoid;
+    let is_curved = case.speed_profile != SpeedProfile::Trapezoid;
     let change_s = if is_curved { ramps_s + root_step_s * longest.sqrt() } else { 0.0 };
     // For no time beside that at constant speed, a change of speed has no bound.
     [cruise_s + straight_s, if change_s > 0.0 { cruise_s + change_s } else { 0.0 }]
@@ -170,7 +170,7 @@ fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
 
 /// The squared speed, (mm/s)², at which Grbl takes the corner between two moves; `None` if it stops.
 pub fn corner(case: &Case, before: &Move, after: &Move) -> Option<f64> {
-    if before.request.stops || case.interval_law == IntervalLaw::Thirds {
+    if before.request.stops || case.interval_split == IntervalSplit::Thirds {
         return None;
     }
     let pairs = || before.direction.iter().zip(&after.direction);
@@ -219,7 +219,7 @@ pub struct Ends {
 /// speed; if that is too fast for the next move, it stops.
 pub fn fastest(case: &Case, moves: &[Move], entry: Option<f64>) -> Vec<Ends> {
     let start = |index: usize| moves[index].start_mm_s * moves[index].start_mm_s;
-    let deltas_v2: Vec<(f64, f64)> = moves.iter().map(|one| one.deltas_v2(case.law)).collect();
+    let deltas_v2: Vec<(f64, f64)> = moves.iter().map(|one| one.deltas_v2(case.speed_profile)).collect();
     let cap = |index: usize| index.checked_sub(1).and_then(|before| cap(case, &moves[before], &moves[index]));
     let caps: Vec<Option<f64>> = (0..moves.len()).map(cap).collect();
     let mut all = vec![Ends::default(); moves.len()];

@@ -20,7 +20,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: cases(200, 2_000), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_curved_law_keeps_to_what_it_knows(case in case(curved(), 30), events in pushes(), is_small in any::<bool>()) {
+    fn a_curved_speed_profile_keeps_to_what_it_knows(case in case(curved(), 30), events in pushes(), is_small in any::<bool>()) {
         if is_small { drive::<8>(&case, &events)? } else { drive::<64>(&case, &events)? }
     }
 }

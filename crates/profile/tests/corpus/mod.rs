@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Effort, Plan, Request};
 use offline::Path;
 
-use isostep_profile::{IntervalLaw, Limits, OFFSET_PARTS, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, OFFSET_PARTS, SpeedProfile};
 
 const AXES: usize = 3;
 /// The least time that a move lasts on the emulated board with shapers, and with boxes, s (`SHAPED_S` and `BOX_S` of isostep-motion);
@@ -133,7 +133,7 @@ fn make_carried(machine: &Machine, moves: &[OneMove], deviation_mm: f32, move_s:
         jerk_steps_s3: f64::INFINITY,
     };
     let config =
-        ChainConfig::new([limits; AXES], [1.0 / per_mm; AXES], 0.01, IntervalLaw::Fastest, SpeedLaw::Trapezoid);
+        ChainConfig::new([limits; AXES], [1.0 / per_mm; AXES], 0.01, IntervalSplit::Fastest, SpeedProfile::Trapezoid);
     let effort = Effort { move_s, ..Effort::NONE };
     let mut chain = Chain::<AXES, 64>::new(if move_s > 0.0 { config.with_effort(effort) } else { config });
     let mut watch = Watch { machine, made: Made::default(), speeds_mm_s: [0.0; AXES] };

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::thread;
 
-use isostep_profile::{IntervalLaw, Limits, Profile, ProfileError, SpeedLaw};
+use isostep_profile::{IntervalSplit, Limits, Profile, ProfileError, SpeedProfile};
 use isostep_trials::{cases, window};
 use oorandom::Rand64;
 
@@ -38,24 +38,24 @@ impl Case {
         case.made_possible(&mut random)
     }
 
-    pub fn plan(&self, law: SpeedLaw) -> Result<Profile, ProfileError> {
+    pub fn plan(&self, speed_profile: SpeedProfile) -> Result<Profile, ProfileError> {
         Profile::plan(
             self.distance_steps,
             self.entry_steps_s,
             self.exit_steps_s,
             &self.limits,
-            IntervalLaw::Fastest,
-            law,
+            IntervalSplit::Fastest,
+            speed_profile,
         )
     }
 
     pub fn s_curve(&self) -> Profile {
-        self.plan(SpeedLaw::SCurve).expect("a random move can be planned")
+        self.plan(SpeedProfile::SCurve).expect("a random move can be planned")
     }
 
     /// Replaces a speed that is too high for the distance by the highest that works, or by a lower one.
     fn made_possible(self, random: &mut Random) -> Self {
-        match self.plan(SpeedLaw::SCurve) {
+        match self.plan(SpeedProfile::SCurve) {
             Err(ProfileError::EntrySpeed { max, .. }) => {
                 Self { entry_steps_s: random.speed_between(self.exit_steps_s, max), ..self }
             }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use isostep_profile::{Limits, Profile, SpeedLaw};
+use isostep_profile::{Limits, Profile, SpeedProfile};
 
 use super::case::{ALL, Case, count, is_one_case, over_cases};
 use super::phases::Phases;
@@ -110,7 +110,7 @@ fn moves_as_its_phases(case: &Case, profile: &Profile) {
 
 /// Checks that it is the trapezoid if the jerk has no limit, and is no faster than the trapezoid otherwise.
 fn is_the_trapezoid_without_limit_of_jerk(case: &Case, profile: &Profile) {
-    let trapezoid = case.plan(SpeedLaw::Trapezoid).expect("it needs no more way than the S-curve");
+    let trapezoid = case.plan(SpeedProfile::Trapezoid).expect("it needs no more way than the S-curve");
     assert!(profile.duration_s() >= trapezoid.duration_s() * (1.0 - TOLERANCE), "faster than the trapezoid");
     let limits = Limits { jerk_steps_s3: f64::INFINITY, ..case.limits };
     let free = Case { limits, ..*case }.s_curve();
@@ -131,7 +131,7 @@ fn no_tighter_limit_is_faster(case: &Case, profile: &Profile) {
         Limits { jerk_steps_s3: limits.jerk_steps_s3 / 2.0, ..limits },
     ];
     for limits in tighter {
-        if let Ok(slower) = (Case { limits, ..*case }).plan(SpeedLaw::SCurve) {
+        if let Ok(slower) = (Case { limits, ..*case }).plan(SpeedProfile::SCurve) {
             let (slower_s, duration_s) = (slower.duration_s(), profile.duration_s());
             assert!(slower_s >= duration_s * (1.0 - TOLERANCE), "{slower_s} s with {limits:?}, {duration_s} s without");
         }

@@ -5,7 +5,7 @@
 //! 4 δ/|u' - u| for the directions u and u', or half of the shorter move.
 
 use isostep_motion::AXES;
-use isostep_profile::{Blend, SpeedLaw};
+use isostep_profile::{Blend, SpeedProfile};
 use serde::Serialize;
 
 use super::asked::Asked;
@@ -77,7 +77,7 @@ impl Corner<'_> {
             let deviation_mm = outcome.junction_deviation_mm;
             return Some(CornerLimit { rule: Rule::Junction, axis, deviation_mm });
         }
-        let blends = deviation_mm > 0.0 && outcome.speed_law == SpeedLaw::Trapezoid;
+        let blends = deviation_mm > 0.0 && outcome.speed_profile == SpeedProfile::Trapezoid;
         (blends && self.is_rest && corner_mm_s.is_finite()).then_some(CornerLimit {
             rule: Rule::NoBlend,
             axis,

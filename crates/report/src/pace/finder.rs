@@ -3,11 +3,11 @@
 //! A ramp belongs to the slow place that it leads to or comes from. A place is a corner, a whole arc, or a standstill.
 //! A ramp from or to a stretch at the speed asked for belongs to whatever limits the speed of the slower stretch. The
 //! chain plans as fast as corners, feeds, ends and its look-ahead allow. So a slow place that the first three do not
-//! explain is assigned to the look-ahead. With a curved law it is assigned to the law instead, because the law has
-//! separate ramps in each move.
+//! explain is assigned to the look-ahead. With a curved speed profile it is assigned to the speed profile instead, because the
+//! speed profile has separate ramps in each move.
 
 use isostep_motion::{AXES, BLEND_S, STRAIGHT_S, shaped_s};
-use isostep_profile::SpeedLaw;
+use isostep_profile::SpeedProfile;
 
 use super::asked::{Asked, Limit, SAME};
 use super::corner::{Corner, CornerLimit};
@@ -328,7 +328,7 @@ impl<'a> Finder<'a> {
             }
             () if is_corner && in_arc && one_line => Why::Arc,
             () if is_corner => Why::Corner,
-            () if self.outcome.speed_law != SpeedLaw::Trapezoid => Why::SpeedLaw,
+            () if self.outcome.speed_profile != SpeedProfile::Trapezoid => Why::SpeedProfile,
             () => Why::LookAhead,
         })
     }

@@ -23,12 +23,12 @@ pub enum Why {
     Arc,
     /// The line asks for an exact stop: G61 or G61.1.
     ExactStop,
-    /// With the thirds law every move goes from rest to rest: `$900`.
+    /// With the thirds split every move goes from rest to rest: `$900`.
     Thirds,
     /// The machine is at standstill: a dwell, M0, a line that waits for standstill, the sender, or a hold.
     Stop,
-    /// A curved speed law has separate ramps in each move, so it changes the speed little over short moves: `$940`.
-    SpeedLaw,
+    /// A curved speed profile has separate ramps in each move, so it changes the speed little over short moves: `$940`.
+    SpeedProfile,
     /// The moves are so short that the board takes longer to plan them: each lasts [`STRAIGHT_S`](isostep_motion::STRAIGHT_S), or
     /// with a blend [`BLEND_S`](isostep_motion::BLEND_S).
     ShortMoves,
@@ -47,7 +47,7 @@ impl Why {
         Self::ExactStop,
         Self::Thirds,
         Self::Stop,
-        Self::SpeedLaw,
+        Self::SpeedProfile,
         Self::ShortMoves,
         Self::LookAhead,
         Self::Ends,
@@ -59,9 +59,9 @@ impl Why {
             Self::Corner => "corner",
             Self::Arc => "arc",
             Self::ExactStop => "exact stop",
-            Self::Thirds => "thirds law: rest to rest",
+            Self::Thirds => "thirds split: rest to rest",
             Self::Stop => "stop",
-            Self::SpeedLaw => "curved law over short moves",
+            Self::SpeedProfile => "curved speed profile over short moves",
             Self::ShortMoves => "short moves",
             Self::LookAhead => "end of the look-ahead",
             Self::Ends => "begin and end",

@@ -101,7 +101,7 @@ fn an_exact_stop_is_told_from_a_stop_and_from_a_corner() {
     let thirds = outcome("G91 G1 F6000 X4\nX4\n", |settings| settings.interval_thirds = true);
     let pace = Pace::of(&thirds);
     assert_eq!(pace.slow.worst.iter().map(|place| place.why).collect::<Vec<_>>(), [Why::Thirds]);
-    // For a third of the time, only the interval law limits the speed.
+    // For a third of the time, only the interval split limits the speed.
     assert_near(pace.shares.standstill_s, pace.moving_s);
     assert_sums(&pace);
 }
@@ -151,17 +151,21 @@ fn short_moves_on_a_straight_line_wait_for_what_follows() {
 
 /// Each bend allows the full feed, which the trapezoid reaches.
 #[test]
-fn a_curved_law_is_slow_over_short_moves() {
+fn a_curved_speed_profile_is_slow_over_short_moves() {
     let program = format!("G91 G1 F1500 X2 Y2\n{}Y2\nX2\n", "X0.4 Y0.1\nX0.4\n".repeat(30));
-    let by = |speed_law: u16| {
+    let by = |speed_profile: u16| {
         let outcome = outcome(&program, |settings| {
-            (settings.speed_law, settings.jerk_or_0_mm_s3) = (speed_law, [20_000.0; AXES]);
+            (settings.speed_profile, settings.jerk_or_0_mm_s3) = (speed_profile, [20_000.0; AXES]);
         });
         Pace::of(&outcome)
     };
     let (trapezoid, curved) = (by(0), by(1));
-    assert_eq!(trapezoid.slow.of(Why::SpeedLaw).count + trapezoid.slow.of(Why::LookAhead).count, 0);
-    assert!(curved.shares.speed_law_s > 0.0 && curved.slow.of(Why::LookAhead).count == 0, "{:?}", curved.slow.kinds);
+    assert_eq!(trapezoid.slow.of(Why::SpeedProfile).count + trapezoid.slow.of(Why::LookAhead).count, 0);
+    assert!(
+        curved.shares.speed_profile_s > 0.0 && curved.slow.of(Why::LookAhead).count == 0,
+        "{:?}",
+        curved.slow.kinds
+    );
     assert_sums(&curved);
 }
 
@@ -206,9 +210,9 @@ fn random_programs_are_accounted_for() {
                 _ => format!("G1 X{x:.3} Y{y:.3} Z{z:.3} F{feed_mm_min}\n"),
             };
         }
-        for speed_law in [0, 1, 2] {
+        for speed_profile in [0, 1, 2] {
             let outcome = outcome(&program, |settings| {
-                settings.speed_law = speed_law;
+                settings.speed_profile = speed_profile;
                 settings.jerk_or_0_mm_s3 = [50_000.0; AXES];
                 settings.start_rate_mm_min = [if seed % 2 == 0 { 120.0 } else { 0.0 }; AXES];
             });

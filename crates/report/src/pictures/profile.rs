@@ -80,8 +80,8 @@ mod tests {
     #[test]
     fn a_picture_has_a_line_of_each_curve_in_each_panel_and_a_key() {
         let curves = [curve("s-curve", 6.0), curve("sine", -6.0)];
-        let picture = picture("Two laws", &curves);
-        assert!(picture.starts_with("<svg role=\"img\" aria-label=\"Two laws\""));
+        let picture = picture("Two speed profiles", &curves);
+        assert!(picture.starts_with("<svg role=\"img\" aria-label=\"Two speed profiles\""));
         for colour in ["var(--x)", "var(--y)"] {
             assert!(picture.matches(colour).count() >= 5, "four lines and the key's");
         }

@@ -72,7 +72,7 @@ fn of(pace: &Pace) -> Vec<Share> {
     let others = [
         share("acceleration, from and to corners", AXIS[1], shares.corners_s),
         share("acceleration, from and to standstill", CURVE[4], shares.standstill_s),
-        share("acceleration, by a curved law over short moves", RACK, shares.speed_law_s),
+        share("acceleration, by a curved speed profile over short moves", RACK, shares.speed_profile_s),
         share("the board's time for short moves", SPEED[1], shares.short_moves_s),
         share("acceleration, from and to the end of the look-ahead", CURVE[6], shares.look_ahead_s),
         share("shapers, at stops", RACK, shares.shaping_s),

@@ -138,19 +138,24 @@ impl<'a> Curve<'a> {
 
 #[cfg(test)]
 mod tests {
-    use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+    use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
     use super::*;
 
-    fn plan(law: SpeedLaw, interval_law: IntervalLaw, steps: [i32; 2], accel_steps_s2: f64) -> SyncMove<2> {
+    fn plan(
+        speed_profile: SpeedProfile,
+        interval_split: IntervalSplit,
+        steps: [i32; 2],
+        accel_steps_s2: f64,
+    ) -> SyncMove<2> {
         let limits = Limits {
-            start_speed_steps_s: if law.is_over_displacement() { 100.0 } else { 0.0 },
+            start_speed_steps_s: if speed_profile.is_over_displacement() { 100.0 } else { 0.0 },
             top_speed_steps_s: 2_400.0,
             accel_steps_s2,
             decel_steps_s2: accel_steps_s2,
             jerk_steps_s3: 25_000.0,
         };
-        SyncMove::plan(steps, &[limits; 2], interval_law, law, None).unwrap()
+        SyncMove::plan(steps, &[limits; 2], interval_split, speed_profile, None).unwrap()
     }
 
     /// Instants of an axis that begins at an arbitrary instant, rounded to the port's tick as in the simulator.
@@ -170,16 +175,22 @@ mod tests {
     }
 
     #[test]
-    fn every_law_is_measured_to_ticks() {
-        for law in SpeedLaw::ALL {
-            for interval_law in [IntervalLaw::Fastest, IntervalLaw::Thirds] {
-                let plan = plan(law, interval_law, [20_000, 3_000], 2_500.0);
+    fn every_speed_profile_is_measured_to_ticks() {
+        for speed_profile in SpeedProfile::ALL {
+            for interval_split in [IntervalSplit::Fastest, IntervalSplit::Thirds] {
+                let plan = plan(speed_profile, interval_split, [20_000, 3_000], 2_500.0);
                 for (port, axis) in [(Port::Pio, 0), (Port::Pio, 1), (Port::Timer, 0), (Port::Timer, 1)] {
                     let found = found(&ticked(&plan, axis, port), &plan.profile, port).unwrap();
                     let apart_s = found.intervals.apart_s(&planned(&plan.profile));
                     let resolution_ticks = found.resolution_s * 1e9 / port.tick_ns();
-                    assert!(apart_s <= found.resolution_s, "{law}, {interval_law:?}: {apart_s} of {found:?}");
-                    assert!(resolution_ticks < 100.0, "{law}, {interval_law:?}, {port}: {resolution_ticks}");
+                    assert!(
+                        apart_s <= found.resolution_s,
+                        "{speed_profile}, {interval_split:?}: {apart_s} of {found:?}"
+                    );
+                    assert!(
+                        resolution_ticks < 100.0,
+                        "{speed_profile}, {interval_split:?}, {port}: {resolution_ticks}"
+                    );
                 }
             }
         }
@@ -187,15 +198,15 @@ mod tests {
 
     #[test]
     fn short_moves_are_measured_right_or_not_at_all() {
-        for law in SpeedLaw::ALL {
+        for speed_profile in SpeedProfile::ALL {
             for long in [10, 60, 200, 900, 2_300, 4_000] {
-                let plan = plan(law, IntervalLaw::Fastest, [long, long / 2], 2_500.0);
+                let plan = plan(speed_profile, IntervalSplit::Fastest, [long, long / 2], 2_500.0);
                 for axis in [0, 1] {
                     let Some(found) = found(&ticked(&plan, axis, Port::Pio), &plan.profile, Port::Pio) else {
                         continue;
                     };
                     let apart_s = found.intervals.apart_s(&planned(&plan.profile));
-                    assert!(apart_s <= found.resolution_s, "{law}, {long}: {apart_s} of {found:?}");
+                    assert!(apart_s <= found.resolution_s, "{speed_profile}, {long}: {apart_s} of {found:?}");
                 }
             }
         }
@@ -204,15 +215,19 @@ mod tests {
     /// The durations of the plan have no influence.
     #[test]
     fn another_acceleration_than_planned_shows() {
-        for law in SpeedLaw::ALL {
-            let [asked, made] = [2_500.0, 2_475.0].map(|accel| plan(law, IntervalLaw::Fastest, [20_000, 3_000], accel));
+        for speed_profile in SpeedProfile::ALL {
+            let [asked, made] =
+                [2_500.0, 2_475.0].map(|accel| plan(speed_profile, IntervalSplit::Fastest, [20_000, 3_000], accel));
             // The shape of an S-curve depends on its acceleration, so the edges do not lie on the planned curve.
             let Some(found) = found(&ticked(&made, 1, Port::Pio), &asked.profile, Port::Pio) else {
-                assert_eq!(law, SpeedLaw::SCurve);
+                assert_eq!(speed_profile, SpeedProfile::SCurve);
                 continue;
             };
-            assert!(found.intervals.apart_s(&planned(&made.profile)) <= found.resolution_s, "{law}: {found:?}");
-            assert!(found.intervals.apart_s(&planned(&asked.profile)) > 1e-3, "{law}: {found:?}");
+            assert!(
+                found.intervals.apart_s(&planned(&made.profile)) <= found.resolution_s,
+                "{speed_profile}: {found:?}"
+            );
+            assert!(found.intervals.apart_s(&planned(&asked.profile)) > 1e-3, "{speed_profile}: {found:?}");
         }
     }
 }

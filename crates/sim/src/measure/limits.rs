@@ -20,7 +20,7 @@
 //! the acceleration a allow.
 
 use isostep_motion::{AXES, Config};
-use isostep_profile::{Limits, SpeedLaw};
+use isostep_profile::{Limits, SpeedProfile};
 
 use super::shaped;
 use crate::analysis::mean_derivative;
@@ -46,7 +46,7 @@ pub struct LimitRatios {
     pub accel: f64,
     /// Fraction of the deceleration limit.
     pub decel: f64,
-    /// Fraction of the jerk limit, for a law that has one.
+    /// Fraction of the jerk limit, for a speed profile that has one.
     pub jerk: f64,
     /// Fraction of the allowed speed at a corner. By the plan, not measured here.
     pub corner: f64,
@@ -88,7 +88,7 @@ pub fn ratios(
     times_s: &[f64],
     off_s: f64,
     limits: &Limits,
-    law: SpeedLaw,
+    speed_profile: SpeedProfile,
     ends: Ends,
     speed_at: impl Fn(f64) -> f64,
 ) -> LimitRatios {
@@ -98,8 +98,8 @@ pub fn ratios(
     let speed = means::<2>(times_s, 2.0 * off_s / GRAIN).map(|(t_s, mean)| mean / speed_at(t_s));
     let accels = |limit| means::<3>(times_s, spacing_s(2, limit)).map(|(_, mean)| mean);
     let start = |instant_s| limits.start_speed_steps_s.min(speed_at(instant_s));
-    let jerk = match law {
-        SpeedLaw::SCurve if limits.jerk_steps_s3.is_finite() => {
+    let jerk = match speed_profile {
+        SpeedProfile::SCurve if limits.jerk_steps_s3.is_finite() => {
             highest(means::<4>(times_s, spacing_s(3, limits.jerk_steps_s3)).map(|(_, mean)| mean.abs()))
         }
         _ => 0.0,
@@ -192,8 +192,9 @@ pub fn of_run(outcome: &Outcome, speed_limit: impl Fn(&MoveRecord, usize, f64) -
         // A stopped move ends abruptly, not at rest.
         let ends = Ends { at_rest: [begins, ends && record.is_whole()] };
         for (axis, times_s) in line_times_s(outcome, record).iter().enumerate() {
-            let (own, law) = (&config.limits[axis], config.speed_law);
-            highest = highest.max(ratios(times_s, off_s, own, law, ends, |t_s| speed_limit(record, axis, t_s)));
+            let (own, speed_profile) = (&config.limits[axis], config.speed_profile);
+            highest =
+                highest.max(ratios(times_s, off_s, own, speed_profile, ends, |t_s| speed_limit(record, axis, t_s)));
         }
     }
     let corners = outcome.moves.windows(2).filter(|pair| pair[0].run == pair[1].run);
@@ -290,7 +291,7 @@ fn corner_mm_s(moves: [&MoveRecord; 2], config: &Config) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::config::Port;
-    use isostep_profile::{IntervalLaw, SyncMove};
+    use isostep_profile::{IntervalSplit, SyncMove};
 
     use super::*;
 
@@ -303,22 +304,27 @@ mod tests {
     };
 
     /// Measures a move planned within `limits`, with its instants rounded to the port's tick.
-    fn measured(limits: Limits, law: SpeedLaw, port: Port) -> LimitRatios {
-        let plan = SyncMove::plan([30_000], &[limits], IntervalLaw::Fastest, law, None).unwrap();
+    fn measured(limits: Limits, speed_profile: SpeedProfile, port: Port) -> LimitRatios {
+        let plan = SyncMove::plan([30_000], &[limits], IntervalSplit::Fastest, speed_profile, None).unwrap();
         let tick_s = port.tick_ns() * 1e-9;
         let times_s: Vec<_> = (1..=30_000).map(|k| (plan.step_time_s(0, k) / tick_s).round() * tick_s).collect();
-        ratios(&times_s, port.tolerance_ns() * 1e-9, &LIMITS, law, Ends { at_rest: [true; 2] }, |_| {
+        ratios(&times_s, port.tolerance_ns() * 1e-9, &LIMITS, speed_profile, Ends { at_rest: [true; 2] }, |_| {
             LIMITS.top_speed_steps_s
         })
     }
 
     #[test]
     fn limits_that_are_kept_are_measured_so() {
-        for (law, port) in SpeedLaw::ALL.into_iter().flat_map(|law| Port::ALL.map(|port| (law, port))) {
-            let ratios = measured(LIMITS, law, port);
-            assert!(ratios.are_within(), "{law}, {port}: {ratios:?}");
-            assert!(ratios.speed > 0.99 && ratios.accel > 0.97 && ratios.decel > 0.97, "{law}, {port}: {ratios:?}");
-            assert!(law != SpeedLaw::SCurve || ratios.jerk > 0.97, "{port}: {ratios:?}");
+        for (speed_profile, port) in
+            SpeedProfile::ALL.into_iter().flat_map(|speed_profile| Port::ALL.map(|port| (speed_profile, port)))
+        {
+            let ratios = measured(LIMITS, speed_profile, port);
+            assert!(ratios.are_within(), "{speed_profile}, {port}: {ratios:?}");
+            assert!(
+                ratios.speed > 0.99 && ratios.accel > 0.97 && ratios.decel > 0.97,
+                "{speed_profile}, {port}: {ratios:?}"
+            );
+            assert!(speed_profile != SpeedProfile::SCurve || ratios.jerk > 0.97, "{port}: {ratios:?}");
         }
     }
 
@@ -331,16 +337,16 @@ mod tests {
             limits
         };
         for port in Port::ALL {
-            for (law, limits) in [
-                (SpeedLaw::Trapezoid, exceeded(|limits| limits.top_speed_steps_s *= 1.05)),
-                (SpeedLaw::Trapezoid, exceeded(|limits| limits.accel_steps_s2 *= 1.05)),
-                (SpeedLaw::Trapezoid, exceeded(|limits| limits.decel_steps_s2 *= 1.05)),
-                (SpeedLaw::Sine, exceeded(|limits| limits.decel_steps_s2 *= 1.05)),
-                (SpeedLaw::SCurve, exceeded(|limits| limits.jerk_steps_s3 *= 1.05)),
-                (SpeedLaw::Trapezoid, exceeded(|limits| limits.start_speed_steps_s *= 3.0)),
+            for (speed_profile, limits) in [
+                (SpeedProfile::Trapezoid, exceeded(|limits| limits.top_speed_steps_s *= 1.05)),
+                (SpeedProfile::Trapezoid, exceeded(|limits| limits.accel_steps_s2 *= 1.05)),
+                (SpeedProfile::Trapezoid, exceeded(|limits| limits.decel_steps_s2 *= 1.05)),
+                (SpeedProfile::Sine, exceeded(|limits| limits.decel_steps_s2 *= 1.05)),
+                (SpeedProfile::SCurve, exceeded(|limits| limits.jerk_steps_s3 *= 1.05)),
+                (SpeedProfile::Trapezoid, exceeded(|limits| limits.start_speed_steps_s *= 3.0)),
             ] {
-                let ratios = measured(limits, law, port);
-                assert!(!ratios.are_within(), "{law}, {port}, {limits:?}: {ratios:?}");
+                let ratios = measured(limits, speed_profile, port);
+                assert!(!ratios.are_within(), "{speed_profile}, {port}, {limits:?}: {ratios:?}");
             }
         }
     }

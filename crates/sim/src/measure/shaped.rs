@@ -38,7 +38,7 @@ fn of_axis(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> LimitRatios {
     let edges: Vec<_> = edges.filter(|(t_s, _)| !is_of_jump(*t_s)).collect();
     let ratios = edges.chunk_by(|one, next| one.1 == next.1).map(|edges| {
         let times_s: Vec<_> = edges.iter().map(|(t_s, _)| *t_s).collect();
-        limits::ratios(&times_s, off_s, &own, outcome.config_of(&run[0]).speed_law, ends, |_| own.top_speed_steps_s)
+        limits::ratios(&times_s, off_s, &own, outcome.config_of(&run[0]).speed_profile, ends, |_| own.top_speed_steps_s)
     });
     ratios.fold(LimitRatios::default(), LimitRatios::max)
 }

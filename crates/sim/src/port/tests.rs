@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use embassy_time::Instant;
 use isostep_motion::{StartBarrier, StepCounter, StreamQueue};
-use isostep_profile::{IntervalLaw, Limits, SpeedLaw, SyncMove};
+use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
 use super::*;
 use crate::config::Config;
@@ -22,7 +22,7 @@ fn steady(steps: i32, speed_steps_s: f64) -> SyncMove<1> {
         decel_steps_s2: 1e6,
         jerk_steps_s3: f64::INFINITY,
     };
-    SyncMove::plan([steps], &[limits], IntervalLaw::Fastest, SpeedLaw::Trapezoid, None).unwrap()
+    SyncMove::plan([steps], &[limits], IntervalSplit::Fastest, SpeedProfile::Trapezoid, None).unwrap()
 }
 
 /// A queue with all its steps.

@@ -210,7 +210,7 @@ impl Random {
             hold_input_is_door: self.one_in(3),
             spin_up_s: self.of(&[0.0, 0.0, 0.1]),
             interval_thirds: self.one_in(4),
-            speed_law: self.of(&[0, 0, 0, 1, 2, 3, 4, 5, 6]),
+            speed_profile: self.of(&[0, 0, 0, 1, 2, 3, 4, 5, 6]),
             report_mask: self.of(&[1, 3]),
             second_motor_axis: self.of(&[0, 0, 1, 2, 3]).min(AXES as u16),
             second_invert_mask: self.below(1 << AXES) as u16,
@@ -226,20 +226,20 @@ impl Random {
             settings.start_rate_mm_min[axis] = self.of(&[0.0, 60.0]);
             settings.square_offset_mm[axis] = self.of(&[0.0, 0.5, -1.5]);
         }
-        // The machines with the largest deviation go round corners by blends, as far as their law has any.
+        // The machines with the largest deviation go round corners by blends, as far as their speed profile has any.
         if settings.junction_deviation_mm == 0.05 {
             settings.blend_deviation_mm = 0.05;
             (settings.interval_thirds, settings.start_rate_mm_min) = (false, [0.0; AXES]);
-            settings.speed_law = if settings.speed_law < 3 { 0 } else { settings.speed_law };
+            settings.speed_profile = if settings.speed_profile < 3 { 0 } else { settings.speed_profile };
         }
-        if settings.speed_law == 0 && self.one_in(2) {
+        if settings.speed_profile == 0 && self.one_in(2) {
             for axis in 0..AXES {
                 settings.shaper_kind[axis] = self.below(6) as u16;
                 settings.shaper_hz[axis] = self.between(10.0, 500.0).round() as f32;
                 settings.shaper_damping_ratio[axis] = self.of(&[0.0, 0.05, 0.2, 0.5]);
             }
         }
-        if settings.speed_law >= 3 {
+        if settings.speed_profile >= 3 {
             settings.start_rate_mm_min = [60.0; AXES];
         }
         settings

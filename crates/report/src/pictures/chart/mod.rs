@@ -307,11 +307,11 @@ mod tests {
     #[test]
     fn a_picture_has_its_key_and_its_charts_in_the_colours_of_the_page() {
         let chart = chart(&[(0.0, 1.0), (1.0, 1_000.0)], Scale::Linear);
-        let key = [(CURVE[3], "a law".to_owned())];
+        let key = [(CURVE[3], "a speed profile".to_owned())];
         let svg = picture("Curves", &key, 2, 200, &[chart.clone(), chart.clone(), chart]);
         assert!(svg.starts_with("<svg role=\"img\" aria-label=\"Curves\""));
         assert_eq!(svg.matches("time, s").count(), 3);
-        for part in ["var(--curve-5)", "var(--ink)", "var(--rack)", "a law"] {
+        for part in ["var(--curve-5)", "var(--ink)", "var(--rack)", "a speed profile"] {
             assert!(svg.contains(part), "{part}");
         }
         assert!(!svg.contains("#0100"));

@@ -1,30 +1,13 @@
-//! The laws a move can follow: how its duration is split, and how its speed changes on a ramp.
+//! The speed profile: how speed changes on a ramp.
 
 use core::fmt;
 
-/// The way in which a move's duration is split into its three intervals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum IntervalLaw {
-    /// As fast as the limits allow: with a cruise, or without one if the distance is short (Stoychitch 2018, eqs 1-8).
-    #[default]
-    Fastest,
-    /// Three equal intervals, as short as the limits allow (Forero 2023, eqs 1-7). A trapezoid from rest to rest then
-    /// accelerates over a quarter of the distance, cruises over half of it and decelerates over a quarter.
-    Thirds,
-}
-
-impl IntervalLaw {
-    /// Every law.
-    pub const ALL: [Self; 2] = [Self::Fastest, Self::Thirds];
-}
-
-/// The law by which speed changes on a ramp. The first three are laws over time, the others over displacement.
+/// The change of speed on a ramp. The first three profiles are over time, the others over displacement.
 ///
 /// A decelerating ramp is an accelerating ramp seen backwards in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum SpeedLaw {
+pub enum SpeedProfile {
     /// Linear over time: constant acceleration (Stoychitch 2018).
     #[default]
     Trapezoid,
@@ -42,12 +25,12 @@ pub enum SpeedLaw {
     Logarithmic,
 }
 
-impl SpeedLaw {
-    /// Every law.
+impl SpeedProfile {
+    /// Every speed profile.
     pub const ALL: [Self; 7] =
         [Self::Trapezoid, Self::SCurve, Self::Sine, Self::Linear, Self::Quadratic, Self::Sinusoidal, Self::Logarithmic];
 
-    /// The usual name of the law, which commands accept.
+    /// The usual name of the speed profile, which commands accept.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -68,7 +51,7 @@ impl SpeedLaw {
     }
 }
 
-impl fmt::Display for SpeedLaw {
+impl fmt::Display for SpeedProfile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }

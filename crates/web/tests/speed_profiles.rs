@@ -1,7 +1,7 @@
-//! The laws on the page are those of `isostep profile`.
+//! The speed profiles on the page are those of `isostep profile`.
 
-use isostep_profile::SpeedLaw;
-use isostep_web::laws::{self, Asked};
+use isostep_profile::SpeedProfile;
+use isostep_web::speed_profiles::{self, Asked};
 use serde_json::{Value, json};
 
 const ASKED: Asked = Asked {
@@ -15,16 +15,16 @@ const ASKED: Asked = Asked {
 };
 
 fn said(start_mm_s: f64) -> Value {
-    serde_json::from_str(&laws::of(&Asked { start_mm_s, ..ASKED }).unwrap()).unwrap()
+    serde_json::from_str(&speed_profiles::of(&Asked { start_mm_s, ..ASKED }).unwrap()).unwrap()
 }
 
-/// `isostep profile --law trapezoid,s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500`
+/// `isostep profile --speed-profile trapezoid,s-curve,sine --steps 4000 --top-speed 2400 --accel 2500 --jerk 12500`
 #[test]
 fn figures_are_those_that_the_tool_prints() {
-    let laws = said(0.0);
-    assert_eq!(laws["names"], json!(["trapezoid", "s-curve", "sine"]));
+    let speed_profiles = said(0.0);
+    assert_eq!(speed_profiles["names"], json!(["trapezoid", "s-curve", "sine"]));
     let row = |name: &str| {
-        let rows = laws["rows"].as_array().unwrap();
+        let rows = speed_profiles["rows"].as_array().unwrap();
         rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("no {name} in {rows:?}"))["cells"].clone()
     };
     assert_eq!(row("total, s"), json!(["2.626667", "2.826667", "3.174631"]));
@@ -34,11 +34,11 @@ fn figures_are_those_that_the_tool_prints() {
 
 /// Those over displacement need a start speed, and say so.
 #[test]
-fn a_law_that_cannot_says_why() {
+fn a_speed_profile_that_cannot_says_why() {
     let refused = said(0.0)["refused"].as_array().unwrap().clone();
     assert_eq!(refused.len(), 4, "{refused:?}");
     assert!(refused[0]["words"].as_str().unwrap().contains("start"), "{refused:?}");
-    assert_eq!(said(2.0)["names"].as_array().unwrap().len(), SpeedLaw::ALL.len());
+    assert_eq!(said(2.0)["names"].as_array().unwrap().len(), SpeedProfile::ALL.len());
 }
 
 /// The area under the speed is the distance.
@@ -55,6 +55,6 @@ fn curves_go_the_whole_distance() {
 
 #[test]
 fn a_move_without_steps_is_refused() {
-    let trouble = laws::of(&Asked { distance_mm: 0.0, ..ASKED }).unwrap_err();
+    let trouble = speed_profiles::of(&Asked { distance_mm: 0.0, ..ASKED }).unwrap_err();
     assert!(trouble.words.contains("1 to 1000000"), "{trouble}");
 }

@@ -1,4 +1,5 @@
-//! Speed laws side by side: their steps, from which table, CSV and picture are made, and their figures as `isostep profile` prints them.
+//! Speed profiles side by side: their steps, from which table, CSV and picture are made, and their figures as `isostep profile`
+//! prints them.
 
 mod exact;
 mod table;
@@ -13,9 +14,9 @@ use crate::pictures::profile as picture;
 /// The largest number of steps of a move. It is bounded because every step is kept for table, file and picture.
 pub const STEPS_MAX: u32 = 1_000_000;
 
-/// A law planned with given parameters.
+/// A speed profile planned with given parameters.
 pub struct Curve {
-    /// The name of the law, and of the step generator if it is not the exact one.
+    /// The name of the speed profile, and of the step generator if it is not the exact one.
     pub name: String,
     /// All steps in order.
     pub steps: Vec<Step>,
@@ -29,7 +30,7 @@ pub struct Curve {
     pub top_hz: f64,
     /// Instants, s, and displacements, steps. Derivatives by differences are taken from these.
     pub samples: Vec<(f64, f64)>,
-    /// The closed form, where the law has one.
+    /// The closed form, where the speed profile has one.
     pub exact: Option<Exact>,
 }
 
@@ -45,7 +46,7 @@ pub struct Step {
 }
 
 impl Curve {
-    /// A law of which only the steps are known. A phase lasts as long as the sum of its steps' periods. The
+    /// A speed profile of which only the steps are known. A phase lasts as long as the sum of its steps' periods. The
     /// displacement grows by one step at each rising edge and is complete at the end.
     pub fn of_steps(name: &str, steps: Vec<Step>, counts: StepCounts, duration_s: Option<f64>) -> Self {
         let (accel, cruise) = (counts.accel as usize, counts.cruise as usize);
@@ -122,8 +123,8 @@ pub fn peak(points: &[(f64, f64)]) -> f64 {
 /// The largest magnitude of a mean derivative. The derivative has order `N` - 1, and the mean is over `N` consecutive
 /// steps.
 ///
-/// Near standstill, steps are far apart. Repeated differences may then be half as large again as the law's own
-/// derivative. A mean over steps never exceeds the law's peak.
+/// Near standstill, steps are far apart. Repeated differences may then be half as large again as the speed profile's own
+/// derivative. A mean over steps never exceeds the speed profile's peak.
 pub fn peak_mean<const N: usize>(curve: &Curve) -> f64 {
     let means = curve.samples.windows(N).map(|samples| {
         let sample = |index: usize| samples[index];

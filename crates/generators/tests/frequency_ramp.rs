@@ -1,35 +1,35 @@
-//! Fonseca-Campos's laws, compared with its equations as they are printed, and with numbers worked out by hand.
+//! Fonseca-Campos's profiles, compared with its equations as they are printed, and with numbers worked out by hand.
 
 use core::f64::consts::PI;
 
-use isostep_generators::{FrequencyError, FrequencyLaw, FrequencyProfile, TruncatedProfile};
+use isostep_generators::{FrequencyError, FrequencyProfile, FrequencyRamp, TruncatedProfile};
 use proptest::prelude::*;
 
-use FrequencyLaw::{Linear, Logarithmic, Quadratic, Sinusoidal};
+use FrequencyRamp::{Linear, Logarithmic, Quadratic, Sinusoidal};
 
 /// N, p_N, tau_max and tau_min of Fonseca-Campos's tables 1, 2, 4 and 6.
 const TABLES: [(u32, u32, u32, u32); 4] =
     [(120, 24, 4000, 1500), (1666, 166, 4000, 400), (2000, 300, 5000, 300), (2000, 400, 3000, 300)];
 
-fn exact(law: FrequencyLaw, table: (u32, u32, u32, u32)) -> FrequencyProfile {
+fn exact(frequency_ramp: FrequencyRamp, table: (u32, u32, u32, u32)) -> FrequencyProfile {
     let (n, p, max, min) = table;
-    FrequencyProfile::plan(law, n, p, f64::from(max), f64::from(min)).unwrap()
+    FrequencyProfile::plan(frequency_ramp, n, p, f64::from(max), f64::from(min)).unwrap()
 }
 
-fn truncated(law: FrequencyLaw, table: (u32, u32, u32, u32)) -> TruncatedProfile {
+fn truncated(frequency_ramp: FrequencyRamp, table: (u32, u32, u32, u32)) -> TruncatedProfile {
     let (n, p, max, min) = table;
-    TruncatedProfile::plan(law, n, p, f64::from(max), f64::from(min)).unwrap()
+    TruncatedProfile::plan(frequency_ramp, n, p, f64::from(max), f64::from(min)).unwrap()
 }
 
 /// Eqs 5-8, constants and branches as printed.
-fn printed_hz(law: FrequencyLaw, (n, p, max, min): (u32, u32, u32, u32), i: u32) -> f64 {
+fn printed_hz(frequency_ramp: FrequencyRamp, (n, p, max, min): (u32, u32, u32, u32), i: u32) -> f64 {
     let (f_min, f_max) = (1.0 / (f64::from(max) * 1e-6), 1.0 / (f64::from(min) * 1e-6));
     let [i_, n_, p_] = [i, n, p].map(f64::from);
     if p < i && i < n - p {
         return f_max;
     }
     let rises = i <= p;
-    match law {
+    match frequency_ramp {
         Linear if rises => (f_max - f_min) / (p_ - 1.0) * (i_ - 1.0) + f_min,
         Linear => (f_min - f_max) / p_ * (i_ - n_) + f_min,
         Quadratic if rises => {
@@ -57,33 +57,37 @@ fn table_1_by_hand() {
         (Sinusoidal, 251.9404, 664.8843),
         (Logarithmic, 340.8768, 661.3825),
     ];
-    for (law, second_hz, step_97_hz) in by_hand {
-        let plan = exact(law, TABLES[0]);
+    for (frequency_ramp, second_hz, step_97_hz) in by_hand {
+        let plan = exact(frequency_ramp, TABLES[0]);
         let ends = [1, 24, 25, 95, 96, 120].map(|i| plan.frequency_hz(i));
         let (low, top) = (250.0, 1e6 / 1500.0);
-        assert_eq!(ends, [low, top, top, top, top, low], "{law}");
-        assert!((plan.frequency_hz(2) - second_hz).abs() < 1e-4, "{law}: {}", plan.frequency_hz(2));
-        assert!((plan.frequency_hz(97) - step_97_hz).abs() < 1e-4, "{law}: {}", plan.frequency_hz(97));
+        assert_eq!(ends, [low, top, top, top, top, low], "{frequency_ramp}");
+        assert!((plan.frequency_hz(2) - second_hz).abs() < 1e-4, "{frequency_ramp}: {}", plan.frequency_hz(2));
+        assert!((plan.frequency_hz(97) - step_97_hz).abs() < 1e-4, "{frequency_ramp}: {}", plan.frequency_hz(97));
     }
 }
 
 #[test]
 fn every_step_of_every_table_is_the_printed_equation() {
-    for (law, table) in cases() {
-        let plan = exact(law, table);
+    for (frequency_ramp, table) in cases() {
+        let plan = exact(frequency_ramp, table);
         for i in 1..=table.0 {
-            let printed = printed_hz(law, table, i);
-            assert!((plan.frequency_hz(i) / printed - 1.0).abs() < 1e-13, "{law} {table:?} step {i}");
+            let printed = printed_hz(frequency_ramp, table, i);
+            assert!((plan.frequency_hz(i) / printed - 1.0).abs() < 1e-13, "{frequency_ramp} {table:?} step {i}");
         }
     }
 }
 
 #[test]
 fn the_exact_total_is_the_sum_of_all_periods() {
-    for (law, table) in cases() {
-        let plan = exact(law, table);
-        let sum_s: f64 = (1..=table.0).map(|i| 1.0 / printed_hz(law, table, i)).sum();
-        assert!((plan.duration_s() - sum_s).abs() < 1e-9, "{law} {table:?}: {} is not {sum_s}", plan.duration_s());
+    for (frequency_ramp, table) in cases() {
+        let plan = exact(frequency_ramp, table);
+        let sum_s: f64 = (1..=table.0).map(|i| 1.0 / printed_hz(frequency_ramp, table, i)).sum();
+        assert!(
+            (plan.duration_s() - sum_s).abs() < 1e-9,
+            "{frequency_ramp} {table:?}: {} is not {sum_s}",
+            plan.duration_s()
+        );
         let edges: Vec<f64> = plan.edges_s().collect();
         assert_eq!((edges.len(), edges[0]), (table.0 as usize, 0.0));
         let last_s = edges[edges.len() - 1] + plan.period_s(table.0);
@@ -94,8 +98,8 @@ fn the_exact_total_is_the_sum_of_all_periods() {
 /// Table 1, computed from the equations by a program in another language. The paper's "almost 10 %" and "18 %" are 9.9
 /// and 17.7.
 #[test]
-fn the_laws_of_table_1_are_as_far_apart_as_the_paper_says() {
-    let total_s = FrequencyLaw::ALL.map(|law| exact(law, TABLES[0]).duration_s());
+fn the_frequency_ramps_of_table_1_are_as_far_apart_as_the_paper_says() {
+    let total_s = FrequencyRamp::ALL.map(|frequency_ramp| exact(frequency_ramp, TABLES[0]).duration_s());
     let wanted_s = [0.222_678_167, 0.243_700_268, 0.227_126_018, 0.200_609_771];
     for (total, wanted) in total_s.into_iter().zip(wanted_s) {
         assert!((total - wanted).abs() < 1e-9, "{total} is not {wanted}");
@@ -116,10 +120,10 @@ fn a_million_instants_keep_what_each_sum_rounds_off() {
     }
 }
 
-/// Half of 1e6/f in whole numbers, for the laws that are rational.
-fn rational_half_us(law: FrequencyLaw, (n, p, max, min): (u32, u32, u32, u32), i: u32) -> u64 {
+/// Half of 1e6/f in whole numbers, for the profiles that are rational.
+fn rational_half_us(frequency_ramp: FrequencyRamp, (n, p, max, min): (u32, u32, u32, u32), i: u32) -> u64 {
     let [n, p, max, min, i] = [n, p, max, min, i].map(u64::from);
-    let (ratio, whole) = match law {
+    let (ratio, whole) = match frequency_ramp {
         Linear if i <= p => (i - 1, p - 1),
         Linear => (p.min(n - i), p),
         _ if i <= p => (i * i - 1, p * p - 1),
@@ -131,17 +135,17 @@ fn rational_half_us(law: FrequencyLaw, (n, p, max, min): (u32, u32, u32, u32), i
 
 #[test]
 fn the_truncated_total_is_the_sum_of_whole_periods() {
-    for (law, table) in cases() {
-        let plan = truncated(law, table);
-        let half_us = |i| match law {
-            Linear | Quadratic => rational_half_us(law, table, i),
-            _ => (0.5e6 / printed_hz(law, table, i) + 1e-9) as u64,
+    for (frequency_ramp, table) in cases() {
+        let plan = truncated(frequency_ramp, table);
+        let half_us = |i| match frequency_ramp {
+            Linear | Quadratic => rational_half_us(frequency_ramp, table, i),
+            _ => (0.5e6 / printed_hz(frequency_ramp, table, i) + 1e-9) as u64,
         };
         let sum_us: u64 = (1..=table.0).map(|i| 2 * half_us(i)).sum();
-        assert_eq!(plan.duration_us(), sum_us, "{law} {table:?}");
+        assert_eq!(plan.duration_us(), sum_us, "{frequency_ramp} {table:?}");
         let last_us = plan.edges_us().last().unwrap();
-        assert_eq!(last_us + u64::from(plan.period_us(table.0)), sum_us, "{law} {table:?}");
-        let ahead_s = exact(law, table).duration_s() - sum_us as f64 * 1e-6;
+        assert_eq!(last_us + u64::from(plan.period_us(table.0)), sum_us, "{frequency_ramp} {table:?}");
+        let ahead_s = exact(frequency_ramp, table).duration_s() - sum_us as f64 * 1e-6;
         assert!((0.0..f64::from(table.0) * 2e-6).contains(&ahead_s), "each period is cut by less than 2 us");
     }
 }
@@ -149,7 +153,7 @@ fn the_truncated_total_is_the_sum_of_whole_periods() {
 /// The totals are those of the paper's listing, written in another language.
 #[test]
 fn the_truncated_totals_of_table_1() {
-    let total_us = FrequencyLaw::ALL.map(|law| truncated(law, TABLES[0]).duration_us());
+    let total_us = FrequencyRamp::ALL.map(|frequency_ramp| truncated(frequency_ramp, TABLES[0]).duration_us());
     assert_eq!(total_us, [222_632, 243_660, 227_080, 200_564]);
 }
 
@@ -213,8 +217,8 @@ fn what_cannot_be_planned_is_refused_with_its_bound() {
     );
 }
 
-fn cases() -> impl Iterator<Item = (FrequencyLaw, (u32, u32, u32, u32))> {
-    TABLES.into_iter().flat_map(|table| FrequencyLaw::ALL.map(|law| (law, table)))
+fn cases() -> impl Iterator<Item = (FrequencyRamp, (u32, u32, u32, u32))> {
+    TABLES.into_iter().flat_map(|table| FrequencyRamp::ALL.map(|frequency_ramp| (frequency_ramp, table)))
 }
 
 proptest! {
@@ -222,10 +226,10 @@ proptest! {
 
     /// With any parameters, frequencies stay between f_min and f_max, and first rise, then are constant, then fall.
     #[test]
-    fn frequencies_rise_stay_and_fall(law in 0..4_usize, n in 4..3_000_u32, p in 0.0..1.0, max in 1.0..1e6, ratio in 0.01..1.0) {
+    fn frequencies_rise_stay_and_fall(frequency_ramp in 0..4_usize, n in 4..3_000_u32, p in 0.0..1.0, max in 1.0..1e6, ratio in 0.01..1.0) {
         let p = 2 + (p * f64::from(n / 2 - 1)) as u32;
         let min = f64::max(max * ratio, 0.1);
-        let plan = FrequencyProfile::plan(FrequencyLaw::ALL[law], n, p, max, min).unwrap();
+        let plan = FrequencyProfile::plan(FrequencyRamp::ALL[frequency_ramp], n, p, max, min).unwrap();
         let f: Vec<f64> = (1..=n).map(|i| plan.frequency_hz(i)).collect();
         let p = p as usize;
         let slack = 1.0 + 1e-14;

@@ -1,4 +1,4 @@
-//! The closed form of a law, for laws that have one.
+//! The closed form of a speed profile, for speed profiles that have one.
 
 use crate::pictures::profile as picture;
 use isostep_profile::Profile;

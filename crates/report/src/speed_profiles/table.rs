@@ -1,4 +1,4 @@
-//! The figures that compare laws.
+//! The figures that compare speed profiles.
 
 use serde::Serialize;
 
@@ -6,16 +6,16 @@ use super::{Curve, Exact, differences, peak, peak_mean};
 use crate::pictures::chart::significant;
 use crate::pictures::profile as picture;
 
-/// A row's name and its text for each law.
+/// A row's name and its text for each speed profile.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// The quantity and its unit.
     pub name: &'static str,
-    /// One text per law, in the order of the laws.
+    /// One text per speed profile, in the order of the speed profiles.
     pub cells: Vec<String>,
 }
 
-/// Every figure of every law.
+/// Every figure of every speed profile.
 pub fn rows(curves: &[Curve]) -> Vec<Row> {
     // Step generators end with their last step. If one is in the table, all durations are compared up to the last step.
     let have_totals = curves.iter().all(|curve| curve.duration_s.is_some());
@@ -42,8 +42,8 @@ pub fn rows(curves: &[Curve]) -> Vec<Row> {
 }
 
 /// Peak acceleration and jerk. With a closed form, the rows are its peaks and the peaks of the mean over a few steps;
-/// the law's limits hold for both. If no law has a closed form, the rows are the peaks by differences, as in the
-/// papers.
+/// the speed profile's limits hold for both. If no speed profile has a closed form, the rows are the peaks by differences, as in
+/// the papers.
 fn peaks(curves: &[Curve]) -> Vec<Row> {
     let row = |name, value: &dyn Fn(&Curve) -> Option<f64>| Row {
         name,

@@ -9,7 +9,7 @@ use libm::{cos, log};
 
 /// Frequency over the step index on a ramp of p_N steps (Fonseca-Campos 2023, eqs 5-8).
 ///
-/// The paper writes each law with its own constants a0 to a8. All of them have the same form: a fraction of the span
+/// The paper writes each profile with its own constants a0 to a8. All of them have the same form: a fraction of the span
 /// from f_min to f_max, which grows from 0 at the first step to 1 at step p_N, and falls from 1 at step N - p_N to 0 at
 /// step N.
 ///
@@ -19,15 +19,15 @@ use libm::{cos, log};
 ///   f_min + (f_max - f_min)/(p_N + 1), and jumps to f_max.
 /// - MicroPython, logarithmic: a8 has `f_max + f_min` instead of f_max - f_min. The deceleration begins at
 ///   f_max + 2 f_min, above the top frequency.
-/// - MicroPython, all laws: a move of fewer than 20 steps makes one pulse instead of N.
+/// - MicroPython, all profiles: a move of fewer than 20 steps makes one pulse instead of N.
 /// - MicroPython, p_N = 0 or 1, which `int(s*.2)` gives below 10 steps: a division by zero happens before the rule for
 ///   short moves is applied. In C the quotient is infinite or not a number, and is not used if N < 20.
 /// - Arduino: the pins given to the constructor are never stored in `_dirPin` and `_stepPin`.
 /// - Arduino: `pN*pN` overflows where an `int` has 16 bits and p_N > 181.
 ///
-/// MicroPython's sinusoidal law is printed with a broken line. It is read here like Arduino's.
+/// MicroPython's sinusoidal profile is printed with a broken line. It is read here like Arduino's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrequencyLaw {
+pub enum FrequencyRamp {
     /// Eq 5.
     Linear,
     /// Eq 6.
@@ -38,11 +38,11 @@ pub enum FrequencyLaw {
     Logarithmic,
 }
 
-impl FrequencyLaw {
+impl FrequencyRamp {
     /// All four, in the paper's order.
     pub const ALL: [Self; 4] = [Self::Linear, Self::Quadratic, Self::Sinusoidal, Self::Logarithmic];
 
-    /// The paper's name of the law, in lower case.
+    /// The paper's name of the profile, in lower case.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -82,7 +82,7 @@ fn half_wave(x: f64) -> f64 {
     (1.0 - cos(PI * x)) / 2.0
 }
 
-impl fmt::Display for FrequencyLaw {
+impl fmt::Display for FrequencyRamp {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }

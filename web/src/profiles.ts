@@ -1,13 +1,13 @@
-// The speed laws side by side, for a move with numbers of one's own.
+// The speed profiles side by side, for a move with numbers of one's own.
 
 import { Charts, type Data } from "./charts";
 import { element, input, made, part } from "./elements";
 import { Task } from "./job";
-import type { Laws } from "./messages";
+import type { Profiles } from "./messages";
 
 const NAMES = ["Speed, mm/s", "Acceleration, mm/s²", "Jerk, mm/s³"];
-/** As many colours as laws. */
-const COLOURS = ["x", "y", "z", "tool", "law-5", "law-6", "muted"];
+/** As many colours as speed profiles. */
+const COLOURS = ["x", "y", "z", "tool", "profile-5", "profile-6", "muted"];
 
 /** A move, in mm and s, in the order in which the machine takes it. */
 interface Asked {
@@ -20,14 +20,14 @@ interface Asked {
   jerkMmS3: number;
 }
 
-export class SpeedLaws {
+export class SpeedProfiles {
   private readonly task = new Task();
   private charts: Charts | undefined;
-  private laws: Laws | undefined;
+  private profiles: Profiles | undefined;
   private end = 1;
 
   constructor() {
-    const form = element("laws-form", HTMLFormElement);
+    const form = element("profiles-form", HTMLFormElement);
     form.oninput = () => this.ask();
     form.onsubmit = (event) => {
       event.preventDefault();
@@ -37,11 +37,11 @@ export class SpeedLaws {
 
   /** Shows them when they are first looked at. */
   look(): void {
-    if (!this.laws) this.ask();
+    if (!this.profiles) this.ask();
   }
 
   private ask(): void {
-    const number = (name: string): number => input(`law-${name}`).valueAsNumber;
+    const number = (name: string): number => input(`profile-${name}`).valueAsNumber;
     const asked: Asked = {
       distanceMm: number("distance"),
       stepsPerMm: number("steps"),
@@ -53,9 +53,9 @@ export class SpeedLaws {
     };
     if (Object.values(asked).some(Number.isNaN)) return this.say("Every field takes a number.");
     this.task.ask(
-      { do: "laws", asked: Object.values(asked) },
+      { do: "profiles", asked: Object.values(asked) },
       (said) => {
-        if (said.is === "laws") this.show(said.laws, asked);
+        if (said.is === "profiles") this.show(said.profiles, asked);
         return true;
       },
       (trouble) => this.say(trouble.words),
@@ -63,27 +63,27 @@ export class SpeedLaws {
   }
 
   private say(words: string): void {
-    part("laws-trouble").textContent = words;
+    part("profiles-trouble").textContent = words;
   }
 
-  private show(laws: Laws, asked: Asked): void {
-    this.laws = laws;
-    this.say(laws.names.length ? "" : "No law can make this move.");
-    part("laws-refused").replaceChildren(...laws.refused.map(({ name, words }) => made("li", `${name}: ${words}`)));
-    part("laws-command").textContent = command(laws.names, asked);
-    this.table(laws);
-    this.end = Math.max(...laws.curves.map(({ times }) => times.at(-1) ?? 0), 1e-3);
-    part("laws-charts").replaceChildren();
-    const lines = laws.names.map((name, index) => ({ name, colour: COLOURS[index % COLOURS.length] ?? "ink" }));
-    this.charts = new Charts(part("laws-charts"), NAMES.map((name) => ({ name, lines })), {
-      data: () => data(laws),
+  private show(profiles: Profiles, asked: Asked): void {
+    this.profiles = profiles;
+    this.say(profiles.names.length ? "" : "No speed profile can make this move.");
+    part("profiles-refused").replaceChildren(...profiles.refused.map(({ name, words }) => made("li", `${name}: ${words}`)));
+    part("profiles-command").textContent = command(profiles.names, asked);
+    this.table(profiles);
+    this.end = Math.max(...profiles.curves.map(({ times }) => times.at(-1) ?? 0), 1e-3);
+    part("profiles-charts").replaceChildren();
+    const lines = profiles.names.map((name, index) => ({ name, colour: COLOURS[index % COLOURS.length] ?? "ink" }));
+    this.charts = new Charts(part("profiles-charts"), NAMES.map((name) => ({ name, lines })), {
+      data: () => data(profiles),
       zoomed: (from, to) => this.charts?.show(from, to),
       picked: () => this.charts?.show(0, this.end),
     });
     this.charts.show(0, this.end);
   }
 
-  private table({ names, rows }: Laws): void {
+  private table({ names, rows }: Profiles): void {
     const head = made("tr", "");
     head.append(made("td", ""), ...names.map((name) => made("th", name)));
     const body = rows.map(({ name, cells }) => {
@@ -91,7 +91,7 @@ export class SpeedLaws {
       row.append(made("th", name), ...cells.map((cell) => made("td", cell, "number")));
       return row;
     });
-    part("laws-rows").replaceChildren(head, ...body);
+    part("profiles-rows").replaceChildren(head, ...body);
   }
 }
 
@@ -100,11 +100,11 @@ function command(names: string[], asked: Asked): string {
   const steps = (mm: number): number => Number((mm * asked.stepsPerMm).toPrecision(12));
   const jerk = names.includes("s-curve") ? ` --jerk ${steps(asked.jerkMmS3)}` : "";
   const start = asked.startMmS ? ` --start-speed ${steps(asked.startMmS)}` : "";
-  return `isostep profile --law ${names.join(",")} --steps ${Math.round(steps(asked.distanceMm))}${start} --top-speed ${steps(asked.topMmS)} --accel ${steps(asked.accelMmS2)} --decel ${steps(asked.decelMmS2)}${jerk}`;
+  return `isostep profile --speed-profile ${names.join(",")} --steps ${Math.round(steps(asked.distanceMm))}${start} --top-speed ${steps(asked.topMmS)} --accel ${steps(asked.accelMmS2)} --decel ${steps(asked.decelMmS2)}${jerk}`;
 }
 
-/** The curves of all laws over the times of all: between its own times each is a straight line. */
-function data({ curves }: Laws): Data[] {
+/** The curves of all speed profiles over the times of all: between its own times each is a straight line. */
+function data({ curves }: Profiles): Data[] {
   const times = [...new Set(curves.flatMap((curve) => curve.times))].sort((one, other) => one - other);
   return (["speed", "accel", "jerk"] as const).map((quantity) => [
     times,

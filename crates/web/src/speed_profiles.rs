@@ -1,8 +1,8 @@
-//! The speed laws side by side, for a move of one axis.
+//! The speed profiles side by side, for a move of one axis.
 
-use isostep_profile::{IntervalLaw, Limits, Profile, SpeedLaw};
-use isostep_report::laws::{Curve, Row, STEPS_MAX, rows};
+use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile};
 use isostep_report::pictures::profile as picture;
+use isostep_report::speed_profiles::{Curve, Row, STEPS_MAX, rows};
 use serde::Serialize;
 
 use crate::trouble::Trouble;
@@ -24,7 +24,7 @@ pub struct Asked {
 }
 
 #[derive(Serialize)]
-struct Laws {
+struct Table {
     names: Vec<&'static str>,
     rows: Vec<Row>,
     refused: Vec<Refused>,
@@ -47,7 +47,8 @@ struct Drawn {
     jerk: Vec<f64>,
 }
 
-/// The figures of `isostep profile` for all laws, and their curves, as JSON. A law that cannot make the move says why.
+/// The figures of `isostep profile` for all speed profiles, and their curves, as JSON. A speed profile that cannot make the move
+/// says why.
 ///
 /// # Errors
 /// [`Trouble`] if the move has no step, or too many.
@@ -58,22 +59,25 @@ pub fn of(asked: &Asked) -> Result<String, Trouble> {
         return Err(Trouble { line: None, words });
     }
     let (mut curves, mut refused) = (Vec::new(), Vec::new());
-    for law in SpeedLaw::ALL {
-        match plan(asked, law, steps) {
-            Ok(profile) => curves.push((law, Curve::exact(law.name(), profile, steps as u32))),
-            Err(words) => refused.push(Refused { name: law.name(), words }),
+    for speed_profile in SpeedProfile::ALL {
+        match plan(asked, speed_profile, steps) {
+            Ok(profile) => curves.push((speed_profile, Curve::exact(speed_profile.name(), profile, steps as u32))),
+            Err(words) => refused.push(Refused { name: speed_profile.name(), words }),
         }
     }
-    let drawn = curves.iter().filter_map(|(law, curve)| drawn(law.name(), curve, asked.steps_per_mm)).collect();
-    let names = curves.iter().map(|(law, _)| law.name()).collect();
+    let drawn = curves
+        .iter()
+        .filter_map(|(speed_profile, curve)| drawn(speed_profile.name(), curve, asked.steps_per_mm))
+        .collect();
+    let names = curves.iter().map(|(speed_profile, _)| speed_profile.name()).collect();
     let curves: Vec<_> = curves.into_iter().map(|(_, curve)| curve).collect();
-    let laws = Laws { names, rows: rows(&curves), refused, curves: drawn };
-    Ok(serde_json::to_string(&laws).expect("numbers and texts have a form in JSON"))
+    let speed_profiles = Table { names, rows: rows(&curves), refused, curves: drawn };
+    Ok(serde_json::to_string(&speed_profiles).expect("numbers and texts have a form in JSON"))
 }
 
-fn plan(asked: &Asked, law: SpeedLaw, steps: f64) -> Result<Profile, String> {
+fn plan(asked: &Asked, speed_profile: SpeedProfile, steps: f64) -> Result<Profile, String> {
     let per_mm = asked.steps_per_mm;
-    let jerk = if law == SpeedLaw::SCurve { asked.jerk_mm_s3 * per_mm } else { f64::INFINITY };
+    let jerk = if speed_profile == SpeedProfile::SCurve { asked.jerk_mm_s3 * per_mm } else { f64::INFINITY };
     let limits = Limits {
         start_speed_steps_s: asked.start_mm_s * per_mm,
         top_speed_steps_s: asked.top_mm_s * per_mm,
@@ -82,7 +86,8 @@ fn plan(asked: &Asked, law: SpeedLaw, steps: f64) -> Result<Profile, String> {
         jerk_steps_s3: jerk,
     };
     let start = limits.start_speed_steps_s;
-    Profile::plan(steps, start, start, &limits, IntervalLaw::Fastest, law).map_err(|error| error.to_string())
+    Profile::plan(steps, start, start, &limits, IntervalSplit::Fastest, speed_profile)
+        .map_err(|error| error.to_string())
 }
 
 fn drawn(name: &'static str, curve: &Curve, steps_per_mm: f64) -> Option<Drawn> {
