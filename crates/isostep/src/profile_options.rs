@@ -139,7 +139,7 @@ mod tests {
     fn an_unknown_speed_profile_is_refused_with_those_there_are() {
         let refused = Cli::try_parse_from(["sim", "--speed-profile", "cubic"]).err().unwrap().to_string();
         assert!(refused.contains("s-curve") && refused.contains("logarithmic"), "{refused}");
-        let refused = |name| Cli::try_parse_from(["sim", "--speed-profile", name]).err().unwrap().to_string();
+        let refused = |name| Cli::try_parse_from(["sim", "--intervals", name]).err().unwrap().to_string();
         assert!(
             refused("s-curve")
                 .contains("that is a speed profile, how speed changes on a ramp: give --speed-profile s-curve")
