@@ -98,8 +98,8 @@ mod tests {
     #[test]
     fn columns_are_as_wide_as_their_longest_cells() {
         let cells = |cells: [&str; 2]| cells.map(str::to_owned).to_vec();
-        let table = Table { head: cells(["profile", "s"]), rows: vec![cells(["s-curve", "4.9"])], ..Table::default() };
-        assert_eq!(columns(&table), "  profile      s\n  s-curve  4.9\n");
+        let table = Table { head: cells(["ramp", "s"]), rows: vec![cells(["s-curve", "4.9"])], ..Table::default() };
+        assert_eq!(columns(&table), "  ramp     s\n  s-curve  4.9\n");
     }
 
     #[test]
