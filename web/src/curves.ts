@@ -7,11 +7,11 @@ import { colour } from "./drawing";
 import { BLOCK } from "./envelope";
 import { AXES, AXIS_NAMES, Kind, Motion } from "./motion";
 
-/** With more stretches than this in view, blocks of them are drawn by their lowest and highest values. */
+/** With more phases than this in view, blocks of them are drawn by their lowest and highest values. */
 const ROWS_MAX = 2_000;
 /** Blocks are joined if there are more. */
 const BLOCKS_MAX = 1_000;
-/** Points of a stretch in which the acceleration changes. */
+/** Points of a phase in which the acceleration changes. */
 const POINTS = 8;
 const SHADES: Partial<Record<Kind, string>> = {
   [Kind.Accelerate]: "accel",
@@ -145,7 +145,7 @@ export class Curves {
     const { left, top, width, height } = plot.bbox;
     const x = (time: number): number => Math.min(left + width, Math.max(left, plot.valToPos(time, "x", true)));
     for (let row = first, next = row; row <= last; row = next) {
-      // Stretches of one interval are shaded together, so that no seams show.
+      // Phases of one interval are shaded together, so that no seams show.
       next = row + 1;
       while (next <= last && motion.kind(next) === motion.kind(row) && motion.from(next) <= motion.to(next - 1) + 1e-9) next++;
       const shade = SHADES[motion.kind(row)];

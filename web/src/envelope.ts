@@ -1,9 +1,9 @@
-// The lowest and highest speed, acceleration and jerk of each axis in blocks of stretches, so that a long run can be drawn at once.
+// The lowest and highest speed, acceleration and jerk of each axis in blocks of phases, so that a long run can be drawn at once.
 
 import { Column } from "./column";
 import { AXES, type Motion } from "./motion";
 
-/** Stretches of a block. */
+/** Phases of a block. */
 export const BLOCK = 64;
 /** Speed, acceleration and jerk. */
 export const QUANTITIES = 3;

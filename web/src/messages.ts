@@ -1,6 +1,6 @@
 // What the page and its worker say to each other. A worker has one machine, and ends with it.
 
-/** Stretches of motion, as columns: see `Motion` in crates/web. */
+/** Phases of motion, as columns: see `Motion` in crates/web. */
 export interface Columns {
   times: Float64Array;
   kinds: Uint8Array;

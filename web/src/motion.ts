@@ -1,4 +1,4 @@
-// The motion of a run, stretch by stretch, and what it is at any time.
+// The motion of a run, phase by phase, and what it is at any time.
 
 import { Column } from "./column";
 import { Envelope } from "./envelope";
@@ -77,7 +77,7 @@ export class Motion {
     return (this.kinds.at(row) & HOMING) !== 0;
   }
 
-  /** The mean speed along the path in a stretch, mm/s. */
+  /** The mean speed along the path in a phase, mm/s. */
   speed(row: number): number {
     const span = this.to(row) - this.from(row);
     let squares = 0;
@@ -87,7 +87,7 @@ export class Motion {
     return span > 0 ? Math.sqrt(squares) / span : 0;
   }
 
-  /** An axis in a stretch, so long after its beginning. */
+  /** An axis in a phase, so long after its beginning. */
   axis(row: number, axis: number, after: number): AxisMotion {
     const at = (row * AXES + axis) * COLUMNS;
     const [place, speed] = [this.values.at(at), this.values.at(at + 1)];
@@ -101,7 +101,7 @@ export class Motion {
     };
   }
 
-  /** The place of an axis in a stretch, so long after its beginning, mm. */
+  /** The place of an axis in a phase, so long after its beginning, mm. */
   place(row: number, axis: number, after: number): number {
     const at = (row * AXES + axis) * COLUMNS;
     const begins = this.values.at(at + 2);
@@ -110,22 +110,22 @@ export class Motion {
     return this.values.at(at) + after * (this.values.at(at + 1) + after * (begins / 2 + (after * jerk) / 6));
   }
 
-  /** Where the axes are in a stretch, so long after its beginning, mm. */
+  /** Where the axes are in a phase, so long after its beginning, mm. */
   placesIn(row: number, after: number): [number, number, number] {
     return [this.place(row, 0, after), this.place(row, 1, after), this.place(row, 2, after)];
   }
 
-  /** The last stretch that has begun at a time; -1 before the first. */
+  /** The last phase that has begun at a time; -1 before the first. */
   rowAt(time: number): number {
     return lastAt(this.length, (row) => this.from(row), time);
   }
 
-  /** The largest acceleration of any axis in a stretch, as a share of its limit. */
+  /** The largest acceleration of any axis in a phase, as a share of its limit. */
   load(row: number): number {
     return this.loads.at(2 * row);
   }
 
-  /** The same of the jump of speed where a stretch begins. */
+  /** The same of the jump of speed where a phase begins. */
   jump(row: number): number {
     return this.loads.at(2 * row + 1);
   }
@@ -172,7 +172,7 @@ export class Motion {
     return row < 0 || time >= this.to(row) ? 0 : this.speedIn(row, time - this.from(row));
   }
 
-  /** The speed along the path in a stretch, so long after its beginning, mm/s. */
+  /** The speed along the path in a phase, so long after its beginning, mm/s. */
   speedIn(row: number, after: number): number {
     let squares = 0;
     for (let axis = 0; axis < AXES; axis++) squares += this.axis(row, axis, after).speed ** 2;

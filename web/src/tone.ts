@@ -3,12 +3,12 @@
 import { label } from "./drawing";
 import { Kind, type Motion } from "./motion";
 
-/** Parts of a stretch along which the speed changes, or which is bent. */
+/** Parts of a phase along which the speed changes, or which is bent. */
 const PARTS = 6;
 /** An acceleration that is above its limit by less is within it, as rounded numbers go. */
 const WITHIN = 1.01;
 
-/** A part of a stretch that has one colour, with its times after the beginning of the stretch, s. */
+/** A part of a phase that has one colour, with its times after the beginning of the phase, s. */
 export type Part = (from: number, to: number, rank: number) => void;
 
 export interface Tone {
@@ -16,7 +16,7 @@ export interface Tone {
   colours: string[];
   /** Ranks that are drawn wider. */
   loud: number;
-  /** Divides a stretch into parts. */
+  /** Divides a phase into parts. */
   parts(motion: Motion, row: number, part: Part): void;
   /** What the lowest and the highest colour of the scale mean, and what the loud one does. */
   key(motion: Motion): { name: string; low: string; high: string; loud?: string };
@@ -31,7 +31,7 @@ const COUNT = SLOW_FIRST.length;
 /** The class of a share from 0 to 1. */
 const classOf = (share: number): number => Math.min(COUNT - 1, Math.max(0, Math.floor(COUNT * share)));
 
-/** Divides a stretch into equal parts, or not at all. */
+/** Divides a phase into equal parts, or not at all. */
 function equal(motion: Motion, row: number, isDivided: boolean, part: (from: number, to: number) => void): void {
   const [span, count] = [motion.to(row) - motion.from(row), isDivided ? PARTS : 1];
   for (let index = 0; index < count; index++) part((span * index) / count, (span * (index + 1)) / count);

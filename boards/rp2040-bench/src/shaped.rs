@@ -2,7 +2,7 @@
 
 use isostep_profile::CountedPhase;
 use isostep_profile::chain::Chunk;
-use isostep_profile::shaper::{Feed, Impulses, Shaped, Shaper};
+use isostep_profile::shaper::{Impulses, Shaped, Shaper, ShaperInput};
 
 use crate::AXES;
 
@@ -12,7 +12,7 @@ const PHASES: usize = 64;
 /// Three axes with the same shaper.
 pub struct ShapedAxes {
     axes: [Shaped<PHASES>; AXES],
-    feeds: [Feed; AXES],
+    inputs: [ShaperInput; AXES],
     impulses: Impulses,
     top_steps_s: f64,
     /// The chunk that was read last.
@@ -22,18 +22,18 @@ pub struct ShapedAxes {
 impl ShapedAxes {
     /// Axes with this shaper and this top speed.
     pub fn new(shaper: &Shaper, top_steps_s: f64) -> Self {
-        let (axes, feeds) = ([const { Shaped::empty() }; AXES], [Feed::empty(); AXES]);
-        Self { axes, feeds, impulses: shaper.impulses(), top_steps_s, last: None }
+        let (axes, inputs) = ([const { Shaped::empty() }; AXES], [ShaperInput::empty(); AXES]);
+        Self { axes, inputs, impulses: shaper.impulses(), top_steps_s, last: None }
     }
 
     /// Lets an axis read the next chunk.
     pub fn read(&mut self, axis: usize, chunk: &Chunk<AXES>) {
-        let (shaped, feed) = (&mut self.axes[axis], &mut self.feeds[axis]);
+        let (shaped, input) = (&mut self.axes[axis], &mut self.inputs[axis]);
         match &self.last {
-            None => *feed = Feed::begin(axis, chunk, shaped, self.impulses, self.top_steps_s),
-            Some(last) => feed.go_on(last, chunk),
+            None => *input = ShaperInput::begin(axis, chunk, shaped, self.impulses, self.top_steps_s),
+            Some(last) => input.go_on(last, chunk),
         }
-        while feed.read(chunk, shaped) {}
+        while input.read(chunk, shaped) {}
     }
 
     /// The next shaped phase of an axis; `None` if no more is known.

@@ -12,7 +12,7 @@
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke |
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; at P3 with `TimerPort`, passes on segments |
 //! | P2 | `SWI_IRQ_3` | with `TimerPort`: the executor of the task that makes the steps, which may wait without sleeping |
-//! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a block was sent, a state machine has halted: they wake the axis |
+//! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a buffer was sent, a state machine has halted: they wake the axis |
 //! | P1 | `USBCTRL_IRQ` | detects a second reset byte; at P3 with `TimerPort`, whose steps it would delay |
 //! | P3 | `UART0_IRQ` | wakes the console; it can wait while axes are at work |
 //! | thread | the rest | coordinator, console, LED, watchdog |

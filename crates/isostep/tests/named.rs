@@ -22,7 +22,7 @@ fn program() -> String {
 
 /// Straight lines in one direction at one feed, which follow each other.
 #[derive(Clone, Debug)]
-struct Leg {
+struct Straight {
     /// Their numbers in the program.
     lines: Vec<usize>,
     from_mm: [f64; 2],
@@ -32,7 +32,7 @@ struct Leg {
     waits: bool,
 }
 
-impl Leg {
+impl Straight {
     fn mm(&self) -> f64 {
         (self.to_mm[0] - self.from_mm[0]).hypot(self.to_mm[1] - self.from_mm[1])
     }
@@ -47,9 +47,9 @@ impl Leg {
     }
 }
 
-/// The legs of a program, and the target of each line that moves.
-fn legs(program: &str) -> (Vec<Leg>, Vec<(usize, [f64; 2])>) {
-    let (mut legs, mut targets) = (Vec::<Leg>::new(), Vec::new());
+/// The straights of a program, and the target of each line that moves.
+fn straights(program: &str) -> (Vec<Straight>, Vec<(usize, [f64; 2])>) {
+    let (mut straights, mut targets) = (Vec::<Straight>::new(), Vec::new());
     let (mut at_mm, mut mm_s, mut waits) = ([0.0; 2], 0.0, false);
     for (number, line) in (1..).zip(program.lines()) {
         let mut to_mm: [f64; 2] = at_mm;
@@ -66,14 +66,14 @@ fn legs(program: &str) -> (Vec<Leg>, Vec<(usize, [f64; 2])>) {
             continue;
         }
         targets.push((number, to_mm));
-        let leg = Leg { lines: vec![number], from_mm: at_mm, to_mm, mm_s, waits };
-        match legs.last_mut().filter(|last| !waits && last.mm_s == mm_s && last.turn_deg(&leg) < 0.01) {
+        let straight = Straight { lines: vec![number], from_mm: at_mm, to_mm, mm_s, waits };
+        match straights.last_mut().filter(|last| !waits && last.mm_s == mm_s && last.turn_deg(&straight) < 0.01) {
             Some(last) => (last.to_mm, last.lines) = (to_mm, [&last.lines[..], &[number]].concat()),
-            None => legs.push(leg),
+            None => straights.push(straight),
         }
         (at_mm, waits) = (to_mm, false);
     }
-    (legs, targets)
+    (straights, targets)
 }
 
 /// The steps as the trace has them: instant in s, axis, and the place after it in steps.
@@ -98,7 +98,7 @@ struct Run {
 
 impl Run {
     fn new(program: &str, edges: &[(f64, usize, i64)]) -> Self {
-        let (_, targets) = legs(program);
+        let (_, targets) = straights(program);
         let half_step_s = (1.0 / STEPS_PER_MM / ACCEL_MM_S2).sqrt();
         let begin_s = edges[0].0 - half_step_s;
         let (mut way, mut lines) = (Vec::new(), Vec::new());
@@ -213,30 +213,32 @@ fn rows<'p>(page: &'p str, heading: &str) -> impl Iterator<Item = Vec<String>> +
     table.split("<tr").skip(1).map(cells).filter(|cells| !cells.is_empty())
 }
 
-/// Instants at which the path is at most as fast as it turns: legs that follow each other without a wait, at one feed.
-fn corners(legs: &[Leg]) -> impl Iterator<Item = (&Leg, &Leg)> {
-    let pairs = legs.iter().zip(&legs[1..]);
+/// Instants at which the path is at most as fast as it turns: straights that follow each other without a wait, at one feed.
+fn corners(straights: &[Straight]) -> impl Iterator<Item = (&Straight, &Straight)> {
+    let pairs = straights.iter().zip(&straights[1..]);
     pairs.filter(|(from, to)| !to.waits && from.mm_s == to.mm_s)
 }
 
 #[test]
 fn a_corner_is_named_by_its_line_its_place_and_what_it_costs() {
     let program = program();
-    let (legs, _) = legs(&program);
+    let (straights, _) = straights(&program);
     let said = said("corners", &program, "");
     let run = Run::new(&program, &said.edges);
-    let before_mm = |leg: &Leg| legs.iter().take_while(|other| other.lines != leg.lines).map(Leg::mm).sum::<f64>();
+    let before_mm = |straight: &Straight| {
+        straights.iter().take_while(|other| other.lines != straight.lines).map(Straight::mm).sum::<f64>()
+    };
     let reported = said.check.split_once("those that cost most\n").unwrap().1;
     let reported: Vec<_> = reported.lines().take_while(|line| line.starts_with("    line ")).collect();
-    assert_eq!(reported.len(), corners(&legs).count(), "{}", said.check);
+    assert_eq!(reported.len(), corners(&straights).count(), "{}", said.check);
     let mut dearest_s = f64::INFINITY;
     for line in reported {
         let named = number(line, "line ") as usize;
-        let (from, to) = corners(&legs).find(|(_, to)| to.lines[0] == named).unwrap_or_else(|| panic!("{line}"));
+        let (from, to) = corners(&straights).find(|(_, to)| to.lines[0] == named).unwrap_or_else(|| panic!("{line}"));
         let place = format!(" at X{:.2} Y{:.2} Z0.00: ", to.from_mm[0], to.from_mm[1]);
         assert!(line.contains(&place), "{line} for {place}");
         assert!((number(line, "turns by ") - from.turn_deg(to)).abs() <= 0.51, "{line}: {}", from.turn_deg(to));
-        // From the middle of one leg to that of the next.
+        // From the middle of one straight to that of the next.
         let at_mm = before_mm(to);
         let took_s = run.at_s(at_mm + to.mm() / 2.0) - run.at_s(at_mm - from.mm() / 2.0);
         let lost_s = took_s - (from.mm() + to.mm()) / 2.0 / to.mm_s;
@@ -283,7 +285,7 @@ fn a_second_is_named_by_its_beginning_its_speed_and_its_lines() {
 #[test]
 fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
     let program = program();
-    let (legs, targets) = legs(&program);
+    let (straights, targets) = straights(&program);
     let said = said("moves", &program, "");
     let run = Run::new(&program, &said.edges);
     let order = |line: usize| 1 + targets.iter().position(|target| target.0 == line).unwrap();
@@ -294,12 +296,12 @@ fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
     assert!((number(reported, "lasts ") - (longest.2 - longest.1)).abs() < 0.003, "{reported}: {longest:?}");
     // Where the speed of each axis jumps most: the speed at a corner is that of the way around it.
     for (axis, name) in [(0, "X"), (1, "Y")] {
-        let jump = |(from, to): &(&Leg, &Leg)| {
+        let jump = |(from, to): &(&Straight, &Straight)| {
             let at_s = run.line(to.lines[0]).0;
             let around_mm = run.way_mm(at_s + 0.001) - run.way_mm(at_s - 0.001);
             around_mm / 0.002 * (to.direction()[axis] - from.direction()[axis]).abs()
         };
-        let (_, to) = corners(&legs).max_by(|one, other| jump(one).total_cmp(&jump(other))).unwrap();
+        let (_, to) = corners(&straights).max_by(|one, other| jump(one).total_cmp(&jump(other))).unwrap();
         let reported = said.sim.lines().find(|line| line.starts_with(&format!("   {name} "))).unwrap();
         let place = format!("to move {}, line {}", order(to.lines[0]), to.lines[0]);
         assert!(reported.ends_with(&place), "{reported} for {place}");
@@ -308,7 +310,7 @@ fn a_move_a_jump_and_a_wait_are_named_by_their_lines() {
     }
     // Where an axis is most above its limit, in the caption of the picture.
     let reported = said.page.split_once("this run: at most ").unwrap().1.split_once(" times the limit (").unwrap().1;
-    let jumps = corners(&legs).map(|(from, to)| {
+    let jumps = corners(&straights).map(|(from, to)| {
         let at_s = run.line(to.lines[0]).0;
         let mm_s = (run.way_mm(at_s + 0.001) - run.way_mm(at_s - 0.001)) / 0.002;
         let of_axes = [0, 1].map(|axis| mm_s * (to.direction()[axis] - from.direction()[axis]).abs());

@@ -36,14 +36,14 @@ use crate::port::Direction;
 
 /// The seek gives up after this many times the travel.
 const SEEK_TRAVELS: f64 = 1.5;
-/// The latch gives up after this many times the way that the axis has backed off.
+/// The latch gives up after this many times the distance that the axis has backed off.
 const LATCH_BACK_OFFS: f64 = 5.0;
 /// A search gives up after so many spikes.
 const SPIKES_MAX: usize = 100;
 /// A switch that has not been steady for the debounce time by then is broken: longer than any debounce time and any bounce.
 const SETTLES: Duration = Duration::from_secs(2);
 
-/// A part of homing: a straight way of an axis, or of one of its motors.
+/// A part of homing: a straight move of an axis, or of one of its motors.
 #[derive(Clone, Copy)]
 struct HomingMove {
     axis: Axis,
@@ -83,23 +83,23 @@ where
         self.is_settled(axis).await;
         // A carriage that already stands on its switch has nothing to seek.
         if self.missing(axis).is_some() {
-            let way = self.begin(axis, HomingPhase::Seek);
-            self.approach(way).await?;
+            let homing_move = self.begin(axis, HomingPhase::Seek);
+            self.approach(homing_move).await?;
         } else if self.by_stall(axis) {
             return Err(Alarm::SwitchStuck { motor: Motor::first(axis) });
         }
         let sought_steps = self.machine.link(axis).step_counter.position_steps();
-        let way = self.begin(axis, HomingPhase::BackOff);
-        self.retreat(way).await?;
-        let way = self.begin(axis, HomingPhase::Latch);
-        self.approach(way).await?;
+        let homing_move = self.begin(axis, HomingPhase::BackOff);
+        self.retreat(homing_move).await?;
+        let homing_move = self.begin(axis, HomingPhase::Latch);
+        self.approach(homing_move).await?;
         if self.by_stall(axis) {
             self.compare_stalls(axis, sought_steps)?;
         }
-        let way = self.begin(axis, HomingPhase::PullOff);
-        self.retreat(way).await?;
-        if let Some(way) = self.offset(way) {
-            self.retreat(way).await?;
+        let homing_move = self.begin(axis, HomingPhase::PullOff);
+        self.retreat(homing_move).await?;
+        if let Some(homing_move) = self.offset(homing_move) {
+            self.retreat(homing_move).await?;
         }
         self.machine.link(axis).step_counter.zero();
         self.machine.set_homed(axis, true);
@@ -111,7 +111,7 @@ where
         self.machine.config().homing.by_stall[axis as usize]
     }
 
-    /// Reports the phase, and returns its way. Not inlined: a whole configuration is large, and would be kept meanwhile.
+    /// Reports the phase, and returns its move. Not inlined: a whole configuration is large, and would be kept meanwhile.
     #[inline(never)]
     fn begin(&mut self, axis: Axis, phase: HomingPhase) -> HomingMove {
         self.report(Event::Homing { axis, phase });
@@ -139,12 +139,16 @@ where
         if is_one_place { Ok(()) } else { Err(Alarm::StallsApart { axis }) }
     }
 
-    /// The way by which one motor goes farther than the pull-off, if it is a step at least.
-    fn offset(&self, way: HomingMove) -> Option<HomingMove> {
+    /// The move by which one motor goes farther than the pull-off, if it is a step at least.
+    fn offset(&self, homing_move: HomingMove) -> Option<HomingMove> {
         let config = self.machine.config();
-        let offset_mm = config.squared_axis(way.axis)?.offset_mm;
+        let offset_mm = config.squared_axis(homing_move.axis)?.offset_mm;
         let held = if offset_mm > 0.0 { GangedMotor::First } else { GangedMotor::Second };
-        (config.steps(way.axis, offset_mm) != 0).then_some(HomingMove { mm: offset_mm.abs(), held: Some(held), ..way })
+        (config.steps(homing_move.axis, offset_mm) != 0).then_some(HomingMove {
+            mm: offset_mm.abs(),
+            held: Some(held),
+            ..homing_move
+        })
     }
 
     /// The motors of `axis`.
@@ -164,17 +168,18 @@ where
     }
 
     /// Moves towards the switches until each motor has met its own. The first that does waits for the other.
-    async fn approach(&mut self, way: HomingMove) -> Result<(), Alarm> {
-        let axis = way.axis;
+    async fn approach(&mut self, homing_move: HomingMove) -> Result<(), Alarm> {
+        let axis = homing_move.axis;
         if self.arrived(axis).is_none() {
-            self.search(way, Alarm::SwitchNotFound { axis }).await?;
+            self.search(homing_move, Alarm::SwitchNotFound { axis }).await?;
         }
         let Some(mm) = self.machine.config().squared_axis(axis).map(|squared| squared.skew_max_mm) else {
             return Ok(());
         };
         match self.missing(axis) {
             Some(motor) => {
-                self.search(HomingMove { mm, held: Some(motor.ganged.other()), ..way }, Alarm::Skewed { motor }).await
+                self.search(HomingMove { mm, held: Some(motor.ganged.other()), ..homing_move }, Alarm::Skewed { motor })
+                    .await
             }
             None => Ok(()),
         }
@@ -191,16 +196,18 @@ where
     }
 
     /// Moves towards the switches until that of a moving ganged motor is pressed. If none is, that is the alarm `missed`.
-    async fn search(&mut self, mut way: HomingMove, missed: Alarm) -> Result<(), Alarm> {
+    async fn search(&mut self, mut homing_move: HomingMove, missed: Alarm) -> Result<(), Alarm> {
         for _ in 0..SPIKES_MAX {
-            let from_steps = self.machine.position_steps()[way.axis as usize];
-            let was_touched = self.go_to_touch(way).await?;
-            let is_settled = self.is_settled(way.axis).await;
-            let is_found = match way.held {
+            let from_steps = self.machine.position_steps()[homing_move.axis as usize];
+            let was_touched = self.go_to_touch(homing_move).await?;
+            let is_settled = self.is_settled(homing_move.axis).await;
+            let is_found = match homing_move.held {
                 // The input of a driver falls when the motor stops.
-                _ if self.by_stall(way.axis) => was_touched,
-                Some(held) => self.machine.switch_of(Motor { axis: way.axis, ganged: held.other() }).is_pressed(),
-                None => self.arrived(way.axis).is_some(),
+                _ if self.by_stall(homing_move.axis) => was_touched,
+                Some(held) => {
+                    self.machine.switch_of(Motor { axis: homing_move.axis, ganged: held.other() }).is_pressed()
+                }
+                None => self.arrived(homing_move.axis).is_some(),
             };
             match () {
                 () if self.machine.cause().is_some() => return Err(self.stop_alarm()),
@@ -208,22 +215,23 @@ where
                 () if !was_touched || !is_settled => break,
                 () => {}
             }
-            // It was a spike. As much of the way is left as has not been gone.
-            let gone_steps = self.machine.position_steps()[way.axis as usize] - from_steps;
-            way.mm -= self.machine.config().mm(way.axis, gone_steps).abs();
+            // It was a spike. As much of the distance is left as has not been gone.
+            let gone_steps = self.machine.position_steps()[homing_move.axis as usize] - from_steps;
+            homing_move.mm -= self.machine.config().mm(homing_move.axis, gone_steps).abs();
         }
         Err(missed)
     }
 
     /// Moves towards the switches until that of a moving ganged motor changes, and stops there at once. Returns whether one did.
-    async fn go_to_touch(&mut self, way: HomingMove) -> Result<bool, Alarm> {
+    async fn go_to_touch(&mut self, homing_move: HomingMove) -> Result<bool, Alarm> {
         let machine = self.machine;
-        let [first, second] = [GangedMotor::First, GangedMotor::Second].map(|ganged| Motor { axis: way.axis, ganged });
-        let is_two = machine.config().squared_axis(way.axis).is_some();
+        let [first, second] =
+            [GangedMotor::First, GangedMotor::Second].map(|ganged| Motor { axis: homing_move.axis, ganged });
+        let is_two = machine.config().squared_axis(homing_move.axis).is_some();
         let was_touched = Cell::new(false);
         let touched = async {
             let (first, second) = (machine.switch_of(first), machine.switch_of(second));
-            match way.held {
+            match homing_move.held {
                 Some(GangedMotor::First) => second.wait_touched().await,
                 None if is_two => _ = select(first.wait_touched(), second.wait_touched()).await,
                 _ => first.wait_touched().await,
@@ -233,15 +241,15 @@ where
         };
         // The move always answers, because the switch's halt ends it: it is never dropped half-way.
         // The future is large. Pinned here it takes room in the task once, and not again in the future that it is handed to.
-        let moving = pin!(self.along(way));
+        let moving = pin!(self.along(homing_move));
         alongside(moving, touched).await?;
         Ok(was_touched.get())
     }
 
     /// Moves away from the switches; they must open.
-    async fn retreat(&mut self, way: HomingMove) -> Result<(), Alarm> {
+    async fn retreat(&mut self, homing_move: HomingMove) -> Result<(), Alarm> {
         // Pinned, as below: what is awaited where it is made is on the stack, too.
-        let finish = pin!(self.along(way)).await?;
+        let finish = pin!(self.along(homing_move)).await?;
         match finish {
             Finish::Stopped | Finish::Fault { .. } => return Err(self.stop_alarm()),
             // Homing is never held.
@@ -249,20 +257,21 @@ where
         }
         // The carriage follows its last step, and may leave the switch only then.
         Timer::after(self.machine.config().homing.debounce).await;
-        self.is_settled(way.axis).await;
-        self.arrived(way.axis).map_or(Ok(()), |motor| Err(Alarm::SwitchStuck { motor }))
+        self.is_settled(homing_move.axis).await;
+        self.arrived(homing_move.axis).map_or(Ok(()), |motor| Err(Alarm::SwitchStuck { motor }))
     }
 
-    async fn along(&mut self, way: HomingMove) -> Result<Finish, Alarm> {
-        pin!(self.travel(self.steps(way), way.speed_mm_s, way.held)).await
+    async fn along(&mut self, homing_move: HomingMove) -> Result<Finish, Alarm> {
+        pin!(self.travel(self.steps(homing_move), homing_move.speed_mm_s, homing_move.held)).await
     }
 
-    fn steps(&self, way: HomingMove) -> [i32; AXES] {
+    fn steps(&self, homing_move: HomingMove) -> [i32; AXES] {
         let config = self.machine.config();
-        let positive = (config.homing.towards[way.axis as usize] == Direction::Positive) == way.to_switch;
-        let n = config.steps(way.axis, way.mm);
+        let positive =
+            (config.homing.towards[homing_move.axis as usize] == Direction::Positive) == homing_move.to_switch;
+        let n = config.steps(homing_move.axis, homing_move.mm);
         let mut steps = [0; AXES];
-        steps[way.axis as usize] = if positive { n } else { -n };
+        steps[homing_move.axis as usize] = if positive { n } else { -n };
         steps
     }
 }

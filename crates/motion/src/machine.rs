@@ -31,7 +31,7 @@ pub use self::probe::Probed;
 use self::queue::QUEUE_MOVES;
 pub use self::queue::{MOVES_AHEAD, Motion, Move, ProbeMove};
 pub use self::status::Status;
-pub(crate) use self::status::{CurrentChunk, line_speed_steps_s, path_speed_mm_s};
+pub(crate) use self::status::{CurrentChunk, path_speed_mm_s, plan_speed_steps_s};
 use crate::axes::{AXES, Axis};
 use crate::cold_path::cold_path;
 use crate::config::{Config, ConfigError};

@@ -9,7 +9,7 @@
 //! Homing and probing are not shaped: a switch, or a contact, ends them at once.
 
 use isostep_profile::CountedPhase;
-use isostep_profile::shaper::{Feed, Impulses, Shaped};
+use isostep_profile::shaper::{Impulses, Shaped, ShaperInput};
 
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
@@ -51,7 +51,7 @@ impl Config {
 pub(crate) struct ShapedAxis {
     shaped: Shaped<PHASES>,
     /// The reader of the chunks, and whether it has begun, with the first of them.
-    feed: Feed,
+    input: ShaperInput,
     is_begun: bool,
     /// The number of the chunk that it reads.
     chunk: u32,
@@ -60,7 +60,7 @@ pub(crate) struct ShapedAxis {
 
 impl ShapedAxis {
     pub const fn new() -> Self {
-        Self { shaped: Shaped::empty(), feed: Feed::empty(), is_begun: false, chunk: 0, is_finished: false }
+        Self { shaped: Shaped::empty(), input: ShaperInput::empty(), is_begun: false, chunk: 0, is_finished: false }
     }
 
     /// Forgets everything, for another run.
@@ -101,21 +101,21 @@ impl ShapedAxis {
             }
             let now = chunk(self.chunk)?;
             if !self.is_begun {
-                self.feed = Feed::begin(axis as usize, now, &mut self.shaped, *impulses, top_steps_s);
+                self.input = ShaperInput::begin(axis as usize, now, &mut self.shaped, *impulses, top_steps_s);
                 self.is_begun = true;
             }
-            let feed = &mut self.feed;
-            if feed.read(now, &mut self.shaped) {
+            let input = &mut self.input;
+            if input.read(now, &mut self.shaped) {
                 continue;
             }
             if let Some(next) = chunk(self.chunk + 1) {
                 if !self.shaped.has_room() {
                     return None;
                 }
-                feed.go_on(now, next);
+                input.go_on(now, next);
                 self.chunk += 1;
             } else if is_closed && !self.is_finished && self.shaped.has_room() {
-                feed.finish(now, &mut self.shaped);
+                input.finish(now, &mut self.shaped);
                 self.is_finished = true;
             } else {
                 return None;

@@ -45,7 +45,7 @@ pub struct Blend<const N: usize> {
 /// A block as a blend sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side<'a, const N: usize> {
-    pub(crate) span: &'a MoveSteps<N>,
+    pub(crate) move_steps: &'a MoveSteps<N>,
     /// The steps of each axis for a step of the longest one, signed by direction.
     pub(crate) shares: [f64; N],
     /// The number of steps of each axis that are due on this block before the blend begins, or when it ends.
@@ -74,8 +74,8 @@ impl<const N: usize> Blend<N> {
     ) -> Self {
         let Times { begin_s, approach_s, corner_s } = times;
         let mut blend = Self {
-            steps: after.span.steps,
-            offsets: after.span.offsets,
+            steps: after.move_steps.steps,
+            offsets: after.move_steps.offsets,
             begin_s,
             approach_s,
             corner_s,
@@ -87,10 +87,10 @@ impl<const N: usize> Blend<N> {
         };
         for axis in 0..N {
             let [from, to] = [before.shares[axis], after.shares[axis]];
-            let [before_steps, after_steps] = [before, after].map(|side| side.span.steps[axis]);
+            let [before_steps, after_steps] = [before, after].map(|side| side.move_steps.steps[axis]);
             let begin = before.counts[axis] as i32 * before_steps.signum() - before_steps;
             let end = after.counts[axis] as i32 * after_steps.signum();
-            let corner = offset(after.span.offsets[0][axis]);
+            let corner = offset(after.move_steps.offsets[0][axis]);
             if is_zero(from) && is_zero(to) {
                 (blend.places_steps[axis], blend.counts[axis]) = ([corner; 2], [begin, begin, end, end]);
                 continue;
@@ -148,10 +148,10 @@ impl<const N: usize> Blend<N> {
     /// The plan of no distance with which the move goes on where the blend ends.
     #[must_use]
     pub fn landing(&self) -> SyncMove<N> {
-        let span = MoveSteps { steps: self.steps, offsets: self.offsets };
-        let longest = (0..N).max_by(|one, other| span.len(*one).abs().total_cmp(&span.len(*other).abs()));
+        let move_steps = MoveSteps { steps: self.steps, offsets: self.offsets };
+        let longest = (0..N).max_by(|one, other| move_steps.len(*one).abs().total_cmp(&move_steps.len(*other).abs()));
         let speed_steps_s = longest.map_or(0.0, |axis| self.speeds_steps_s[axis][1].abs());
-        SyncMove::passing(&span, self.end_steps, speed_steps_s, self.end_s())
+        SyncMove::passing(&move_steps, self.end_steps, speed_steps_s, self.end_s())
     }
 
     /// The place where an axis is at `t_s` from the start of the run, steps from the whole step next to the corner, signed by

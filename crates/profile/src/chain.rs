@@ -300,7 +300,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         let is_begun = self.blocks.len() == 1;
         let is_late = is_begun && !self.is_at_rest();
         let before = self.blocks.last().map(|last| last.end(if is_begun { self.place_steps } else { 0.0 }));
-        let begin = self.blocks.last().map_or(self.last_offsets, |last| last.span.offsets[1]);
+        let begin = self.blocks.last().map_or(self.last_offsets, |last| last.move_steps.offsets[1]);
         // It is made in its place: a block is large.
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;
         let (direction, limits) = block.begin(request, begin, &self.config)?;
@@ -418,7 +418,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         let mut before = None;
         for index in 0..self.blocks.len() {
             let Some(block) = self.blocks.get_mut(index) else { break };
-            let limits = self.config.shared_limits(&block.span);
+            let limits = self.config.shared_limits(&block.move_steps);
             block.respeed(block.feed_steps_s(), &limits, &self.config);
             before.into_iter().for_each(|before| block.set_cap(before));
             before = Some(block.pace());

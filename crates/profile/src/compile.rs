@@ -109,19 +109,19 @@ pub(crate) struct StepRange {
 
 impl StepRange {
     /// The number of steps that come before the end of each phase.
-    pub(crate) fn phase_ends(&self, bounds: &PhaseBounds) -> [u32; 3] {
+    pub(crate) fn phase_ends(&self, boundaries: &PhaseBoundaries) -> [u32; 3] {
         let Self { stride, steps, ahead, .. } = *self;
-        let steps_before = |bound: PhaseBound| match bound {
-            PhaseBound::Begin => 0,
-            PhaseBound::Within(place_steps) => {
+        let steps_before = |boundary: PhaseBoundary| match boundary {
+            PhaseBoundary::Begin => 0,
+            PhaseBoundary::Within(place_steps) => {
                 // Dividing by 1, and adding 0, would be as slow as by any number.
                 let own_steps = if self.is_longest() { place_steps } else { place_steps / stride };
                 nearest(if is_zero(ahead) { own_steps } else { own_steps + ahead }).min(steps)
             }
-            PhaseBound::End => steps,
+            PhaseBoundary::End => steps,
         };
-        let accel_end = steps_before(bounds.accel_end);
-        [accel_end, steps_before(bounds.cruise_end).max(accel_end), steps]
+        let accel_end = steps_before(boundaries.accel_end);
+        [accel_end, steps_before(boundaries.cruise_end).max(accel_end), steps]
     }
 
     /// True if the axis makes as many steps as the longest one.
@@ -147,32 +147,32 @@ fn nearest(steps: f64) -> u32 {
 
 /// The places where the acceleration and the cruise of a profile end.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PhaseBounds {
-    accel_end: PhaseBound,
-    cruise_end: PhaseBound,
+pub(crate) struct PhaseBoundaries {
+    accel_end: PhaseBoundary,
+    cruise_end: PhaseBoundary,
 }
 
 /// A place on a profile.
 #[derive(Clone, Copy, Debug)]
-enum PhaseBound {
+enum PhaseBoundary {
     Begin,
     /// In steps of the longest axis from the beginning of the profile.
     Within(f64),
     End,
 }
 
-impl PhaseBounds {
-    /// The bounds of no plan.
-    pub(crate) const NONE: Self = Self { accel_end: PhaseBound::Begin, cruise_end: PhaseBound::Begin };
+impl PhaseBoundaries {
+    /// The boundaries of no plan.
+    pub(crate) const NONE: Self = Self { accel_end: PhaseBoundary::Begin, cruise_end: PhaseBoundary::Begin };
 
     pub(crate) fn of(plan: &Profile) -> Self {
-        let bound = |place_steps: f64| {
-            if place_steps >= plan.distance_steps() { PhaseBound::End } else { PhaseBound::Within(place_steps) }
+        let boundary = |place_steps: f64| {
+            if place_steps >= plan.distance_steps() { PhaseBoundary::End } else { PhaseBoundary::Within(place_steps) }
         };
         let (has_accel, has_decel) = (plan.t_accel_s() > NO_RAMP_S, plan.t_decel_s() > NO_RAMP_S);
         Self {
-            accel_end: if has_accel { bound(plan.accel_end_steps()) } else { PhaseBound::Begin },
-            cruise_end: if has_decel { bound(plan.cruise_end_steps()) } else { PhaseBound::End },
+            accel_end: if has_accel { boundary(plan.accel_end_steps()) } else { PhaseBoundary::Begin },
+            cruise_end: if has_decel { boundary(plan.cruise_end_steps()) } else { PhaseBoundary::End },
         }
     }
 }
@@ -231,7 +231,7 @@ impl AxisCompiler {
 
     /// Begins the steps of an axis of a line. Its segments come from [`next`](Self::next). What belongs to a phase is left, because the first step sets it.
     pub(crate) fn begin(&mut self, step_range: StepRange, timed_plan: &TimedPlan) {
-        self.ends = step_range.phase_ends(&timed_plan.bounds);
+        self.ends = step_range.phase_ends(&timed_plan.boundaries);
         (self.step_range, self.index, self.done, self.base) = (step_range, 0, 0, 0);
     }
 

@@ -5,7 +5,7 @@ mod three_intervals;
 use crate::limits::{Limits, SPEED_MIN_STEPS_S};
 use crate::newton::rising_root;
 use crate::profile::{DURATION_MAX_S, Profile, ProfileError};
-use crate::ramp::{Bounds, Ramp};
+use crate::ramp::{Ramp, RampLimits};
 use crate::square_root::sqrt;
 use crate::{IntervalSplit, SpeedProfile};
 
@@ -39,11 +39,11 @@ impl Profile {
         if !(distance_steps > 0.0 && distance_steps.is_finite()) {
             return Err(ProfileError::Distance { asked: distance_steps });
         }
-        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_profile);
-        ends.check()?;
+        let input = PlanInput::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_profile);
+        input.check()?;
         let plan = match interval_split {
-            IntervalSplit::Fastest => ends.fastest(),
-            IntervalSplit::Thirds => ends.thirds()?,
+            IntervalSplit::Fastest => input.fastest(),
+            IntervalSplit::Thirds => input.thirds()?,
         };
         if !(0.0..=DURATION_MAX_S).contains(&plan.duration_s()) {
             return Err(ProfileError::TooLong { asked: plan.duration_s(), max: DURATION_MAX_S });
@@ -62,26 +62,26 @@ impl Profile {
         interval_split: IntervalSplit,
         speed_profile: SpeedProfile,
     ) -> Self {
-        let ends = Ends::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_profile);
+        let input = PlanInput::new(distance_steps, entry_steps_s, exit_steps_s, limits, speed_profile);
         match interval_split {
-            IntervalSplit::Fastest => ends.fastest(),
-            IntervalSplit::Thirds => ends.thirds().unwrap_or_else(|_| ends.fastest()),
+            IntervalSplit::Fastest => input.fastest(),
+            IntervalSplit::Thirds => input.thirds().unwrap_or_else(|_| input.fastest()),
         }
     }
 }
 
 /// The two end speeds of a profile, the distance between them, and the limits of its ramps.
-struct Ends {
+struct PlanInput {
     distance_steps: f64,
     entry_steps_s: f64,
     exit_steps_s: f64,
     top_steps_s: f64,
     speed_profile: SpeedProfile,
-    accel: Bounds,
-    decel: Bounds,
+    accel: RampLimits,
+    decel: RampLimits,
 }
 
-impl Ends {
+impl PlanInput {
     fn new(
         distance_steps: f64,
         entry_steps_s: f64,
@@ -89,15 +89,15 @@ impl Ends {
         limits: &Limits,
         speed_profile: SpeedProfile,
     ) -> Self {
-        let bounds = |accel_steps_s2| Bounds::new(speed_profile, accel_steps_s2, limits.jerk_steps_s3);
+        let ramp_limits = |accel_steps_s2| RampLimits::new(speed_profile, accel_steps_s2, limits.jerk_steps_s3);
         Self {
             distance_steps,
             entry_steps_s,
             exit_steps_s,
             top_steps_s: limits.top_speed_steps_s,
             speed_profile,
-            accel: bounds(limits.accel_steps_s2),
-            decel: bounds(limits.decel_steps_s2),
+            accel: ramp_limits(limits.accel_steps_s2),
+            decel: ramp_limits(limits.decel_steps_s2),
         }
     }
 
@@ -124,14 +124,14 @@ impl Ends {
     }
 
     /// The highest speed that one ramp from `slow` reaches over the whole distance.
-    fn highest_from(&self, slow: f64, bounds: Bounds) -> f64 {
+    fn highest_from(&self, slow: f64, ramp_limits: RampLimits) -> f64 {
         let room = self.top_steps_s - slow;
         let short = |rise: f64| {
-            let (steps, growth) = bounds.length(slow, rise);
+            let (steps, growth) = ramp_limits.length(slow, rise);
             (steps - self.distance_steps, growth)
         };
         if self.speed_profile == SpeedProfile::Trapezoid {
-            return sqrt(slow * slow + 2.0 * bounds.accel_steps_s2 * self.distance_steps).min(self.top_steps_s);
+            return sqrt(slow * slow + 2.0 * ramp_limits.accel_steps_s2 * self.distance_steps).min(self.top_steps_s);
         }
         if room <= 0.0 || short(room).0 <= 0.0 {
             return self.top_steps_s;
@@ -183,8 +183,9 @@ impl Ends {
     #[cold]
     fn trapezoid(&self, cruise: f64, ends: (f64, f64), cruise_s: f64) -> Profile {
         let (accel_end, cruise_end) = ends;
-        let ramp =
-            |slow, bounds: &Bounds, steps| Ramp::constant_accel(slow, cruise - slow, bounds.accel_steps_s2, steps);
+        let ramp = |slow, ramp_limits: &RampLimits, steps| {
+            Ramp::constant_accel(slow, cruise - slow, ramp_limits.accel_steps_s2, steps)
+        };
         Profile {
             distance_steps: self.distance_steps,
             cruise_steps_s: cruise,

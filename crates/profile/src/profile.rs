@@ -9,7 +9,7 @@ use libm::floor;
 
 use crate::fixed::is_zero;
 use crate::limits::{LimitError, Limits};
-use crate::ramp::{Bounds, Ramp};
+use crate::ramp::{Ramp, RampLimits};
 use crate::speed_profile::SpeedProfile;
 
 /// Longest move that can be planned, s: 11 days.
@@ -141,8 +141,8 @@ impl Profile {
     /// Brakes from one speed to a slower one as fast as `limits` allow. The distance follows from that.
     #[cold]
     pub(crate) fn braking(fast_steps_s: f64, slow_steps_s: f64, limits: &Limits, speed_profile: SpeedProfile) -> Self {
-        let bounds = Bounds::new(speed_profile, limits.decel_steps_s2, limits.jerk_steps_s3);
-        let decel = bounds.shortest(slow_steps_s, fast_steps_s - slow_steps_s);
+        let ramp_limits = RampLimits::new(speed_profile, limits.decel_steps_s2, limits.jerk_steps_s3);
+        let decel = ramp_limits.shortest(slow_steps_s, fast_steps_s - slow_steps_s);
         Self {
             distance_steps: decel.steps(),
             cruise_steps_s: fast_steps_s,

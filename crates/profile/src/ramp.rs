@@ -41,7 +41,7 @@ pub(crate) struct RampState {
 
 /// The speed profile and the limits of a ramp.
 #[derive(Clone, Copy)]
-pub(crate) struct Bounds {
+pub(crate) struct RampLimits {
     speed_profile: SpeedProfile,
     pub(crate) accel_steps_s2: f64,
     jerk_steps_s3: f64,
@@ -51,7 +51,7 @@ pub(crate) struct Bounds {
     per_jerk: f64,
 }
 
-impl Bounds {
+impl RampLimits {
     pub(crate) fn new(speed_profile: SpeedProfile, accel_steps_s2: f64, jerk_steps_s3: f64) -> Self {
         Self {
             speed_profile,
@@ -435,15 +435,15 @@ pub(crate) fn constant_accel_time_s(steps: f64, speed_steps_s: f64, accel_steps_
 
 #[cfg(test)]
 mod tests {
-    use super::Bounds;
+    use super::RampLimits;
     use crate::speed_profile::SpeedProfile;
 
     /// By these speed profiles the peak of a short move is solved and not searched.
     #[test]
     fn lengths_of_some_speed_profiles_are_quadratics() {
         for speed_profile in SpeedProfile::ALL {
-            let bounds = Bounds::new(speed_profile, 2e4, 1e6);
-            let quadratic = bounds.quadratic_length();
+            let ramp_limits = RampLimits::new(speed_profile, 2e4, 1e6);
+            let quadratic = ramp_limits.quadratic_length();
             assert_eq!(
                 quadratic.is_some(),
                 matches!(speed_profile.name(), "sine" | "linear" | "quadratic"),
@@ -452,7 +452,7 @@ mod tests {
             let Some((constant, square)) = quadratic else { continue };
             for (slow, rise) in [(0.0, 1e3), (1.0, 1e5), (1e4, 10.0)] {
                 let wanted = constant * rise * (slow + square * rise) / 2e4;
-                let (length, _) = bounds.length(slow, rise);
+                let (length, _) = ramp_limits.length(slow, rise);
                 assert!((length / wanted - 1.0).abs() < 1e-12, "{speed_profile}, from {slow} up by {rise}: {length}");
             }
         }

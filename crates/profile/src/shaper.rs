@@ -8,7 +8,7 @@
 //! A motion whose acceleration is constant piece by piece stays one, with more pieces: [`Shaped`] makes them. A box, which is
 //! the mean over a time, makes the acceleration change evenly.
 
-mod feed;
+mod input;
 mod shaped;
 mod sum;
 
@@ -18,7 +18,7 @@ use core::ops::RangeInclusive;
 
 use libm::{exp, sqrt};
 
-pub use self::feed::Feed;
+pub use self::input::ShaperInput;
 pub use self::shaped::Shaped;
 
 /// The most impulses that a shaper has.

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use crate::compile::{AxisCompiler, NEAREST_STEPS, PhaseBounds, Segments, StepRange, TimedPlan};
+use crate::compile::{AxisCompiler, NEAREST_STEPS, PhaseBoundaries, Segments, StepRange, TimedPlan};
 use crate::fixed::is_zero;
 use crate::limits::{LimitError, Limits, SPEED_MIN_STEPS_S};
 use crate::phase::AxisPhase;
@@ -28,7 +28,7 @@ pub struct SyncMove<const N: usize> {
     /// The places where the whole move begins and ends beside the whole steps.
     pub(crate) offsets: [[i8; N]; 2],
     /// The length of the whole move, steps of the longest axis.
-    pub(crate) way_steps: f64,
+    pub(crate) longest_steps: f64,
     /// The place where this plan begins, steps of the longest axis from the beginning of the whole move.
     pub(crate) from_steps: f64,
     /// The place where the profile begins, in the same steps. That may be before the plan begins.
@@ -68,7 +68,7 @@ impl<const N: usize> SyncMove<N> {
         profile: Profile::NONE,
         steps: [0; N],
         offsets: [[0; N]; 2],
-        way_steps: 0.0,
+        longest_steps: 0.0,
         from_steps: 0.0,
         origin_steps: 0.0,
         origin_s: 0.0,
@@ -96,22 +96,22 @@ impl<const N: usize> SyncMove<N> {
             profile,
             steps,
             offsets: [[0; N]; 2],
-            way_steps: distance,
+            longest_steps: distance,
             from_steps: 0.0,
             origin_steps: 0.0,
             origin_s: 0.0,
         })
     }
 
-    /// A plan of no distance in a move of this span: at `place_steps` of its longest axis and at that speed, `t_s` from the
+    /// A plan of no distance in a move of these steps: at `place_steps` of its longest axis and at that speed, `t_s` from the
     /// start of the run.
-    pub(crate) fn passing(span: &MoveSteps<N>, place_steps: f64, speed_steps_s: f64, t_s: f64) -> Self {
-        let (profile, MoveSteps { steps, offsets }) = (Profile::passing(speed_steps_s), *span);
+    pub(crate) fn passing(move_steps: &MoveSteps<N>, place_steps: f64, speed_steps_s: f64, t_s: f64) -> Self {
+        let (profile, MoveSteps { steps, offsets }) = (Profile::passing(speed_steps_s), *move_steps);
         Self {
             profile,
             steps,
             offsets,
-            way_steps: span.longest(),
+            longest_steps: move_steps.longest(),
             from_steps: place_steps,
             origin_steps: place_steps,
             origin_s: t_s,
@@ -123,12 +123,12 @@ impl<const N: usize> SyncMove<N> {
     #[must_use]
     pub fn step_time_s(&self, axis: usize, k: u32) -> f64 {
         let step_range = self.step_range(axis, self.is_whole());
-        let steps = (f64::from(k) - 0.5 - self.span().begin_of(axis)) * step_range.stride - self.origin_steps;
+        let steps = (f64::from(k) - 0.5 - self.move_steps().begin_of(axis)) * step_range.stride - self.origin_steps;
         let Profile { accel, decel, .. } = &self.profile;
         let nearest = |ramp: &Ramp| (NEAREST_STEPS * step_range.stride - ramp.lead_steps()).max(0.0);
         // How many steps of this plan come before step `k`.
         let before = k.saturating_sub(self.step_numbers(axis).start);
-        let steps = match step_range.phase_ends(&PhaseBounds::of(&self.profile)) {
+        let steps = match step_range.phase_ends(&PhaseBoundaries::of(&self.profile)) {
             [accel_end, ..] if before < accel_end => steps.max(nearest(accel)),
             [_, cruise_end, _] if before >= cruise_end => steps.min(self.profile.distance_steps() - nearest(decel)),
             _ => steps,
@@ -201,19 +201,19 @@ impl<const N: usize> SyncMove<N> {
     }
 
     fn step_range(&self, axis: usize, is_whole: bool) -> StepRange {
-        let (span, total) = (self.span(), self.steps[axis].unsigned_abs());
-        let (way, own) = (self.way_steps, span.len(axis).abs());
+        let (move_steps, total) = (self.move_steps(), self.steps[axis].unsigned_abs());
+        let (longest_steps, own) = (self.longest_steps, move_steps.len(axis).abs());
         // An axis without steps may have any stride.
-        let is_alike = own == way || total == 0;
-        let stride = if is_alike { 1.0 } else { way / own };
-        let (begins, ends) = (span.begin_of(axis), span.end_of(axis));
+        let is_alike = own == longest_steps || total == 0;
+        let stride = if is_alike { 1.0 } else { longest_steps / own };
+        let (begins, ends) = (move_steps.begin_of(axis), move_steps.end_of(axis));
         if is_whole {
             return StepRange { stride, before: 0, steps: total, ahead: begins, beyond: ends };
         }
         let numbers = self.step_numbers(axis);
         let (before, end) = (numbers.start - 1, numbers.end - 1);
         let ahead = self.origin_steps / stride + begins - f64::from(before);
-        let beyond = (self.end_steps() - way) / stride + ends + f64::from(total - end);
+        let beyond = (self.end_steps() - longest_steps) / stride + ends + f64::from(total - end);
         StepRange { stride, before, steps: end - before, ahead, beyond }
     }
 
@@ -233,7 +233,7 @@ impl<const N: usize> SyncMove<N> {
     /// move.
     #[must_use]
     pub fn steps_before(&self, axis: usize, place_steps: f64) -> u32 {
-        self.span().steps_before(axis, place_steps, self.way_steps)
+        self.move_steps().steps_before(axis, place_steps, self.longest_steps)
     }
 
     /// The place where the longest axis is at `t_s` from the start of the run, steps from the beginning of the whole move.
@@ -288,25 +288,25 @@ impl<const N: usize> SyncMove<N> {
     /// The length of the whole move, steps of the longest axis.
     #[must_use]
     pub fn distance_steps(&self) -> f64 {
-        self.way_steps
+        self.longest_steps
     }
 
     /// The place where an axis is when the longest one is at `place_steps`, steps from the whole step next to where the move
     /// begins, signed by direction.
     #[must_use]
     pub fn axis_place(&self, axis: usize, place_steps: f64) -> f64 {
-        let span = self.span();
-        offset(span.offsets[0][axis]) + span.len(axis) * (place_steps / self.way_steps)
+        let move_steps = self.move_steps();
+        offset(move_steps.offsets[0][axis]) + move_steps.len(axis) * (place_steps / self.longest_steps)
     }
 
     /// The distance that an axis goes in the whole move, steps, signed by direction. That is its steps, unless the move begins
     /// or ends beside a whole one.
     #[must_use]
     pub fn axis_steps(&self, axis: usize) -> f64 {
-        self.span().len(axis)
+        self.move_steps().len(axis)
     }
 
-    pub(crate) fn span(&self) -> MoveSteps<N> {
+    pub(crate) fn move_steps(&self) -> MoveSteps<N> {
         MoveSteps { steps: self.steps, offsets: self.offsets }
     }
 }
@@ -381,17 +381,27 @@ impl<const N: usize> MoveSteps<N> {
         }
     }
 
-    /// The number of steps of an axis that are due before the longest axis is at `place_steps` of the `way`.
-    pub(crate) fn steps_before(&self, axis: usize, place_steps: f64, way: f64) -> u32 {
-        if self.steps[axis] == 0 { 0 } else { self.steps_by(axis, place_steps, way, || share(self.len(axis), way)) }
+    /// The number of steps of an axis that are due before the longest axis is at `place_steps` of its `longest_steps` steps.
+    pub(crate) fn steps_before(&self, axis: usize, place_steps: f64, longest_steps: f64) -> u32 {
+        if self.steps[axis] == 0 {
+            0
+        } else {
+            self.steps_by(axis, place_steps, longest_steps, || share(self.len(axis), longest_steps))
+        }
     }
 
     /// The same for an axis that makes so many steps for a step of the longest one.
-    pub(crate) fn steps_by(&self, axis: usize, place_steps: f64, way: f64, share: impl FnOnce() -> f64) -> u32 {
+    pub(crate) fn steps_by(
+        &self,
+        axis: usize,
+        place_steps: f64,
+        longest_steps: f64,
+        share: impl FnOnce() -> f64,
+    ) -> u32 {
         let total = self.steps[axis].unsigned_abs();
         if total == 0 || place_steps <= 0.0 {
             0
-        } else if place_steps >= way {
+        } else if place_steps >= longest_steps {
             total
         } else {
             let place = place_steps * share().abs() + self.begin_of(axis);
@@ -399,20 +409,20 @@ impl<const N: usize> MoveSteps<N> {
         }
     }
 
-    /// The steps of each axis for a step of the longest one, whose way that is; signed by direction.
-    pub(crate) fn shares(&self, way: f64) -> [f64; N] {
-        self.lens().map(|len| share(len, way))
+    /// The steps of each axis for a step of the longest one, whose length that is; signed by direction.
+    pub(crate) fn shares(&self, longest_steps: f64) -> [f64; N] {
+        self.lens().map(|len| share(len, longest_steps))
     }
 }
 
 /// The steps of an axis of this length for a step of the longest one.
-fn share(len: f64, way: f64) -> f64 {
+fn share(len: f64, longest_steps: f64) -> f64 {
     if is_zero(len) {
         0.0
-    } else if len.to_bits() << 1 == way.to_bits() << 1 {
+    } else if len.to_bits() << 1 == longest_steps.to_bits() << 1 {
         1_f64.copysign(len)
     } else {
-        len / way
+        len / longest_steps
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use isostep_motion::{Finish, Level};
 use isostep_report::{Figures, pictures};
-use isostep_sim::lines_of_moves::of_stretches;
+use isostep_sim::lines_of_moves::sections;
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::{Config, MoveRecord, Outcome, run};
 
@@ -54,7 +54,7 @@ fn line(word: &str) -> Outcome {
     outcome
 }
 
-/// A pixel: a stretch of a move.
+/// A pixel: a section of a move.
 struct Pixel<'a> {
     record: &'a MoveRecord,
     begin_ns: u64,
@@ -65,18 +65,18 @@ struct Pixel<'a> {
 
 /// Every pixel, with its instants by the closed form of the plan that its move was made by.
 fn pixels(outcome: &Outcome) -> Vec<Pixel<'_>> {
-    let stretches = of_stretches(outcome);
-    let begins = stretches.iter().map(|stretch| {
-        let record = &outcome.moves[stretch.index];
-        let latest = record.parts.iter().rev().find(|part| part.begin_steps() <= stretch.from_steps);
-        record.start_ns + (latest.unwrap_or(&record.plan).time_at(stretch.from_steps) * 1e9).round() as u64
+    let sections = sections(outcome);
+    let begins = sections.iter().map(|section| {
+        let record = &outcome.moves[section.index];
+        let latest = record.parts.iter().rev().find(|part| part.begin_steps() <= section.from_steps);
+        record.start_ns + (latest.unwrap_or(&record.plan).time_at(section.from_steps) * 1e9).round() as u64
     });
     let last = &outcome.moves[outcome.moves.len() - 1];
     let end_ns = last.start_ns + (last.parts.last().unwrap_or(&last.plan).end_s() * 1e9) as u64;
     let bounds: Vec<_> = begins.chain([end_ns]).collect();
-    let pixels = stretches.iter().zip(bounds.windows(2)).map(|(stretch, bounds)| {
+    let pixels = sections.iter().zip(bounds.windows(2)).map(|(section, bounds)| {
         let [begin, end] = [bounds[0], bounds[1]].map(|at_ns| outcome.edges.partition_point(|edge| edge.t_ns < at_ns));
-        Pixel { record: &outcome.moves[stretch.index], begin_ns: bounds[0], end_ns: bounds[1], edges: begin..end }
+        Pixel { record: &outcome.moves[section.index], begin_ns: bounds[0], end_ns: bounds[1], edges: begin..end }
     });
     pixels.collect()
 }

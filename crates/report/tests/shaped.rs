@@ -222,14 +222,14 @@ fn a_beam_is_late_as_the_axes_are() {
     assert!(beginnings.total == 3 && beginnings.most_us < 1.0, "{beginnings:?}");
 }
 
-/// The acceleration over whole runs keeps its limit where all corners are blends, and no stretch of the path loses any of it.
+/// The acceleration over whole runs keeps its limit where all corners are blends, and no slice of the path loses any of it.
 #[test]
 fn whole_runs_are_measured_where_the_axes_are() {
     for kind in KINDS {
         let outcome = made(kind, Port::Pio, &format!("G64 P0.05\n{CORNERS}"));
         let highest = across::highest(&outcome).unwrap();
         assert!((0.9..across::WITHIN).contains(&highest.ratio), "kind {kind}: {highest:?}");
-        let most = across::stretches(&outcome).map(|stretch| stretch.ratio).fold(0.0, f64::max);
+        let most = across::slices(&outcome).map(|slice| slice.ratio).fold(0.0, f64::max);
         assert_eq!(most, highest.ratio, "kind {kind}");
     }
 }

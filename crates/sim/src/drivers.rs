@@ -45,8 +45,8 @@ pub struct DriverSetup {
     pub hold_ma: u32,
     /// It chops by SpreadCycle now, not by StealthChop.
     pub is_spread_cycle: bool,
-    /// It tells stalls: at some speed (`TCOOLTHRS`), below some load (`SGTHRS`).
-    pub tells_stalls: bool,
+    /// It reports stalls: at some speed (`TCOOLTHRS`), below some load (`SGTHRS`).
+    pub reports_stalls: bool,
 }
 
 /// A fault of a driver.

@@ -37,7 +37,7 @@ impl Source {
 
 /// A move, or the part of it that comes from one line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
+pub struct Section {
     /// The index of its move in [`Outcome::moves`].
     pub index: usize,
     /// Where it begins, steps of the longest axis from the beginning of the whole move.
@@ -52,15 +52,15 @@ pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
 }
 
 /// All moves, divided where the lines begin that they are made for.
-pub fn of_stretches(outcome: &Outcome) -> Vec<Stretch> {
-    outcome.moves.iter().enumerate().flat_map(|(index, record)| stretches_of(index, record)).collect()
+pub fn sections(outcome: &Outcome) -> Vec<Section> {
+    outcome.moves.iter().enumerate().flat_map(|(index, record)| sections_of(index, record)).collect()
 }
 
-fn stretches_of(index: usize, record: &MoveRecord) -> impl Iterator<Item = Stretch> + '_ {
+fn sections_of(index: usize, record: &MoveRecord) -> impl Iterator<Item = Section> + '_ {
     let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
     let places_steps = std::iter::once(begin_steps).chain(record.marks_steps.iter().copied().map(f64::from));
     let sources = record.asked.iter().map(Source::of).chain(std::iter::repeat(None));
-    places_steps.zip(sources).map(move |(from_steps, source)| Stretch { index, from_steps, source })
+    places_steps.zip(sources).map(move |(from_steps, source)| Section { index, from_steps, source })
 }
 
 /// The lines that were sent and not refused, in order, each with its number from 1.
@@ -171,12 +171,12 @@ mod tests {
     }
 
     #[test]
-    fn one_move_for_several_lines_has_a_stretch_for_each() {
+    fn one_move_for_several_lines_has_a_section_for_each() {
         let outcome =
             run(b"$32=1\nG21G91\nM4 S500 G1 F600 X-1\nX1\nX2 S0\nX1 S100\nY1\nM5\n", &Config::default()).unwrap();
-        let found: Vec<_> = of_stretches(&outcome)
+        let found: Vec<_> = sections(&outcome)
             .iter()
-            .map(|stretch| (stretch.index, stretch.from_steps, stretch.source.map(|source| source.line)))
+            .map(|section| (section.index, section.from_steps, section.source.map(|source| source.line)))
             .collect();
         let expected = [(0, 0.0, 3), (1, 0.0, 4), (1, 50.0, 5), (1, 150.0, 6), (2, 0.0, 7)];
         assert_eq!(found, expected.map(|(index, from_steps, line)| (index, from_steps, Some(line))));

@@ -28,7 +28,7 @@ pub struct MotionColumns(Motion);
 
 #[wasm_bindgen(js_class = Motion)]
 impl MotionColumns {
-    /// The beginning and the end of each stretch, s.
+    /// The beginning and the end of each phase, s.
     #[wasm_bindgen(js_name = takeTimes)]
     pub fn take_times(&mut self) -> Vec<f64> {
         std::mem::take(&mut self.0.times_s)

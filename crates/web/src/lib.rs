@@ -10,7 +10,7 @@
 //! ```
 //! - [`Job`] runs a whole program, with the sender of isostep-sim: its edges are those of [`isostep_sim::run`].
 //! - [`Live`] is a machine to operate.
-//! - [`Motion`] is how axes move, in stretches that a page can draw, and [`Lines`] which line moves them.
+//! - [`Motion`] is how axes move, in phases that a page can draw, and [`Lines`] which line moves them.
 //! - [`table`] is what a form of settings is made from.
 //! - [`whole`] says what the tool says of a whole program.
 //!

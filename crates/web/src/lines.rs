@@ -1,6 +1,6 @@
 //! Which line of the program the machine is at, at any time.
 
-use isostep_sim::lines_of_moves::{Source, of_stretches};
+use isostep_sim::lines_of_moves::{Source, sections};
 use isostep_sim::{MoveRecord, Outcome};
 
 /// The instants at which each line begins to move the machine.
@@ -17,11 +17,11 @@ impl Lines {
     pub fn add(&mut self, piece: &Outcome) {
         self.times_s.extend(piece.moves.iter().flat_map(begins_s));
         let line = |source: Option<Source>| source.map_or(0, |source| source.line as u32);
-        self.lines.extend(of_stretches(piece).into_iter().map(|stretch| line(stretch.source)));
+        self.lines.extend(sections(piece).into_iter().map(|section| line(section.source)));
     }
 }
 
-/// The beginnings of the stretches of a move, s since power-up.
+/// The beginnings of the sections of a move, s since power-up.
 fn begins_s(record: &MoveRecord) -> impl Iterator<Item = f64> + '_ {
     let marks = record.marks_steps.iter().map(|steps| record.place_time_s(f64::from(*steps)));
     std::iter::once(record.begin_s()).chain(marks).map(|s| record.start_ns as f64 * 1e-9 + s)

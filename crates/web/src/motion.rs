@@ -1,4 +1,4 @@
-//! The motion of the axes by their plans, in stretches of time in each of which the acceleration of every axis changes evenly.
+//! The motion of the axes by their plans, in phases of time in each of which the acceleration of every axis changes evenly.
 //!
 //! So one row is enough to draw a place, a speed, an acceleration or a jerk anywhere within it. A ramp by a curved speed profile
 //! is divided, and drawn to within what a screen shows. In a shaped run plans are what goes into the shapers.
@@ -14,20 +14,20 @@ use crate::power::Power;
 pub const COLUMNS: usize = 4;
 /// Numbers of a row about its acceleration.
 pub const LOADS: usize = 2;
-/// A stretch that begins no later than this behind another goes on from it, s.
+/// A phase that begins no later than this behind another goes on from it, s.
 const SOON_S: f64 = 1e-6;
-/// Stretches of a ramp whose jerk changes all the time.
+/// Phases of a ramp whose jerk changes all the time.
 const PARTS_OF_RAMP: u32 = 16;
 /// The jerk of an S-curve jumps no more often within a ramp; one more, as a ramp may have been cut short.
 const JUMPS_MAX: usize = 3;
 /// The number of halvings of the time in which the jerk jumps, to find the instant.
 const HALVINGS: u32 = 40;
-/// Just within a stretch, as a fraction of its length.
+/// Just within a phase, as a fraction of its length.
 const ASIDE: f64 = 1e-6;
-/// A stretch that is shorter than this cannot be seen, s.
+/// A phase that is shorter than this cannot be seen, s.
 const SHORTEST_S: f64 = 1e-9;
 
-/// The kind of motion that a stretch belongs to.
+/// The kind of motion that a phase belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
@@ -48,7 +48,7 @@ impl Kind {
     pub const SHAPED: u8 = 16;
 }
 
-/// Stretches, in order, as columns that a page takes as they are.
+/// Phases, in order, as columns that a page takes as they are.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// The beginning and the end of each, s since power-up.
@@ -58,15 +58,15 @@ pub struct Motion {
     /// [`COLUMNS`] numbers of each axis.
     pub values: Vec<f32>,
     /// [`LOADS`] numbers of each: the acceleration as a share of its limit, of the axis where that is largest; and the same of
-    /// the jump of speed where the stretch begins, over the time in which a jump is measured.
+    /// the jump of speed where the phase begins, over the time in which a jump is measured.
     pub loads: Vec<f32>,
     /// The power that the tool was given meanwhile.
     pub power: Power,
-    /// The place where the last stretch ends, for the jump behind it.
+    /// The place where the last phase ends, for the jump behind it.
     end: End,
 }
 
-/// The end of a stretch.
+/// The end of a phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct End {
     run: usize,
@@ -84,7 +84,7 @@ struct Interval {
 }
 
 impl Motion {
-    /// The stretches so far. What comes later goes on from them.
+    /// The phases so far. What comes later goes on from them.
     pub(crate) fn take(&mut self) -> Self {
         let end = self.end;
         std::mem::replace(self, Self { end, ..Self::default() })
@@ -109,7 +109,7 @@ impl Motion {
         let steps_per_mm = piece.config_of(record).steps_per_mm;
         self.times_s.extend([start_s + from_s, start_s + to_s]);
         self.kinds.push(interval.kind as u8 + flags);
-        // Just within the stretch, because at its ends other formulas may hold.
+        // Just within the phase, because at its ends other formulas may hold.
         let aside_s = (to_s - from_s) * ASIDE;
         for (axis, steps_per_mm) in steps_per_mm.into_iter().enumerate() {
             let (speed, _) = motion_steps(record, interval, axis, from_s + aside_s);
@@ -167,7 +167,7 @@ fn intervals(record: &MoveRecord) -> Vec<Interval> {
     found
 }
 
-/// The beginnings and ends of the stretches of an interval, s from the start of the run: where the jerk jumps, or, where it changes
+/// The beginnings and ends of the phases of an interval, s from the start of the run: where the jerk jumps, or, where it changes
 /// all the time, at equal distances.
 fn bounds_s(record: &MoveRecord, interval: &Interval) -> Vec<f64> {
     let [from_s, to_s] = interval.span_s;

@@ -160,14 +160,14 @@ fn waves_are_the_simulators_to_the_byte() {
     }
 }
 
-/// Each stretch of a move begins with its line, those of a move that is made for several lines too.
+/// Each section of a move begins with its line, those of a move that is made for several lines too.
 #[test]
 fn every_time_has_its_line() {
     for program in [PARKING, ENGRAVING] {
         let outcome = run(program, &Config::default()).unwrap();
-        let expected: Vec<_> = lines_of_moves::of_stretches(&outcome)
+        let expected: Vec<_> = lines_of_moves::sections(&outcome)
             .iter()
-            .map(|stretch| stretch.source.map_or(0, |source| source.line as u32))
+            .map(|section| section.source.map_or(0, |source| source.line as u32))
             .collect();
         let (_, End { lines, .. }) = ended(program, "", Kept::Lines);
         assert_eq!(lines.lines, expected);

@@ -47,7 +47,7 @@ export class Board {
     this.onBytes = () => {};
     /** Called when bytes have reached the chip: in its USB buffer, or its UART. */
     this.onDelivered = () => {};
-    /** Called between stretches of the run, to show progress. */
+    /** Called between parts of the run, to show progress. */
     this.onSlice = () => {};
     this.chipWatchers = [];
     /** 1 is the computed cost of a miss; null is flash that reads like RAM. */

@@ -79,7 +79,7 @@ impl Simulated {
     fn driver_is(&self, driver: usize, words: &[String]) -> Result<(), String> {
         let setup = self.sim.driver_setup(driver).ok_or("this board's drivers have no UART")?;
         let chop = if setup.is_spread_cycle { "spread-cycle" } else { "stealth-chop" };
-        let stalls = if setup.tells_stalls { "tells-stalls" } else { "tells-no-stalls" };
+        let stalls = if setup.reports_stalls { "reports-stalls" } else { "reports-no-stalls" };
         let (run, hold) = (format!("{}-mA", setup.run_ma), format!("{}-mA-hold", setup.hold_ma));
         let found = [format!("{}-microsteps", setup.microsteps), run, hold, chop.to_owned(), stalls.to_owned()];
         is(words.iter().all(|word| found.contains(word)), || format!("the driver is {}", found.join(" ")))

@@ -2,7 +2,7 @@
 
 use embassy_time::Duration;
 use isostep_motion::State;
-use isostep_sim::lines_of_moves::of_stretches;
+use isostep_sim::lines_of_moves::sections;
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::{Config, MoveRecord, Outcome, Sim};
 use isostep_trials::cases;
@@ -88,15 +88,15 @@ impl Program {
     fn compare(self, name: &str) -> (usize, usize) {
         let outcome = self.sim.outcome();
         let light = Light::of(&outcome);
-        // The machine is not homed. A line that goes straight on is a stretch of the same move.
-        let stretches = of_stretches(&outcome);
-        assert_eq!(stretches.len(), self.lit.len(), "{name}");
+        // The machine is not homed. A line that goes straight on is a section of the same move.
+        let sections = sections(&outcome);
+        assert_eq!(sections.len(), self.lit.len(), "{name}");
         let (mut pieces, mut kinks) = (0, 0);
-        for (index, (stretch, lit)) in stretches.iter().zip(&self.lit).enumerate() {
-            let record = &outcome.moves[stretch.index];
-            let next = stretches.get(index + 1).filter(|next| next.index == stretch.index);
+        for (index, (section, lit)) in sections.iter().zip(&self.lit).enumerate() {
+            let record = &outcome.moves[section.index];
+            let next = sections.get(index + 1).filter(|next| next.index == section.index);
             let end_s = next.map_or(record.plan_s, |next| record.place_time_s(next.from_steps));
-            let samples = self.samples(record, [record.place_time_s(stretch.from_steps), end_s], *lit);
+            let samples = self.samples(record, [record.place_time_s(section.from_steps), end_s], *lit);
             let mut begin = 0;
             while begin < samples.len() {
                 let place_mm = samples[begin].place_mm;
@@ -141,7 +141,7 @@ impl Program {
         );
     }
 
-    /// The plan of a move from one instant to another, s from the start of its run, in short stretches of time.
+    /// The plan of a move from one instant to another, s from the start of its run, in short sections of time.
     fn samples(&self, record: &MoveRecord, [begin_s, end_s]: [f64; 2], lit: Lit) -> Vec<Sample> {
         let mm_per_step = {
             let path = record.plan.steps.iter().map(|steps| (f64::from(*steps) / 50.0).powi(2)).sum::<f64>().sqrt();

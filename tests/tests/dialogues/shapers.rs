@@ -133,7 +133,7 @@ fn a_hold_ends_later_by_the_length_of_the_shaper() {
 
 /// At 50 mm/s2 it speeds up for four chunks of 15 ms, as long as is committed at first, and slows down for as many.
 #[test]
-fn a_move_whose_legs_end_with_chunks_is_made() {
+fn a_move_whose_phases_end_with_chunks_is_made() {
     let mut config = machine([1, 0]);
     config.settings.accel_mm_s2 = [50.0; 3];
     config.start_mm = [50.0; 3];

@@ -37,7 +37,7 @@ fn powered_up(config: &Config) -> Sim {
 /// Whether X's driver would tell a stall now.
 fn looks(sim: &mut Sim) -> bool {
     sim.run_for(ROUND).unwrap();
-    sim.driver_setup(0).unwrap().tells_stalls
+    sim.driver_setup(0).unwrap().reports_stalls
 }
 
 /// What is wrong with a machine.

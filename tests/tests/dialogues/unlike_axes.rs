@@ -69,7 +69,7 @@ fn each_bit_of_the_masks_of_drivers_is_its_axis() {
         let mut sim = Sim::new(&config);
         sim.run_for(Duration::from_millis(300)).unwrap();
         for axis in Axis::ALL {
-            let tells = sim.driver_setup(axis as usize).unwrap().tells_stalls;
+            let tells = sim.driver_setup(axis as usize).unwrap().reports_stalls;
             assert_eq!(tells, has(homing & alarm, axis), "$339={homing}, $909={alarm}: {axis}");
         }
     }

@@ -96,9 +96,9 @@ fn blends_are_overridden_and_held() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn brief_pieces_of_lines_between_bends_are_made_in_time() {
     let straight = [[0.037_5, 0.0]; 8];
-    let legs =
-        (0..80).flat_map(|leg| straight.into_iter().chain([[0.1, if leg % 2 == 0 { 0.012_5 } else { -0.012_5 }]]));
-    let lines = legs.map(|[x, y]| format!("X{x}Y{y}"));
+    let zigzag =
+        (0..80).flat_map(|index| straight.into_iter().chain([[0.1, if index % 2 == 0 { 0.012_5 } else { -0.012_5 }]]));
+    let lines = zigzag.map(|[x, y]| format!("X{x}Y{y}"));
     let begin = (0..3).map(|axis| format!("${}=10000", 120 + axis)).chain(["G64 P0.05 G91 G1 F6000 X20".into()]);
     let program = settings().chain(begin).chain(lines).fold(String::new(), |text, line| text + &line + "\n");
     let simulated = run(program.as_bytes(), &emulated::config()).unwrap();

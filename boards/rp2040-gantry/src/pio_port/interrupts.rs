@@ -1,4 +1,4 @@
-//! The interrupts that wake an axis task: a block has been sent, or a state machine has halted.
+//! The interrupts that wake an axis task: a buffer has been sent, or a state machine has halted.
 //!
 //! The handlers have the priority of the axis tasks, so neither interrupts the other. What both change (which
 //! interrupts are enabled) therefore needs no lock.
@@ -54,7 +54,7 @@ fn halt_bit(machine: usize) -> u32 {
     1 << (HALTS + machine)
 }
 
-/// Blocks have been sent. Each raises the interrupt once; arming the block enables it again.
+/// Buffers have been sent. Each raises the interrupt once; arming the buffer enables it again.
 #[interrupt]
 fn DMA_IRQ_1() {
     let sent = DMA.ints(1).read();

@@ -1,12 +1,12 @@
 //! A step port whose edges are made by hardware: DMA transfers one word per step, and a PIO state machine times it.
 //!
 //! # Design
-//! The processor only adds: it turns segments into waits, one block ahead. `stream` passes the blocks to DMA without a
+//! The processor only adds: it turns segments into waits, one buffer ahead. `stream` passes the buffers to DMA without a
 //! gap, and `program` turns them into edges, exact to the clock cycle. A state machine is armed when its first words
 //! are in its FIFO. All axes of a run wait at one start barrier in this state, and begin on the cycle on which it opens.
 //!
 //! # Deadline
-//! A block must be written before the previous one has been sent: 384 us at 1,000,000 steps/s. If it is late, the state
+//! A buffer must be written before the previous one has been sent: 384 us at 1,000,000 steps/s. If it is late, the state
 //! machine runs out of words, sets the inhibit for all axes and halts by itself before its next edge. That is a fault
 //! ([`PortFault::Underrun`]), never a stretched interval. The last item of a run has the same deadline: it announces the
 //! end, after which an empty FIFO is none too early.
@@ -52,7 +52,7 @@ use isostep_profile::Segment;
 
 use self::program::Words;
 use self::state_machine::StateMachine;
-use self::stream::{BLOCK_WORDS, Blocks, IN_FLIGHT_MAX_WORDS, Stream};
+use self::stream::{BUFFER_WORDS, Buffers, IN_FLIGHT_MAX_WORDS, Stream};
 use self::tally::Tally;
 use crate::pins::{SECOND, StepPins};
 use crate::priority;
@@ -66,13 +66,13 @@ const TICK_HZ: u32 = 125_000_000;
 const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;
 /// How much shorter than planned an interval may be, because both its ends are rounded and its segment is fitted.
 const MARGIN_TICKS: u32 = 4;
-/// A block is handed over when it is full or holds this much motion. With less, there would be too little time for the
+/// A buffer is handed over when it is full or holds this much motion. With less, there would be too little time for the
 /// next.
 const BLOCK_SPAN_TICKS: u32 = TICK_HZ / 500;
 /// The step counter is never older than this.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// Where intervals are shorter than this, all words on their way are sent within `REPORT_EVERY`. Then the end of each
-/// block is often enough to report. The factor 2 is there because only the mean interval of a segment is checked.
+/// buffer is often enough to report. The factor 2 is there because only the mean interval of a segment is checked.
 const QUICK_TICKS: u32 = (REPORT_EVERY.as_micros() * TICKS_PER_US) as u32 / (2 * IN_FLIGHT_MAX_WORDS);
 
 const _: () =
@@ -100,7 +100,7 @@ pub struct PioPort {
 
 /// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
-    static BLOCKS: [Blocks; AXES] = [const { [const { [const { AtomicU32::new(0) }; BLOCK_WORDS] }; 2] }; AXES];
+    static BUFFERS: [Buffers; AXES] = [const { [const { [const { AtomicU32::new(0) }; BUFFER_WORDS] }; 2] }; AXES];
 
     let Pio { mut common, mut sm0, mut sm1, mut sm2, mut sm3, .. } = Pio::new(pins.pio, interrupts::Irqs);
     let program = common.load_program(&program::steps());
@@ -125,7 +125,7 @@ pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     core::mem::forget((common, sm0, sm1, sm2, sm3, pins.channels));
     priority::enable_pio_port();
 
-    core::array::from_fn(|axis| PioPort::new(axis, &BLOCKS[axis], timing))
+    core::array::from_fn(|axis| PioPort::new(axis, &BUFFERS[axis], timing))
 }
 
 /// Configuration of a state machine that drives these pins.
@@ -170,9 +170,9 @@ impl StepPort for PioPort {
 }
 
 impl PioPort {
-    fn new(axis: usize, blocks: &'static Blocks, timing: DriverTiming) -> Self {
+    fn new(axis: usize, buffers: &'static Buffers, timing: DriverTiming) -> Self {
         let machine = StateMachine::new(axis);
-        let stream = Stream::new(axis, blocks);
+        let stream = Stream::new(axis, buffers);
         // A pulse is a whole number of cycles.
         let mut capabilities = Capabilities::new(TICK_HZ, timing);
         (capabilities.margin_ticks, capabilities.turn_ticks) = (MARGIN_TICKS, program::TURN_CYCLES + 1);
@@ -213,7 +213,7 @@ struct PioRun<'a> {
     lead: Duration,
     has_started: bool,
     /// How many of the last words are steps of consecutive segments whose mean interval is below [`QUICK_TICKS`]; and
-    /// whether that holds for all words on their way. Then blocks end so often that the step counter needs no timer.
+    /// whether that holds for all words on their way. Then buffers end so often that the step counter needs no timer.
     quick_words: u32,
     is_quick: bool,
     /// Instant of the last written step or rest, modulo 2^64. At first, that of the opening of the start barrier.
@@ -346,7 +346,7 @@ impl<'a> PioRun<'a> {
             wrote = intervals.fill(self.port.stream.room(), bias);
         }
         self.last_ticks = last_ticks;
-        // An estimate of the time that the open block lasts, which is accurate enough for this decision.
+        // An estimate of the time that the open buffer lasts, which is accurate enough for this decision.
         if self.port.stream.filled().wrapping_mul(wait.min(BLOCK_SPAN_TICKS)) >= BLOCK_SPAN_TICKS {
             self.port.stream.hand_over();
         }

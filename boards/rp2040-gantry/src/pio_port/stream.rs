@@ -1,12 +1,12 @@
-//! Words on their way to a state machine: two blocks in RAM and two DMA channels in ping-pong.
+//! Words on their way to a state machine: two buffers in RAM and two DMA channels in ping-pong.
 //!
 //! # Design
-//! While DMA sends one block to the FIFO, the other is filled. A block that is handed over is armed in its own channel,
+//! While DMA sends one buffer to the FIFO, the other is filled. A buffer that is handed over is armed in its own channel,
 //! and the running channel is chained to it, so the FIFO sees no gap. A channel that is not chained to another stops
-//! after its block, so nothing is sent that was not written.
+//! after its buffer, so nothing is sent that was not written.
 //!
-//! The second motor of an axis has two channels of its own, which read the same blocks. They are paced by its own FIFO. A
-//! block is filled again when both have sent it.
+//! The second motor of an axis has two channels of its own, which read the same buffers. They are paced by its own FIFO. A
+//! buffer is filled again when both have sent it.
 
 use core::sync::atomic::AtomicU32;
 
@@ -17,25 +17,25 @@ use embassy_rp::pac::{DMA, PIO0};
 
 use crate::pins::SECOND;
 
-/// Words per block: at 1,000,000 steps/s a block is filled every 384 us. Where a segment begins, filling takes the
+/// Words per buffer: at 1,000,000 steps/s a buffer is filled every 384 us. Where a segment begins, filling takes the
 /// longest, and all axes may begin one at the same time.
-pub const BLOCK_WORDS: usize = 384;
+pub const BUFFER_WORDS: usize = 384;
 
-/// The most words that can be written but not begun: two blocks and a FIFO.
-pub const IN_FLIGHT_MAX_WORDS: u32 = 2 * BLOCK_WORDS as u32 + 8;
+/// The most words that can be written but not begun: two buffers and a FIFO.
+pub const IN_FLIGHT_MAX_WORDS: u32 = 2 * BUFFER_WORDS as u32 + 8;
 
-/// The blocks that DMA reads. They are atomics because DMA reads them concurrently.
-pub type Blocks = [[AtomicU32; BLOCK_WORDS]; 2];
+/// The buffers that DMA reads. They are atomics because DMA reads them concurrently.
+pub type Buffers = [[AtomicU32; BUFFER_WORDS]; 2];
 
 /// The stream of words of one axis.
 pub struct Stream {
     axis: usize,
     /// The second motor gets the words too.
     is_doubled: bool,
-    blocks: &'static Blocks,
-    /// The number of words that each block's channel has been armed with.
+    buffers: &'static Buffers,
+    /// The number of words that each buffer's channel has been armed with.
     armed: [Option<u32>; 2],
-    /// Which block is being filled, and the number of its words so far.
+    /// Which buffer is being filled, and the number of its words so far.
     filling: usize,
     filled: usize,
     /// Words handed over since the stream was cleared.
@@ -44,8 +44,8 @@ pub struct Stream {
 
 impl Stream {
     /// A stream to the FIFO of state machine `axis`.
-    pub fn new(axis: usize, blocks: &'static Blocks) -> Self {
-        Self { axis, is_doubled: false, blocks, armed: [None; 2], filling: 0, filled: 0, handed_over: 0 }
+    pub fn new(axis: usize, buffers: &'static Buffers) -> Self {
+        Self { axis, is_doubled: false, buffers, armed: [None; 2], filling: 0, filled: 0, handed_over: 0 }
     }
 
     /// Whether the second motor is to get the words too. The stream has been cleared.
@@ -57,10 +57,10 @@ impl Stream {
         [FifoFeed(self.axis), FifoFeed(SECOND)].into_iter().take(1 + usize::from(self.is_doubled))
     }
 
-    /// The bits of all channels that send this block.
+    /// The bits of all channels that send this buffer.
     #[inline(always)]
-    fn bits(&self, block: usize) -> u32 {
-        FifoFeed(self.axis).bit(block) | if self.is_doubled { FifoFeed(SECOND).bit(block) } else { 0 }
+    fn bits(&self, buffer: usize) -> u32 {
+        FifoFeed(self.axis).bit(buffer) | if self.is_doubled { FifoFeed(SECOND).bit(buffer) } else { 0 }
     }
 
     /// Stops all channels and discards all words.
@@ -84,13 +84,13 @@ impl Stream {
             DMA.intr(0).write_value(self.bits(self.filling));
             self.armed[self.filling] = None;
         }
-        self.armed[self.filling].is_none() && self.filled < BLOCK_WORDS
+        self.armed[self.filling].is_none() && self.filled < BUFFER_WORDS
     }
 
     /// The free places, to be written in order; call [`wrote`](Self::wrote) afterwards.
     #[inline(always)]
     pub fn room(&self) -> &'static [AtomicU32] {
-        &self.blocks[self.filling][self.filled..]
+        &self.buffers[self.filling][self.filled..]
     }
 
     #[inline(always)]
@@ -98,14 +98,14 @@ impl Stream {
         self.filled += words;
     }
 
-    /// Words written since the last block was handed over.
+    /// Words written since the last buffer was handed over.
     pub fn filled(&self) -> u32 {
         self.filled as u32
     }
 
     #[inline(always)]
     pub fn is_full(&self) -> bool {
-        self.filled == BLOCK_WORDS
+        self.filled == BUFFER_WORDS
     }
 
     /// Hands over the words that have been written, if any.
@@ -113,74 +113,74 @@ impl Stream {
         if self.filled == 0 {
             return;
         }
-        let (block, other) = (self.filling, 1 - self.filling);
-        self.arm(block);
+        let (buffer, other) = (self.filling, 1 - self.filling);
+        self.arm(buffer);
         for feed in self.feeds() {
             if self.armed[other].is_some() {
-                feed.channel(other).al1_ctrl().write_value(feed.control(other, Some(block)).0);
+                feed.channel(other).al1_ctrl().write_value(feed.control(other, Some(buffer)).0);
             }
             // The other channel may have finished before it was chained to this one. Then nothing has started this one.
-            if !feed.is_busy(other) && !feed.is_busy(block) && !feed.is_sent(block) {
-                DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(feed.bit(block) as u16));
+            if !feed.is_busy(other) && !feed.is_busy(buffer) && !feed.is_sent(buffer) {
+                DMA.multi_chan_trigger().write(|trigger| trigger.set_multi_chan_trigger(feed.bit(buffer) as u16));
             }
         }
         self.handed_over += self.filled as u32;
         (self.filling, self.filled) = (other, 0);
     }
 
-    fn arm(&mut self, block: usize) {
+    fn arm(&mut self, buffer: usize) {
         let words = self.filled as u32;
         for feed in self.feeds() {
-            let channel = feed.channel(block);
-            channel.read_addr().write_value(self.blocks[block].as_ptr() as u32);
+            let channel = feed.channel(buffer);
+            channel.read_addr().write_value(self.buffers[buffer].as_ptr() as u32);
             channel.write_addr().write_value(PIO0.txf(feed.0).as_ptr() as u32);
             channel.trans_count().write_value(words);
-            channel.al1_ctrl().write_value(feed.control(block, None).0);
+            channel.al1_ctrl().write_value(feed.control(buffer, None).0);
         }
-        self.armed[block] = Some(words);
+        self.armed[buffer] = Some(words);
         // The words must be in RAM before DMA reads them.
         cortex_m::asm::dmb();
-        DMA.inte(1).modify(|enabled| *enabled |= self.bits(block));
+        DMA.inte(1).modify(|enabled| *enabled |= self.bits(buffer));
     }
 
     /// Words that have reached the axis's FIFO since the stream was cleared. Never more than the true number.
     pub fn sent_words(&self) -> u32 {
         let feed = FifoFeed(self.axis);
-        let waiting = |block: usize| match self.armed[block] {
+        let waiting = |buffer: usize| match self.armed[buffer] {
             None => 0,
-            Some(_) if feed.is_sent(block) => 0,
-            Some(_) if feed.is_busy(block) => feed.channel(block).trans_count().read(),
+            Some(_) if feed.is_sent(buffer) => 0,
+            Some(_) if feed.is_busy(buffer) => feed.channel(buffer).trans_count().read(),
             Some(words) => words,
         };
         self.handed_over - waiting(0) - waiting(1)
     }
 
     #[inline(always)]
-    fn is_sent(&self, block: usize) -> bool {
-        let bits = self.bits(block);
+    fn is_sent(&self, buffer: usize) -> bool {
+        let bits = self.bits(buffer);
         DMA.intr(0).read() & bits == bits
     }
 }
 
 /// The way of the words to the FIFO of the state machine with this index: the two channels `2 * index` and the next one,
-/// one for each block.
+/// one for each buffer.
 #[derive(Clone, Copy)]
 struct FifoFeed(usize);
 
 impl FifoFeed {
     #[inline(always)]
-    fn channel(self, block: usize) -> Channel {
-        DMA.ch(2 * self.0 + block)
+    fn channel(self, buffer: usize) -> Channel {
+        DMA.ch(2 * self.0 + buffer)
     }
 
-    /// The bit of a block's channel in the shared registers of DMA.
+    /// The bit of a buffer's channel in the shared registers of DMA.
     #[inline(always)]
-    fn bit(self, block: usize) -> u32 {
-        1 << (2 * self.0 + block)
+    fn bit(self, buffer: usize) -> u32 {
+        1 << (2 * self.0 + buffer)
     }
 
-    /// The control word of `block`'s channel, which starts the channel of block `next` when it ends.
-    fn control(self, block: usize, next: Option<usize>) -> CtrlTrig {
+    /// The control word of `buffer`'s channel, which starts the channel of buffer `next` when it ends.
+    fn control(self, buffer: usize, next: Option<usize>) -> CtrlTrig {
         let mut control = CtrlTrig(0);
         control.set_en(true);
         control.set_high_priority(true);
@@ -188,17 +188,17 @@ impl FifoFeed {
         control.set_incr_read(true);
         control.set_treq_sel(TreqSel::from_bits(TreqSel::PIO0_TX0 as u8 + self.0 as u8));
         // A channel that is chained to itself starts no other.
-        control.set_chain_to((2 * self.0 + next.unwrap_or(block)) as u8);
+        control.set_chain_to((2 * self.0 + next.unwrap_or(buffer)) as u8);
         control
     }
 
     #[inline(always)]
-    fn is_sent(self, block: usize) -> bool {
-        DMA.intr(0).read() & self.bit(block) != 0
+    fn is_sent(self, buffer: usize) -> bool {
+        DMA.intr(0).read() & self.bit(buffer) != 0
     }
 
     #[inline(always)]
-    fn is_busy(self, block: usize) -> bool {
-        self.channel(block).ctrl_trig().read().busy()
+    fn is_busy(self, buffer: usize) -> bool {
+        self.channel(buffer).ctrl_trig().read().busy()
     }
 }

@@ -64,8 +64,8 @@ pub(crate) fn path_speed_mm_s(blend: &Blend<AXES>, t_s: f64, steps_per_mm: &[f64
 
 /// Speed of the longest axis of a line at `t_s` from the start of the run, steps/s; that at its end from there on.
 #[cold]
-pub(crate) fn line_speed_steps_s(line: &SyncMove<AXES>, t_s: f64) -> f64 {
-    if t_s < line.end_s() { line.speed_at(t_s) } else { line.profile.exit_speed_steps_s() }
+pub(crate) fn plan_speed_steps_s(plan: &SyncMove<AXES>, t_s: f64) -> f64 {
+    if t_s < plan.end_s() { plan.speed_at(t_s) } else { plan.profile.exit_speed_steps_s() }
 }
 
 impl CurrentChunk {
@@ -76,7 +76,7 @@ impl CurrentChunk {
         // The chunk is known a little before it begins, and may have ended.
         let t_s = t_s.max(plan.begin_s()).min(plan.end_s());
         match plan {
-            Plan::Line(line) => line_speed_steps_s(line, t_s) * mm_per_step,
+            Plan::Line(line) => plan_speed_steps_s(line, t_s) * mm_per_step,
             Plan::Blend(blend) => path_speed_mm_s(blend, t_s, steps_per_mm),
         }
     }

@@ -16,7 +16,7 @@ use super::stroke::Stroke;
 use crate::axes::AXES;
 use crate::chunks::Chunks;
 use crate::clock::{TICK_S, instant_near, seconds};
-use crate::machine::{Machine, line_speed_steps_s, path_speed_mm_s};
+use crate::machine::{Machine, path_speed_mm_s, plan_speed_steps_s};
 use crate::marks::{Marks, Walk};
 use crate::tag::Chunk;
 
@@ -223,5 +223,5 @@ fn speed_ratio(chunk: &Chunk, line: &LaserLine, t_s: f64, steps_per_mm: &[f64; A
         Plan::Blend(blend) => return (path_speed_mm_s(blend, t_s, steps_per_mm) / line.asked_mm_s) as f32,
     };
     // Computed a little later: rounding must not lead to an instant before the profile, where nothing moves.
-    (line_speed_steps_s(plan, t_s + NOTHING_S) / chunk.asked_steps_s) as f32
+    (plan_speed_steps_s(plan, t_s + NOTHING_S) / chunk.asked_steps_s) as f32
 }

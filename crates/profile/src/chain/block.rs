@@ -27,9 +27,9 @@ const OFFSET_MAX: i8 = 62;
 /// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ChainBlock<const N: usize, T> {
-    pub(super) span: MoveSteps<N>,
+    pub(super) move_steps: MoveSteps<N>,
     /// Its length, steps of the longest axis.
-    way_steps: f64,
+    longest_steps: f64,
     /// True if it ends at rest even if another move follows.
     pub(super) stops: bool,
     /// True if it is several moves.
@@ -77,8 +77,8 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// No block.
     pub(super) const fn none(tag: T) -> Self {
         Self {
-            span: MoveSteps::NONE,
-            way_steps: 0.0,
+            move_steps: MoveSteps::NONE,
+            longest_steps: 0.0,
             stops: false,
             is_joined: false,
             may_bend: false,
@@ -120,8 +120,8 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         let end = core::array::from_fn(|axis| {
             if ends_beside && config.may_end_beside(axis) { offsets[axis].clamp(-OFFSET_MAX, OFFSET_MAX) } else { 0 }
         });
-        let span = MoveSteps { steps, offsets: [begin, end] };
-        let lens = span.lens();
+        let move_steps = MoveSteps { steps, offsets: [begin, end] };
+        let lens = move_steps.lens();
         let limits = config.shared_limits_of(&lens, &steps);
         let distance_steps = lens[longest_of(&lens)].abs();
         let mut mm = [0.0; N];
@@ -138,8 +138,8 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         let feed_mm_s = feed_mm_s.unwrap_or(f64::INFINITY);
         let mm_per_step = length_mm / distance_steps;
         *self = Self {
-            span,
-            way_steps: distance_steps,
+            move_steps,
+            longest_steps: distance_steps,
             stops,
             feed_mm_s,
             mm_per_step,
@@ -155,7 +155,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
 
     /// Makes it end at whole steps, from rest to rest: it does not flow into another.
     pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) {
-        let Self { span: MoveSteps { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
+        let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
         let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, tag };
         let mut whole = Self::none(tag);
@@ -181,25 +181,25 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             || self.stops
             || request.stops
             || is_bound
-            || self.span.offsets != [[0; N]; 2]
+            || self.move_steps.offsets != [[0; N]; 2]
             || request.offsets != [0; N]
             || !self.goes_on(&request.steps)
         {
             return false;
         }
-        let mut span = self.span;
-        for (own, other) in span.steps.iter_mut().zip(request.steps) {
+        let mut move_steps = self.move_steps;
+        for (own, other) in move_steps.steps.iter_mut().zip(request.steps) {
             let Some(sum) = own.checked_add(other) else { return false };
             *own = sum;
         }
-        let distance_steps = span.longest();
+        let distance_steps = move_steps.longest();
         if distance_steps > self.nominal_steps_s * config.easily_s {
             return false;
         }
-        let Some(tag) = join(self.tag, longest(&self.span.steps)) else { return false };
-        (self.span, self.way_steps, self.tag, self.is_joined) = (span, distance_steps, tag, true);
+        let Some(tag) = join(self.tag, longest(&self.move_steps.steps)) else { return false };
+        (self.move_steps, self.longest_steps, self.tag, self.is_joined) = (move_steps, distance_steps, tag, true);
         let line_steps = distance_steps - self.blend.reach_mm * self.steps_per_mm;
-        self.set_line(line_steps, &config.shared_limits(&span), config);
+        self.set_line(line_steps, &config.shared_limits(&move_steps), config);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
         true
     }
@@ -210,16 +210,16 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             return false;
         }
         let before_steps_s = self.nominal_steps_s;
-        self.respeed(self.feed_steps_s(), &config.shared_limits(&self.span), config);
+        self.respeed(self.feed_steps_s(), &config.shared_limits(&self.move_steps), config);
         self.nominal_steps_s > before_steps_s
     }
 
     /// True if these steps have exactly its direction.
     fn goes_on(&self, steps: &[i32; N]) -> bool {
-        let longest = (0..N).max_by_key(|&axis| self.span.steps[axis].unsigned_abs()).unwrap_or(0);
-        let [own, other] = [self.span.steps[longest], steps[longest]].map(i64::from);
+        let longest = (0..N).max_by_key(|&axis| self.move_steps.steps[axis].unsigned_abs()).unwrap_or(0);
+        let [own, other] = [self.move_steps.steps[longest], steps[longest]].map(i64::from);
         let is_along = |axis: usize| {
-            let (one, next) = (self.span.steps[axis], steps[axis]);
+            let (one, next) = (self.move_steps.steps[axis], steps[axis]);
             // Most lines are along one axis, and a chip takes long for products of 64 bits.
             axis == longest || (one, next) == (0, 0) || i64::from(one) * other == i64::from(next) * own
         };
@@ -228,12 +228,12 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
 
     /// Steps of the longest axis.
     pub(super) fn distance_steps(&self) -> f64 {
-        self.way_steps
+        self.longest_steps
     }
 
     /// The steps of each axis for a step of the longest one, signed by direction.
     pub(super) fn shares(&self) -> [f64; N] {
-        self.span.shares(self.way_steps)
+        self.move_steps.shares(self.longest_steps)
     }
 
     pub(super) fn steps_per_mm(&self) -> f64 {
@@ -251,7 +251,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
 
     /// The requested speed, steps/s of the longest axis.
     pub(super) fn asked_steps_s(&self, config: &ChainConfig<N>) -> f64 {
-        if self.is_rapid() { config.shared_limits(&self.span).top_speed_steps_s } else { self.feed_steps_s() }
+        if self.is_rapid() { config.shared_limits(&self.move_steps).top_speed_steps_s } else { self.feed_steps_s() }
     }
 
     /// Refuses a block that could not be planned, whatever its neighbours are.
@@ -337,7 +337,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         if is_zero(more_s) {
             return top_steps_s;
         }
-        let least_s = config.effort.cruise_s(&self.span.steps) + more_s;
+        let least_s = config.effort.cruise_s(&self.move_steps.steps) + more_s;
         // A division takes a chip longer than a product.
         if top_steps_s * least_s <= self.distance_steps() { top_steps_s } else { self.distance_steps() / least_s }
     }
@@ -380,7 +380,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         let change_s = config.effort.change_s(distance_steps);
         self.ramps_to = u32::MAX;
         if change_s > 0.0 {
-            let cruise_s = config.effort.cruise_s(&self.span.steps);
+            let cruise_s = config.effort.cruise_s(&self.move_steps.steps);
             self.may_ramp_to(config.scale.of_speed(length_mm / (cruise_s + change_s)));
         }
     }
@@ -421,7 +421,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
 
     /// Its direction.
     pub(super) fn direction(&self, config: &ChainConfig<N>) -> UnitVector<N> {
-        let mm = core::array::from_fn(|axis| self.span.len(axis) * config.mm_per_step[axis]);
+        let mm = core::array::from_fn(|axis| self.move_steps.len(axis) * config.mm_per_step[axis]);
         corner::direction(&mm, 1.0 / (self.distance_steps() * self.mm_per_step))
     }
 
@@ -491,7 +491,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         // The nominal speed and the start speed are returned exactly, to the last digit.
         match square {
             _ if square == self.nominal => self.nominal_steps_s,
-            _ if square == self.start => self.start_steps_s(&config.shared_limits(&self.span)),
+            _ if square == self.start => self.start_steps_s(&config.shared_limits(&self.move_steps)),
             _ => {
                 let speed_steps_s = config.scale.speed_mm_s(square) * self.steps_per_mm;
                 let is_above = square < self.nominal && speed_steps_s > self.nominal_steps_s;
@@ -503,7 +503,8 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// True if all its steps are due before the longest axis is at `place_steps`.
     pub(super) fn has_no_step_after(&self, place_steps: f64) -> bool {
         (0..N).all(|axis| {
-            self.span.steps_before(axis, place_steps, self.way_steps) >= self.span.steps[axis].unsigned_abs()
+            self.move_steps.steps_before(axis, place_steps, self.longest_steps)
+                >= self.move_steps.steps[axis].unsigned_abs()
         })
     }
 }

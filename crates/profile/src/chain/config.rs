@@ -229,8 +229,8 @@ impl<const N: usize> ChainConfig<N> {
     }
 
     /// The limits of the longest axis of a move at which no axis exceeds its own, and which the caller can bear.
-    pub(super) fn shared_limits(&self, span: &MoveSteps<N>) -> Limits {
-        self.shared_limits_of(&span.lens(), &span.steps)
+    pub(super) fn shared_limits(&self, move_steps: &MoveSteps<N>) -> Limits {
+        self.shared_limits_of(&move_steps.lens(), &move_steps.steps)
     }
 
     /// The same for axes that go so far.

@@ -35,7 +35,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// True if the first block may stop from this speed.
     fn is_slow(&self, speed_steps_s: f64) -> bool {
         self.blocks.get(0).is_some_and(|first| {
-            let limits = first.limits_now(&self.config.shared_limits(&first.span));
+            let limits = first.limits_now(&self.config.shared_limits(&first.move_steps));
             is_no_faster(speed_steps_s, limits.start_speed_steps_s)
         })
     }
@@ -55,16 +55,18 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             corner_s: 2.0 * reach_mm / fast_mm_s,
         };
         let before = Side {
-            span: &first.span,
+            move_steps: &first.move_steps,
             shares: self.begun.map_or_else(|| first.shares(), |begun| begun.shares),
             counts: self.counts(first),
             corner_steps: first.distance_steps() - self.place_steps - approach_steps,
             speed_steps_s: from_steps_s,
         };
         let shares = next.shares();
-        let counts =
-            core::array::from_fn(|axis| next.span.steps_by(axis, place_steps, next.distance_steps(), || shares[axis]));
-        let after = Side { span: &next.span, shares, counts, corner_steps: place_steps, speed_steps_s: to_steps_s };
+        let counts = core::array::from_fn(|axis| {
+            next.move_steps.steps_by(axis, place_steps, next.distance_steps(), || shares[axis])
+        });
+        let after =
+            Side { move_steps: &next.move_steps, shares, counts, corner_steps: place_steps, speed_steps_s: to_steps_s };
         self.blend = Some(Blend::new(&before, &after, times, |axis| config.top_steps_s(axis)));
         let is_expected = next.entry == onward;
         self.pop();
@@ -82,7 +84,9 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     pub(super) fn counts(&self, first: &ChainBlock<N, T>) -> [u32; N] {
         match self.begun {
             Some(begun) if begun.place_steps == self.place_steps => begun.counts,
-            _ => core::array::from_fn(|axis| first.span.steps_before(axis, self.place_steps, first.distance_steps())),
+            _ => core::array::from_fn(|axis| {
+                first.move_steps.steps_before(axis, self.place_steps, first.distance_steps())
+            }),
         }
     }
 
@@ -104,7 +108,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// Removes the first block, and keeps where it ends.
     pub(super) fn pop_block(&mut self) {
         if let Some(first) = self.blocks.get(0) {
-            self.last_offsets = first.span.offsets[1];
+            self.last_offsets = first.move_steps.offsets[1];
         }
         self.blocks.pop();
     }
@@ -141,7 +145,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             self.pass();
             self.blocks
                 .get(0)
-                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.span), &self.config))
+                .map_or(0, |first| first.stops_from(&self.config.shared_limits(&first.move_steps), &self.config))
         };
         self.pop();
         let Some(next) = self.blocks.get_mut(0) else { return };

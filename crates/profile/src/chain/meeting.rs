@@ -51,7 +51,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
                 self.blend = bounds;
                 square
             })
-        } else if self.span.offsets[0] == [0; N] || corner::is_straight(directions) {
+        } else if self.move_steps.offsets[0] == [0; N] || corner::is_straight(directions) {
             corner::square(directions, config)
         } else {
             // Steps next to a corner beside whole steps are too near to each other, except around a standstill.

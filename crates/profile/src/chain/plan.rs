@@ -164,7 +164,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             && self.is_at_rest()
             && !self.has_begun()
             && let Some(first) = self.blocks.get_mut(0)
-            && first.span.offsets[1] != [0; N]
+            && first.move_steps.offsets[1] != [0; N]
         {
             first.end_whole(&self.config);
             (self.last_direction, self.begun) = (first.direction(&self.config), None);
@@ -179,7 +179,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             return self.blend_on(&goal, approach_steps);
         }
         let Some(block) = self.blocks.get(0) else { return };
-        let limits = block.limits_now(&self.config.shared_limits(&block.span));
+        let limits = block.limits_now(&self.config.shared_limits(&block.move_steps));
         if self.config.speed_profile == SpeedProfile::SCurve && accel_steps_s2 > 0.0 && limits.jerk_steps_s3.is_finite()
         {
             return self.ease(speed_steps_s, accel_steps_s2, limits.jerk_steps_s3);
@@ -278,7 +278,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         let blends_mm = before_mm + after_mm;
         let steps = block.distance_steps() - place_steps - blends_mm * block.steps_per_mm();
         let is_line = is_zero(blends_mm) || steps > NO_LINE_RATIO * block.distance_steps();
-        let limits = self.config.shared_limits(&block.span);
+        let limits = self.config.shared_limits(&block.move_steps);
         block.set_line(if is_line { steps } else { 0.0 }, &limits, &self.config);
     }
 
@@ -290,7 +290,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             let end = before.end(self.place_steps);
             let directions = [before.direction(&self.config), block.direction(&self.config)];
             if let Some(block) = self.blocks.get_mut(1) {
-                let limits = self.config.shared_limits(&block.span);
+                let limits = self.config.shared_limits(&block.move_steps);
                 block.follow(end, directions.each_ref(), &limits, &self.config);
             }
             self.set_line(1);
@@ -399,7 +399,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         }
         let has_room = exit_asked == promised || {
             let asked_steps_s = first.speed_steps_s(exit_asked, &self.config);
-            let limits = first.limits_now(&self.config.shared_limits(&first.span));
+            let limits = first.limits_now(&self.config.shared_limits(&first.move_steps));
             let braking = Profile::braking(speed_steps_s, asked_steps_s, &limits, self.config.speed_profile);
             braking.distance_steps() <= self.goal(exit_asked).end_steps - self.place_steps
         };
@@ -433,7 +433,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             profile,
             steps: plan.sync_move.steps,
             offsets: plan.sync_move.offsets,
-            way_steps: plan.sync_move.way_steps,
+            longest_steps: plan.sync_move.longest_steps,
             from_steps: self.place_steps,
             origin_steps: self.place_steps - profile.position_at(half_s),
             origin_s: self.at_s - half_s,
@@ -451,12 +451,12 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             goal.unwrap_or(Goal { exit, onward: exit, is_bent, ..Goal::default() });
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, origin_s) = (self.place_steps, self.at_s);
-        let (MoveSteps { steps, offsets }, way_steps) = (block.span, block.distance_steps());
+        let (MoveSteps { steps, offsets }, longest_steps) = (block.move_steps, block.distance_steps());
         let sync_move = SyncMove {
             profile,
             steps,
             offsets,
-            way_steps,
+            longest_steps,
             from_steps: place_steps,
             origin_steps: place_steps,
             origin_s,

@@ -3,7 +3,7 @@
 use super::fixed_ramp::log2_of;
 use super::shared_spans::SharedSpans;
 use super::u96::exponent;
-use super::{NO_RAMP_S, PhaseBounds, StepRange};
+use super::{NO_RAMP_S, PhaseBoundaries, StepRange};
 use crate::profile::Profile;
 use crate::ramp::Ramp;
 
@@ -14,7 +14,7 @@ pub struct TimedPlan {
     pub(super) profile: Profile,
     /// True if it is the plan of a whole move.
     pub(crate) is_whole: bool,
-    pub(super) bounds: PhaseBounds,
+    pub(super) boundaries: PhaseBoundaries,
     pub(super) clock: Clock,
     /// Its ramps, if they are at constant acceleration.
     pub(super) accel: Option<ConstantAccelRamp>,
@@ -74,7 +74,7 @@ impl TimedPlan {
         Self {
             profile: Profile::NONE,
             is_whole: false,
-            bounds: PhaseBounds::NONE,
+            boundaries: PhaseBoundaries::NONE,
             clock: Clock { tick_hz: 0.0, hz_log2: 0, begin_ticks: 0.0, end_ticks: 0.0 },
             accel: None,
             decel: None,
@@ -88,7 +88,7 @@ impl TimedPlan {
     /// Changes in its place, because it is large, to a profile that begins at `begin_s` from the start of the run, in ticks of
     /// 1/`tick_hz` s.
     pub(crate) fn set(&mut self, plan: &Profile, is_whole: bool, begin_s: f64, tick_hz: u32) {
-        (self.profile, self.is_whole, self.bounds) = (*plan, is_whole, PhaseBounds::of(plan));
+        (self.profile, self.is_whole, self.boundaries) = (*plan, is_whole, PhaseBoundaries::of(plan));
         self.clock = Clock::new([begin_s, begin_s + plan.duration_s()], tick_hz);
         self.accel = ConstantAccelRamp::of(&plan.accel, self.clock.tick_hz, None);
         self.decel = ConstantAccelRamp::of(&plan.decel, self.clock.tick_hz, self.accel.as_ref());

@@ -1,6 +1,6 @@
 //! Profiles in three equal intervals (Forero 2023).
 
-use super::{Ends, PEAK_TOLERANCE, ROOT_TOLERANCE};
+use super::{PEAK_TOLERANCE, PlanInput, ROOT_TOLERANCE};
 use crate::newton::rising_root;
 use crate::profile::{Profile, ProfileError};
 use crate::speed_profile::SpeedProfile;
@@ -10,7 +10,7 @@ use crate::square_root::sqrt;
 /// over the faster end. The cruise found is slower than the optimum by 1e-5 at most.
 const THIRDS_TOLERANCE: f64 = 6e-3;
 
-impl Ends {
+impl PlanInput {
     /// Forero 2023, eqs 1-7: all three intervals last t1, so s = t1 (v_accel + v + v_decel), where v_accel and v_decel
     /// are the mean speeds of the ramps. The cruise speed v is the highest at which neither ramp exceeds its limits.
     #[cold]
@@ -121,7 +121,7 @@ impl Ends {
 
 #[cfg(test)]
 mod tests {
-    use super::Ends;
+    use super::PlanInput;
     use crate::limits::Limits;
     use crate::speed_profile::SpeedProfile;
 
@@ -139,9 +139,9 @@ mod tests {
         for speed_profile in SpeedProfile::ALL {
             let factor_max = if speed_profile == SpeedProfile::Logarithmic { 1.13 } else { 4.5 };
             for slow in [0.1, 1.0, 10.0, 100.0, 1e3, 1e4] {
-                let ends = Ends::new(10_000.0, slow, slow, &limits, speed_profile);
-                let near = ends.accel.speed_rise_near(slow, ends.highest_of_thirds() - slow);
-                let ratio = near / ends.speed_rise_by_thirds();
+                let input = PlanInput::new(10_000.0, slow, slow, &limits, speed_profile);
+                let near = input.accel.speed_rise_near(slow, input.highest_of_thirds() - slow);
+                let ratio = near / input.speed_rise_by_thirds();
                 assert!((1.0 / factor_max..=factor_max).contains(&ratio), "{speed_profile}, from {slow}: {ratio}");
             }
         }

@@ -1,9 +1,9 @@
 //! Mean speeds of ramps, and what else the search for a profile in three equal intervals needs to know of them.
 
-use super::{Bounds, Ramp, Shape};
+use super::{Ramp, RampLimits, Shape};
 use crate::speed_profile::SpeedProfile;
 
-impl Bounds {
+impl RampLimits {
     /// The ramp with this rise, this duration and this mean speed.
     #[cold]
     pub(crate) fn lasting(&self, duration_s: f64, slow_steps_s: f64, rise_steps_s: f64, mean_steps_s: f64) -> Ramp {

@@ -1,7 +1,7 @@
 //! Random chains, shaped: each edge is where the weighted sum of the motion has it, and none is too many or missing.
 
 use isostep_profile::chain::{Chunk, ChunkKind, Plan};
-use isostep_profile::shaper::{Feed, Impulses, Shaped, Shaper, ShaperKind};
+use isostep_profile::shaper::{Impulses, Shaped, Shaper, ShaperInput, ShaperKind};
 use isostep_profile::{AxisCompiler, CountedPhase, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
@@ -23,7 +23,7 @@ const SAME_S: f64 = 1e-9;
 struct AxisRun {
     impulses: Impulses,
     top_steps_s: f64,
-    feed: Option<Feed>,
+    input: Option<ShaperInput>,
     shaped: Box<Shaped<64>>,
     /// The chunk that is read.
     chunk: usize,
@@ -46,7 +46,7 @@ impl<'a> Watch<'a> {
         let axis_runs = std::array::from_fn(|axis| AxisRun {
             impulses: shapers[axis].impulses().later(0.001 * axis as f64),
             top_steps_s: case.limits[axis].top_speed_steps_s,
-            feed: None,
+            input: None,
             shaped: Box::new(Shaped::empty()),
             chunk: 0,
             made: 0,
@@ -108,22 +108,24 @@ impl<'a> Watch<'a> {
     fn go_on(&mut self, axis: usize, is_closed: bool) -> TestCaseResult {
         loop {
             let axis_run = &mut self.axis_runs[axis];
-            if let Some(phase) = axis_run.feed.and_then(|_| axis_run.shaped.next_phase()) {
+            if let Some(phase) = axis_run.input.and_then(|_| axis_run.shaped.next_phase()) {
                 self.makes(axis, &phase)?;
                 continue;
             }
             let Some((now, _)) = self.chunks.get(axis_run.chunk) else { return Ok(()) };
             let (impulses, top) = (axis_run.impulses, axis_run.top_steps_s);
-            let feed = axis_run.feed.get_or_insert_with(|| Feed::begin(axis, now, &mut axis_run.shaped, impulses, top));
-            if feed.read(now, &mut axis_run.shaped) {
+            let input = axis_run
+                .input
+                .get_or_insert_with(|| ShaperInput::begin(axis, now, &mut axis_run.shaped, impulses, top));
+            if input.read(now, &mut axis_run.shaped) {
                 continue;
             }
             prop_assert!(axis_run.shaped.has_room(), "more phases than are kept");
             if let Some((next, _)) = self.chunks.get(axis_run.chunk + 1) {
-                feed.go_on(now, next);
+                input.go_on(now, next);
                 axis_run.chunk += 1;
             } else if is_closed && !axis_run.shaped.is_over() {
-                feed.finish(now, &mut axis_run.shaped);
+                input.finish(now, &mut axis_run.shaped);
             } else {
                 return Ok(());
             }
@@ -220,7 +222,7 @@ impl Sees for Watch<'_> {
         self.end()?;
         self.chunks.clear();
         for axis_run in &mut self.axis_runs {
-            (axis_run.feed, axis_run.chunk, axis_run.made, axis_run.at_s) = (None, 0, 0, 0.0);
+            (axis_run.input, axis_run.chunk, axis_run.made, axis_run.at_s) = (None, 0, 0, 0.0);
         }
         Ok(())
     }

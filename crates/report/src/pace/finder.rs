@@ -1,7 +1,7 @@
 //! Finds the slow places of a program.
 //!
 //! A ramp belongs to the slow place that it leads to or comes from. A place is a corner, a whole arc, or a standstill.
-//! A ramp from or to a stretch at the speed asked for belongs to whatever limits the speed of the slower stretch. The
+//! A ramp from or to a phase at the speed asked for belongs to whatever limits the speed of the slower phase. The
 //! chain plans as fast as corners, feeds, ends and its look-ahead allow. So a slow place that the first three do not
 //! explain is assigned to the look-ahead. With a curved speed profile it is assigned to the speed profile instead, because the
 //! speed profile has separate ramps in each move.
@@ -53,7 +53,7 @@ struct Open {
 pub struct Found {
     /// Its slow places.
     pub places: SlowPlaces,
-    /// Time at the feed asked for, and on ramps between such stretches, s.
+    /// Time at the feed asked for, and on ramps between such phases, s.
     pub feed_s: f64,
     /// Time at the top speed of each axis, with such ramps, s.
     pub top_speed_s: [f64; AXES],
@@ -70,7 +70,7 @@ pub struct Finder<'a> {
     open: Option<Open>,
     /// The speed has fallen towards the open place, and has not risen since.
     falls: bool,
-    /// The limit of the last stretch that was as fast as asked for.
+    /// The limit of the last phase that was as fast as asked for.
     level: Limit,
     last: Option<Phase<'a>>,
     /// The place of the current arc so far, and the time of its ramps.

@@ -1,4 +1,4 @@
-//! The slow places of a program: where the speed is lowest between two faster stretches, why, and how much time that
+//! The slow places of a program: where the speed is lowest between two faster phases, why, and how much time that
 //! costs. [`finder`](super::finder) finds them.
 
 use isostep_motion::AXES;
@@ -111,7 +111,7 @@ pub struct SlowKind {
     pub why: Why,
     /// Number of places.
     pub count: usize,
-    /// Total time of the ramps to and from them, including slow stretches between these ramps, s.
+    /// Total time of the ramps to and from them, including slow phases between these ramps, s.
     pub ramps_s: f64,
     /// The additional time, compared with the same distance at the speed asked for, s.
     pub lost_s: f64,

@@ -119,7 +119,7 @@ fn a_rapid_is_limited_by_the_axis_that_is_slowest_along_it() {
     assert_sums(&pace);
 }
 
-/// A ramp between two stretches at the speed asked for belongs to the slower one.
+/// A ramp between two phases at the speed asked for belongs to the slower one.
 #[test]
 fn a_change_of_feed_is_no_slow_place() {
     let pace = pace("G91 G1 F6000 X40\nF3000 X40\nF9000 X40\n");

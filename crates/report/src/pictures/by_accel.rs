@@ -9,7 +9,7 @@ use super::theme;
 use crate::again::Rule;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves;
-use isostep_sim::measure::across::{self, Stretch, WITHIN};
+use isostep_sim::measure::across::{self, Slice, WITHIN};
 
 /// Width of the area inside the labels of two pictures, or of one alone, and their height, fine pixels.
 const WIDTHS: [f64; 2] = [3_664.0, 1_664.0];
@@ -84,7 +84,7 @@ struct Panel<'a> {
     /// A sentence about what was left out of it, if anything was.
     simplified: Option<String>,
     /// The place where the ratio is highest, and the line of the program.
-    highest: Stretch,
+    highest: Slice,
     line: Option<usize>,
     /// Time in motion, and the part of it above the limit, s.
     motion_s: f64,
@@ -94,18 +94,18 @@ struct Panel<'a> {
 impl<'a> Panel<'a> {
     fn new(rule: &'a Rule, outcome: &Outcome, plane: &Plane, width: u32) -> Self {
         let mut pieces: Vec<Piece<f64>> = Vec::new();
-        let (mut motion_s, mut above_s, mut highest) = (0.0, 0.0, None::<Stretch>);
-        for stretch in across::stretches(outcome) {
-            motion_s += stretch.span_s;
-            above_s += if stretch.ratio > WITHIN { stretch.span_s } else { 0.0 };
-            highest = highest.filter(|highest| highest.ratio >= stretch.ratio).or(Some(stretch));
-            let [from, to] = [stretch.from_mm, stretch.to_mm].map(|mm| plane.point(mm));
+        let (mut motion_s, mut above_s, mut highest) = (0.0, 0.0, None::<Slice>);
+        for slice in across::slices(outcome) {
+            motion_s += slice.span_s;
+            above_s += if slice.ratio > WITHIN { slice.span_s } else { 0.0 };
+            highest = highest.filter(|highest| highest.ratio >= slice.ratio).or(Some(slice));
+            let [from, to] = [slice.from_mm, slice.to_mm].map(|mm| plane.point(mm));
             match pieces.last_mut().filter(|last| far(last.from, last.to) < LEAST && last.to == from) {
-                Some(last) => (last.to, last.value) = (to, last.value.max(stretch.ratio)),
-                None => pieces.push(Piece { from, to, value: stretch.ratio, is_rapid: false }),
+                Some(last) => (last.to, last.value) = (to, last.value.max(slice.ratio)),
+                None => pieces.push(Piece { from, to, value: slice.ratio, is_rapid: false }),
             }
         }
-        let highest = highest.expect("a program that moves has stretches");
+        let highest = highest.expect("a program that moves has slices");
         let (strokes, simplified) = strokes::bounded(RatioScale, [LEAST, f64::from(FINE)], BYTES_MAX, |take| {
             pieces.iter().for_each(take);
         });
@@ -147,7 +147,7 @@ impl<'a> Panel<'a> {
 
     /// The sentences of the caption.
     fn reported(&self) -> String {
-        let Self { rule, highest: Stretch { ratio, to_mm, .. }, motion_s, above_s, .. } = self;
+        let Self { rule, highest: Slice { ratio, to_mm, .. }, motion_s, above_s, .. } = self;
         let (name, whose, place) = (&rule.name, rule.whose(), self.place());
         let at: String = Axis::ALL.iter().zip(to_mm).take(3).map(|(axis, mm)| format!(" {axis}{mm:.2}")).collect();
         format!(
@@ -157,12 +157,12 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// The index of the move that the end of a stretch belongs to: at a corner the one behind it.
-fn behind(outcome: &Outcome, stretch: &Stretch) -> usize {
-    let Some([record, next]) = outcome.moves.get(stretch.index..stretch.index + 2) else { return stretch.index };
+/// The index of the move that the end of a slice belongs to: at a corner the one behind it.
+fn behind(outcome: &Outcome, slice: &Slice) -> usize {
+    let Some([record, next]) = outcome.moves.get(slice.index..slice.index + 2) else { return slice.index };
     let corner_mm = outcome.mm(record.next_corner_steps());
-    let is_corner = stretch.to_mm.iter().zip(corner_mm).all(|(mm, corner_mm)| (mm - corner_mm).abs() < SAME_MM);
-    stretch.index + usize::from(is_corner && next.run == record.run)
+    let is_corner = slice.to_mm.iter().zip(corner_mm).all(|(mm, corner_mm)| (mm - corner_mm).abs() < SAME_MM);
+    slice.index + usize::from(is_corner && next.run == record.run)
 }
 
 /// A mark round a point.

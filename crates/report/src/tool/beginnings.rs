@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
-use isostep_sim::lines_of_moves::{Source, Stretch, of_stretches};
+use isostep_sim::lines_of_moves::{Section, Source, sections};
 use isostep_sim::tool::ToolOutput;
 
 /// The distances of changes of level from the beginnings of their moves.
@@ -28,9 +28,9 @@ pub struct Beginnings {
 pub fn of(outcome: &Outcome) -> Option<Beginnings> {
     let changes_ns: Vec<u64> =
         outcome.tool.iter().filter(|change| change.output == ToolOutput::Pwm).map(|change| change.t_ns).collect();
-    let stretches = of_stretches(outcome);
-    let distances_us = changing(outcome, &stretches)
-        .map(|stretch| nearest_us(&outcome.moves[stretch.index], stretch.from_steps, &changes_ns));
+    let sections = sections(outcome);
+    let distances_us = changing(outcome, &sections)
+        .map(|section| nearest_us(&outcome.moves[section.index], section.from_steps, &changes_ns));
     let mut distances_us: Vec<f64> = distances_us.collect();
     distances_us.sort_by(f64::total_cmp);
     let total = distances_us.len();
@@ -38,8 +38,8 @@ pub fn of(outcome: &Outcome) -> Option<Beginnings> {
     Some(Beginnings { total, p99_us, most_us: *distances_us.last()? })
 }
 
-/// The stretches at whose beginning the duty has to change.
-fn changing<'a>(outcome: &'a Outcome, stretches: &'a [Stretch]) -> impl Iterator<Item = &'a Stretch> {
+/// The sections at whose beginning the duty has to change.
+fn changing<'a>(outcome: &'a Outcome, sections: &'a [Section]) -> impl Iterator<Item = &'a Section> {
     let duties = outcome.tool_config.duties;
     let duty = move |source: &Option<Source>| match source.as_ref()?.power {
         Power::Off => Some(0),
@@ -48,12 +48,12 @@ fn changing<'a>(outcome: &'a Outcome, stretches: &'a [Stretch]) -> impl Iterator
     };
     // In the order made, each with its run and its duty. At the end of a run the laser is dark.
     let mut last = (None, Some(0));
-    stretches.iter().filter_map(move |stretch| {
-        let run = outcome.moves[stretch.index].run;
+    sections.iter().filter_map(move |section| {
+        let run = outcome.moves[section.index].run;
         let before = if last.0 == Some(run) { last.1 } else { Some(0) };
-        let now = duty(&stretch.source);
+        let now = duty(&section.source);
         last = (Some(run), now);
-        (before? != now?).then_some(stretch)
+        (before? != now?).then_some(section)
     })
 }
 
@@ -79,8 +79,8 @@ mod tests {
     #[test]
     fn only_moves_of_constant_power_with_another_level_are_looked_at() {
         let outcome = outcome();
-        let stretches = of_stretches(&outcome);
-        let lines: Vec<_> = changing(&outcome, &stretches).map(|stretch| stretch.source.unwrap().line).collect();
+        let sections = sections(&outcome);
+        let lines: Vec<_> = changing(&outcome, &sections).map(|section| section.source.unwrap().line).collect();
         assert_eq!(lines, [3, 5, 6]);
         let found = of(&outcome).unwrap();
         assert!(found.total == 3 && found.p99_us <= found.most_us && found.most_us < 1.0, "{found:?}");

@@ -247,7 +247,7 @@ impl Tmc2209 {
             run_ma: self.current_ma(self.registers.ihold_irun().irun()),
             hold_ma: self.current_ma(self.hold_scale()),
             is_spread_cycle: self.is_spread_cycle(),
-            tells_stalls: self.registers.tcoolthrs().get() > 0,
+            reports_stalls: self.registers.tcoolthrs().get() > 0,
         }
     }
 

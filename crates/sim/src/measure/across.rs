@@ -5,8 +5,8 @@
 //! where the closed form has it, so that an axis that begins to move at a corner is seen to do so. Where the speed jumps, the
 //! result depends on the span: by the jump over the span. Where it does not, it exceeds no limit that is kept.
 //!
-//! [`stretches`] are the path in short parts, each with the largest acceleration of any axis. Places are those of the plans,
-//! accelerations those of the edges, which in a shaped run are late. A stretch has the highest ratio of all windows whose middle is in
+//! [`slices`] are the path in short parts, each with the largest acceleration of any axis. Places are those of the plans,
+//! accelerations those of the edges, which in a shaped run are late. A slice has the highest ratio of all windows whose middle is in
 //! it, and of those that were the last of their axis before it. So no window is lost, however short it is.
 
 use isostep_motion::AXES;
@@ -167,9 +167,9 @@ fn place_mm(outcome: &Outcome, record: &MoveRecord, t_s: f64) -> [f64; AXES] {
 /// A ratio up to this is within the limit: the edges resolve 1 %, at either end of a span.
 pub const WITHIN: f64 = 1.02;
 
-/// A stretch of the path.
+/// A short part of the path, by time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
+pub struct Slice {
     /// Index of its move in [`Outcome::moves`].
     pub index: usize,
     /// The place where it begins, mm.
@@ -184,9 +184,9 @@ pub struct Stretch {
     pub ratio: f64,
 }
 
-/// All stretches of the program, in order. Homing is left out. Each is at most half the shortest span long, and belongs
+/// All slices of the program, in order. Homing is left out. Each is at most half the shortest span long, and belongs
 /// to one move, a blend to the move behind it.
-pub fn stretches(outcome: &Outcome) -> impl Iterator<Item = Stretch> + '_ {
+pub fn slices(outcome: &Outcome) -> impl Iterator<Item = Slice> + '_ {
     let [span_s, _] = spans_s(outcome);
     outcome.runs().flat_map(move |(first, run)| {
         let mut windows = Latest::of(outcome, run);
@@ -201,7 +201,7 @@ pub fn stretches(outcome: &Outcome) -> impl Iterator<Item = Stretch> + '_ {
                     let to_mm = place_mm(outcome, record, at_s(part));
                     let from_mm = std::mem::replace(&mut from_mm, to_mm);
                     let span_s = at_s(part) - at_s(part - 1);
-                    Stretch { index: first + number, from_mm, to_mm, span_s, axis, ratio }
+                    Slice { index: first + number, from_mm, to_mm, span_s, axis, ratio }
                 })
                 .collect();
             parts
@@ -287,13 +287,13 @@ mod tests {
         }
     }
 
-    /// Whatever the windows find, a stretch has; and together the stretches are the path and its time.
+    /// All that the windows find, a slice has; and together the slices are the path and its time.
     #[test]
-    fn stretches_lose_no_window_no_time_and_no_place() {
+    fn slices_lose_no_window_no_time_and_no_place() {
         for program in ["G1 X10 F1200\nY10\nX3 Y3\n", "G64 P0.5\nG1 X10 F1200\nY10\nG2 X14 I2\nG4 P1\nX0 Y0\n"] {
             let outcome = made(Port::Pio, program);
-            let all: Vec<_> = stretches(&outcome).collect();
-            let most = all.iter().map(|stretch| stretch.ratio).fold(0.0, f64::max);
+            let all: Vec<_> = slices(&outcome).collect();
+            let most = all.iter().map(|slice| slice.ratio).fold(0.0, f64::max);
             assert_eq!(most, highest(&outcome).unwrap().ratio, "{program}");
             let moving_s: f64 = outcome.moves.iter().map(|record| record.plan_s - record.begin_s()).sum();
             let early_s: f64 = outcome
@@ -302,7 +302,7 @@ mod tests {
                 .filter(|pair| pair[0].run == pair[1].run)
                 .map(|pair| pair[0].plan_s - pair[1].begin_s())
                 .sum();
-            let found_s: f64 = all.iter().map(|stretch| stretch.span_s).sum();
+            let found_s: f64 = all.iter().map(|slice| slice.span_s).sum();
             assert!((found_s - (moving_s - early_s)).abs() < 1e-9, "{program}: {found_s} of {moving_s} - {early_s}");
             for pair in all.windows(2) {
                 let apart_mm = (0..AXES).map(|axis| (pair[1].from_mm[axis] - pair[0].to_mm[axis]).abs());
@@ -316,7 +316,7 @@ mod tests {
         }
     }
 
-    /// A window between two others counts for the stretch that has its middle, and the last one for the next stretch too.
+    /// A window between two others counts for the slice that has its middle, and the last one for the next slice too.
     #[test]
     fn a_short_window_is_not_lost() {
         let window = |at_ns, ratio| Window { axis: 1, at_ns, ratio };
@@ -330,11 +330,11 @@ mod tests {
     fn what_is_above_the_limit_is_where_the_speed_jumps() {
         let outcome = made(Port::Pio, "G61 G1 X10 F1200\nY10\n");
         let [_, span_s] = spans_s(&outcome);
-        let above: Vec<_> = stretches(&outcome).filter(|stretch| stretch.ratio > WITHIN).collect();
+        let above: Vec<_> = slices(&outcome).filter(|slice| slice.ratio > WITHIN).collect();
         assert!(!above.is_empty());
-        for stretch in above {
-            let far_mm = (stretch.from_mm[0] - 10.0).hypot(stretch.from_mm[1]);
-            assert!(far_mm < 2.0 * span_s * 20.0, "{stretch:?}");
+        for slice in above {
+            let far_mm = (slice.from_mm[0] - 10.0).hypot(slice.from_mm[1]);
+            assert!(far_mm < 2.0 * span_s * 20.0, "{slice:?}");
         }
     }
 }

@@ -27,7 +27,7 @@ struct Host {
     welcomes: u32,
     /// The number of lines it has sent that may have to be answered after the reset.
     sent: usize,
-    is_told: bool,
+    is_informed: bool,
 }
 
 impl Runner<'_> {
@@ -46,7 +46,7 @@ impl Runner<'_> {
         let may_hold = self.held_until_ns + BUTTON_NS > self.sim.now_ns();
         self.talks.iter_mut().for_each(Talk::may_forget);
         let mut hosts: Vec<_> =
-            self.talks.iter().map(|talk| Host { welcomes: talk.welcomes, sent: 0, is_told: false }).collect();
+            self.talks.iter().map(|talk| Host { welcomes: talk.welcomes, sent: 0, is_informed: false }).collect();
         self.send(by, b"\x18\n");
         hosts[by].sent = 1;
         self.wait(apart_us)?;
@@ -58,15 +58,15 @@ impl Runner<'_> {
         let (mut passed_us, mut quiet_us) = (0, 0);
         while quiet_us < QUIET_US {
             hosts.iter_mut().enumerate().for_each(|(console, host)| self.notice(console, host, console == by));
-            let all_told = hosts.iter().all(|host| host.is_told);
+            let all_informed = hosts.iter().all(|host| host.is_informed);
             if passed_us > LONGEST_US {
                 return self.is_never_quiet(&hosts);
             }
-            let slice_us = if all_told { LOOK_US } else { NOTICE_US };
+            let slice_us = if all_informed { LOOK_US } else { NOTICE_US };
             self.wait(slice_us)?;
             passed_us += slice_us;
-            quiet_us = if all_told && self.is_at_rest() { quiet_us + slice_us } else { 0 };
-            if all_told && self.sim.tool() != [0; 5] {
+            quiet_us = if all_informed && self.is_at_rest() { quiet_us + slice_us } else { 0 };
+            if all_informed && self.sim.tool() != [0; 5] {
                 return Err(self.failure(FORGOTTEN, format!("outputs {:?} are on", self.sim.tool())));
             }
         }
@@ -81,7 +81,7 @@ impl Runner<'_> {
         if talk.welcomes == host.welcomes || !has_reset && !talk.heard.iter().any(elsewhere) {
             return;
         }
-        (host.welcomes, host.is_told) = (talk.welcomes, true);
+        (host.welcomes, host.is_informed) = (talk.welcomes, true);
         if !has_reset {
             host.sent += 1;
             let line: &[u8] = if talk.is_in_line() { b"\n\n" } else { b"\n" };
@@ -104,7 +104,7 @@ impl Runner<'_> {
 
     fn is_never_quiet(&self, hosts: &[Host]) -> Result<(), Failure> {
         let state = self.sim.machine().state();
-        match hosts.iter().position(|host| !host.is_told) {
+        match hosts.iter().position(|host| !host.is_informed) {
             // A damaged command may have asked for an acceleration this low.
             _ if self.is_spoilt => Ok(()),
             None => Err(self.failure(FORGOTTEN, format!("it is still in {state}"))),

@@ -6,7 +6,7 @@ use crate::fixed::is_zero;
 
 /// Reads the chunks of a run, in order, for one axis.
 #[derive(Clone, Copy, Debug)]
-pub struct Feed {
+pub struct ShaperInput {
     axis: usize,
     /// The whole step next to where the move under way begins, counted from the beginning of the run.
     from_steps: i32,
@@ -15,7 +15,7 @@ pub struct Feed {
     is_begun: bool,
 }
 
-impl Feed {
+impl ShaperInput {
     /// A reader of no run yet.
     #[must_use]
     pub const fn empty() -> Self {
