@@ -160,7 +160,7 @@ impl Bench {
         top.min(feed / 60.0 * f64::from(feed_percent) / 100.0 * of_axis)
     }
 
-    /// How near each axis came to its limits, computed from its edges, and how near corners came to theirs, computed
+    /// The ratio of each axis to its limits, computed from its edges, and of corners to theirs, computed
     /// from the speed at which they are taken.
     pub fn ratios(&self, outcome: &Outcome, feed_mm_min: impl Fn(&MoveRecord) -> Option<f64>) -> LimitRatios {
         limits::of_run(outcome, |record, axis, t_s| {
@@ -303,11 +303,11 @@ pub fn all_cases(file: &str, test: &str, cases: u64, mut carry_out: impl FnMut(u
 pub struct Asked {
     /// The steps of the move; `None` for an arc.
     pub steps: Option<[i32; AXES]>,
-    /// Where it ends, steps.
+    /// The place where it ends, steps.
     pub end_steps: [i32; AXES],
     /// The feed, mm/min; `None` for a rapid.
     pub feed_mm_min: Option<f64>,
-    /// Whether it ends in a stop.
+    /// True if it ends in a stop.
     pub stops: bool,
 }
 
@@ -318,11 +318,11 @@ pub struct Moves {
     pub asked: Vec<Asked>,
     place_steps: [i32; AXES],
     last_steps: [i32; AXES],
-    /// Whether the program is beside the place, because its last line led to between two steps.
+    /// True if the program is beside the place, because its last line led to between two steps.
     is_between: bool,
 }
 
-/// How random moves are requested.
+/// The way in which random moves are requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// As blocks of a program.
@@ -341,7 +341,7 @@ impl Moves {
         Self { place_steps, ..Self::default() }
     }
 
-    /// Where the last one ends, steps.
+    /// The place where the last one ends, steps.
     #[must_use]
     pub fn end_steps(&self) -> [i32; AXES] {
         self.place_steps

@@ -53,7 +53,7 @@ pub struct Case {
     pub happens: &'static str,
     /// The step count afterwards.
     pub count: Count,
-    /// Whether homed axes stay homed.
+    /// True if homed axes stay homed.
     pub trusted: bool,
     /// The name of the state in a status report.
     pub state: &'static str,
@@ -61,7 +61,7 @@ pub struct Case {
     pub cleared: &'static str,
     /// The tool's outputs afterwards.
     pub outputs: Outputs,
-    /// Whether the motors are energised.
+    /// True if the motors are energised.
     pub motors: bool,
 }
 
@@ -304,7 +304,7 @@ impl Case {
         format!("| {name} | {count} | {trusted} | {state} | {cleared} | {outputs} | {motors} | {on} |")
     }
 
-    /// How to clear it, in words.
+    /// The way to clear it, in words.
     fn clearing(&self) -> &'static str {
         match self.cleared {
             _ if self.happens.contains("RELEASE_ESTOP") => "let go, `$X`",

@@ -23,7 +23,7 @@ pub struct Board {
 
 /// The results of a run.
 pub struct Run {
-    /// Whether the run succeeded.
+    /// True if the run succeeded.
     pub ok: bool,
     /// The output of the emulator: the transcript if it ran a script, then the summary.
     pub printed: String,
@@ -68,7 +68,7 @@ fn edge(row: &str) -> Edge {
 }
 
 impl Run {
-    /// How many steps each axis made, A the last.
+    /// The number of steps that each axis made, A the last.
     #[must_use]
     pub fn steps(&self) -> [usize; 4] {
         std::array::from_fn(|axis| self.edges.iter().filter(|edge| edge.axis == axis).count())
@@ -85,7 +85,7 @@ pub fn config() -> Config {
 /// The environment variable that names whose pins the emulated board has, if not those of a Pico.
 const BOARD: &str = "ISOSTEP_BOARD";
 
-/// Whether the emulated board is an SKR Pico, whose drivers have a UART.
+/// True if the emulated board is an SKR Pico, whose drivers have a UART.
 #[must_use]
 pub fn is_skr_pico() -> bool {
     env::var_os(BOARD).is_some_and(|board| board == "skr-pico")

@@ -147,7 +147,7 @@ pub trait Rig: fmt::Display {
     /// The same top speed with the highest acceleration.
     fn steep_pace(&self) -> Pace;
 
-    /// What makes the steps.
+    /// The port that makes the steps.
     fn port(&self) -> Port;
 
     /// The largest deviation of a step from its closed-form instant, ns. Both are counted from the first step of the

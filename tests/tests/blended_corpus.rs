@@ -12,7 +12,7 @@ use isostep_sim::measure::across;
 use isostep_sim::{Config, Outcome, run};
 use isostep_tests::root;
 
-/// How far blends may leave a corner, mm.
+/// The distance by which blends may leave a corner, mm.
 const DEVIATION_MM: f64 = 0.01;
 /// By what fraction the edges may show more than a limit that is kept.
 const GRAIN: f64 = 0.02;
@@ -68,7 +68,7 @@ fn size(of: &[f64; AXES]) -> f64 {
     of.iter().map(|each| each * each).sum::<f64>().sqrt()
 }
 
-/// How far a place is from the line between two others.
+/// The distance of a place from the line between two others.
 fn from_line(place: &[f64; AXES], from: &[f64; AXES], to: &[f64; AXES]) -> f64 {
     let [along, off]: [[f64; AXES]; 2] = [to, place].map(|each| std::array::from_fn(|axis| each[axis] - from[axis]));
     let product: f64 = (0..AXES).map(|axis| along[axis] * off[axis]).sum();

@@ -103,7 +103,7 @@ impl Asked {
     }
 }
 
-/// What has been seen of all cases.
+/// The findings of all cases.
 #[derive(Default)]
 struct Seen {
     highest: Highest,

@@ -43,7 +43,7 @@ fn listed(key: &str) -> BTreeSet<String> {
     lines.filter_map(|line| line.split('"').nth(1).map(str::to_owned)).collect()
 }
 
-/// Whether all licences that apply can be chosen from the allowed ones. A slash is an old way to write OR.
+/// True if all licences that apply can be chosen from the allowed ones. A slash is an old way to write OR.
 fn is_allowed(licence: &str, allowed: &BTreeSet<String>) -> bool {
     let is_choice = |part: &str| {
         let part = part.trim_matches(['(', ')', ' ']).replace('/', " OR ");

@@ -80,7 +80,7 @@ fn parking_is_the_simulations_and_within_50_ns() {
     assert!(apart_ns.iter().all(|&ns| ns < CLOCK_CYCLE_NS), "{comparison:#?}");
 }
 
-/// How far the steps of `TimerPort` may be from the closed form, p99. What is promised is promised for three axes; a
+/// The largest distance of the steps of `TimerPort` from the closed form, p99. What is promised is promised for three axes; a
 /// fourth takes some of the processor's time even where it rests.
 const TIMER_PORT_P99_NS: f64 = if AXES == 3 { 2_000.0 } else { 3_000.0 };
 

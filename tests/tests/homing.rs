@@ -1,4 +1,4 @@
-//! How exactly homing finds the same place each time, in both directions of every axis, with switches that bounce and
+//! The scatter of the place that homing finds, in both directions of every axis, with switches that bounce and
 //! scatter.
 //!
 //! A latch ends with the first edge of the switch. The step by which it has closed is the last one that is made.

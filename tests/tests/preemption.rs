@@ -7,10 +7,10 @@ use isostep_sim::swarm::judge;
 use isostep_sim::{Came, Config, Outcome, Port, Sim, Stimulus, SwitchFault};
 use isostep_trials::stride;
 
-/// How long after its stop a step may come, ns. Where a task makes the steps, the pulse under way is finished.
+/// The time after its stop at which a step may still come, ns. Where a task makes the steps, the pulse under way is finished.
 const REACTION_NS: u64 = 10_000;
 
-/// What happens to a machine while stops are tried.
+/// A sweep of stops over what happens to a machine.
 struct Sweep {
     name: &'static str,
     /// The text sent before, and the time that passes then, us.

@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// The variables that name the images of three axes and of two.
 const IMAGE: &str = "ISOSTEP_QEMU_ELF";
 const TWO_AXES_IMAGE: &str = "ISOSTEP_QEMU_TWO_AXES_ELF";
-/// Where the board's flash for settings begins, and how long it is.
+/// The place where the board's flash for settings begins, and its length.
 const FLASH_BEGIN: u32 = 0x3_D800;
 const FLASH_BYTES: u32 = 10 << 10;
 /// The board's clock.

@@ -17,7 +17,7 @@ struct Line {
     duty: u16,
 }
 
-/// Where rasters begin: 60 mm.
+/// The place where rasters begin: 60 mm.
 const CENTRE_STEPS: i32 = 3_000;
 
 /// Rows of pixels.

@@ -39,7 +39,7 @@ struct Bench {
     welcomes: usize,
 }
 
-/// Where the program ends if no line is discarded, mm.
+/// The place where the program ends if no line is discarded, mm.
 type End = Option<i32>;
 
 impl Bench {
@@ -116,7 +116,7 @@ impl Bench {
         word.unwrap_or_else(|| panic!("`?` was answered with {heard:?}, in {:?}", self.state())).to_owned()
     }
 
-    /// Where X stands, steps.
+    /// The place of X, steps.
     fn x(&self) -> i32 {
         self.sim.machine().position_steps()[0]
     }

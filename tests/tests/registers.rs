@@ -1,4 +1,4 @@
-//! What the firmware reads of the chip in several accesses, while it changes between any two of them.
+//! Values that the firmware reads of the chip in several accesses, while it changes between any two of them.
 
 use std::cell::Cell;
 use std::collections::VecDeque;

@@ -33,7 +33,7 @@ fn homed(config: &Config) -> Sim {
     sim
 }
 
-/// How much farther from its switch the second motor stands than the first, steps.
+/// The distance by which the second motor stands farther from its switch than the first, steps.
 fn second_farther_steps(sim: &Sim) -> i32 {
     sim.second_place_steps().unwrap() - sim.places_steps()[1]
 }

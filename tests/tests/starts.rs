@@ -1,4 +1,4 @@
-//! How the axes of a machine start: at one instant, or the machine stops.
+//! The start of a machine's axes: at one instant, or the machine stops.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -16,7 +16,7 @@ use isostep_sim::executor::{Executor, Priority};
 /// A port without pins, which waits for each step with `Timer::at`. Its task goes on some time after it was let go.
 struct Port {
     delay: Duration,
-    /// Whether it starts when it goes on, whatever the others do; otherwise a while after all were let go.
+    /// True if it starts when it goes on, whatever the others do; otherwise a while after all were let go.
     starts_alone: bool,
 }
 

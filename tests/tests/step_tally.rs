@@ -11,7 +11,7 @@ use self::tally::{IN_FLIGHT_MAX, Tally};
 #[derive(Clone, Copy, Debug)]
 enum Written {
     Rest,
-    /// Whether the steps go back, and how many there are.
+    /// True if the steps go back, and their number.
     Steps(bool, u32),
 }
 

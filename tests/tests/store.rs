@@ -36,7 +36,7 @@ fn save<const WORD_BYTES: usize>(store: &mut Store<WordFlash<WORD_BYTES>>, wante
     block_on(store.save(true, |item| wanted.value(item))).is_ok()
 }
 
-/// Whether so many changes, one after the other, are all accepted.
+/// True if so many changes, one after the other, are all accepted.
 fn saves_changes(store: &mut Store<Flash>, wanted: &mut Kept, random: &mut Rand64, changes: usize) -> bool {
     (0..changes).all(|_| {
         change(wanted, random);
@@ -536,7 +536,7 @@ fn nearly_full() -> (Flash, Store<Flash>, Kept) {
     (flash, store, wanted)
 }
 
-/// Where the last word of each sector is that is not full.
+/// The place of the last word of each sector that is not full.
 fn open_ends(flash: &Flash) -> Vec<usize> {
     let bytes = flash.bytes();
     let ends = (1..=4).map(|sector| sector * SECTOR_BYTES - LAST_WORD_BYTES);

@@ -67,7 +67,7 @@ impl Irq {
     }
 }
 
-/// What handles an interrupt.
+/// The handler of an interrupt.
 type Handler = extern "C" fn();
 
 extern "C" fn unexpected() {

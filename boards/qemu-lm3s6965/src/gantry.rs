@@ -1,4 +1,4 @@
-//! What is at the pins in the emulator: carriages that steps move, and switches that they close. A board with a machine
+//! The world at the pins in the emulator: carriages that steps move, and switches that they close. A board with a machine
 //! has pins with interrupts here, as its HAL gives them.
 
 use core::convert::Infallible;
@@ -10,7 +10,7 @@ use embedded_hal::digital::{ErrorType, InputPin};
 use embedded_hal_async::digital::Wait;
 use isostep_motion::AXES;
 
-/// How far each carriage stands from its switch at power-up, steps. It closes from there on in the negative direction.
+/// The distance of each carriage from its switch at power-up, steps. It closes from there on in the negative direction.
 const FROM_SWITCH_STEPS: i32 = 300;
 
 struct Carriage {

@@ -52,7 +52,7 @@ struct TimeDriver {
 /// The tasks that wait for their times.
 struct Timers {
     queue: Queue,
-    /// What the alarm is set for, ticks. When that has passed, the interrupt is about to come.
+    /// The instant that the alarm is set for, ticks. When that has passed, the interrupt is about to come.
     alarm: u64,
 }
 
@@ -68,7 +68,7 @@ pub fn start() {
     Irq::Timer0A.enable(0);
 }
 
-/// What SysTick has left to count. At 0, which lasts a tick, it may or may not have reported its overflow, so that is waited
+/// The ticks that SysTick has left. At 0, which lasts a tick, it may or may not have reported its overflow, so that is waited
 /// out.
 fn left() -> u32 {
     loop {

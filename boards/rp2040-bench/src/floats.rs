@@ -10,7 +10,7 @@ pub const FLOAT_PAIRS: u32 = 2_000;
 pub struct FloatCase {
     /// The name in the firmware's output lines.
     pub name: &'static str,
-    /// How many operations it is, for two numbers.
+    /// The number of operations, for two numbers.
     pub operations: u32,
     /// Carries them out. The result depends on every bit of their results.
     pub work: fn((f64, f64)) -> u64,

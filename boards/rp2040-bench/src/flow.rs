@@ -20,7 +20,7 @@ const CHAIN_MOVES: usize = 64;
 pub const TIMED_MOVES: u32 = 192;
 /// Length of a move.
 pub const MOVE_MM: f64 = 0.2;
-/// Where the moves begin, on every axis. It is large enough to keep all coordinates above 0.
+/// The place where the moves begin, on every axis. It is large enough to keep all coordinates above 0.
 pub const START_MM: f64 = 500.0;
 /// So long that every chunk is all the rest of its plan.
 const CHUNK_MAX_S: f64 = 1.0;
@@ -29,7 +29,7 @@ const CHUNK_MAX_S: f64 = 1.0;
 pub const STEPS_PER_MM: f64 = 80.0;
 const CORNER_DEVIATION_MM: f64 = 0.01;
 const FEED_MM_S: f64 = 200.0;
-/// How far the path may leave corners where they are blends, and the feed then: the curve could be taken at 130 mm/s.
+/// The deviation of blends from their corners, and the feed then: the curve could be taken at 130 mm/s.
 const BLEND_DEVIATION_MM: f32 = 0.05;
 const BLEND_FEED_MM_S: f64 = 100.0;
 const LIMITS: Limits = Limits {
@@ -77,11 +77,11 @@ impl Stage {
 pub struct FlowCase {
     /// The name in the firmware's output lines.
     pub name: &'static str,
-    /// How the speed changes.
+    /// The speed profile of its ramps.
     pub speed_profile: SpeedProfile,
     /// After how many moves the path turns by a right angle; otherwise it is a curve.
     corner_moves: u32,
-    /// Whether its corners are blends.
+    /// True if its corners are blends.
     has_blends: bool,
     /// The shaper of every axis.
     shaper: Option<Shaper>,
@@ -100,7 +100,7 @@ impl FlowCase {
         Self { shaper: Some(Shaper { kind, natural_hz, damping_ratio: 0.05 }), ..Self::blended(name, u32::MAX) }
     }
 
-    /// Whether a shaper makes several pieces of a move.
+    /// True if a shaper makes several pieces of a move.
     #[must_use]
     pub const fn is_shaped(&self) -> bool {
         self.shaper.is_some()
@@ -183,7 +183,7 @@ impl Timer for Untimed {
 
 struct Flow {
     feed_mm_s: f64,
-    /// How far the path may leave corners.
+    /// The distance by which the path may leave corners.
     deviation_mm: f32,
     shaped: Option<ShapedAxes>,
     path: Path,

@@ -75,7 +75,7 @@ pub struct PlanCase {
     pub name: &'static str,
     /// Steps of each axis.
     pub steps: [i32; 3],
-    /// How the duration of the move is divided.
+    /// The split of the move's duration.
     pub interval_split: IntervalSplit,
 }
 
@@ -158,7 +158,7 @@ pub struct Peer {
     pub name: &'static str,
     /// The limits that it was planned from.
     pub limits: Limits,
-    /// What its intervals are compared with in the closed form.
+    /// The figure in the closed form that its intervals are compared with.
     pub stands_for: StandsFor,
 }
 

@@ -1,4 +1,4 @@
-//! What is around the chip, as words that `cargo xtask` writes into the image after it is linked (`xtask/src/board_words.rs`):
+//! The words of the board, which `cargo xtask` writes into the image after it is linked (`xtask/src/board_words.rs`):
 //! the contact of the emergency stop, and the timing of the stepper drivers. They are a property of the image, which no
 //! console can change. They are read once, at start-up.
 #![expect(
@@ -10,7 +10,7 @@ use core::ptr;
 
 use isostep_motion::{Contact, DriverTiming};
 
-/// What tells the section from others, and the number of this layout.
+/// The mark of the section, and the number of this layout.
 const MAGIC: [u8; 8] = *b"ISOWORDS";
 const VERSION: u32 = 1;
 /// `contact`: the emergency stop is wired normally open, closed while it is pressed; or normally closed.

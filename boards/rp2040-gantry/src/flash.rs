@@ -23,7 +23,7 @@ const STORE_BYTES: usize = 64 * 1024;
 /// The chip's flash. It blocks the core while it works, so a future that waits for it is always ready at once.
 pub struct Flash(flash::Flash<'static, FLASH, Blocking, FLASH_BYTES>);
 
-/// Where the store ends. That of a proving image is below the other, so that the user's settings stay as they are.
+/// The end of the store. That of a proving image is below the other, so that the user's settings stay as they are.
 const STORE_END: usize = if cfg!(feature = "prove") { FLASH_BYTES - STORE_BYTES } else { FLASH_BYTES };
 
 /// Takes the flash.

@@ -14,7 +14,7 @@ use crate::timer_port as port;
 use crate::tool::Tool;
 use crate::{board_words, guard};
 
-/// What the coordinator switches the motors by.
+/// The outputs by which the coordinator switches the motors.
 #[cfg(not(feature = "prove"))]
 pub type Enable = crate::pins::Enables;
 #[cfg(feature = "prove")]

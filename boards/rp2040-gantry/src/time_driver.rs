@@ -33,7 +33,7 @@ struct TimeDriver {
 /// The tasks that wait for their times.
 struct Timers {
     queue: Queue,
-    /// What the alarm is set for, us. When that has passed, the interrupt is about to come.
+    /// The instant that the alarm is set for, us. When that has passed, the interrupt is about to come.
     alarm_us: u64,
 }
 

@@ -65,7 +65,7 @@ pub fn open(spawner: Spawner, usb: Peri<'static, USB>) -> UsbPort {
     UsbPort { rx, tx: Tx { sender, stalled: false }, lines: Lines { control } }
 }
 
-/// What the host asks of the device itself may wait: it does so when it is connected and when a program opens the port,
+/// Requests of the host to the device itself may wait: it does so when it is connected and when a program opens the port,
 /// and waits for the answer.
 #[embassy_executor::task]
 async fn run(mut device: UsbDevice<'static, RpDriver>) -> ! {
@@ -110,12 +110,12 @@ impl Read for UsbRx {
 /// Sends to the host, if the host reads.
 pub struct Tx {
     sender: Sender<'static, RpDriver>,
-    /// Whether the last packet was discarded.
+    /// True if the last packet was discarded.
     stalled: bool,
 }
 
 impl Tx {
-    /// Whether the host took the packet in time.
+    /// True if the host took the packet in time.
     async fn send(&mut self, packet: &[u8], patience: Duration) -> bool {
         with_timeout(patience, self.sender.write_packet(packet)).await.is_ok()
     }

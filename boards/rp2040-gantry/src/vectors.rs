@@ -8,7 +8,7 @@ use core::ptr;
 const VECTORS: usize = 48;
 
 unsafe extern "C" {
-    /// Where the linker has put the table: at the beginning of flash, after the second stage of the boot loader.
+    /// The place where the linker has put the table: at the beginning of flash, after the second stage of the boot loader.
     static __vector_table: [u32; VECTORS];
 }
 

@@ -3,7 +3,7 @@
 use embassy_stm32::Config;
 use embassy_stm32::rcc::{Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk};
 
-/// What the processor runs at, MHz.
+/// The clock of the processor, MHz.
 pub const CORE_MHZ: u32 = 170;
 
 /// The HAL's configuration. It makes the clock of `embassy-time` of a timer, TIM2 here.

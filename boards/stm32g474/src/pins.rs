@@ -1,4 +1,4 @@
-//! Which pin does what. The types are the HAL's: what the crates ask for are the traits of `embedded-hal` alone.
+//! The use of each pin. The types are the HAL's: what the crates ask for are the traits of `embedded-hal` alone.
 
 use embassy_stm32::exti::{self, ExtiInput};
 use embassy_stm32::gpio::{AnyPin, Level, Output, Pull, Speed};
@@ -30,9 +30,9 @@ pub struct Pins {
     pub limits: [Switch; AXES],
     /// The emergency stop.
     pub emergency_stop: Switch,
-    /// What the console's link is made of.
+    /// The parts of the console's link.
     pub console: Console,
-    /// Where settings are kept.
+    /// The place where settings are kept.
     pub flash: Peri<'static, peripherals::FLASH>,
 }
 

@@ -25,9 +25,9 @@ pub struct Config {
     /// Junction deviation, mm: a corner between moves is taken as fast as a circle that deviates from the corner by
     /// this much. 0 stops at every corner.
     pub junction_deviation_mm: f64,
-    /// How the time of a move is split into intervals.
+    /// The split of a move's time into intervals.
     pub interval_split: IntervalSplit,
-    /// How speed changes on the ramps of a move.
+    /// The change of speed on the ramps of a move.
     pub speed_profile: SpeedProfile,
     /// Each axis's shaper, for programs and jogs. Only a trapezoid is shaped.
     pub shapers: [Shaper; AXES],
@@ -58,14 +58,14 @@ pub struct Config {
 /// An axis that two motors move, one at each side of the gantry, and that homing squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Squared {
-    /// Which.
+    /// The axis.
     pub axis: Axis,
     /// The second motor's DIR has the other level than that of the first.
     pub direction_inverted: bool,
-    /// How much farther from its switch the second motor stands than the first when the axis is square, mm. Below 0 it
+    /// The distance of the second motor from its switch less that of the first when the axis is square, mm. Below 0 it
     /// is the first that stands farther, by as much.
     pub offset_mm: f64,
-    /// How far one motor may go alone to its switch, mm; above 0. Beyond that the gantry is too skewed.
+    /// The distance that one motor may go alone to its switch, mm; above 0. Beyond that the gantry is too skewed.
     pub skew_max_mm: f64,
 }
 

@@ -136,7 +136,7 @@ pub enum Unplannable {
     NoSteps,
     /// The limits of this axis do not work.
     Limits {
-        /// Which.
+        /// The axis.
         axis: Axis,
     },
     /// The feed is slower than a step in 2,000 s.
@@ -204,7 +204,7 @@ pub enum HomingPhase {
 pub enum Event {
     /// A run began: until all axes stand still again, the instants of its moves count from one instant.
     Run {
-        /// That instant.
+        /// The instant from which they count.
         start: Instant,
         /// The places where each axis stood.
         origin_steps: [i32; AXES],
@@ -268,7 +268,7 @@ pub enum Event {
     },
     /// This axis stands at its zero.
     Homed {
-        /// Which.
+        /// The axis.
         axis: Axis,
     },
     /// The coordinator changed the state.

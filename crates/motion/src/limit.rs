@@ -40,7 +40,7 @@ where
     }
 }
 
-/// Whether low means pressed, whether pressed means a stall, and how long a level must be steady.
+/// The meaning of low (pressed or not) and of pressed (a stall or not), and the time that a level must be steady.
 fn meaning(machine: &Machine, which: LimitInput) -> (bool, bool, Duration) {
     let config = machine.config();
     (config.pressed_is_low(which), config.is_stall(which), config.homing.debounce)

@@ -31,7 +31,7 @@ impl GangedMotor {
 pub struct Motor {
     /// The axis that it moves.
     pub axis: Axis,
-    /// Which of the ganged motors of that axis it is.
+    /// The ganged motor of that axis.
     pub ganged: GangedMotor,
 }
 
@@ -66,9 +66,9 @@ impl fmt::Display for Motor {
 /// The limit switch that an input of a board belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitInput {
-    /// That of an axis's first motor.
+    /// The switch of an axis's first motor.
     Of(Axis),
-    /// That of the second motor, whichever axis has one. Without a second motor this input has no meaning.
+    /// The switch of the second motor, whichever axis has one. Without a second motor this input has no meaning.
     Second,
 }
 

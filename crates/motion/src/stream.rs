@@ -105,7 +105,7 @@ enum Next {
     Rest(u64),
     /// The end of the run.
     End,
-    /// What comes next is not known yet.
+    /// The next item is not known yet.
     Unknown,
 }
 

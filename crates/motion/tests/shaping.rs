@@ -1,11 +1,11 @@
-//! How the shapers of a configuration become those of a run.
+//! The shapers of a run, from those of a configuration.
 
 use isostep_motion::{Axis, BOX_S, SHAPED_S, Shaping, shaped_s};
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
 use super::common::works;
 
-/// What rounding may change, s.
+/// The largest change by rounding, s.
 const SAME_S: f64 = 1e-15;
 
 fn shaper(kind: ShaperKind, natural_hz: f64) -> Shaper {

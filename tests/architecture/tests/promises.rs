@@ -1,4 +1,4 @@
-//! What the pages for users promise is tested: `tests/promises.txt` names the tests of each promise, and here it is
+//! The promises of the pages for users are tested: `tests/promises.txt` names the tests of each promise, and here it is
 //! compared with the pages and with the tests that there are. So no name of a test needs to stand in a page.
 //!
 //! The file has the path of a page, then its headings, each with lines `promise -> tests`. The promise is the first cell

@@ -1,4 +1,4 @@
-//! What must never be, from the section of that name in ARCHITECTURE.md, as far as the sources show it. A rule that is
+//! Rules of what must never be, from the section of that name in ARCHITECTURE.md, as far as sources show it. A rule that is
 //! broken is reported with file, line, rule and why.
 //!
 //! `cargo test -p isostep-architecture` compiles nothing else.
@@ -10,9 +10,9 @@ use isostep_architecture::{dependencies, files, read, root};
 
 /// A rule of the house.
 struct Rule {
-    /// What must be, or must not.
+    /// The rule in words.
     says: &'static str,
-    /// What goes wrong otherwise.
+    /// The harm that it prevents.
     why: &'static str,
 }
 

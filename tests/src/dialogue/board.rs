@@ -13,13 +13,13 @@ use super::step::{Step, With};
 use crate::emulated::{Board, Live};
 
 const MS: u64 = 1_000_000;
-/// How often a machine is asked whether it rests.
+/// The time between two questions whether a machine rests.
 const ASK_NS: u64 = 10 * MS;
-/// How long no report is waited for before it is asked for again.
+/// The time without a report after which it is asked for again.
 const ASK_AGAIN_NS: u64 = 500 * MS;
 /// The resolution of each axis at power-up, and of the emulated switches.
 const STEPS_PER_MM: f64 = 50.0;
-/// How long it may take to rest, or to boot.
+/// The longest time to come to rest, or to boot.
 const PATIENCE_NS: u64 = 60_000 * MS;
 
 /// The emulated board whose steps `PioPort` makes.
@@ -194,7 +194,7 @@ impl<const BY_TIMER: bool> Emulated<BY_TIMER> {
     }
 }
 
-/// Whether nothing happens any more in a state, where no line waits for its answer.
+/// True if nothing happens any more in a state, where no line waits for its answer.
 fn rests(report: &str, unanswered: usize) -> bool {
     let state = report[1..].split('|').next().unwrap_or_default();
     matches!(state, "Hold:0" | "Door:0" | "Door:1" | "Sleep")

@@ -1,4 +1,4 @@
-//! What a dialogue needs of a machine: the simulated one has it, and the emulated board.
+//! The needs of a dialogue: the simulated one has it, and the emulated board.
 
 use super::step::{Step, With};
 

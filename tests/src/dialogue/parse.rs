@@ -37,7 +37,7 @@ pub struct Dialogue {
     pub steps: Vec<(usize, Step)>,
 }
 
-/// What is wrong in a line of a file.
+/// The fault in a line of a file.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Wrong {
     /// Number of the line.

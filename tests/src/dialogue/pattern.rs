@@ -1,13 +1,13 @@
-//! What may stand for a line or a number in a dialogue.
+//! Patterns, which may stand for a line or a number in a dialogue.
 
-/// Whether the text is what is written, where `...` stands for any text.
+/// True if the text is what is written, where `...` stands for any text.
 pub fn matches(pattern: &str, text: &str) -> bool {
     let Some((begin, rest)) = pattern.split_once("...") else { return pattern == text };
     let Some(text) = text.strip_prefix(begin) else { return false };
     (0..=text.len()).any(|at| text.is_char_boundary(at) && matches(rest, &text[at..]))
 }
 
-/// Whether the lines are what is written, where `...` alone stands for any number of lines.
+/// True if the lines are what is written, where `...` alone stands for any number of lines.
 pub fn all_match(patterns: &[String], lines: &[String]) -> bool {
     let plain = patterns.iter().position(|pattern| pattern == "...").unwrap_or(patterns.len());
     let begins =
@@ -38,7 +38,7 @@ impl Numbers {
         (numbers.least <= numbers.most).then_some(numbers)
     }
 
-    /// Whether this is one of them.
+    /// True if this is one of them.
     pub fn contains(self, number: i64) -> bool {
         (self.least..=self.most).contains(&number)
     }

@@ -12,11 +12,11 @@ const WELCOME: &str = "Grbl 1.1h ['$' for help]";
 const MS: u64 = 1_000_000;
 /// A status report comes so many milliseconds after it was asked for, at most: an erase of the flash may be under way.
 const SOON_MS: usize = 400;
-/// How long something is waited for at most.
+/// The longest time that something is waited for.
 const PATIENCE_NS: u64 = 60_000 * MS;
-/// How often the outputs are looked at.
+/// The time between two looks at the outputs.
 const LOOK_NS: u64 = 10_000;
-/// What takes turns in the reports is in one of this many.
+/// The number of reports, one of which has each thing that takes turns in them.
 const REPORTS: usize = 40;
 
 /// A machine, and what its consoles have heard that the dialogue has not said yet.
@@ -29,7 +29,7 @@ struct Runner<M> {
     changes: VecDeque<(u64, [u16; 5])>,
 }
 
-/// What a later step may compare with.
+/// Values that a later step may compare with.
 struct Noted {
     counts: Counts,
     at_ns: u64,
@@ -138,7 +138,7 @@ impl<M: Machine> Runner<M> {
         Ok(())
     }
 
-    /// What a console has heard must be what is written.
+    /// Checks that a console has heard what is written.
     fn heard(&mut self, console: usize, written: &[String]) -> Result<(), String> {
         let heard = mem::take(&mut self.heard[console]);
         let listed = |lines: &[String]| lines.iter().map(|line| format!("\n  {line}")).collect::<String>();

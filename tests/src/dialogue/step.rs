@@ -11,7 +11,7 @@ use isostep_sim::{Board, Config, Port, SwitchFault};
 
 use super::pattern::Numbers;
 
-/// What the machine may be left to do after something was sent.
+/// The wait after something was sent: what the machine may do in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wait {
     /// Nothing.
@@ -33,7 +33,7 @@ pub enum When {
     AtStandstill,
 }
 
-/// How a machine begins.
+/// The beginning of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
     /// A new one, 50 ms after power-up.
@@ -49,7 +49,7 @@ pub enum Begin {
 /// One step.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
-    /// What the next machine is like.
+    /// The nature of the next machine.
     With(With),
     /// Another machine.
     Begin(Begin),
@@ -83,7 +83,7 @@ pub enum Step {
     Unchanged { error: String, line: Vec<u8> },
     /// The steps since power-up or homing.
     Steps(Vec<Numbers>),
-    /// Where the carriages stand, steps from their switches.
+    /// The places of the carriages, steps from their switches.
     Places(Vec<Numbers>),
     /// They stand where they stood at the note.
     PlacesAsNoted,
@@ -101,7 +101,7 @@ pub enum Step {
     NoViolation,
     /// The time since the note, in a unit of so many ns.
     Took(Numbers, u64),
-    /// How many moves have begun, those of homing not counted.
+    /// The number of moves that have begun, those of homing not counted.
     Moves(Numbers),
     /// The axes that have been homed, in order.
     Homings(String),
@@ -117,7 +117,7 @@ pub enum Step {
     Watch(u64),
     /// The next change that was seen.
     Changed([u16; 5], Option<When>),
-    /// Whether the motors are energised.
+    /// True if the motors are energised.
     Motors(bool),
     /// A limit switch.
     Switch(Motor, SwitchFault),
@@ -127,9 +127,9 @@ pub enum Step {
     Cut(bool),
     /// The plate that the probe touches, mm above the switch of Z.
     Plate(Option<f64>),
-    /// What is wrong with a UART driver.
+    /// The fault of a UART driver.
     Driver(Motor, Option<DriverFault>),
-    /// How a UART driver is set.
+    /// The setup of a UART driver.
     DriverIs(usize, Vec<String>),
     /// Something that goes wrong, as `isostep sim --fault` has it.
     Fault(Fault),
@@ -145,12 +145,12 @@ pub enum Step {
     ResetHeard,
 }
 
-/// What a machine is like at power-up.
+/// The nature of a machine at power-up.
 #[derive(Clone, Debug, PartialEq)]
 pub enum With {
     /// A setting.
     Setting(u16, f32),
-    /// Where its carriages stand, mm.
+    /// The places of its carriages, mm.
     Start(Vec<f64>),
     /// Its step ports.
     Port(Port),
@@ -162,7 +162,7 @@ pub enum With {
     SecondConsole,
     /// The baud rate of its consoles.
     Baud(u32),
-    /// How long its switches bounce, us.
+    /// The time that its switches bounce, us.
     BounceUs(u32),
     /// A fault of a switch.
     Switch(Axis, SwitchFault),
@@ -172,7 +172,7 @@ pub enum With {
     Jumpers([bool; AXES]),
     /// A fault from the start.
     Fault(Fault),
-    /// How much the load of its motors varies, of what would stall them.
+    /// The variation of its motors' load, as a fraction of what would stall them.
     LoadNoise(f64),
     /// A button that is pressed, or an open door.
     Pressed(Wire),
@@ -376,7 +376,7 @@ fn changed(text: &str) -> Result<Step, String> {
     Ok(Step::Changed(tool(text)?, when))
 }
 
-/// What is wrong with a driver, or how it is set.
+/// The fault of a driver, or its setup.
 fn driver(text: &str) -> Result<Step, String> {
     let (name, rest) = text.split_once(' ').unwrap_or((text, ""));
     let motor = motor(name)?;

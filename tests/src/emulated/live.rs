@@ -38,7 +38,7 @@ impl Live {
     /// Sends bytes, runs to an instant, and returns what was received.
     ///
     /// # Errors
-    /// What has ended the board.
+    /// The reason why the board has ended.
     pub fn run_to(&mut self, at_ns: u64, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let hex = bytes.iter().fold(String::new(), |mut text, byte| {
             _ = write!(text, "{byte:02x}");
@@ -68,7 +68,7 @@ impl Live {
     /// The figures as they are now.
     ///
     /// # Errors
-    /// What has ended the board.
+    /// The reason why the board has ended.
     pub fn look(&mut self) -> Result<Value, String> {
         let answer = self.ask("look")?;
         serde_json::from_str(&answer).map_err(|error| format!("{error}: {answer}"))
@@ -77,7 +77,7 @@ impl Live {
     /// Ends the board and returns its figures.
     ///
     /// # Errors
-    /// What was wrong in the run.
+    /// The faults of the run.
     ///
     /// # Panics
     /// When a handler or critical section used flash.
@@ -98,7 +98,7 @@ impl Live {
     }
 }
 
-/// What ended the board, of its summary, or why it did not do a command.
+/// The reason why the board ended, from its summary, or why it did not do a command.
 fn ended(answer: &str) -> String {
     let figures: Value = serde_json::from_str(answer).unwrap_or_default();
     figures["error"].as_str().unwrap_or(answer.trim()).to_owned()

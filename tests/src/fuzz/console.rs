@@ -15,7 +15,7 @@ use isostep_sim::AXES;
 const MESSAGE_BYTES: usize = 256;
 const STATUS_BYTES: usize = 145;
 const SETTING_BYTES: usize = 64;
-/// How many chords of an arc are checked. There may be very many.
+/// The number of chords of an arc that are checked. There may be very many.
 const CHORDS: usize = 32;
 
 /// Sends `bytes` to a console. Bytes that the console ignores set what is reported: 0xB0 to 0xBC set the state, 0xC0 to

@@ -9,7 +9,7 @@ use isostep_sim::{Config, Sim, SwitchFault};
 
 /// The longest virtual time before the end of a case.
 const LIFE_MS: u64 = 20_000;
-/// How long a reset may take: the machine brakes first, and storing a line takes time.
+/// The longest time of a reset: the machine brakes first, and storing a line takes time.
 const RESET_MS: u64 = 10_000;
 const RESET: u8 = 0x18;
 

@@ -17,16 +17,16 @@ use super::words::ONE;
 
 /// Whole numbers of angstroms fit into their steps.
 const STEPS_PER_MM: [f32; 7] = [40.0, 50.0, 80.0, 100.0, 160.0, 200.0, 400.0];
-/// How far from a place the carriages may stand, besides half a step: `f32` has this error there.
+/// The distance from a place at which the carriages may stand, besides half a step: `f32` has this error there.
 const ROUNDING_ANGSTROM: i64 = ONE / 5_000;
-/// How far the carriages keep from the ends of the travel where no soft limits bar the way.
+/// The distance that the carriages keep from the ends of the travel where no soft limits bar the way.
 const MARGIN_MM: f64 = 1.0;
 const RESET: u8 = 0x18;
-/// What each motor moves: it follows whatever is asked. Homing stops from the seek speed at once, and where a heavy carriage
+/// The load of each motor: it follows whatever is asked. Homing stops from the seek speed at once, and where a heavy carriage
 /// overshoots, its switch may stay closed; but that is a matter of mechanics, not of the dialect.
 const LIGHT: Load = Load { mm_per_rev: 40.0, mass_kg: 0.1, turning_kg_m2: 0.0 };
 
-/// What the machine and the model do not agree on.
+/// A difference between the machine and the model.
 pub type Difference = String;
 
 /// A machine, and the model of it.
@@ -37,7 +37,7 @@ pub struct Bench {
     model: Model,
     /// The settings of the first power-up.
     first: SettingValues,
-    /// What has been sent and received.
+    /// The bytes that have been sent and received.
     said: Vec<String>,
     last: Report,
 }
@@ -101,7 +101,7 @@ impl Bench {
         self.said.push(text.into());
     }
 
-    /// What the machine has said.
+    /// Takes what the machine has said.
     fn hear(&mut self) -> Vec<String> {
         let heard = self.sim.replies();
         self.note(format!("  {heard:?}"));
@@ -119,14 +119,14 @@ impl Bench {
         heard
     }
 
-    /// What the machine answers to a line that asks.
+    /// The answer of the machine to a line that asks.
     fn ask(&mut self, line: &str) -> Vec<String> {
         self.sim.send(format!("{line}\n").as_bytes());
         let _ = self.sim.run_until_idle();
         self.sim.replies()
     }
 
-    /// Where each axis may be sent. The carriages are where the simulated world has them.
+    /// The range into which each axis may be sent. The carriages are where the simulated world has them.
     fn room(&self) -> Room {
         let (places, steps) = (self.sim.places_steps(), self.sim.machine().position_steps());
         std::array::from_fn(|axis| {
@@ -284,13 +284,13 @@ impl Bench {
         Ok(())
     }
 
-    /// Whether the machine stands at a place, within half a step.
+    /// True if the machine stands at a place, within half a step.
     fn is_at(&self, place: Place) -> bool {
         let tolerance = |axis: usize| ONE / self.steps_per_mm(axis) as i64 / 2 + ROUNDING_ANGSTROM;
         self.carriage().iter().zip(place).enumerate().all(|(axis, (at, to))| (at - to).abs() <= tolerance(axis))
     }
 
-    /// Whether a place is on the straight line between two others, within a step.
+    /// True if a place is on the straight line between two others, within a step.
     fn is_between(&self, here: Place, from: Place, to: Place) -> bool {
         // The parts of the line on which each axis would be where it is.
         let (mut least, mut most) = (0.0_f64, 1.0_f64);
@@ -309,7 +309,7 @@ impl Bench {
         least <= most
     }
 
-    /// Where the machine reports to be, from its count of steps.
+    /// The place that the machine reports, from its count of steps.
     fn carriage(&self) -> Place {
         let steps = self.sim.machine().position_steps();
         std::array::from_fn(|axis| i64::from(steps[axis]) * ONE / self.steps_per_mm(axis) as i64)
@@ -360,7 +360,7 @@ impl Bench {
     }
 }
 
-/// Whether the byte ends a jog on its way.
+/// True if the byte ends a jog on its way.
 fn cancels(byte: u8, lines: &[Line]) -> bool {
     matches!(byte, 0x85 | b'!') && lines.iter().any(|line| matches!(line.asked, Asked::Jog(_)))
 }

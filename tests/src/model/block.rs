@@ -9,7 +9,7 @@ const FARTHEST_ANGSTROM: i64 = 10_000 * ONE;
 /// `error:N`.
 pub type Refused = u8;
 
-/// Which code of a block uses its axis words.
+/// The code of a block that uses its axis words.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Axes {
     /// None, or there are none.
@@ -26,7 +26,7 @@ pub enum Axes {
 pub struct Block {
     /// The modes in force in the block.
     pub modes: Modes,
-    /// Which code uses the axis words.
+    /// The code that uses the axis words.
     pub axes: Axes,
     /// The code that acts once, tenths of its number: 40, 100, 280, 281, 300, 301, 530, 920, 921.
     pub once: Option<i64>,
@@ -47,7 +47,7 @@ impl Block {
     /// Sorts the words.
     ///
     /// # Errors
-    /// What is wrong with the words, whatever the state of the machine.
+    /// The fault of the words, whatever the state of the machine.
     pub fn read(words: &[Word], modes: Modes) -> Result<Self, Refused> {
         let mut block = Self {
             modes,
@@ -211,7 +211,7 @@ impl Block {
         self.get(letter)
     }
 
-    /// Whether one of the letters is there.
+    /// True if one of the letters is there.
     #[must_use]
     pub fn has(&self, letters: &str) -> bool {
         self.values.iter().any(|word| letters.contains(word.letter))

@@ -1,4 +1,4 @@
-//! What real-time bytes make of the machine.
+//! The effect of real-time bytes on the machine.
 
 use super::machine::{Model, State};
 

@@ -3,7 +3,7 @@
 use super::machine::{Model, Startup, State};
 use super::words::Word;
 
-/// What a line asks for.
+/// The request of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Asked {
     /// A block of G-code.
@@ -38,7 +38,7 @@ pub struct Line {
 }
 
 impl Model {
-    /// What a line is answered, without messages and alarms.
+    /// The answer to a line, without messages and alarms.
     pub fn line(&mut self, line: &Line) -> Vec<String> {
         let mut said = Vec::new();
         let mut restarts = false;

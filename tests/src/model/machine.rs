@@ -1,4 +1,4 @@
-//! What the machine is, and what each line and each byte makes of it.
+//! The state of the machine, and the effect of each line and each byte.
 
 use super::block::{Axes, Block, Refused, near};
 use super::modes::Modes;
@@ -8,7 +8,7 @@ use super::words::{ONE, Word};
 /// A place, angstroms, X, Y, Z.
 pub type Place = [i64; 3];
 
-/// What the machine is doing, at rest.
+/// The state of the machine at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// Idle.
@@ -37,11 +37,11 @@ pub struct Model {
     pub shift: Place,
     /// Of G43.1.
     pub tool_length: i64,
-    /// Where the program is, in machine coordinates.
+    /// The place of the program, in machine coordinates.
     pub position: Place,
-    /// Where the carriages stand.
+    /// The place of the carriages.
     pub carriage: Place,
-    /// Where the last probe ended, and whether it touched.
+    /// The place where the last probe ended, and true if it touched.
     pub probed: (Place, bool),
     /// Axes whose zero is known.
     pub homed: [bool; 3],
@@ -57,11 +57,11 @@ pub struct Model {
     pub build: String,
     /// The places to which the last line has led.
     pub path: Vec<Place>,
-    /// Whether the program counts from where the carriages stand, which is a whole number of steps.
+    /// True if the program counts from where the carriages stand, which is a whole number of steps.
     pub on_steps: bool,
-    /// Whether M6 has the machine wait.
+    /// The tool that M6 has the machine wait for.
     pub prompt: Option<i64>,
-    /// How often the line waits for `~`.
+    /// The number of times that the line waits for `~`.
     pub waits: usize,
 }
 
@@ -133,7 +133,7 @@ impl Model {
         self.reset()
     }
 
-    /// What the start-up lines answer.
+    /// The answers of the start-up lines.
     pub fn start_up(&mut self) -> Vec<String> {
         if self.state != State::Idle {
             return Vec::new();
@@ -341,7 +341,7 @@ impl Model {
         if axis == 2 { self.tool_length } else { 0 }
     }
 
-    /// Where the axis words lead.
+    /// The target of the axis words.
     fn target(&self, block: &Block) -> Result<Place, Refused> {
         let (zero, mut target) = (self.work_zero(), self.position);
         for (axis, length) in block.lengths().into_iter().enumerate() {
@@ -355,7 +355,7 @@ impl Model {
         Ok(target)
     }
 
-    /// Where an arc leads. Its words are those of a whole arc, or lack something.
+    /// The target of an arc. Its words are those of a whole arc, or lack something.
     fn arc(&self, block: &mut Block) -> Result<Place, Refused> {
         let (axes, offsets) = match self.modes.plane {
             17 => ("XY", "IJ"),
@@ -422,7 +422,7 @@ impl Model {
         Ok(())
     }
 
-    /// Whether soft limits bar the way to a place.
+    /// True if soft limits bar the way to a place.
     #[must_use]
     pub fn is_outside(&self, place: Place) -> bool {
         let beyond = |axis: usize| {

@@ -60,7 +60,7 @@ impl Modes {
         if self.inches { value * (INCH_ANGSTROM / 100) / (ONE / 100) } else { value }
     }
 
-    /// What M2 and M30 restore: G1 G17 G54 G64 G90 G94 M5 M9.
+    /// The modes that M2 and M30 restore: G1 G17 G54 G64 G90 G94 M5 M9.
     pub fn end_program(&mut self) {
         *self = Self {
             motion: 10,

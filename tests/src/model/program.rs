@@ -9,7 +9,7 @@ use super::words::{INCH_ANGSTROM, ONE, Word, written};
 /// The places between which each axis may move, angstroms.
 pub type Room = [(i64, i64); 3];
 
-/// What comes next.
+/// An item of a random program.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
     /// Lines in one packet, and real-time bytes while they are carried out, each with the milliseconds before it.
@@ -23,7 +23,7 @@ pub enum Item {
 /// Makes programs.
 pub struct Author {
     random: Rand64,
-    /// Whether `$RST=$` would give the machine the steps per millimetre that it has.
+    /// True if `$RST=$` would give the machine the steps per millimetre that it has.
     is_default: bool,
 }
 
@@ -47,7 +47,7 @@ impl Author {
         those[self.below(those.len() as u64) as usize]
     }
 
-    /// What comes next for a machine in this state.
+    /// The next item for a machine in this state.
     pub fn next(&mut self, model: &Model, room: &Room) -> Item {
         match self.below(40) {
             0 => return Item::PowerCycle,
@@ -442,7 +442,7 @@ const SETTINGS: [(u16, &[f64]); 18] = [
     (961, &[20.0, 60.0]),
 ];
 
-/// Whether a line does nothing but move, or nothing at all.
+/// True if a line does nothing but move, or nothing at all.
 fn is_move(line: &Line) -> bool {
     let moves = |word: &Word| match word.letter {
         'X' | 'Y' | 'Z' | 'F' | 'N' => true,
@@ -458,7 +458,7 @@ fn ends(line: &Line) -> bool {
     matches!(&line.asked, Asked::Block(words) if words.iter().any(ends))
 }
 
-/// Whether a block leaves the machine in its room, or is clearly outside and refused for it.
+/// True if a block leaves the machine in its room, or is clearly outside and refused for it.
 fn stays(model: &Model, words: &[Word], room: &Room) -> bool {
     let mut after = model.clone();
     after.path.clear();
@@ -481,7 +481,7 @@ fn stays(model: &Model, words: &[Word], room: &Room) -> bool {
 }
 
 impl Model {
-    /// Whether the target of a block that was refused is beyond the room by a millimetre at least.
+    /// True if the target of a block that was refused is beyond the room by a millimetre at least.
     fn is_clearly_outside(&self, words: &[Word], before: &Model, room: &Room) -> bool {
         let mut free = before.clone();
         free.homed = [false; 3];
@@ -494,7 +494,7 @@ impl Model {
     }
 }
 
-/// Whether each axis is in the room, or beyond it by a millimetre at least.
+/// True if each axis is in the room, or beyond it by a millimetre at least.
 fn is_clearly_outside(place: &Place, room: &Room) -> bool {
     place.iter().zip(room).all(|(place, (low, high))| {
         let by = (low - place).max(place - high);

@@ -1,4 +1,4 @@
-//! What the machine reports, and whether it is what the model says.
+//! The reports of the machine, compared with those of the model.
 
 use std::collections::BTreeMap;
 
@@ -49,7 +49,7 @@ impl Report {
 /// Compares a report at rest.
 ///
 /// # Errors
-/// What differs.
+/// The difference.
 pub fn compare(report: &Report, model: &Model) -> Result<(), Difference> {
     let state = match model.state {
         State::Idle => "Idle",
@@ -98,7 +98,7 @@ pub fn compare(report: &Report, model: &Model) -> Result<(), Difference> {
 /// Compares the reply to `$G`.
 ///
 /// # Errors
-/// What differs.
+/// The difference.
 pub fn compare_modes(heard: &[String], model: &Model) -> Result<(), Difference> {
     let line = heard.first().and_then(|line| line.strip_prefix("[GC:")?.strip_suffix(']'));
     let Some((modes, values)) = line.and_then(|line| line.split_once(" F")) else {
@@ -123,7 +123,7 @@ pub fn compare_modes(heard: &[String], model: &Model) -> Result<(), Difference> 
 /// Compares the reply to `$#`.
 ///
 /// # Errors
-/// What differs.
+/// The difference.
 pub fn compare_parameters(heard: &[String], model: &Model) -> Result<(), Difference> {
     let mut expected: Vec<(String, Place)> = Vec::new();
     expected.extend((54..).zip(model.systems).map(|(number, place)| (format!("G{number}"), place)));

@@ -57,7 +57,7 @@ impl SettingValues {
         }
     }
 
-    /// Whether all values are the same, as `$$` rounds them.
+    /// True if all values are the same, as `$$` rounds them.
     #[must_use]
     pub fn is_about(&self, other: &Self) -> bool {
         let pairs = self.0.iter().zip(&other.0);

@@ -11,7 +11,7 @@ use crate::talk::{begin, field, homed, powered_up, say, status};
 /// The default machine's resolution.
 const STEPS_PER_MM: f64 = 50.0;
 
-/// Where each move after the first `skip` moves ended, mm.
+/// The place where each move after the first `skip` moves ended, mm.
 fn corners_mm(sim: &mut Sim, skip: usize) -> Vec<[f64; 3]> {
     let outcome = sim.outcome();
     outcome.moves[skip..]

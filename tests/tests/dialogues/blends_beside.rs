@@ -1,4 +1,4 @@
-//! What blends leave as it is, to the edge: homing, probes, single moves, moves from rest to rest, jogs; and what follows
+//! Motions that blends leave as they are, to the edge: homing, probes, single moves, moves from rest to rest, jogs; and what follows
 //! the path round them: the modes, the speed that is reported, the laser.
 
 use embassy_time::Duration;

@@ -11,11 +11,11 @@ use crate::talk::{field, powered_up, say, state};
 /// Blends of some tenths of a second, lines between them, and rapids.
 const PROGRAM: &str = "G64 P1\nG1 F2400 X20\nY20\nX5\nY8 F1500\nG0 X25\nY25\nG1 X0 Y0\n";
 const END_STEPS: [i32; AXES] = [0; AXES];
-/// How long it takes undisturbed, ms, and the time between two cases.
+/// The time that it takes undisturbed, ms, and the time between two cases.
 const LASTS_MS: u64 = 6_000;
 const STRIDE_MS: u64 = 97;
 
-/// What was under way at an instant.
+/// The motion under way at an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Where {
     Blend,

@@ -42,7 +42,7 @@ struct Two {
     executor: Executor,
     controller: &'static Controller<'static, Flash>,
     links: [(Pipe, Pipe, Lines); 2],
-    /// Whether the machine may enter its boot loader.
+    /// True if the machine may enter its boot loader.
     boots: Rc<Cell<bool>>,
 }
 

@@ -29,7 +29,7 @@ pub fn powered_up(config: &Config) -> Sim {
     sim
 }
 
-/// What has been said after a round.
+/// Runs a round, and returns what has been said.
 fn later(sim: &mut Sim) -> Vec<String> {
     sim.run_for(ROUND).unwrap();
     sim.replies()
@@ -68,7 +68,7 @@ fn a_board_without_uart_drivers_has_none_of_this() {
     assert_eq!(say(&mut sim, "M122"), ["[MSG:M122: unknown here: remove it]", "error:20"]);
 }
 
-/// What a driver's fault is reported as, if it stops the machine.
+/// The report of a driver's fault, if it stops the machine.
 fn reported(fault: DriverFault) -> Option<&'static str> {
     match fault {
         DriverFault::Off | DriverFault::Late => Some("does not answer"),

@@ -30,7 +30,7 @@ fn top_mm_min(steps_per_mm: f32) -> f64 {
     (200_000.0 * 60.0 / f64::from(steps_per_mm)).min(2_880.0)
 }
 
-/// How long a move of this length from rest to rest takes at this speed, s.
+/// The time that a move of this length from rest to rest takes at this speed, s.
 fn lasts_s(length_mm: f64, speed_mm_s: f64, accel_mm_s2: f64) -> f64 {
     if length_mm > speed_mm_s * speed_mm_s / accel_mm_s2 {
         length_mm / speed_mm_s + speed_mm_s / accel_mm_s2

@@ -22,7 +22,7 @@ fn travel_mm(negative: u16, axis: usize) -> f64 {
     if negative & (1 << axis) == 0 { -travel_mm } else { travel_mm }
 }
 
-/// Where the carriage has been nearest to its end: at the place where the switch closes, which is 3 mm before that end.
+/// The place where the carriage has been nearest to its end: that where the switch closes, which is 3 mm before that end.
 #[test]
 fn the_seek_stops_where_the_switch_closes_however_long_it_is_debounced() {
     for (debounce_ms, bounce_us) in [(5, 0), (250, 0), (250, 4_000), (1_000, 1_000)] {

@@ -12,16 +12,16 @@ use crate::talk::{ON, homed, powered_up, say};
 
 /// The path is compared piece by piece, mm.
 const PIECE_MM: f64 = 0.25;
-/// How finely the plan is summed up, s.
+/// The interval in which the plan is summed up, s.
 const SAMPLE_S: f64 = 20e-6;
-/// How often a level that changes is set, s.
+/// The time between two settings of a level that changes, s.
 const UPDATE_S: f64 = 500e-6;
 /// Resolution of levels and duties together, each rounded once or twice, and at 200 % the first of them doubled.
 const LEVELS: f64 = 8.0 / 65_535.0;
 /// Resolution of the instants at which a piece of the path, a move and a stroke begin and end, s.
 const INSTANTS_S: f64 = 3e-6;
 
-/// What a line asks of the laser.
+/// The request of a line to the laser.
 #[derive(Clone, Copy)]
 struct Lit {
     mode: &'static str,
@@ -171,7 +171,7 @@ impl Program {
 }
 
 impl Lit {
-    /// How steeply the level without overrides changes between two samples, 1/s.
+    /// The slope of the level without overrides between two samples, 1/s.
     fn slope(self, pair: &[Sample]) -> f64 {
         let [from, to] = [pair[0], pair[1]].map(|sample| asked(self, 100.0, sample.speed_mm_s));
         (to - from) / SAMPLE_S
@@ -182,7 +182,7 @@ impl Lit {
 struct Sample {
     begin_s: f64,
     end_s: f64,
-    /// Where on the path of its move it ends.
+    /// The place on the path of its move where it ends.
     place_mm: f64,
     speed_mm_s: f64,
     /// The level that is asked for, without the limit.

@@ -48,7 +48,7 @@ fn homing_and_probing_are_not_shaped() {
     assert!(unshaped.len() > 1_000 && edges([1, 4]) == unshaped);
 }
 
-/// How far the axes leave the line from 0 to X20 Y10 at most, mm: while the speed changes, and in the middle.
+/// The largest distance of the axes from the line from 0 to X20 Y10, mm: while the speed changes, and in the middle.
 fn off_line_mm(outcome: &Outcome) -> [f64; 2] {
     let (first, last) = (outcome.edges.first().unwrap().t_ns, outcome.edges.last().unwrap().t_ns);
     let (mut at, mut off_mm) = ([0; 3], [0.0_f64; 2]);

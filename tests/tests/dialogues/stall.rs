@@ -34,16 +34,16 @@ fn powered_up(config: &Config) -> Sim {
     sim
 }
 
-/// Whether X's driver would tell a stall now.
+/// True if X's driver would report a stall now.
 fn looks(sim: &mut Sim) -> bool {
     sim.run_for(ROUND).unwrap();
     sim.driver_setup(0).unwrap().reports_stalls
 }
 
-/// What is wrong with a machine.
+/// The fault of a machine.
 type Change = fn(&mut Config);
 
-/// How far an axis is from where it should be after homing, steps.
+/// The distance of an axis from where it should be after homing, steps.
 fn off_steps(sim: &Sim, axis: usize) -> i32 {
     sim.places_steps()[axis] - (HOME_MM * STEPS_PER_MM) as i32
 }

@@ -41,7 +41,7 @@ const HANDLERS: [&str; 9] = [
     "UART0_IRQ",
 ];
 
-/// Whether a mangled name belongs to a function of this crate: `name::f`, or `<name::T as Trait>::f`.
+/// True if a mangled name belongs to a function of this crate: `name::f`, or `<name::T as Trait>::f`.
 fn is_of(symbol: &str, name: &str) -> bool {
     let path = symbol.trim_start_matches("_ZN").trim_start_matches(|digit: char| digit.is_ascii_digit());
     let of = path.trim_start_matches("_$LT$").strip_prefix(name);
@@ -50,7 +50,7 @@ fn is_of(symbol: &str, name: &str) -> bool {
     symbol.starts_with("_ZN") && is_whole
 }
 
-/// Whether a mangled name has this element, with its length before it.
+/// True if a mangled name has this element, with its length before it.
 fn has_element(symbol: &str, element: &str) -> bool {
     let mut found = symbol.match_indices(element);
     found.any(|(at, _)| !symbol[..at].ends_with(|before: char| before.is_ascii_digit()))
@@ -124,7 +124,7 @@ fn what_has_a_deadline_is_in_ram() {
     check("ISOSTEP_TIMER_PORT_ELF", &made_by_task);
 }
 
-/// Whether `name` has the parts of the pattern between its stars, in this order.
+/// True if `name` has the parts of the pattern between its stars, in this order.
 fn fits(pattern: &str, mut name: &str) -> bool {
     pattern.split('*').all(|part| {
         let found = name.split_once(part);

@@ -15,7 +15,7 @@ fn went_through(run: Run) -> Run {
     run
 }
 
-/// How long outputs were on after each time the core hung, ms.
+/// The time that outputs were on after each time the core hung, ms.
 fn off_after_ms(run: &Run) -> Vec<f64> {
     let stops = run.figures["tool"]["stops"].as_array().unwrap();
     let hangs = stops.iter().filter(|stop| stop["input"] == "HANG");

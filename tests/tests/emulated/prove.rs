@@ -23,7 +23,7 @@ fn how(part: Part) -> How {
     How { jumpers: Vec::new(), effort: effort(), laser: false, only: vec![part] }
 }
 
-/// What was said on a link.
+/// The words on a link.
 struct Overheard<L> {
     link: L,
     sent: Vec<u8>,

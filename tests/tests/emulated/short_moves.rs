@@ -9,7 +9,7 @@ use isostep_sim::{AXES, Port};
 use isostep_tests::emulated::Board;
 use isostep_trials::stride;
 
-/// What the machine takes while it is held: its look-ahead without the move under way, and nearly its queue.
+/// The number of moves that the machine takes while it is held: its look-ahead without the move under way, and nearly its queue.
 const HELD: usize = 63 + 14;
 /// All of them, those included that come after the resume.
 const MOVES: usize = 200;

@@ -1,4 +1,4 @@
-//! Which random cases the tests try: a few in every run of the tests, and all of them in `cargo xtask test --all`.
+//! The random cases that the tests try: a few in every run of the tests, and all of them in `cargo xtask test --all`.
 //!
 //! They begin at a number that stands in `.cargo/config.toml`, and that every change of importance raises: so the tests go
 //! on to cases that nobody has tried. Proptest reads it too. A test that fails prints the line that repeats it.
@@ -12,7 +12,7 @@ pub const ALL_VARIABLE: &str = "ISOSTEP_ALL_CASES";
 /// The number from which the cases follow.
 const WINDOW_VARIABLE: &str = "PROPTEST_RNG_SEED";
 
-/// How many cases a test tries: `few`, or `all` in a run that tries all of them.
+/// The number of cases that a test tries: `few`, or `all` in a run that tries all of them.
 #[must_use]
 pub fn cases(few: u32, all: u32) -> u32 {
     assert!(few <= all, "{few} of {all} cases");

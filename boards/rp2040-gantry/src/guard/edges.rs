@@ -1,11 +1,11 @@
-//! Which inputs have changed, and their levels, so that no change is lost. It uses nothing of the chip, so that a test
+//! The inputs that have changed, and their levels, so that no change is lost. It uses nothing of the chip, so that a test
 //! on the host can change the inputs between any two accesses (`tests/tests/registers.rs`).
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// The levels of inputs after each change, in order. While there are some, the interrupt is requested.
 pub trait Changes {
-    /// Whether there are some.
+    /// True if there are some.
     fn are_there(&mut self) -> bool;
     /// Takes the first.
     fn take(&mut self) -> u32;

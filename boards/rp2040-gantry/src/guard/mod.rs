@@ -68,7 +68,7 @@ static WATCHERS: [Watcher; GROUPS.len()] = {
 /// Set once, and read without a lock.
 static GUARDED: OnceLock<&Machine> = OnceLock::new();
 
-/// Where the level of an input is reported.
+/// The place where the level of an input is reported.
 #[derive(Clone, Copy)]
 struct Place {
     group: usize,
@@ -161,7 +161,7 @@ impl Watcher {
     }
 }
 
-/// What a state machine has seen.
+/// The changes that a state machine has seen.
 struct Seen(usize);
 
 impl Changes for Seen {

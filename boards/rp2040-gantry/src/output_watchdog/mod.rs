@@ -26,7 +26,7 @@ use self::program::{ORIGIN, forced};
 use crate::pins::{self, Group};
 
 const CYCLES_PER_US: u32 = 125;
-/// How long the tool stays on without a core. Longer than anything masks interrupts in motion, and four times as long
+/// The time that the tool stays on without a core. Longer than anything masks interrupts in motion, and four times as long
 /// as the time between two feeds.
 const PATIENCE: Duration = Duration::from_millis(20);
 /// An erase of the flash masks all interrupts. It takes 400 ms at most, by the flash's datasheet.
@@ -89,7 +89,7 @@ pub fn outlast<R>(work: impl FnOnce() -> R) -> R {
     result
 }
 
-/// Whether it forces the tool's pads low, or is about to.
+/// True if it forces the tool's pads low, or is about to.
 pub fn has_run_out() -> bool {
     PIO1.sm(STATE_MACHINE).addr().read().addr() != ORIGIN
 }

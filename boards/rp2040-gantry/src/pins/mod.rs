@@ -183,7 +183,7 @@ pub const fn count_groups(pins: &[usize]) -> usize {
     count
 }
 
-/// Where the group ends that begins at `first`: at the first pin that is not next to the one before.
+/// The end of the group that begins at `first`: at the first pin that is not next to the one before.
 const fn group_end(pins: &[usize], first: usize) -> usize {
     let mut end = first + 1;
     while end < pins.len() && pins[end] == pins[end - 1] + 1 {

@@ -1,4 +1,4 @@
-//! What follows from a board's table: its pins as numbers, and as values that own them.
+//! The consequences of a board's table: its pins as numbers, and as values that own them.
 
 /// A board. Motors and limit switches are those of X, Y, Z, then of the fourth motor.
 macro_rules! board {

@@ -64,14 +64,14 @@ pub use self::barrier::inhibit_all;
 /// The state machines count cycles of the system clock.
 const TICK_HZ: u32 = 125_000_000;
 const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;
-/// How much shorter than planned an interval may be, because both its ends are rounded and its segment is fitted.
+/// The time by which an interval may be shorter than planned, because both its ends are rounded and its segment is fitted.
 const MARGIN_TICKS: u32 = 4;
 /// A buffer is handed over when it is full or holds this much motion. With less, there would be too little time for the
 /// next.
 const BLOCK_SPAN_TICKS: u32 = TICK_HZ / 500;
 /// The step counter is never older than this.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
-/// Where intervals are shorter than this, all words on their way are sent within `REPORT_EVERY`. Then the end of each
+/// The interval below which all words on their way are sent within `REPORT_EVERY`. Then the end of each
 /// buffer is often enough to report. The factor 2 is there because only the mean interval of a segment is checked.
 const QUICK_TICKS: u32 = (REPORT_EVERY.as_micros() * TICKS_PER_US) as u32 / (2 * IN_FLIGHT_MAX_WORDS);
 
@@ -89,7 +89,7 @@ pub struct PioPort {
     is_doubled: bool,
     stream: Stream,
     capabilities: Capabilities,
-    /// What was written for the last run.
+    /// The record of the last run's words.
     tally: Tally,
     /// Edges of the last run that rose; whether a state machine ran out of words before its end, and whether both motors
     /// made the same edges.
@@ -194,7 +194,7 @@ impl PioPort {
         [self.machine, StateMachine::new(SECOND)].into_iter().take(1 + usize::from(self.is_doubled))
     }
 
-    /// Whether a state machine has run out of words. Both do on the same cycle, unless something is wrong.
+    /// True if a state machine has run out of words. Both do on the same cycle, unless something is wrong.
     #[inline(never)]
     fn has_halted(&self) -> bool {
         self.machines().any(|machine| machine.has_halted())
@@ -212,7 +212,7 @@ struct PioRun<'a> {
     /// From the opening of the start barrier to the start of the run: the set-up time of DIR.
     lead: Duration,
     has_started: bool,
-    /// How many of the last words are steps of consecutive segments whose mean interval is below [`QUICK_TICKS`]; and
+    /// The number of the last words that are steps of consecutive segments whose mean interval is below [`QUICK_TICKS`]; and
     /// whether that holds for all words on their way. Then buffers end so often that the step counter needs no timer.
     quick_words: u32,
     is_quick: bool,

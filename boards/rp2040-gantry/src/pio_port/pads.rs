@@ -1,4 +1,4 @@
-//! What the pads make of the outputs of the state machines: STEP of a ganged motor that is held stays low, and DIR of the second
+//! The pads' part in the outputs of the state machines: STEP of a ganged motor that is held stays low, and DIR of the second
 //! motor may be inverted. So both state machines of an axis do the same, and count the same, in every run.
 
 use embassy_rp::pac::IO_BANK0;

@@ -25,7 +25,7 @@
 
 use pio::{InstructionOperands, JmpCondition, MovDestination, MovOperation, MovSource, Program};
 
-/// How many axes one PIO block can drive: it has four state machines.
+/// The most axes that one PIO block can drive: it has four state machines.
 pub const AXES_MAX: usize = 4;
 
 /// Flag of the start barrier. The flags below 4 belong to the state machines; each raises its own when it halts.
@@ -52,7 +52,7 @@ pub const TURN_CYCLES: u32 = 3;
 /// The address at which a machine stays after it has found its FIFO empty before the end.
 pub const STARVED_AT: u8 = 11;
 
-/// Whether STATUS says that the end was announced: STATUS_N is 1 as long as an empty FIFO is a fault, and 0 from the
+/// True where STATUS says that the end was announced: STATUS_N is 1 as long as an empty FIFO is a fault, and 0 from the
 /// announcement on. STATUS is all ones if the level of the RX FIFO, which is 0 during a run, is below STATUS_N.
 pub const fn status_n(end_is_known: bool) -> u8 {
     if end_is_known { 0 } else { 1 }

@@ -66,7 +66,7 @@ impl StateMachine {
         });
     }
 
-    /// How many edges have risen since it was loaded, modulo 2^32. Lowers STEP and drops the content of the FIFO, so
+    /// The number of edges that have risen since it was loaded, modulo 2^32. Lowers STEP and drops the content of the FIFO, so
     /// disable the state machine first.
     pub fn risen(&self) -> u32 {
         self.share_fifo(false);
@@ -75,12 +75,12 @@ impl StateMachine {
         PIO0.rxf(self.index).read()
     }
 
-    /// Whether it has run out of words.
+    /// True if it has run out of words.
     pub fn has_halted(&self) -> bool {
         PIO0.irq().read().irq() & self.bit() != 0
     }
 
-    /// Whether it has run out of words before the end was announced. It stays so until it is loaded again.
+    /// True if it has run out of words before the end was announced. It stays so until it is loaded again.
     pub fn has_starved(&self) -> bool {
         self.registers().addr().read().addr() == STARVED_AT
     }

@@ -35,7 +35,7 @@ pub struct Stream {
     buffers: &'static Buffers,
     /// The number of words that each buffer's channel has been armed with.
     armed: [Option<u32>; 2],
-    /// Which buffer is being filled, and the number of its words so far.
+    /// The buffer that is being filled, and the number of its words so far.
     filling: usize,
     filled: usize,
     /// Words handed over since the stream was cleared.
@@ -48,7 +48,7 @@ impl Stream {
         Self { axis, is_doubled: false, buffers, armed: [None; 2], filling: 0, filled: 0, handed_over: 0 }
     }
 
-    /// Whether the second motor is to get the words too. The stream has been cleared.
+    /// Sets whether the second motor gets the words too. The stream has been cleared.
     pub fn double(&mut self, is_doubled: bool) {
         self.is_doubled = is_doubled;
     }
@@ -78,7 +78,7 @@ impl Stream {
         (self.armed, self.filling, self.filled, self.handed_over) = ([None; 2], 0, 0, 0);
     }
 
-    /// Whether there is a free place to write to. If not, the axis's waker is woken when there is one.
+    /// True if there is a free place to write to. If not, the axis's waker is woken when there is one.
     pub fn has_room(&mut self) -> bool {
         if self.armed[self.filling].is_some() && self.is_sent(self.filling) {
             DMA.intr(0).write_value(self.bits(self.filling));

@@ -13,11 +13,11 @@ pub const IN_FLIGHT_MAX: u32 = MARKS;
 const MARKS: u32 = 1024;
 const WORD_BITS: u32 = u32::BITS;
 
-/// What has been written for a run. All counts are modulo 2^32.
+/// The record of a run's words. All counts are modulo 2^32.
 pub struct Tally {
-    /// Which words are rests.
+    /// The words that are rests.
     rests: MarkHistory,
-    /// Which edges go back.
+    /// The edges that go back.
     back: MarkHistory,
     /// Position after the last written edge, relative to the start of the run.
     written_steps: i32,
@@ -49,7 +49,7 @@ impl Tally {
         self.back.pushed
     }
 
-    /// How many edges the first `words` words make.
+    /// The number of edges that the first `words` words make.
     pub fn edges_of(&self, words: u32) -> u32 {
         let rests = self.rests_written.wrapping_sub(self.rests.count_from(words));
         words.wrapping_sub(rests)
@@ -66,9 +66,9 @@ impl Tally {
 /// The last `MARKS` marks of a sequence; each is set or not.
 struct MarkHistory {
     bits: [u32; (MARKS / WORD_BITS) as usize],
-    /// How many marks have been appended.
+    /// The number of marks that have been appended.
     pushed: u32,
-    /// Whether the last mark is set, and how many marks at the end equal it, including itself; at most [`MARKS`]. While
+    /// The last mark, and the number of marks at the end that equal it, including itself; at most [`MARKS`]. While
     /// an axis neither turns nor rests, these two say everything, and the bits are not written.
     last: bool,
     alike: u32,
@@ -98,7 +98,7 @@ impl MarkHistory {
         }
     }
 
-    /// How many marks are set, from number `first` to the last.
+    /// The number of marks that are set, from number `first` to the last.
     fn count_from(&self, first: u32) -> u32 {
         let count = self.pushed.wrapping_sub(first);
         if count <= self.alike {

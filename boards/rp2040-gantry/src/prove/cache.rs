@@ -1,4 +1,4 @@
-//! What a read of flash costs: in the cache, not in it, and by the alias that does without it.
+//! The cost of a read of flash: in the cache, not in it, and by the alias that does without it.
 #![expect(unsafe_code, reason = "flash is read by address")]
 
 use embassy_rp::pac::XIP_CTRL;

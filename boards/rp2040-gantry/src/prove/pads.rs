@@ -13,7 +13,7 @@ use crate::pins::ProvePins;
 
 /// GP28.
 pub const OUT: usize = 28;
-/// How long a pad's level is sampled. The coordinator waits as long, and is further ahead than that.
+/// The time for which a pad's level is sampled. The coordinator waits as long, and is further ahead than that.
 const SAMPLED_FOR: Duration = Duration::from_millis(10);
 /// A stamper sees a level that lasts 6 cycles. A write takes one at least.
 const RELEASED_CYCLES: u32 = 8;
@@ -68,7 +68,7 @@ pub async fn press_later() -> ! {
     }
 }
 
-/// How often a pad was high, and how often it was read.
+/// The number of times that a pad was high, and that it was read.
 pub fn sample(pad: u8) -> [u32; 2] {
     let end = Instant::now() + SAMPLED_FOR;
     let (mut high, mut of) = (0, 0);

@@ -22,7 +22,7 @@ pub const MARKER: u8 = 27;
 
 /// The address of the program that skips, behind the guard's.
 pub const SKIPPING_ORIGIN: u8 = 6;
-/// Where a stamper of that program begins, and one that looks in the cycles between.
+/// The place where a stamper of that program begins, and one that looks in the cycles between.
 pub const EARLY: u8 = 0;
 pub const LATE: u8 = 2;
 /// The address of the short program: behind the step program.

@@ -23,7 +23,7 @@ pub const WINDOW: usize = 512;
 /// The window's bytes, as a power of 2: what DMA takes for the size of a ring.
 const RING_BITS: u8 = (WINDOW * size_of::<u32>()).ilog2() as u8;
 
-/// How many there are.
+/// The number of stampers.
 pub const STAMPERS: usize = 3;
 static ALL: [Stamper; STAMPERS] = [
     Stamper::new(PIO1, 2, 8, TreqSel::PIO1_RX2, false),
@@ -37,7 +37,7 @@ struct Window([AtomicU32; WINDOW]);
 
 static WINDOWS: [Window; STAMPERS] = [const { Window([const { AtomicU32::new(0) }; WINDOW]) }; STAMPERS];
 
-/// How many edges were to be skipped when they were armed last.
+/// The number of edges to be skipped when they were armed last.
 static SKIP: AtomicU32 = AtomicU32::new(0);
 
 struct Stamper {
@@ -49,7 +49,7 @@ struct Stamper {
     is_short: bool,
     /// It looks in the cycles between, since it was armed last.
     is_late: AtomicBool,
-    /// How many stamps DMA was to take then.
+    /// The number of stamps that DMA was to take then.
     asked: AtomicU32,
 }
 
@@ -73,7 +73,7 @@ pub fn arm(pads: [u8; STAMPERS], skip: u32) {
     }
 }
 
-/// What a stamper has stamped since it was armed: how many stamps, the number of the edge of the first, from 1, and
+/// The stamps of a stamper since it was armed: their number, the number of the edge of the first, from 1, and
 /// whether time was lost.
 pub struct Stamps {
     index: usize,
@@ -185,7 +185,7 @@ impl Stamper {
         });
     }
 
-    /// How many stamps DMA has taken, and whether the stamper had to wait for it before it had taken all.
+    /// The number of stamps that DMA has taken, and whether the stamper had to wait for it before it had taken all.
     fn taken(&self) -> (u32, bool) {
         let left = DMA.ch(self.channel).trans_count().read();
         let has_waited = self.pio.fdebug().read().rxstall() & self.bit() != 0;

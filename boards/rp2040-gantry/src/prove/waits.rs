@@ -1,4 +1,4 @@
-//! How long an interrupt of the highest priority waits at most: for a critical section, or for another of its priority.
+//! The longest time that an interrupt of the highest priority waits: for a critical section, or for another of its priority.
 //!
 //! # Design
 //! A slice of the PWM that drives no pin wraps again and again, and interrupts. Its counter then says how many cycles
@@ -13,7 +13,7 @@ use embassy_rp::pac::PWM;
 
 use crate::priority;
 
-/// That of the tool is slice 6.
+/// The PWM slice; that of the tool is slice 6.
 const SLICE: usize = 7;
 /// 160 us: some thousand looks a second, for 0.2 % of the core. It is a prime.
 const PERIOD_CYCLES: u16 = 20_011;

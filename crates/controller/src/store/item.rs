@@ -125,7 +125,7 @@ fn line(value: &[u8]) -> Option<StoredLine> {
 mod tests {
     use super::*;
 
-    /// What firmware for another number of axes has stored is understood, and so is what was stored in mm.
+    /// Places that firmware for another number of axes has stored are understood, and so are those in mm.
     #[test]
     fn places_of_three_axes_and_of_four_are_understood() {
         let bytes = |places: &[i64]| places.iter().flat_map(|pm| pm.to_le_bytes()).collect::<Vec<u8, 64>>();

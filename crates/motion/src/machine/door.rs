@@ -9,7 +9,7 @@ pub struct Door {
     pub is_open: bool,
     /// It was opened, and the machine is held because of that.
     pub is_held: bool,
-    /// That hold is over, and the spindle is getting its speed.
+    /// The hold is over, and the spindle is getting its speed.
     pub is_resuming: bool,
 }
 

@@ -176,7 +176,7 @@ impl Life {
         self.held || self.forget != Forget::Nothing
     }
 
-    /// What is under way is to brake, or has been stopped.
+    /// The motion under way is to brake, or has been stopped.
     pub fn is_interrupted(&self) -> bool {
         self.is_to_brake() || self.cause.is_some()
     }

@@ -74,7 +74,7 @@ pub enum Motion {
     /// Find the zero of these axes, one after the other in the configured order. In an alarm this unlocks the machine,
     /// and the other axes are as trusted as the alarm left them. If it fails, no axis is trusted.
     Home {
-        /// Which.
+        /// The axes.
         axes: [bool; AXES],
     },
 }
@@ -142,7 +142,7 @@ impl Machine {
         self.queue.try_receive().ok()
     }
 
-    /// Whether a motion waits; if none does, the caller is woken when there is one. Not inlined: see
+    /// True if a motion waits; if none does, the caller is woken when there is one. Not inlined: see
     /// [`with`](Self::with).
     #[inline(never)]
     pub(crate) fn poll_motion(&self, context: &mut Context<'_>) -> Poll<()> {

@@ -65,7 +65,7 @@ const STAGGER: Duration = Duration::from_micros(300);
 
 /// One axis of a [`TimerBank`].
 ///
-/// What its steps are is up to the processor and the clock:
+/// The quality of its steps is up to the processor and the clock:
 /// - An edge is late by up to a tick of the clock, by what interrupts of a higher priority take, and by what is made for
 ///   other axes that are due within microseconds. A step that is later than half a period at its axis's top speed is a
 ///   fault ([`PortFault::Late`]). Where steps cannot be as close as that speed asks, because each takes the processor 26 us
