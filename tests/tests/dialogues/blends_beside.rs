@@ -1,5 +1,5 @@
-//! Motions that blends leave as they are, to the edge: homing, probes, single moves, moves from rest to rest, jogs; and what follows
-//! the path round them: the modes, the speed that is reported, the laser.
+//! Motions that blends leave as they are, to the edge: homing, probes, single moves, moves from rest to rest, jogs; and what
+//! follows the path round them: the modes, the speed that is reported, the laser.
 
 use embassy_time::Duration;
 use isostep_motion::{AXES, Axis, State};

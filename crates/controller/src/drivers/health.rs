@@ -32,7 +32,7 @@ pub enum Health {
 }
 
 impl Health {
-    /// The health by the flags of a driver that has failed since it was asked last, if it has, or has too little voltage (`is_low`),
+    /// The health by the flags of a driver that has failed since it was asked last, if so, or has too little voltage (`is_low`),
     /// without those of open coils: these are true only of a moving motor.
     pub fn judge(failed: Option<Self>, is_low: bool, status: &DRV_STATUS) -> Self {
         if is_shorted(status) {
