@@ -24,7 +24,7 @@ use crate::tag::Chunk;
 const STRAIGHT_S: f64 = seconds(Asked::CHANGE_MAX);
 /// The longest stroke of a curved ramp, s.
 const CURVED_S: f64 = 0.002;
-/// The same for a speed profile over displacement, s. For such a speed profile the chip takes milliseconds to compute a speed.
+/// The same for a speed profile over displacement, s. There the chip takes milliseconds to compute a speed.
 const OVER_DISPLACEMENT_S: f64 = 0.01;
 /// Where a line ends so soon after a chunk, s, its stroke goes on to there: a stroke of its own would be shorter than what
 /// the tool's task takes for it, and the next line would begin late. If the machine brakes from the end of that chunk on,
