@@ -9,6 +9,7 @@ mod dependencies;
 mod dialect_model;
 #[path = "dialogues/main.rs"]
 mod dialogues;
+mod documented;
 mod homing;
 mod preemption;
 mod programs;
