@@ -35,7 +35,7 @@ pub enum Mismatch {
     /// An axis made fewer or more steps than the program has.
     #[error("{axis}: {traced} steps in the trace, {planned} in the program")]
     Count {
-        /// Which axis.
+        /// The axis.
         axis: Axis,
         /// Steps in the trace. If the program homes, this includes the steps of homing.
         traced: usize,
@@ -48,7 +48,7 @@ pub enum Mismatch {
     Step {
         /// Number of the move among those after homing, from 1.
         number: usize,
-        /// Which axis.
+        /// The axis.
         axis: Axis,
         /// Number of the step in its move, from 1.
         k: u32,

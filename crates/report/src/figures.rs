@@ -61,7 +61,7 @@ impl MoveFigures {
     }
 }
 
-/// Which of a program's moves are listed one by one.
+/// The moves of a program that are listed one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Listed {
     /// All of them.

@@ -47,7 +47,7 @@ pub fn by_word(counts: &BTreeMap<String, usize>) -> String {
     if more > 0 { format!("{reported} and {more} other kinds") } else { reported }
 }
 
-/// Which dwells of a laser do not pierce, and what does; `None` if there are none.
+/// The dwells of a laser that do not pierce, and what does; `None` if there are none.
 pub fn dark_dwells(survey: &Survey) -> Option<String> {
     let lines = numbers(&survey.dark_dwells, survey.dark_dwells_total)?;
     Some(format!(
@@ -73,7 +73,7 @@ pub fn probes(outcome: &Outcome) -> Vec<String> {
     words
 }
 
-/// Which move leaves the travel, by how much, and how to fix it.
+/// The move that leaves the travel, by how much, and the remedy.
 pub fn outside(outside: &Outside) -> String {
     let Outside { line, axis, place_mm, nearest_mm, .. } = outside;
     let (text, beyond_mm) = (shortened(&outside.text), (place_mm - nearest_mm).abs());

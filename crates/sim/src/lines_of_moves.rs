@@ -16,7 +16,7 @@ pub struct Source {
     pub rate: Rate,
     /// True if the line asks for an exact stop.
     pub exact_stop: bool,
-    /// How far a blend may leave the corner at its beginning, mm; 0 for none.
+    /// The farthest that a blend may leave the corner at its beginning, mm; 0 for none.
     pub deviation_mm: f64,
     /// True if it is a chord that is not the last of its arc. Its end is then not a corner of the program.
     pub in_arc: bool,
@@ -40,7 +40,7 @@ impl Source {
 pub struct Section {
     /// The index of its move in [`Outcome::moves`].
     pub index: usize,
-    /// Where it begins, steps of the longest axis from the beginning of the whole move.
+    /// The place where it begins, steps of the longest axis from the beginning of the whole move.
     pub from_steps: f64,
     /// Its source; `None` for homing, probing, and the start-up lines.
     pub source: Option<Source>,

@@ -38,7 +38,7 @@ pub struct MoveRecord {
     /// The places where the program lines begin that it is made for beside the first, in steps of the longest axis from its
     /// beginning.
     pub marks_steps: Vec<u32>,
-    /// What was asked for: the move, and for each mark the one that begins there.
+    /// The request: the move, and for each mark the one that begins there.
     pub asked: Vec<Move>,
     /// The replans of the move, in the order in which they were made.
     pub parts: Vec<SyncMove<AXES>>,

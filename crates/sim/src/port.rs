@@ -95,7 +95,7 @@ impl StepPort for AxisPort {
 /// STEP and DIR of an axis's motors: of its own, and of the second motor if that is on this axis.
 pub struct AxisPins {
     motors: [(Output, Output); 2],
-    /// Which of them move in the run.
+    /// The motors that move in the run.
     moving: [bool; 2],
     /// The second motor's DIR has the other level.
     is_inverted: bool,

@@ -1,4 +1,4 @@
-//! Which line of the program the machine is at, at any time.
+//! The line of the program that the machine is at, at any time.
 
 use isostep_sim::lines_of_moves::{Source, sections};
 use isostep_sim::{MoveRecord, Outcome};

@@ -22,7 +22,7 @@ pub struct Findings {
     pub remarks: Vec<String>,
 }
 
-/// Which of two values is better.
+/// The better of two values: the lower or the higher one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Better {
@@ -54,7 +54,7 @@ pub struct Figure {
     pub resolution: String,
     /// The reasons why it looks better than it is, in words.
     pub flatters: String,
-    /// Which of two values is better.
+    /// The better of two values: the lower or the higher one.
     pub better: Better,
     /// Two values that differ by this fraction of the reference, or by `tolerance_least` if that is more, are equal.
     pub tolerance_ratio: f64,
@@ -101,7 +101,7 @@ impl Figure {
         Self { flatters: flatters.to_owned(), ..self }
     }
 
-    /// Which of two values is better, and from what difference on: a fraction, and at least so much.
+    /// The better of two values, and the least difference that counts: a fraction, and at least so much.
     #[must_use]
     pub fn compared(self, better: Better, tolerance_ratio: f64, tolerance_least: f64) -> Self {
         Self { better, tolerance_ratio, tolerance_least, ..self }

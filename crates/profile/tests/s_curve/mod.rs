@@ -3,7 +3,7 @@
 //! Every random move follows from its number, so every run tries the same ones. A failure prints the move and the
 //! command that tries it alone: `S_CURVE_CASE=n cargo test -p isostep-profile s_curve`.
 //!
-//! How its durations compare with those of Ruckig is printed by
+//! The comparison of its durations with those of Ruckig is printed by
 //! `cargo test -p isostep-profile s_curve::ruckig -- --nocapture` (computed on the host).
 
 mod case;

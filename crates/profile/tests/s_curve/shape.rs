@@ -1,4 +1,4 @@
-//! Which of its seven phases an S-curve has.
+//! The phases, of seven, that an S-curve has.
 
 use isostep_profile::{Limits, Profile};
 

@@ -86,7 +86,7 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Pic
     Picture { svg, by_edges, with_dots, simplified, with_rapids, extent_mm: plane.extent_mm }
 }
 
-/// Which of all moves are rapids. A move whose line is unknown counts as a cut.
+/// The moves that are rapids. A move whose line is unknown counts as a cut.
 fn rapids(sources: &[Option<Source>]) -> Vec<bool> {
     sources.iter().map(|source| source.is_some_and(|source| source.rate == Rate::Rapid)).collect()
 }

@@ -45,7 +45,7 @@ pub struct RunCheck {
 /// A place.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// Which axis.
+    /// The axis.
     pub axis: Axis,
     /// When, s since power-up.
     pub t_s: f64,
