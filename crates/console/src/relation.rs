@@ -218,5 +218,8 @@ mod tests {
         let numbers: Vec<_> =
             settings.check(&|_| 1.0).unwrap_err().numbers().map(|number| number.to_string()).collect();
         assert_eq!(numbers, ["110", "0", "100"], "the first broken rule");
+        let settings = Settings { travel_mm: core::array::from_fn(|axis| [100.0, 1.0][axis % 2]), ..Settings::DEFAULT };
+        let numbers: Vec<_> = settings.check(&|_| 3_000.0).unwrap_err().numbers().collect();
+        assert_eq!(numbers, [27, 131, 27, 131], "of the axis, as often as the text names them");
     }
 }

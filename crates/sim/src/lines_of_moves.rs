@@ -227,6 +227,23 @@ mod tests {
         assert_eq!(found, [1, 4, 5].map(Some));
     }
 
+    #[test]
+    fn each_setting_that_limits_speed_is_told_after_the_first_move() {
+        let of_axes = [(100, 60), (110, 2_000), (120, 60), (910, 1), (920, 40), (930, 400)];
+        let of_axes =
+            of_axes.into_iter().flat_map(|(first, value)| (first..first + 3).map(move |number| (number, value)));
+        let limits = of_axes.chain([(11, 1), (900, 1), (940, 1)]).map(|setting| (setting, true));
+        for ((number, value), is_limit) in limits.chain([((1, 100), false), ((130, 300), false)]) {
+            let told = |program: String| {
+                let outcome = run(program.as_bytes(), &Config::default()).unwrap();
+                assert!(outcome.refusals.is_empty(), "{program}: {:?}", outcome.refusals);
+                sets_limits_on_the_way(&outcome)
+            };
+            assert_eq!(told(format!("G91 G1 X1 F600\nG4 P0\n${number}={value}\n")), is_limit, "${number}");
+            assert!(!told(format!("${number}={value}\nG91 G1 X1 F600\n")), "${number} before it");
+        }
+    }
+
     /// It ends where no line says.
     #[test]
     fn a_jog_that_is_cancelled_is_of_its_line_and_so_is_what_follows() {

@@ -27,6 +27,7 @@ mod tables;
 pub mod talk;
 mod tool;
 mod unlike_axes;
+mod wrong;
 
 /// The dialogues of `tests/dialogues`.
 mod text {

@@ -61,3 +61,25 @@ impl Edges {
         found.edges.push(EdgeErrors { what, made, errors, unit_ns });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_those_of_the_edges_that_were_seen() {
+        let edges =
+            Edges { key: "edges".to_owned(), of: "of a test".to_owned(), unit_ns: 8.0, flatters: "", made: 1_100 };
+        let (mut errors, mut found) = (Errors::default(), Findings::default());
+        (1..=1_000).for_each(|ns| errors.add(f64::from(ns)));
+        edges.add(&mut found, errors, Some(999.0));
+        let value = |key: &str| found.figure(key).and_then(|figure| figure.value);
+        let values = ["edges.max", "edges.p99", "edges.median", "edges.seen"].map(value);
+        assert_eq!(values, [1_000.0, 990.0, 500.0, 1_000.0].map(Some));
+        let is_broken = |key: &str| found.figure(key).map(Figure::is_broken);
+        assert_eq!(["edges.max", "edges.p99"].map(is_broken), [true, false].map(Some), "the first alone is promised");
+        let seen = found.figure("edges.seen").unwrap();
+        assert_eq!(seen.resolution, "of 1,100 in a move of three axes; 100 were not looked at, or not seen");
+        assert_eq!(found.edges.len(), 1);
+    }
+}
