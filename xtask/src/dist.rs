@@ -119,76 +119,29 @@ fn checksum(path: &Path) -> Result<String> {
 #[derive(Deserialize)]
 struct Metadata {
     packages: Vec<Package>,
-    resolve: Resolve,
 }
 
 #[derive(Deserialize)]
 struct Package {
-    id: String,
     name: String,
     version: String,
     license: Option<String>,
     manifest_path: PathBuf,
-    /// `None` for a package of this workspace.
-    source: Option<String>,
-    targets: Vec<Target>,
-}
-
-#[derive(Deserialize)]
-struct Target {
-    kind: Vec<String>,
-}
-
-#[derive(Deserialize)]
-struct Resolve {
-    nodes: Vec<Node>,
-}
-
-#[derive(Deserialize)]
-struct Node {
-    id: String,
-    deps: Vec<Dependency>,
-}
-
-#[derive(Deserialize)]
-struct Dependency {
-    pkg: String,
-    dep_kinds: Vec<DependencyKind>,
-}
-
-#[derive(Deserialize)]
-struct DependencyKind {
-    /// `None` for a normal dependency, which is linked in; otherwise `dev` or `build`.
-    kind: Option<String>,
-}
-
-impl Package {
-    /// It is a procedural macro. That runs in the compiler, so no code of it is linked in.
-    fn is_macro(&self) -> bool {
-        self.targets.iter().any(|target| target.kind.iter().any(|kind| kind == "proc-macro"))
-    }
 }
 
 /// The packages from other authors that are linked into the firmware, by name.
 fn linked() -> Result<Vec<Package>> {
-    let mut command = Command::new("cargo");
-    command.current_dir(workspace::root()).args(["metadata", "--format-version=1", "--filter-platform"]);
-    let json = process::output(command.arg(workspace::FIRMWARE_TARGET), "cargo comes with Rust")?;
-    let Metadata { mut packages, resolve } = serde_json::from_str(&json).context("cargo metadata")?;
-    let firmware = packages.iter().find(|package| package.name == workspace::FIRMWARE);
-    let mut waiting = vec![firmware.context("the firmware is a package of this workspace")?.id.clone()];
-    let mut seen = BTreeSet::new();
-    while let Some(id) = waiting.pop() {
-        let is_macro = packages.iter().any(|package| package.id == id && package.is_macro());
-        if is_macro || !seen.insert(id.clone()) {
-            continue;
-        }
-        let node = resolve.nodes.iter().find(|node| node.id == id);
-        let used = node.into_iter().flat_map(|node| &node.deps);
-        let used = used.filter(|used| used.dep_kinds.iter().any(|kind| kind.kind.is_none()));
-        waiting.extend(used.map(|used| used.pkg.clone()));
-    }
-    packages.retain(|package| package.source.is_some() && seen.contains(&package.id));
+    let cargo = |args: &[&str]| {
+        process::output(Command::new("cargo").current_dir(workspace::root()).args(args), "cargo comes with Rust")
+    };
+    let firmware = ["tree", "--package", workspace::FIRMWARE, "--target", workspace::FIRMWARE_TARGET, "--all-features"];
+    // A procedural macro runs in the compiler, so no code of it is linked in.
+    let tree = cargo(&[&firmware[..], &["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]].concat())?;
+    let linked: BTreeSet<_> = tree.lines().map(|line| line.trim_end_matches(" (*)")).collect();
+    let metadata = cargo(&["metadata", "--format-version=1"])?;
+    let Metadata { mut packages } = serde_json::from_str(&metadata).context("cargo metadata")?;
+    // The tree names a folder behind a package of this workspace.
+    packages.retain(|package| linked.contains(&*format!("{} v{}", package.name, package.version)));
     packages.sort_by(|one, other| (&one.name, &one.version).cmp(&(&other.name, &other.version)));
     Ok(packages)
 }
