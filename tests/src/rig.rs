@@ -142,10 +142,14 @@ impl Pace {
 /// A kind of machine. Its display says how to repeat its test.
 pub trait Rig: fmt::Display {
     /// Limits and a move that suit the machine.
-    fn pace(&self) -> Pace;
+    fn pace(&self) -> Pace {
+        Pace::of(self.port())
+    }
 
     /// The same top speed with the highest acceleration.
-    fn steep_pace(&self) -> Pace;
+    fn steep_pace(&self) -> Pace {
+        Pace::steep(self.port())
+    }
 
     /// The port that makes the steps.
     fn port(&self) -> Port;
@@ -208,14 +212,6 @@ impl Simulated {
 }
 
 impl Rig for Simulated {
-    fn pace(&self) -> Pace {
-        Pace::of(self.0)
-    }
-
-    fn steep_pace(&self) -> Pace {
-        Pace::steep(self.0)
-    }
-
     fn port(&self) -> Port {
         self.0
     }
@@ -276,14 +272,6 @@ impl Emulated {
 }
 
 impl Rig for Emulated {
-    fn pace(&self) -> Pace {
-        Pace::of(self.0)
-    }
-
-    fn steep_pace(&self) -> Pace {
-        Pace::steep(self.0)
-    }
-
     fn port(&self) -> Port {
         self.0
     }

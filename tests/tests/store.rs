@@ -258,20 +258,35 @@ fn sum(data: &[u8]) -> u32 {
     if matches!(sum.to_le_bytes()[0], 0x00 | 0xFF) { sum ^ 1 } else { sum }
 }
 
-/// A flash in which $110 is 1234, as another version of the firmware would have left it.
-fn of_another_version() -> Flash {
+/// A flash in which these settings are stored.
+fn stored(settings: &[(u16, f32)]) -> Flash {
     let flash = Flash::blank();
     let (mut store, _) = opened(&flash, 16);
     let mut wanted = defaults();
-    wanted.settings.set(110, 1234.0);
+    assert!(settings.iter().all(|&(number, value)| wanted.settings.set(number, value)));
     assert!(save(&mut store, &wanted));
+    flash
+}
+
+/// Puts other bytes at the beginning of an item, and makes its checksum fit.
+fn rewrite(flash: &Flash, item: &[u8], beginning: &[u8]) {
     flash.change(|bytes| {
-        let version = [0xFF, 0xFF, 1, 0, 0, 0];
-        let place = bytes.windows(6).position(|window| window == version).expect("a version");
-        bytes[place + 2] = 2;
-        let sum = sum(&bytes[place..place + 6]);
+        let place = bytes.windows(item.len()).position(|window| window == item).expect("the item");
+        bytes[place..place + beginning.len()].copy_from_slice(beginning);
+        let sum = sum(&bytes[place..place + item.len()]);
         bytes[place - 8..place - 4].copy_from_slice(&sum.to_le_bytes());
     });
+}
+
+/// A setting as it stands in the flash.
+fn item((number, value): (u16, f32)) -> Vec<u8> {
+    [&number.to_le_bytes()[..], &value.to_le_bytes()].concat()
+}
+
+/// A flash in which $110 is 1234, as another version of the firmware would have left it.
+fn of_another_version() -> Flash {
+    let flash = stored(&[(110, 1234.0)]);
+    rewrite(&flash, &[0xFF, 0xFF, 1, 0, 0, 0], &[0xFF, 0xFF, 2]);
     flash
 }
 
@@ -385,13 +400,7 @@ fn what_is_not_as_stored_is_reported_after_the_welcome_until_it_is_stored_anew()
 
 /// A pull-off that cannot be.
 fn refused() -> Flash {
-    let flash = Flash::blank();
-    let (mut store, _) = opened(&flash, 16);
-    let mut wanted = defaults();
-    wanted.settings.set(27, 200.0);
-    wanted.settings.set(100, 60.0);
-    assert!(save(&mut store, &wanted));
-    flash
+    stored(&[(27, 200.0), (100, 60.0)])
 }
 
 #[test]
@@ -428,20 +437,10 @@ fn a_loss_is_reported_until_it_is_made_good() {
 /// An item whose value is not of its kind: nothing that was stored with it can be relied on.
 #[test]
 fn a_value_of_another_kind_is_not_read() {
-    let flash = Flash::blank();
-    let (mut store, _) = opened(&flash, 16);
-    let mut wanted = defaults();
-    wanted.settings.set(110, 1234.0);
-    assert!(save(&mut store, &wanted));
-    flash.change(|bytes| {
-        let mut item = 110_u16.to_le_bytes().to_vec();
-        item.extend(1234_f32.to_le_bytes());
-        let place = bytes.windows(6).position(|window| window == item).expect("the item");
-        // The same bytes as the origin of G54, which takes twelve.
-        bytes[place..place + 2].copy_from_slice(&0x4000_u16.to_le_bytes());
-        let sum = sum(&bytes[place..place + 6]);
-        bytes[place - 8..place - 4].copy_from_slice(&sum.to_le_bytes());
-    });
+    let setting = (110, 1234.0);
+    let flash = stored(&[setting]);
+    // The same bytes as the origin of G54, which takes twelve.
+    rewrite(&flash, &item(setting), &0x4000_u16.to_le_bytes());
     let (store, loaded) = opened(&flash, 16);
     assert_eq!((loaded, store.kept()), (Err(Loss::Unreadable), &defaults()));
 }
@@ -449,23 +448,11 @@ fn a_value_of_another_kind_is_not_read() {
 /// Firmware without shapers has stored no setting of theirs: here each of these items has a key that means nothing.
 #[test]
 fn what_was_stored_before_there_were_shapers_is_read() {
-    let flash = Flash::blank();
-    let (mut store, _) = opened(&flash, 16);
     let mut before = defaults();
     before.settings.set(940, 1.0);
-    let mut wanted = before.clone();
-    let of_shapers: [(u16, f32); 3] = [(950, 2.0), (961, 35.0), (972, 0.1)];
-    assert!(of_shapers.into_iter().all(|(number, value)| wanted.settings.set(number, value)));
-    assert!(save(&mut store, &wanted));
-    for (number, value) in of_shapers {
-        let item = [&number.to_le_bytes()[..], &value.to_le_bytes()].concat();
-        flash.change(|bytes| {
-            let place = bytes.windows(6).position(|window| window == item).expect("the item");
-            bytes[place..place + 2].copy_from_slice(&999_u16.to_le_bytes());
-            let sum = sum(&bytes[place..place + 6]);
-            bytes[place - 8..place - 4].copy_from_slice(&sum.to_le_bytes());
-        });
-    }
+    let of_shapers = [(950, 2.0), (961, 35.0), (972, 0.1)];
+    let flash = stored(&[&[(940, 1.0)], &of_shapers[..]].concat());
+    of_shapers.into_iter().for_each(|setting| rewrite(&flash, &item(setting), &999_u16.to_le_bytes()));
     let (store, loaded) = opened(&flash, 16);
     assert_eq!((loaded, store.kept()), (Ok(()), &before));
     // A shaper would have refused the curved speed profile.
