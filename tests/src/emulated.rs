@@ -1,10 +1,9 @@
 //! Runs the unmodified firmware in an emulated RP2040: starts the program `tests/emulator`.
 
 mod live;
+mod process;
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::{env, fs};
 
 use isostep_motion::DriverTiming;
@@ -14,11 +13,13 @@ use serde_json::Value;
 
 use crate::root;
 pub use live::Live;
+use process::Process;
 
 /// One run of the emulated board. Its files are in a folder named after the test.
 pub struct Board {
     folder: PathBuf,
-    command: Command,
+    /// The emulator's command line.
+    options: Vec<String>,
 }
 
 /// The results of a run.
@@ -113,7 +114,7 @@ impl Board {
     /// # Panics
     /// When it is not set.
     pub fn of_firmware(variable: &str, test: &str) -> Self {
-        Self::wired(variable, AXES, env::var_os(BOARD).as_deref().unwrap_or(OsStr::new("pico")), test)
+        Self::wired(variable, AXES, env::var(BOARD).as_deref().unwrap_or("pico"), test)
     }
 
     /// A Pico of four axes, whatever number this is compiled for: with three there is an image for one port.
@@ -122,7 +123,7 @@ impl Board {
     /// When the firmware is not named.
     pub fn of_four_axes(port: Port, test: &str) -> Self {
         let variable = if AXES == 4 { Self::elf_variable(port) } else { "ISOSTEP_FOUR_AXES_ELF" };
-        Self::wired(variable, 4, OsStr::new("pico"), test)
+        Self::wired(variable, 4, "pico", test)
     }
 
     /// An SKR Pico of three axes.
@@ -130,19 +131,16 @@ impl Board {
     /// # Panics
     /// When the firmware is not named.
     pub fn of_skr_pico(test: &str) -> Self {
-        Self::wired("ISOSTEP_SKR_PICO_ELF", 3, OsStr::new("skr-pico"), test)
+        Self::wired("ISOSTEP_SKR_PICO_ELF", 3, "skr-pico", test)
     }
 
     /// The pins of a board with so many axes, and the firmware that this environment variable names.
-    fn wired(variable: &str, axes: usize, board: &OsStr, test: &str) -> Self {
-        let elf = env::var_os(variable);
-        let elf = elf.unwrap_or_else(|| panic!("{variable} names the firmware: run these by `cargo xtask test`"));
+    fn wired(variable: &str, axes: usize, board: &str, test: &str) -> Self {
+        let elf = env::var(variable);
+        let elf = elf.unwrap_or_else(|_| panic!("{variable} names the firmware: run these by `cargo xtask test`"));
         let folder = root().join("target/emulated").join(test);
         fs::create_dir_all(&folder).expect("a folder for the run's files");
-        let mut command = Command::new("node");
-        command.arg(root().join("tests/emulator/run.mjs")).arg("--elf").arg(elf).arg(format!("--axes={axes}"));
-        command.arg("--board").arg(board);
-        Self { folder, command }
+        Self { folder, options: vec![format!("--elf={elf}"), format!("--axes={axes}"), format!("--board={board}")] }
     }
 
     /// The environment variable that names the firmware that steps by `port`.
@@ -157,7 +155,7 @@ impl Board {
     /// Adds options of the emulator.
     #[must_use]
     pub fn with(mut self, options: &[&str]) -> Self {
-        self.command.args(options);
+        self.options.extend(options.iter().map(|&option| option.to_owned()));
         self
     }
 
@@ -184,8 +182,7 @@ impl Board {
     /// # Panics
     /// When Node does not start.
     #[must_use]
-    pub fn live(mut self) -> Live {
-        self.command.arg("--live");
+    pub fn live(self) -> Live {
         Live::start(self)
     }
 
@@ -194,17 +191,16 @@ impl Board {
         let (trace, outputs, figures) = (file("trace.csv"), file("outputs.csv"), file("figures.json"));
         // The results of a previous run must not be taken for those of this one.
         let _ = fs::remove_file(&figures);
-        self.command.arg(what).arg(path).arg("--trace").arg(&trace).arg("--json").arg(&figures);
-        self.command.arg("--outputs").arg(&outputs);
-        let output = self.command.output().expect("node runs");
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let figures = fs::read(figures).unwrap_or_else(|error| panic!("{error}: {}", text(&output.stderr)));
+        let files = [(what, path), ("--trace", &trace), ("--json", &figures), ("--outputs", &outputs)];
+        self.options.extend(files.map(|(option, path)| format!("{option}={}", path.display())));
+        let (printed, ok) = Process::begin(&self.options).end();
+        let figures = fs::read(figures).unwrap_or_else(|error| panic!("{error}: {printed}"));
         let figures = serde_json::from_slice(&figures).expect("JSON");
         self.assert_in_time(&figures);
         let edges = fs::read_to_string(trace).expect("the run's trace").lines().skip(1).map(edge).collect();
         let outputs = fs::read_to_string(outputs).expect("the run's outputs");
         let outputs = outputs.lines().skip(1).map(OutputChange::read).collect();
-        Run { ok: output.status.success(), printed: text(&output.stdout), figures, edges, outputs }
+        Run { ok, printed, figures, edges, outputs }
     }
 
     /// Checks what must be true of every run.

@@ -1,12 +1,10 @@
-import { readSync, writeSync } from 'node:fs';
 import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
 import { waitFor } from './console.mjs';
 import { homedAxes, printable, trimmedText } from './lines.mjs';
 import { summary } from './report.mjs';
+import { print, requests } from './requests.mjs';
 import { parseScript, ScriptRun } from './script.mjs';
 
-/** File descriptors are used by number, because after process.stdin is used, reads no longer block. */
-const [STDIN, STDOUT] = [0, 1];
 const LF = 0x0a;
 const CR = 0x0d;
 const RESET = 0x18;
@@ -169,19 +167,7 @@ function isRealTime(byte) {
 export function serve(live) {
   for (const request of requests()) {
     const answer = live.answer(request);
-    if (answer !== null) writeSync(STDOUT, `${answer}\n`);
+    if (answer !== null) print(answer);
     if (live.ended) return;
-  }
-}
-
-function* requests() {
-  const chunk = Buffer.alloc(65536);
-  let rest = '';
-  for (;;) {
-    const count = readSync(STDIN, chunk);
-    if (count === 0) return;
-    const lines = (rest + chunk.toString('latin1', 0, count)).split('\n');
-    rest = lines.pop();
-    yield* lines;
   }
 }

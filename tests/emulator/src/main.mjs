@@ -14,10 +14,14 @@ import { ProgramRun } from './program.mjs';
 import { Profile } from './profile.mjs';
 import { Progress } from './progress.mjs';
 import { readable, summary } from './report.mjs';
+import { print, requests } from './requests.mjs';
 import { parseScript, ScriptRun } from './script.mjs';
 import { StepTrace } from './step-trace.mjs';
 import { Transcript } from './transcript.mjs';
 import { Waveform } from './waveform.mjs';
+
+/** No line of a run begins so. */
+const END_OF_RUN = '\x04';
 
 /**
  * The whole run, from the command line to the files.
@@ -28,6 +32,7 @@ import { Waveform } from './waveform.mjs';
 export function main(args) {
   try {
     const options = parseOptions(args);
+    if (options.serve) return serveRuns();
     if (options.live) return live(options);
     if (!options.help) return emulate(options);
     console.log(HELP);
@@ -37,6 +42,14 @@ export function main(args) {
     console.error(`error: ${error.message}`);
     return 2;
   }
+}
+
+/** Runs that another program asks for, one after the other: the engine has compiled the emulator for the first of them. */
+function serveRuns() {
+  console.log = console.error = print;
+  // A line is a command line as JSON. Behind what a run has printed comes its exit code.
+  for (const request of requests()) print(`${END_OF_RUN}${main(JSON.parse(Buffer.from(request, 'latin1').toString()))}`);
+  return 0;
 }
 
 function emulate(options) {
@@ -68,7 +81,7 @@ function live(options) {
   const error = attempt(() => serve(console)) ?? verdict(board);
   const result = summary(board, console, error);
   finish(options, board, transcript, recorders, result);
-  process.stdout.write(JSON.stringify(result) + '\n');
+  print(JSON.stringify(result));
   return error === null ? 0 : 1;
 }
 

@@ -19,6 +19,7 @@ What to run
   --program FILE       streams a G-code program, line by line as it is in the file, until all is answered and Idle
   --script FILE        runs a dialogue (see below); its transcript goes to stdout
   --live               does what another program asks on stdin (src/live.mjs): cargo xtask emulate --pty
+  --serve              alone: carries out the command lines on stdin, each as JSON, in one process (tests/src/emulated/process.rs)
   --console usb|uart   the cable in use: USB CDC (default) or UART0 at the firmware's baud rate
   --stream wait|counting
                        send a line when the one before is answered (default), or count characters, 128 at most
@@ -101,6 +102,7 @@ const SPEC = {
   program: { type: 'string' },
   script: { type: 'string' },
   live: { type: 'boolean', default: false },
+  serve: { type: 'boolean', default: false },
   console: { type: 'string', default: 'usb' },
   stream: { type: 'string' },
   'poll-hz': { type: 'string' },
@@ -142,6 +144,7 @@ const SPEC = {
 export function parseOptions(args) {
   const { values } = parseArgs({ args, options: SPEC, strict: true, allowPositionals: false });
   if (values.help) return { help: true };
+  if (values.serve) return { serve: true };
   if (values.elf === undefined) throw new Error('which firmware? Give --elf target/thumbv6m-none-eabi/release/rp2040-gantry, which cargo xtask build makes');
   const jobs = [values.program, values.script, values.live || undefined].filter((job) => job !== undefined);
   if (jobs.length !== 1) throw new Error('give either --program FILE, --script FILE or --live (--help shows them)');

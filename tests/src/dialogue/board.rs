@@ -13,8 +13,9 @@ use super::step::{Step, With};
 use crate::emulated::{Board, Live};
 
 const MS: u64 = 1_000_000;
-/// The time between two questions whether a machine rests.
+/// The time between two questions whether a machine rests, at first, and at last if that takes long: each report takes its time.
 const ASK_NS: u64 = 10 * MS;
+const ASK_SELDOM_NS: u64 = 100 * MS;
 /// The time without a report after which it is asked for again.
 const ASK_AGAIN_NS: u64 = 500 * MS;
 /// The resolution of each axis at power-up, and of the emulated switches.
@@ -251,10 +252,13 @@ impl<const BY_TIMER: bool> Machine for Emulated<BY_TIMER> {
 
     /// Two reports in a row are of the same rest, and nothing else is heard between.
     fn settle(&mut self) -> Result<(), String> {
-        let (mut last, end_ns) = (String::new(), self.live.now_ns() + PATIENCE_NS);
+        let (mut last, begin_ns) = (String::new(), self.live.now_ns());
+        let end_ns = begin_ns + PATIENCE_NS;
         loop {
             let heard = self.heard.len();
-            let report = self.status(ASK_NS)?;
+            let lasts_ns = self.live.now_ns() - begin_ns;
+            let within_ns = if last.is_empty() { (lasts_ns / 20).clamp(ASK_NS, ASK_SELDOM_NS) } else { ASK_NS };
+            let report = self.status(within_ns)?;
             if rests(&report, self.unanswered) && heard == self.heard.len() {
                 let state = report.split('|').next().unwrap_or_default();
                 if last == state {

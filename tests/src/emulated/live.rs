@@ -1,20 +1,15 @@
 //! An emulated board that runs only as far as it is asked, by two pipes: see `tests/emulator/src/live.mjs`.
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Write as _};
-use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 
 use serde_json::Value;
 
-use super::Board;
+use super::{Board, Process};
 
 /// The board, from power-up on.
 pub struct Live {
     board: Board,
-    child: Child,
-    /// The board ends when this pipe is closed.
-    requests: Option<ChildStdin>,
-    answers: BufReader<ChildStdout>,
+    process: Process,
     now_ns: u64,
 }
 
@@ -22,11 +17,8 @@ impl Live {
     /// # Panics
     /// When Node does not start.
     pub(super) fn start(mut board: Board) -> Self {
-        let mut child =
-            board.command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("node, from nodejs.org, starts");
-        let requests = child.stdin.take();
-        let answers = BufReader::new(child.stdout.take().expect("its output is a pipe"));
-        Self { board, child, requests, answers, now_ns: 0 }
+        board.options.push("--live".to_owned());
+        Self { process: Process::begin(&board.options), board, now_ns: 0 }
     }
 
     /// The machine time.
@@ -84,16 +76,15 @@ impl Live {
     pub fn end(mut self) -> Result<Value, String> {
         let answer = self.ask("end")?;
         let figures = serde_json::from_str(&answer).map_err(|error| format!("{error}: {answer}"))?;
+        self.process.end();
         self.board.assert_in_time(&figures);
         Ok(figures)
     }
 
     fn ask(&mut self, request: &str) -> Result<String, String> {
-        let requests = self.requests.as_mut().ok_or("the board has ended")?;
         // If the board has ended, its answer says why.
-        _ = writeln!(requests, "{request}");
-        let mut answer = String::new();
-        self.answers.read_line(&mut answer).map_err(|error| error.to_string())?;
+        self.process.say(request);
+        let answer = self.process.line();
         if answer.is_empty() { Err("the emulated board has ended without a word".to_owned()) } else { Ok(answer) }
     }
 }
@@ -102,11 +93,4 @@ impl Live {
 fn ended(answer: &str) -> String {
     let figures: Value = serde_json::from_str(answer).unwrap_or_default();
     figures["error"].as_str().unwrap_or(answer.trim()).to_owned()
-}
-
-impl Drop for Live {
-    fn drop(&mut self) {
-        self.requests = None;
-        _ = self.child.wait();
-    }
 }

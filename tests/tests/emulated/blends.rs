@@ -9,11 +9,14 @@ use isostep_sim::world::Edge;
 use isostep_sim::{Config, Port, run};
 use isostep_tests::emulated::{self, Board, Run};
 use isostep_tests::root;
+use isostep_trials::cases;
 
 /// The settings of each axis: F6000 is reached within 5 mm.
 const MACHINE: [(u32, u32); 4] = [(100, 80), (110, 24_000), (120, 1_000), (910, 0)];
 /// Brief moves in all axes, in a row.
-const MOVES: usize = 120;
+fn moves() -> usize {
+    cases(60, 120) as usize
+}
 
 pub fn settings() -> impl Iterator<Item = String> {
     MACHINE.into_iter().flat_map(|(first, value)| (0..3).map(move |axis| format!("${}={value}", first + axis)))
@@ -21,8 +24,8 @@ pub fn settings() -> impl Iterator<Item = String> {
 
 /// A wave of moves of 0.2 mm along X, that comes back to Y0 Z0.
 pub fn wave() -> impl Iterator<Item = String> {
-    (1..=MOVES).map(|index| {
-        let turn = index as f64 / MOVES as f64 * TAU * 4.0;
+    (1..=moves()).map(|index| {
+        let turn = index as f64 / moves() as f64 * TAU * 4.0;
         let [y, z] = [turn.sin(), 1.0 - turn.cos()];
         format!("X{:.4}Y{:.4}Z{:.4}", 20.0 + 0.2 * index as f64, y + 10.0, 0.5 * z)
     })
@@ -53,7 +56,7 @@ fn are_exact(port: Port, jitter_max_ns: f64) {
     let blends = simulated.moves.iter().filter(|record| record.blend.is_some()).count();
     let comparison = compare::compare(&simulated, &emulated.edges).unwrap();
     println!("{port}: {blends} blends, edges at most {:.0} ns off (emulated)", comparison.all.max_ns);
-    assert!(blends > MOVES, "{blends} blends");
+    assert!(blends > moves(), "{blends} blends");
     assert!(comparison.all.max_ns <= jitter_max_ns, "{port}: {:?}", comparison.all);
 }
 
@@ -96,8 +99,8 @@ fn blends_are_overridden_and_held() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn brief_pieces_of_lines_between_bends_are_made_in_time() {
     let straight = [[0.037_5, 0.0]; 8];
-    let zigzag =
-        (0..80).flat_map(|index| straight.into_iter().chain([[0.1, if index % 2 == 0 { 0.012_5 } else { -0.012_5 }]]));
+    let zigzag = (0..cases(40, 80))
+        .flat_map(|index| straight.into_iter().chain([[0.1, if index % 2 == 0 { 0.012_5 } else { -0.012_5 }]]));
     let lines = zigzag.map(|[x, y]| format!("X{x}Y{y}"));
     let begin = (0..3).map(|axis| format!("${}=10000", 120 + axis)).chain(["G64 P0.05 G91 G1 F6000 X20".into()]);
     let program = settings().chain(begin).chain(lines).fold(String::new(), |text, line| text + &line + "\n");

@@ -62,7 +62,7 @@ fn speeds_mm_s(edges: &[Edge]) -> [f64; 2] {
 /// ones is even: it is limited by the time that each of them takes to compile, and this is the same for all. A quarter is
 /// for the beginning, where the S-curve takes several moves to speed up.
 fn are_even(port: Port, feed_mm_min: u32, jitter_max_ns: f64) {
-    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(stride(3)) {
+    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(stride(4)) {
         let mut text = settings(number, speed_profile).join("\n");
         writeln!(text, "\nG1 F{feed_mm_min} X20").unwrap();
         let kinds = [(0.2, false), (0.2, true), (0.05, false)];
@@ -114,7 +114,7 @@ fn short_moves_of_every_speed_profile_by_the_timer_port_slow_down_evenly() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn long_moves_of_every_speed_profile_by_the_timer_port_are_as_slow_as_their_steps() {
-    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(stride(3)) {
+    for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(stride(4)) {
         let accel_mm_s2 = [3_000, 1_500, 700, 10_000][number % 4];
         let mut text =
             settings(number, speed_profile).join("\n").replace("=24000", "=60000\n$130=900\n$131=900\n$132=900");
@@ -144,7 +144,7 @@ fn long_moves_of_every_speed_profile_by_the_timer_port_are_as_slow_as_their_step
 #[ignore = "needs the firmware: cargo xtask test"]
 fn short_moves_of_every_speed_profile_are_overridden_and_held() {
     for (port, (number, speed_profile)) in
-        Port::ALL.into_iter().cycle().zip(SpeedProfile::ALL.into_iter().enumerate()).step_by(stride(3))
+        Port::ALL.into_iter().cycle().zip(SpeedProfile::ALL.into_iter().enumerate()).step_by(stride(4))
     {
         let begin = settings(number, speed_profile).into_iter().chain(["G1 F3000 X5".into()]);
         let mut script = "expect Grbl\n".to_owned();

@@ -106,15 +106,16 @@ fn awake_percent(run: &Run) -> f64 {
 fn flowing_moves_are_the_simulations_and_within_50_ns() {
     let mut program = Program::new(3_000, 0.01);
     program.run_up();
-    program.curve(400);
+    let moves = cases(50, 150);
+    program.curve(moves);
     program.line([0.0, 7.0, 0.0]);
-    program.curve(150);
+    program.curve(moves);
     program.half_circle(4.0);
-    program.curve(150);
+    program.curve(moves);
     program.line([-3.0, -1.0, 0.5]);
     program.line([3.0, 1.0, -0.5]);
     program.line([0.0, 0.0, 2.0]);
-    program.curve(300);
+    program.curve(2 * moves);
     let emulated = program.stream("flowing", &[]);
     let simulated = run(program.text.as_bytes(), &emulated::config()).unwrap();
     let runs: BTreeSet<_> = simulated.moves.iter().map(|record| record.run).collect();

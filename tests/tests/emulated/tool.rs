@@ -208,7 +208,7 @@ fn stops(count: usize, seed: u64) -> String {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn every_stop_puts_the_tool_off_at_once() {
-    let count = cases(30, 500) as usize;
+    let count = cases(16, 500) as usize;
     let run = Board::new("tool-stops").with(&["--start", "150,40,15"]).script(&stops(count, 7));
     assert!(run.ok, "{}", run.printed);
     let stops = run.figures["tool"]["stops"].as_array().unwrap();
