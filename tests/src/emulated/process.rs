@@ -1,5 +1,4 @@
-//! Processes of the emulator. Each carries out one run after the other, so that the engine compiles the emulator for the first
-//! of them only.
+//! Processes of the emulator. Each carries out a few runs, so that the engine compiles the emulator for the first of them only.
 
 use std::io::{BufRead, BufReader, Write as _};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -9,6 +8,8 @@ use crate::root;
 
 /// Behind all that a run prints, before its exit code.
 const END_OF_RUN: char = '\x04';
+/// The runs of a process: the engine's code is fast for the first few boards that it has seen, and slow for any.
+const RUNS: usize = 3;
 /// The processes whose run has ended.
 static IDLE: Mutex<Vec<Process>> = Mutex::new(Vec::new());
 
@@ -17,6 +18,7 @@ pub(super) struct Process {
     child: Child,
     requests: ChildStdin,
     answers: BufReader<ChildStdout>,
+    runs: usize,
 }
 
 impl Process {
@@ -33,7 +35,7 @@ impl Process {
         node.arg(root().join("tests/emulator/run.mjs")).arg("--serve").stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = node.spawn().expect("node, from nodejs.org, starts");
         let (requests, answers) = child.stdin.take().zip(child.stdout.take()).expect("both are pipes");
-        Self { child, requests, answers: BufReader::new(answers) }
+        Self { child, requests, answers: BufReader::new(answers), runs: 0 }
     }
 
     /// Says a line. If the process has ended, the next line that it is asked for says so.
@@ -48,7 +50,7 @@ impl Process {
         line
     }
 
-    /// What else the run prints, and whether it succeeds. The process is there for the next run.
+    /// What else the run prints, and whether it succeeds. The process may be there for the next run.
     pub(super) fn end(mut self) -> (String, bool) {
         let mut printed = String::new();
         loop {
@@ -56,7 +58,10 @@ impl Process {
             assert!(!line.is_empty(), "the emulator has failed:\n{printed}");
             if let Some(code) = line.strip_prefix(END_OF_RUN) {
                 let is_well = code.trim() == "0";
-                IDLE.lock().unwrap_or_else(PoisonError::into_inner).push(self);
+                self.runs += 1;
+                if self.runs < RUNS {
+                    IDLE.lock().unwrap_or_else(PoisonError::into_inner).push(self);
+                }
                 return (printed, is_well);
             }
             printed += &line;
