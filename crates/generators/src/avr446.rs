@@ -119,7 +119,8 @@ impl Avr446 {
     }
 }
 
-/// Steps of the deceleration (AVR446: `decel_val`), at least 1.
+/// Steps of the deceleration (AVR446: `decel_val`), at least 1. As in the note, both counts are at least a step, so where the
+/// top speed takes less than one, the deceleration may have all steps but the first.
 fn decel_steps(steps: u32, limits: &Limits) -> u32 {
     let (a, d) = (limits.accel_steps_s2, limits.decel_steps_s2);
     let top = limits.top_speed_steps_s;
