@@ -233,6 +233,8 @@ pub enum Event {
         number: u16,
         /// The plan of the corner.
         blend: Blend<AXES>,
+        /// The place where it ends, steps of the longest axis from the beginning of the move.
+        end_steps: f64,
     },
     /// The move that was reported last is made together with others that go straight on: at this place another of them begins.
     Mark {

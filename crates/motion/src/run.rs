@@ -264,7 +264,7 @@ where
                 plan.begin_steps()
             }
             (_, Plan::Blend(blend)) => {
-                self.report(Event::Blend { blend, number: chunk.tag.number });
+                self.report(Event::Blend { blend, end_steps: chunk.until_steps, number: chunk.tag.number });
                 0.0
             }
         };

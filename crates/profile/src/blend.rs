@@ -26,12 +26,9 @@ pub struct Blend<const N: usize> {
     /// The places where that move begins and ends beside whole steps.
     offsets: [[i8; N]; 2],
     begin_s: f64,
-    /// The time that the approach lasts, and the corner itself; and the inverse of the latter.
+    /// The time that the approach lasts, and the corner itself.
     approach_s: f64,
     corner_s: f64,
-    per_s: f64,
-    /// The place where it ends on the block after the corner, steps of the longest axis of that block.
-    end_steps: f64,
     /// Speeds of each axis where it begins and ends, steps/s, signed by direction.
     speeds_steps_s: [[f64; 2]; N],
     /// The places where each axis is where the approach and the corner end, steps from the whole step next to the corner, signed
@@ -79,8 +76,6 @@ impl<const N: usize> Blend<N> {
             begin_s,
             approach_s,
             corner_s,
-            per_s: 1.0 / corner_s,
-            end_steps: after.corner_steps,
             speeds_steps_s: [[0.0; 2]; N],
             places_steps: [[0.0; 2]; N],
             counts: [[0; 4]; N],
@@ -139,19 +134,14 @@ impl<const N: usize> Blend<N> {
         self.corner_s
     }
 
-    /// The place where it ends on the block after the corner, steps of the longest axis from the beginning of that block.
+    /// The plan of no distance with which the move goes on where the blend ends, `end_steps` of the longest axis from the
+    /// beginning of the move.
     #[must_use]
-    pub fn end_steps(&self) -> f64 {
-        self.end_steps
-    }
-
-    /// The plan of no distance with which the move goes on where the blend ends.
-    #[must_use]
-    pub fn landing(&self) -> SyncMove<N> {
+    pub fn landing(&self, end_steps: f64) -> SyncMove<N> {
         let move_steps = MoveSteps { steps: self.steps, offsets: self.offsets };
         let longest = (0..N).max_by(|one, other| move_steps.len(*one).abs().total_cmp(&move_steps.len(*other).abs()));
         let speed_steps_s = longest.map_or(0.0, |axis| self.speeds_steps_s[axis][1].abs());
-        SyncMove::passing(&move_steps, self.end_steps, speed_steps_s, self.end_s())
+        SyncMove::passing(&move_steps, end_steps, speed_steps_s, self.end_s())
     }
 
     /// The place where an axis is at `t_s` from the start of the run, steps from the whole step next to the corner, signed by
@@ -179,7 +169,7 @@ impl<const N: usize> Blend<N> {
     #[must_use]
     pub fn accel_steps_s2(&self, axis: usize) -> f64 {
         let [from_steps_s, to_steps_s] = self.speeds_steps_s[axis];
-        (to_steps_s - from_steps_s) * self.per_s
+        (to_steps_s - from_steps_s) * (1.0 / self.corner_s)
     }
 
     /// The number of steps that an axis makes, and how many of them before it turns; if it does not turn, that is all of them.

@@ -206,8 +206,9 @@ pub struct Chain<const N: usize, const LEN: usize, T = u64> {
     config: ChainConfig<N>,
     /// The first block does not flow if it begins, or goes on, from rest.
     blocks: Ring<ChainBlock<N, T>, LEN>,
-    /// The direction of the last block.
+    /// The direction of the last block, and over which length that has its delta v², mm.
     last_direction: UnitVector<N>,
+    last_line_mm: f64,
     /// The place where the block that was made last ends beside its whole steps: a block that comes at rest begins there.
     last_offsets: [i8; N],
     /// The number of blocks that a pass has looked at. Those that came later have no entry speeds yet.
@@ -256,6 +257,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             config: ChainConfig::none(),
             blocks: Ring::new(ChainBlock::none(tag)),
             last_direction: [0; N],
+            last_line_mm: 0.0,
             last_offsets: [0; N],
             passed: 0,
             settled: 0,
@@ -314,12 +316,12 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         if bent {
             line_steps -= reach_mm * block.steps_per_mm();
         }
-        block.set_line(line_steps, &limits, &self.config);
+        let line_mm = block.set_line(line_steps, &limits, &self.config);
         if bent {
             self.shorten_last(reach_mm);
         }
         self.blocks.extend();
-        self.last_direction = direction;
+        (self.last_direction, self.last_line_mm) = (direction, line_mm);
         Ok(())
     }
 
@@ -328,7 +330,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     fn shorten_last(&mut self, mm: f64) {
         let Some(index) = self.blocks.len().checked_sub(1) else { return };
         let Some(last) = self.blocks.get_mut(index) else { return };
-        last.shorten(mm);
+        last.shorten(self.last_line_mm, mm);
         if index < self.settled && last.entry > last.decel_delta_v2 {
             self.settled = self.settled.min(self.bound_entries());
         }
@@ -343,13 +345,12 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         let begun = usize::from(self.has_begun());
         let len = self.blocks.len();
         let Some(last) = self.blocks.get_mut(len.wrapping_sub(1)).filter(|_| len > begun) else { return false };
-        let is_one = last.lengthen(request, join, &self.config);
-        if is_one {
-            // It counts as one that has just come. What is final remains so: a longer move may only be faster.
-            self.passed = self.passed.min(len - 1);
-            self.quicken_last();
-        }
-        is_one
+        let Some(line_mm) = last.lengthen(request, join, &self.config) else { return false };
+        self.last_line_mm = line_mm;
+        // It counts as one that has just come. What is final remains so: a longer move may only be faster.
+        self.passed = self.passed.min(len - 1);
+        self.quicken_last();
+        true
     }
 
     /// Lets the last move, which has become longer, go as fast as is asked of it, if it was too short for that.

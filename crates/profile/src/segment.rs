@@ -15,6 +15,8 @@ pub(crate) const SPAN_MAX_TICKS: u32 = (1 << 30) - 64;
 
 /// A few consecutive steps of one axis, made by [`Segments`](crate::Segments). [`ticks`](Segment::ticks) replays it as
 /// instants, [`intervals`](Segment::intervals) as intervals.
+// Packed, because queues hold many of them, and what stands beside one there would end with a gap of seven bytes.
+#[repr(C, packed(4))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
     steps: u32,

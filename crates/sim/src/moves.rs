@@ -364,13 +364,13 @@ impl Moves {
                 let asked = self.taken.begin(number).into_iter().collect();
                 self.records.push(MoveRecord { asked, ..run.begin(plan, self.homing) });
             }
-            (Event::Blend { blend, number }, Some(run)) => {
+            (Event::Blend { blend, end_steps, number }, Some(run)) => {
                 run.turn(&blend);
                 if let Some(record) = self.records.last_mut() {
                     (record.ends_in_blend, record.end_steps, record.plan_s) = (true, run.place_steps, blend.begin_s());
                 }
                 let asked = self.taken.begin(number).into_iter().collect();
-                self.records.push(MoveRecord { asked, ..run.begin_bent(blend, self.homing) });
+                self.records.push(MoveRecord { asked, ..run.begin_bent(blend, end_steps, self.homing) });
             }
             (Event::Mark { place_steps, number }, Some(_)) => {
                 if let Some(record) = self.records.last_mut() {
@@ -465,12 +465,12 @@ impl OpenRun {
         self.place_steps = std::array::from_fn(|axis| self.place_steps[axis] + blend.ends_steps(axis)[0]);
     }
 
-    /// Begins a move with a blend.
-    fn begin_bent(&mut self, blend: Blend<AXES>, homing: bool) -> MoveRecord {
+    /// Begins a move with a blend, which ends at `end_steps` of its longest axis.
+    fn begin_bent(&mut self, blend: Blend<AXES>, end_steps: f64, homing: bool) -> MoveRecord {
         let origin_steps = self.place_steps;
         self.place_steps =
             std::array::from_fn(|axis| origin_steps[axis] + blend.ends_steps(axis)[1] - blend.ends_steps(axis)[0]);
-        MoveRecord { blend: Some(blend), origin_steps, ..self.begin(blend.landing(), homing) }
+        MoveRecord { blend: Some(blend), origin_steps, ..self.begin(blend.landing(end_steps), homing) }
     }
 
     fn begin(&mut self, plan: SyncMove<AXES>, homing: bool) -> MoveRecord {

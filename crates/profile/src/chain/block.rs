@@ -24,16 +24,22 @@ const FINE: Square = 1 << 24;
 /// far enough from each other.
 const OFFSET_MAX: i8 = 62;
 
+/// The moves that a block is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MadeOf {
+    OneMove,
+    /// It ends at rest even if another move follows.
+    OneThatStops,
+    Several,
+}
+
 /// One move. There are many of them, so what is seldom needed and follows from the rest is not kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ChainBlock<const N: usize, T> {
     pub(super) move_steps: MoveSteps<N>,
     /// Its length, steps of the longest axis.
     longest_steps: f64,
-    /// True if it ends at rest even if another move follows.
-    pub(super) stops: bool,
-    /// True if it is several moves.
-    pub(super) is_joined: bool,
+    pub(super) made_of: MadeOf,
     /// True if a blend may lead to it.
     may_bend: bool,
     /// True if it came when the machine was on its way to rest at the end of the block before it.
@@ -52,8 +58,6 @@ pub(super) struct ChainBlock<const N: usize, T> {
     pub(super) corner: Option<NonZero<Square>>,
     /// The blend at that corner.
     pub(super) blend: BlendBounds,
-    /// Over which length it has its delta v², mm.
-    line_mm: f64,
     /// The nominal speed, which is the requested one with overrides and limits applied, steps/s; and its square.
     nominal_steps_s: f64,
     pub(super) nominal: Square,
@@ -79,8 +83,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         Self {
             move_steps: MoveSteps::NONE,
             longest_steps: 0.0,
-            stops: false,
-            is_joined: false,
+            made_of: MadeOf::OneMove,
             may_bend: false,
             is_late: false,
             flows: false,
@@ -91,7 +94,6 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             deviation_mm: 0.0,
             corner: None,
             blend: BlendBounds::NONE,
-            line_mm: 0.0,
             nominal_steps_s: 0.0,
             nominal: 0,
             fastest: 0,
@@ -140,7 +142,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         *self = Self {
             move_steps,
             longest_steps: distance_steps,
-            stops,
+            made_of: if stops { MadeOf::OneThatStops } else { MadeOf::OneMove },
             feed_mm_s,
             mm_per_step,
             steps_per_mm,
@@ -153,55 +155,55 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         Ok((corner::direction(&mm, per_mm), limits))
     }
 
-    /// Makes it end at whole steps, from rest to rest: it does not flow into another.
-    pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) {
-        let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, stops, deviation_mm, tag, .. } = *self;
+    /// Makes it end at whole steps, from rest to rest: it does not flow into another. Returns the length of its line, mm, if
+    /// that has changed.
+    pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) -> Option<f64> {
+        let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, deviation_mm, tag, .. } = *self;
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
-        let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, tag };
+        let request = Request { steps, offsets: [0; N], feed_mm_s, stops: self.stops(), deviation_mm, tag };
         let mut whole = Self::none(tag);
-        if let Ok((_, limits)) = whole.begin(request, begin, config) {
-            whole.set_line(whole.distance_steps(), &limits, config);
-            whole.entry = self.entry.min(whole.start);
-            *self = whole;
-        }
+        let (_, limits) = whole.begin(request, begin, config).ok()?;
+        let line_mm = whole.set_line(whole.distance_steps(), &limits, config);
+        whole.entry = self.entry.min(whole.start);
+        *self = whole;
+        Some(line_mm)
     }
 
     /// Lengthens it by a move that goes straight on at the same feed, if `join` returns a tag for both: see
-    /// [`Chain::lengthen`](super::Chain::lengthen).
+    /// [`Chain::lengthen`](super::Chain::lengthen). Returns the length of its line then, mm.
     pub(super) fn lengthen(
         &mut self,
         request: &Request<N, T>,
         join: impl FnOnce(T, u32) -> Option<T>,
         config: &ChainConfig<N>,
-    ) -> bool {
+    ) -> Option<f64> {
         let feed_mm_s = request.feed_mm_s.unwrap_or(f64::INFINITY);
         // Where each move stops, or needs a time of its own, two short ones are not one long one.
         let is_bound = config.interval_split != IntervalSplit::Fastest || config.effort.needs_time();
         if feed_mm_s != self.feed_mm_s
-            || self.stops
+            || self.stops()
             || request.stops
             || is_bound
             || self.move_steps.offsets != [[0; N]; 2]
             || request.offsets != [0; N]
             || !self.goes_on(&request.steps)
         {
-            return false;
+            return None;
         }
         let mut move_steps = self.move_steps;
         for (own, other) in move_steps.steps.iter_mut().zip(request.steps) {
-            let Some(sum) = own.checked_add(other) else { return false };
-            *own = sum;
+            *own = own.checked_add(other)?;
         }
         let distance_steps = move_steps.longest();
         if distance_steps > self.nominal_steps_s * config.easily_s {
-            return false;
+            return None;
         }
-        let Some(tag) = join(self.tag, longest(&self.move_steps.steps)) else { return false };
-        (self.move_steps, self.longest_steps, self.tag, self.is_joined) = (move_steps, distance_steps, tag, true);
+        let tag = join(self.tag, longest(&self.move_steps.steps))?;
+        (self.move_steps, self.longest_steps, self.tag, self.made_of) = (move_steps, distance_steps, tag, MadeOf::Several);
         let line_steps = distance_steps - self.blend.reach_mm * self.steps_per_mm;
-        self.set_line(line_steps, &config.shared_limits(&move_steps), config);
+        let line_mm = self.set_line(line_steps, &config.shared_limits(&move_steps), config);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
-        true
+        Some(line_mm)
     }
 
     /// Makes it as fast as is asked of it, if it was too short for that. Returns whether it was.
@@ -238,6 +240,11 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
 
     pub(super) fn steps_per_mm(&self) -> f64 {
         self.steps_per_mm
+    }
+
+    /// True if it ends at rest even if another move follows.
+    pub(super) fn stops(&self) -> bool {
+        self.made_of == MadeOf::OneThatStops
     }
 
     fn is_rapid(&self) -> bool {
@@ -342,8 +349,9 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         if top_steps_s * least_s <= self.distance_steps() { top_steps_s } else { self.distance_steps() / least_s }
     }
 
-    /// Computes the largest delta v² over a line of this many steps. Steps and `limits` are those of the longest axis.
-    pub(super) fn set_line(&mut self, steps: f64, limits: &Limits, config: &ChainConfig<N>) {
+    /// Computes the largest delta v² over a line of this many steps. Steps and `limits` are those of the longest axis. Returns
+    /// the length of that line, mm.
+    pub(super) fn set_line(&mut self, steps: f64, limits: &Limits, config: &ChainConfig<N>) -> f64 {
         let Limits { accel_steps_s2, decel_steps_s2, jerk_steps_s3, top_speed_steps_s, .. } = *limits;
         let top_steps_s = || {
             let most_steps_s = FEED_RATIO_MAX * self.feed_steps_s();
@@ -357,19 +365,18 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         let accel = delta_v2(accel_steps_s2);
         let decel = if accel_steps_s2 == decel_steps_s2 { accel } else { delta_v2(decel_steps_s2) };
         (self.accel_delta_v2, self.decel_delta_v2) = (accel, decel);
-        self.line_mm = steps * self.mm_per_step;
+        steps * self.mm_per_step
     }
 
-    /// Takes a length for a blend off the line on which it changes its speed.
-    pub(super) fn shorten(&mut self, mm: f64) {
-        let left_mm = self.line_mm - mm;
+    /// Takes a length for a blend off the line on which it changes its speed, which is `line_mm` long.
+    pub(super) fn shorten(&mut self, line_mm: f64, mm: f64) {
+        let left_mm = line_mm - mm;
         // Where two blends meet, rounding may leave a little.
-        if left_mm <= NO_LINE_RATIO * self.line_mm {
-            (self.line_mm, self.accel_delta_v2, self.decel_delta_v2) = (0.0, 0, 0);
+        if left_mm <= NO_LINE_RATIO * line_mm {
+            (self.accel_delta_v2, self.decel_delta_v2) = (0, 0);
             return;
         }
-        let ratio = left_mm / self.line_mm;
-        self.line_mm = left_mm;
+        let ratio = left_mm / line_mm;
         let is_alike = self.accel_delta_v2 == self.decel_delta_v2;
         let shorter = |delta_v2: Square| (delta_v2 as f64 * ratio) as Square;
         self.accel_delta_v2 = shorter(self.accel_delta_v2);

@@ -93,7 +93,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// Hands out a blend, which commits it.
     pub(super) fn hand_out_blend(&mut self, blend: Blend<N>) -> Option<Chunk<N, T>> {
         let block = self.blocks.get(0)?;
-        (self.at_s, self.place_steps) = (blend.end_s(), blend.end_steps());
+        self.at_s = blend.end_s();
         Some(Chunk {
             plan: Plan::Blend(blend),
             until_steps: self.place_steps,

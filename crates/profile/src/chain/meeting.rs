@@ -122,7 +122,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// The facts of it that the next block needs, if it has begun up to `place_steps`.
     pub(super) fn end(&self, place_steps: f64) -> BlockEnd {
         let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
-        BlockEnd { stops: self.stops, left_mm, pace: self.pace(), fastest: self.fastest() }
+        BlockEnd { stops: self.stops(), left_mm, pace: self.pace(), fastest: self.fastest() }
     }
 
     /// The squared speed at which the block before it, of that nominal square, ends, if this one begins at `entry`.

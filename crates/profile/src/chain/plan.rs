@@ -1,6 +1,6 @@
 //! The plan of the chain's first block.
 
-use super::block::{ChainBlock, NO_LINE_RATIO};
+use super::block::{ChainBlock, MadeOf, NO_LINE_RATIO};
 use super::config::{Square, is_as_low};
 use super::{Chain, ChunkKind};
 use crate::fixed::is_zero;
@@ -166,7 +166,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
             && let Some(first) = self.blocks.get_mut(0)
             && first.move_steps.offsets[1] != [0; N]
         {
-            first.end_whole(&self.config);
+            self.last_line_mm = first.end_whole(&self.config).unwrap_or(self.last_line_mm);
             (self.last_direction, self.begun) = (first.direction(&self.config), None);
         }
         let Some(block) = self.blocks.get(0) else { return };
@@ -222,7 +222,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// The goal of a line between two blends that is short, and to be made at constant speed, and its length, steps.
     fn approach(&self, speed_steps_s: f64) -> Option<(Goal, f64)> {
         let first = self.blocks.get(0)?;
-        if self.begun.is_none() || self.plan.is_made || self.is_held || first.is_joined {
+        if self.begun.is_none() || self.plan.is_made || self.is_held || first.made_of == MadeOf::Several {
             return None;
         }
         let exit = self.exit();
@@ -279,7 +279,10 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         let steps = block.distance_steps() - place_steps - blends_mm * block.steps_per_mm();
         let is_line = is_zero(blends_mm) || steps > NO_LINE_RATIO * block.distance_steps();
         let limits = self.config.shared_limits(&block.move_steps);
-        block.set_line(if is_line { steps } else { 0.0 }, &limits, &self.config);
+        let line_mm = block.set_line(if is_line { steps } else { 0.0 }, &limits, &self.config);
+        if index + 1 == self.blocks.len() {
+            self.last_line_mm = line_mm;
+        }
     }
 
     /// Fits the first block, at rest, and the blend at its end to what is left of it.
