@@ -64,7 +64,7 @@ async fn session<R: Read, W: Write>(
 ) {
     if let Some(cause) = restart {
         // If the link fails here, it fails again below.
-        let _ = tx.write_all(cause.message().as_bytes()).await;
+        let _ = cold_path(pin!(tx.write_all(cause.message().as_bytes()))).await;
     }
     if controller.serve(rx, tx, flow_control).await.is_err() {
         defmt::info!("a console has lost its link");

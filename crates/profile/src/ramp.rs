@@ -182,11 +182,18 @@ pub(crate) fn delta_v2(
     top_steps_s: impl Fn() -> f64,
 ) -> f64 {
     let trapezoid = 2.0 * accel_steps_s2 * steps;
-    match shape(speed_profile, accel_steps_s2) {
+    match speed_profile {
+        SpeedProfile::Trapezoid => trapezoid,
+        SpeedProfile::SCurve => s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s()),
+        _ => curved_delta_v2(speed_profile, trapezoid),
+    }
+}
+
+/// The delta v² by a speed profile whose acceleration is not limited by a jerk, if it is that high by the trapezoid.
+#[cold]
+fn curved_delta_v2(speed_profile: SpeedProfile, trapezoid: f64) -> f64 {
+    match shape(speed_profile, 0.0) {
         Shape::ConstantAccel { .. } => trapezoid,
-        Shape::OverTime(OverTime::SCurve { .. }) => {
-            s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s())
-        }
         Shape::OverTime(speed_profile) => trapezoid / speed_profile.peak() * LESS,
         Shape::OverDisplacement(speed_profile) => trapezoid / speed_profile.longest() * LESS,
     }
@@ -194,6 +201,7 @@ pub(crate) fn delta_v2(
 
 /// A ramp with rise r and mean speed m has a delta v² of 2 m r. It is m (r/a + a/j) long, or 2 m √(r/j). For a given
 /// delta v² it is longest at the highest m.
+#[cold]
 fn s_curve_delta_v2(accel_steps_s2: f64, jerk_steps_s3: f64, steps: f64, top_steps_s: f64) -> f64 {
     let eases_s = accel_steps_s2 / jerk_steps_s3;
     let constant = 2.0 * accel_steps_s2 * (steps - top_steps_s * eases_s);
@@ -293,6 +301,13 @@ impl Ramp {
             Shape::ConstantAccel { accel_steps_s2 } => {
                 constant_accel_time_s(steps.max(0.0), self.slow_steps_s, accel_steps_s2)
             }
+            _ => self.curved_time_at(steps),
+        }
+    }
+
+    #[cold]
+    fn curved_time_at(&self, steps: f64) -> f64 {
+        match self.shape {
             _ if steps <= 0.0 => 0.0,
             _ if steps >= self.steps => self.duration_s,
             Shape::OverTime(speed_profile) => {
@@ -303,6 +318,7 @@ impl Ramp {
                 let slow = self.slow_steps_s / self.rise_steps_s;
                 self.displacement_s() * speed_profile.time(slow, steps / self.steps)
             }
+            Shape::ConstantAccel { .. } => self.time_at(steps),
         }
     }
 
@@ -369,6 +385,7 @@ impl Ramp {
         }
     }
 
+    #[cold]
     fn over_time(&self, speed_profile: OverTime, t_s: f64) -> RampState {
         let rise = self.rise_steps_s;
         let at = speed_profile.at(t_s / self.duration_s);
@@ -400,6 +417,7 @@ impl Ramp {
     }
 
     /// Its jerk in `state`, steps/s³. Where the jerk jumps, it is the one on the side of `parameter`.
+    #[cold]
     pub(crate) fn jerk(&self, state: &RampState, parameter: f64) -> f64 {
         match self.shape {
             Shape::ConstantAccel { .. } => 0.0,

@@ -157,6 +157,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
 
     /// Makes it end at whole steps, from rest to rest: it does not flow into another. Returns the length of its line, mm, if
     /// that has changed.
+    #[cold]
     pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) -> Option<f64> {
         let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, deviation_mm, tag, .. } = *self;
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
@@ -199,7 +200,8 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             return None;
         }
         let tag = join(self.tag, longest(&self.move_steps.steps))?;
-        (self.move_steps, self.longest_steps, self.tag, self.made_of) = (move_steps, distance_steps, tag, MadeOf::Several);
+        (self.move_steps, self.longest_steps, self.tag, self.made_of) =
+            (move_steps, distance_steps, tag, MadeOf::Several);
         let line_steps = distance_steps - self.blend.reach_mm * self.steps_per_mm;
         let line_mm = self.set_line(line_steps, &config.shared_limits(&move_steps), config);
         self.set_ramps_to(distance_steps, distance_steps * self.mm_per_step, config);
@@ -275,13 +277,17 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         }
         // Only a long move needs the full check: most moves are far from lasting too long.
         if distance_steps > self.nominal_steps_s * config.easily_s {
-            // An override may change before the block is made. So none makes a block too long that is not too long
-            // itself.
-            let plain =
-                Self { nominal_steps_s: self.feed_steps_s().min(self.bearable_steps_s(limits, config)), ..*self };
-            let (limits, end) = (plain.limits_now(limits), plain.start_steps_s(limits));
-            Profile::plan(distance_steps, end, end, &limits, config.interval_split, config.speed_profile)?;
+            self.check_long(distance_steps, limits, config)?;
         }
+        Ok(())
+    }
+
+    #[cold]
+    fn check_long(&self, distance_steps: f64, limits: &Limits, config: &ChainConfig<N>) -> Result<(), PlanError> {
+        // An override may change before the block is made. So none makes a block too long that is not too long itself.
+        let plain = Self { nominal_steps_s: self.feed_steps_s().min(self.bearable_steps_s(limits, config)), ..*self };
+        let (limits, end) = (plain.limits_now(limits), plain.start_steps_s(limits));
+        Profile::plan(distance_steps, end, end, &limits, config.interval_split, config.speed_profile)?;
         Ok(())
     }
 
@@ -387,9 +393,15 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         let change_s = config.effort.change_s(distance_steps);
         self.ramps_to = u32::MAX;
         if change_s > 0.0 {
-            let cruise_s = config.effort.cruise_s(&self.move_steps.steps);
-            self.may_ramp_to(config.scale.of_speed(length_mm / (cruise_s + change_s)));
+            self.limit_ramps(change_s, length_mm, config);
         }
+    }
+
+    /// Lets it change its speed only so far that it lasts longer than that takes to compile.
+    #[cold]
+    fn limit_ramps(&mut self, change_s: f64, length_mm: f64, config: &ChainConfig<N>) {
+        let cruise_s = config.effort.cruise_s(&self.move_steps.steps);
+        self.may_ramp_to(config.scale.of_speed(length_mm / (cruise_s + change_s)));
     }
 
     /// The squared speed up to which it may change its speed.

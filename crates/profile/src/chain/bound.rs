@@ -129,7 +129,7 @@ impl Bound {
 
     /// The lowest square at the other end that allows `square`, apart from rounding; no higher than that.
     // Seldom needed: in a hold, and where a change came too late.
-    #[inline(never)]
+    #[cold]
     pub(super) fn least_for(&self, square: Square) -> Square {
         let needed = |(at_rest, slope): (Square, u32)| match square.saturating_sub(at_rest) {
             _ if slope == 0 => 0,

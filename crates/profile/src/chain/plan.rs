@@ -259,6 +259,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     }
 
     /// Makes the first block end where it ends, at rest, instead of going on to the next one by a blend.
+    #[cold]
     pub(super) fn halt(&mut self) {
         if let Some(next) = self.blocks.get_mut(1) {
             next.stop();
@@ -286,6 +287,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     }
 
     /// Fits the first block, at rest, and the blend at its end to what is left of it.
+    #[cold]
     pub(super) fn set_left(&mut self) {
         if let (Some(before), Some(block)) = (self.blocks.get(0), self.blocks.get(1))
             && !block.blend.is_none()
@@ -315,9 +317,15 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// is room. Returns whether it does.
     fn slow_down(&mut self, speed_steps_s: f64, limits: &Limits) -> bool {
         let Some(first) = self.blocks.get(0) else { return false };
-        let slow_steps_s = if self.is_held { limits.start_speed_steps_s } else { limits.top_speed_steps_s };
         let is_slow = !self.is_held && first.entry <= first.nominal;
-        if is_slow || first.entry > first.ramps_to() || is_no_faster(speed_steps_s, slow_steps_s) {
+        !(is_slow || first.entry > first.ramps_to()) && self.brake(speed_steps_s, limits)
+    }
+
+    #[cold]
+    fn brake(&mut self, speed_steps_s: f64, limits: &Limits) -> bool {
+        let Some(first) = self.blocks.get(0) else { return false };
+        let slow_steps_s = if self.is_held { limits.start_speed_steps_s } else { limits.top_speed_steps_s };
+        if is_no_faster(speed_steps_s, slow_steps_s) {
             return false;
         }
         let braking = |fast, slow| Profile::braking(fast, slow, limits, self.config.speed_profile);
@@ -395,11 +403,17 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// allows. There may be room for the promised speed only, because with limited jerk, braking to a slightly higher
     /// speed can take a longer distance.
     fn keep_promise(&mut self, promised: Square, speed_steps_s: f64) {
-        let Some(first) = self.blocks.get(0) else { return };
-        let (exit_asked, lowest) = (self.exit_of(0, first), first.reach().1);
-        if exit_asked >= lowest {
-            return;
+        if let Some(first) = self.blocks.get(0)
+            && self.exit_of(0, first) < first.reach().1
+        {
+            self.end_slower(promised, speed_steps_s);
         }
+    }
+
+    #[cold]
+    fn end_slower(&mut self, promised: Square, speed_steps_s: f64) {
+        let Some(first) = self.blocks.get(0) else { return };
+        let exit_asked = self.exit_of(0, first);
         let has_room = exit_asked == promised || {
             let asked_steps_s = first.speed_steps_s(exit_asked, &self.config);
             let limits = first.limits_now(&self.config.shared_limits(&first.move_steps));
@@ -428,6 +442,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     }
 
     /// Plans the second half of a ramp of jerk alone, which brings the acceleration to zero.
+    #[cold]
     fn ease(&mut self, speed_steps_s: f64, accel_steps_s2: f64, jerk_steps_s3: f64) {
         let profile = Profile::easing(speed_steps_s, accel_steps_s2, jerk_steps_s3);
         let half_s = profile.duration_s() / 2.0;

@@ -27,6 +27,7 @@ pub(super) struct Spans {
 impl Spans {
     /// The spans over the steps from `begin` to the one before `end`: those of the accelerating ramp, or, if
     /// `is_backwards`, of the decelerating one.
+    #[cold]
     pub(super) fn new(timed_plan: &mut TimedPlan, is_backwards: bool, (begin, end): (u32, u32)) -> Self {
         // Span 0 has no polynomial. It is kept so that other axes find where the first span begins.
         let reached = match timed_plan.spans.find(is_backwards, 0) {

@@ -30,6 +30,7 @@ impl OverTime {
     }
 
     /// Travel, speed and slope at `t`.
+    #[cold]
     pub(super) fn at(self, t: f64) -> At {
         match self {
             Self::SCurve { ratio } => s_curve_at(ratio, t),
