@@ -11,6 +11,7 @@
 extern crate std;
 
 mod arcs;
+mod beyond;
 mod boot;
 mod commands;
 mod config;

@@ -5,9 +5,10 @@ use core::pin::pin;
 use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
-use isostep_console::{Arc, Block, BlockMove, Error, Fixed, Jog, Overrides, Rate, SpindleMode};
-use isostep_motion::{AXES, Alarm, Axis, Busy, Motion, Move, cold_path};
+use isostep_console::{Arc, Block, BlockMove, Error, Jog, Overrides, Rate, SpindleMode};
+use isostep_motion::{AXES, Axis, Busy, Motion, Move, cold_path};
 
+use crate::beyond::Beyond;
 use crate::controller::{Controller, Mode};
 use crate::output::{Message, Output};
 
@@ -15,13 +16,6 @@ use crate::output::{Message, Output};
 const BUZZES: usize = 10;
 /// The speed at which it is moved, mm/s.
 const BUZZ_MM_S: f64 = 5.0;
-
-/// A place of an axis that is outside its travel, steps.
-#[derive(Clone, Copy)]
-pub(crate) struct Beyond {
-    axis: Axis,
-    place_steps: i32,
-}
 
 impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a G-code block that the interpreter has accepted. `text` is empty; messages that come before the
@@ -233,31 +227,6 @@ impl<F: NorFlash> Controller<'_, F> {
             self.beyond_travel(place_steps).map(|axis| Beyond { axis, place_steps: place_steps[axis as usize] })
         });
         (target_steps, beyond)
-    }
-
-    /// Locks the machine once the moves before have ended. These moves are good, and they must end first so that no
-    /// step is lost.
-    pub(crate) async fn refuse_target(&self, beyond: Beyond, is_of_arc: bool, text: &mut Message) -> Error {
-        match self.settled().await {
-            Ok(()) => self.lock_beyond(beyond, is_of_arc, text),
-            Err(error) => error,
-        }
-    }
-
-    #[cold]
-    fn lock_beyond(&self, Beyond { axis, place_steps }: Beyond, is_of_arc: bool, text: &mut Message) -> Error {
-        self.machine.raise(Alarm::SoftLimit { axis });
-        self.follow_machine();
-        let config = self.machine.config();
-        let range = config.travel_steps(axis);
-        let mm = |steps: i32| Fixed { value: config.mm(axis, steps) as f32, decimals: 3 };
-        let (asked, min, max) = (mm(place_steps), mm(*range.start()), mm(*range.end()));
-        let unit = self.with(|program| program.settings.unit(axis as usize));
-        let whose = if is_of_arc { "the arc's " } else { "" };
-        text.say(format_args!(
-            "{whose}{axis}{asked} is outside the travel, {min} to {max} {unit}: correct the program, then $X"
-        ));
-        Error::Locked
     }
 
     fn steps(&self, target_pm: [i64; AXES]) -> [i32; AXES] {

@@ -234,7 +234,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 console.forget();
                 console.intake.shut();
             }
-            self.end_restart().await;
+            cold_path(pin!(self.end_restart())).await;
         }
     }
 
