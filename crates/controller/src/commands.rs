@@ -62,9 +62,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let mut text = Message::new();
         if !message.is_empty() {
-            text.print(|text| report::program_message(text, message));
-            out.send(&text).await;
-            text.clear();
+            cold_path(pin!(self.tell(message, out))).await;
         }
         let answer = match line {
             Ok(_) if is_jog && self.pauses.get() != pauses => Err(Error::NotIdle),
@@ -98,7 +96,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         out.send(&text).await;
         match after {
-            After::Sleep => match self.sleep().await {},
+            After::Sleep => match cold_path(pin!(self.sleep())).await {},
             After::Boot => self.boot(),
             After::NextLine | After::StartUp | After::Restart => {}
         }
@@ -110,6 +108,13 @@ impl<F: NorFlash> Controller<'_, F> {
     /// one waits for the resume, and nobody expects this one to move then.
     fn may_not_wait(&self, line: Result<&str, Error>) -> bool {
         self.turn.try_lock().is_err() && line.is_ok_and(|line| line.starts_with(JOG) || line.contains(PROBE))
+    }
+
+    /// Prints the message of a line's comment.
+    async fn tell(&self, message: &str, out: &Output) {
+        let mut text = Message::new();
+        text.print(|text| report::program_message(text, message));
+        out.send(&text).await;
     }
 
     async fn refuse(&self, error: Error, out: &Output) {
