@@ -39,14 +39,17 @@ mod usb;
 mod vectors;
 mod watch;
 
+use core::pin::pin;
+
 use defmt_rtt as _;
 use embassy_executor::Spawner;
+use isostep_motion::cold_path;
 use portable_atomic as _;
 
 #[cfg(not(feature = "prove"))]
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    start::start(spawner).await;
+    cold_path(pin!(start::start(spawner))).await;
 }
 
 #[cfg(feature = "prove")]
@@ -54,7 +57,7 @@ async fn main(spawner: Spawner) {
 fn main() -> ! {
     #[embassy_executor::task]
     async fn main_task(spawner: Spawner) {
-        start::start(spawner).await;
+        cold_path(pin!(start::start(spawner))).await;
     }
 
     prove::run(|spawner| spawner.spawn(main_task(spawner).unwrap()))
