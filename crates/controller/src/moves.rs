@@ -9,7 +9,7 @@ use isostep_console::{Arc, Block, BlockMove, Error, Jog, Overrides, Rate, Spindl
 use isostep_motion::{AXES, Axis, Busy, Motion, Move, cold_path};
 
 use crate::beyond::Beyond;
-use crate::controller::{Controller, Mode};
+use crate::controller::{Controller, Mode, Program};
 use crate::output::{Message, Output};
 
 /// The number of times that an axis is moved to and fro to check its wiring.
@@ -28,8 +28,8 @@ impl<F: NorFlash> Controller<'_, F> {
         if let Some(tool) = block.tool_change.filter(|_| !checks) {
             cold_path(pin!(self.change_tool(tool, text, out))).await?;
         }
-        if block.switches_spindle | block.changes_speed | block.switches_coolant && !checks {
-            cold_path(pin!(self.switch(block))).await?;
+        if !checks && self.switches(block) {
+            cold_path(pin!(self.switch_tool(block.switches_coolant))).await?;
         }
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
@@ -84,17 +84,13 @@ impl<F: NorFlash> Controller<'_, F> {
         self.settled().await
     }
 
-    /// M3 to M5, S, M7 to M9.
-    async fn switch(&self, block: &Block) -> Result<(), Error> {
-        let is_of_laser = self.with(|program| program.settings.laser_mode);
-        // The S of a spindle that stands still waits for M3. The S of a laser belongs to each move.
-        let changes_speed = block.changes_speed
-            && !is_of_laser
-            && self.with(|program| program.interpreter.modal().spindle) != SpindleMode::Off;
-        if block.switches_spindle || changes_speed || block.switches_coolant {
-            self.switch_tool(block.switches_coolant).await?;
-        }
-        Ok(())
+    /// True for M3 to M5, M7 to M9, and the S of a spindle that turns: that of one that stands still waits for M3, and the S
+    /// of a laser belongs to each move.
+    fn switches(&self, block: &Block) -> bool {
+        let turns = |program: &mut Program| {
+            !program.settings.laser_mode && program.interpreter.modal().spindle != SpindleMode::Off
+        };
+        block.switches_spindle || block.switches_coolant || block.changes_speed && self.with(turns)
     }
 
     /// Holds until a resume, or a reset.
