@@ -81,7 +81,7 @@ impl Cases {
     fn cargo_test(self) -> Command {
         let mut tests = cargo("test");
         if self == Self::All {
-            tests.env(isostep_trials::ALL_VARIABLE, "1");
+            tests.env(isostep_trials::ALL_VARIABLE, "1").arg("--no-fail-fast");
         }
         tests
     }
