@@ -29,6 +29,7 @@ pub(crate) struct Chunks {
 /// What the axes are compiled from. A run is shaped or not, so neither needs memory while the other is under way.
 // Without a niche, so that it begins as zeros, of which a chip needs no copy in flash.
 #[repr(u8)]
+#[expect(clippy::large_enum_variant, reason = "there is one of it, in a static")]
 enum CompiledFrom {
     Lines(TimedPlans),
     Shaped(ShapedRun),
