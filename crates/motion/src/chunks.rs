@@ -4,8 +4,8 @@ use heapless::Deque;
 use isostep_profile::CountedPhase;
 use isostep_profile::chain::ChunkKind;
 
-use crate::axes::Axis;
-use crate::shaping::{ShapedAxis, ShapedRun, Shaping};
+use crate::axes::{AXES, Axis};
+use crate::shaping::{ShapedAxis, Shaping};
 use crate::tag::Chunk;
 use crate::timed_plans::TimedPlans;
 
@@ -23,32 +23,10 @@ pub(crate) struct Chunks {
     under_way: Option<u32>,
     /// No chunk follows those that are known.
     is_closed: bool,
-    compiled: CompiledFrom,
-}
-
-/// What the axes are compiled from. A run is shaped or not, so neither needs memory while the other is under way.
-// Without a niche, so that it begins as zeros, of which a chip needs no copy in flash.
-#[repr(u8)]
-#[expect(clippy::large_enum_variant, reason = "there is one of it, in a static")]
-enum CompiledFrom {
-    Lines(TimedPlans),
-    Shaped(ShapedRun),
-}
-
-impl CompiledFrom {
-    /// Forgets everything, for another run. Not inlined, so that a chip may have it in slow memory: it is needed once a run.
-    #[cold]
-    fn clear(&mut self, shaping: Option<Shaping>) {
-        match (&mut *self, shaping) {
-            (Self::Lines(timed_plans), None) => timed_plans.clear(),
-            (Self::Shaped(run), Some(shaping)) => run.begin(shaping),
-            (_, None) => *self = const { Self::Lines(TimedPlans::new()) },
-            (_, Some(shaping)) => {
-                *self = const { Self::Shaped(ShapedRun::new()) };
-                self.clear(Some(shaping));
-            }
-        }
-    }
+    timed_plans: TimedPlans,
+    /// The shaping of the run, if it is shaped, and what each axis makes of the chunks then.
+    shaping: Option<Shaping>,
+    shaped: [ShapedAxis; AXES],
 }
 
 impl Chunks {
@@ -58,14 +36,18 @@ impl Chunks {
             first: 0,
             under_way: None,
             is_closed: false,
-            compiled: CompiledFrom::Lines(TimedPlans::new()),
+            timed_plans: TimedPlans::new(),
+            shaping: None,
+            shaped: [const { ShapedAxis::new() }; AXES],
         }
     }
 
     /// Forgets all chunks, for another run, which is shaped like this.
     pub fn clear(&mut self, shaping: Option<Shaping>) {
-        self.compiled.clear(shaping);
+        self.shaping = shaping;
+        self.shaped.iter_mut().for_each(ShapedAxis::clear);
         self.known.clear();
+        self.timed_plans.clear();
         (self.first, self.under_way, self.is_closed) = (0, None, false);
     }
 
@@ -74,48 +56,40 @@ impl Chunks {
         self.known.get(number.checked_sub(self.first)? as usize)
     }
 
-    /// The same, with the timed plans by which it is compiled; `None` in a shaped run too.
+    /// The same, with the timed plans by which it is compiled.
     pub fn get_with_timed_plans(&mut self, number: u32) -> Option<(&Chunk, &mut TimedPlans)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
-        let CompiledFrom::Lines(timed_plans) = &mut self.compiled else { return None };
-        Some((chunk, timed_plans))
-    }
-
-    fn shaped_run(&self) -> Option<&ShapedRun> {
-        match &self.compiled {
-            CompiledFrom::Lines(_) => None,
-            CompiledFrom::Shaped(run) => Some(run),
-        }
+        Some((chunk, &mut self.timed_plans))
     }
 
     /// The shaping of the run, if it is shaped.
     pub fn shaping(&self) -> Option<&Shaping> {
-        self.shaped_run().map(|run| &run.shaping)
+        self.shaping.as_ref()
     }
 
     /// By how much the axes are late on the path, s.
     pub fn delay_s(&self) -> f64 {
-        self.shaping().map_or(0.0, |shaping| shaping.delay_s)
+        self.shaping.as_ref().map_or(0.0, |shaping| shaping.delay_s)
     }
 
     /// The instant at which the run is over, s from its start, if no chunk follows.
     pub fn over_s(&self) -> f64 {
-        self.shaping().map_or_else(|| self.end_s(), |shaping| self.end_s() + shaping.lasts_s)
+        self.shaping.as_ref().map_or_else(|| self.end_s(), |shaping| self.end_s() + shaping.lasts_s)
     }
 
-    /// The motion of an axis, if the run is shaped.
-    pub fn shaped(&self, axis: Axis) -> Option<&ShapedAxis> {
-        self.shaped_run().map(|run| &run.axes[axis as usize])
+    /// The motion of an axis in a shaped run.
+    pub fn shaped(&self, axis: Axis) -> &ShapedAxis {
+        &self.shaped[axis as usize]
     }
 
     /// The next motion of an axis of a shaped run; `None` if that is not known yet, or if it is over. Its top speed is
     /// `top_steps_s`.
     pub fn shaped_phase(&mut self, axis: Axis, top_steps_s: f64) -> Option<CountedPhase> {
-        let Self { known, first, compiled, is_closed, .. } = self;
-        let CompiledFrom::Shaped(ShapedRun { shaping, axes }) = compiled else { return None };
+        let Self { known, first, shaping, shaped, is_closed, .. } = self;
+        let shaping = shaping.as_ref()?;
         let chunk = |number: u32| known.get(number.wrapping_sub(*first) as usize);
         let impulses = &shaping.impulses[axis as usize];
-        axes[axis as usize].next(axis, impulses, top_steps_s, chunk, *is_closed)
+        shaped[axis as usize].next(axis, impulses, top_steps_s, chunk, *is_closed)
     }
 
     /// The first chunk that is still kept.
@@ -202,7 +176,6 @@ mod tests {
     use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
     use super::*;
-    use crate::axes::AXES;
     use crate::tag::Tag;
 
     /// Chunks that end one second after the other, as many as there is room for.

@@ -47,25 +47,6 @@ impl Config {
     }
 }
 
-/// What a shaped run is compiled from: its shaping, and what each axis makes of the chunks.
-pub(crate) struct ShapedRun {
-    pub shaping: Shaping,
-    pub axes: [ShapedAxis; AXES],
-}
-
-impl ShapedRun {
-    pub const fn new() -> Self {
-        let shaping = Shaping { impulses: [Impulses::ONE; AXES], delay_s: 0.0, lasts_s: 0.0 };
-        Self { shaping, axes: [const { ShapedAxis::new() }; AXES] }
-    }
-
-    /// Forgets everything, for another run, which is shaped like this.
-    pub fn begin(&mut self, shaping: Shaping) {
-        self.shaping = shaping;
-        self.axes.iter_mut().for_each(ShapedAxis::clear);
-    }
-}
-
 /// The shaped motion of an axis in a run, as far as it has been read from the chunks.
 pub(crate) struct ShapedAxis {
     shaped: Shaped<PHASES>,

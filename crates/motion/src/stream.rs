@@ -297,7 +297,7 @@ impl<'a> SegmentStream<'a> {
                 return Next::Steps;
             }
             let phase = chunks.shaped_phase(self.axis, self.shaped_top_steps_s);
-            self.chunk = chunks.shaped(self.axis).map_or(self.chunk, ShapedAxis::chunk);
+            self.chunk = chunks.shaped(self.axis).chunk();
             let Some(phase) = phase else { return self.rest(chunks) };
             self.begin_phase(&phase);
         }
@@ -313,7 +313,7 @@ impl<'a> SegmentStream<'a> {
 
     /// The item that follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
     fn rest(&self, chunks: &Chunks) -> Next {
-        let shaped = chunks.shaped(self.axis);
+        let shaped = self.is_shaped().then(|| chunks.shaped(self.axis));
         if shaped.map_or_else(|| chunks.is_closed(), ShapedAxis::is_over) {
             return Next::End;
         }
