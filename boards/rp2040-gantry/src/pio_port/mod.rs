@@ -68,7 +68,7 @@ const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;
 const MARGIN_TICKS: u32 = 4;
 /// A buffer is handed over when it is full or holds this much motion. With less, there would be too little time for the
 /// next.
-const BLOCK_SPAN_TICKS: u32 = TICK_HZ / 500;
+const BUFFER_SPAN_TICKS: u32 = TICK_HZ / 500;
 /// The step counter is never older than this.
 const REPORT_EVERY: Duration = Duration::from_millis(10);
 /// The interval below which all words on their way are sent within `REPORT_EVERY`. Then the end of each
@@ -347,7 +347,7 @@ impl<'a> PioRun<'a> {
         }
         self.last_ticks = last_ticks;
         // An estimate of the time that the open buffer lasts, which is accurate enough for this decision.
-        if self.port.stream.filled().wrapping_mul(wait.min(BLOCK_SPAN_TICKS)) >= BLOCK_SPAN_TICKS {
+        if self.port.stream.filled().wrapping_mul(wait.min(BUFFER_SPAN_TICKS)) >= BUFFER_SPAN_TICKS {
             self.port.stream.hand_over();
         }
         Ok(())
