@@ -4,10 +4,10 @@ use heapless::Deque;
 use isostep_profile::CountedPhase;
 use isostep_profile::chain::ChunkKind;
 
-use crate::axes::{AXES, Axis};
+use crate::axes::Axis;
 use crate::shaping::{ShapedAxis, Shaping};
+use crate::sources::Sources;
 use crate::tag::Chunk;
-use crate::timed_plans::TimedPlans;
 
 /// The number of chunks that are kept at once: with moves of a millisecond, more than is queued ahead.
 const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
@@ -23,10 +23,9 @@ pub(crate) struct Chunks {
     under_way: Option<u32>,
     /// No chunk follows those that are known.
     is_closed: bool,
-    timed_plans: TimedPlans,
-    /// The shaping of the run, if it is shaped, and what each axis makes of the chunks then.
+    /// The shaping of the run, if it is shaped.
     shaping: Option<Shaping>,
-    shaped: [ShapedAxis; AXES],
+    sources: Sources,
 }
 
 impl Chunks {
@@ -36,18 +35,16 @@ impl Chunks {
             first: 0,
             under_way: None,
             is_closed: false,
-            timed_plans: TimedPlans::new(),
             shaping: None,
-            shaped: [const { ShapedAxis::new() }; AXES],
+            sources: Sources::new(),
         }
     }
 
     /// Forgets all chunks, for another run, which is shaped like this.
     pub fn clear(&mut self, shaping: Option<Shaping>) {
+        self.sources.clear(shaping.is_some());
         self.shaping = shaping;
-        self.shaped.iter_mut().for_each(ShapedAxis::clear);
         self.known.clear();
-        self.timed_plans.clear();
         (self.first, self.under_way, self.is_closed) = (0, None, false);
     }
 
@@ -56,10 +53,10 @@ impl Chunks {
         self.known.get(number.checked_sub(self.first)? as usize)
     }
 
-    /// The same, with the timed plans by which it is compiled.
-    pub fn get_with_timed_plans(&mut self, number: u32) -> Option<(&Chunk, &mut TimedPlans)> {
+    /// The same, with what it is compiled from.
+    pub fn get_with_sources(&mut self, number: u32) -> Option<(&Chunk, &mut Sources)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
-        Some((chunk, &mut self.timed_plans))
+        Some((chunk, &mut self.sources))
     }
 
     /// The shaping of the run, if it is shaped.
@@ -77,19 +74,19 @@ impl Chunks {
         self.shaping.as_ref().map_or_else(|| self.end_s(), |shaping| self.end_s() + shaping.lasts_s)
     }
 
-    /// The motion of an axis in a shaped run.
-    pub fn shaped(&self, axis: Axis) -> &ShapedAxis {
-        &self.shaped[axis as usize]
+    /// The motion of an axis, if the run is shaped.
+    pub fn shaped(&self, axis: Axis) -> Option<&ShapedAxis> {
+        self.sources.shaped(axis)
     }
 
     /// The next motion of an axis of a shaped run; `None` if that is not known yet, or if it is over. Its top speed is
     /// `top_steps_s`.
     pub fn shaped_phase(&mut self, axis: Axis, top_steps_s: f64) -> Option<CountedPhase> {
-        let Self { known, first, shaping, shaped, is_closed, .. } = self;
+        let Self { known, first, shaping, sources, is_closed, .. } = self;
         let shaping = shaping.as_ref()?;
         let chunk = |number: u32| known.get(number.wrapping_sub(*first) as usize);
         let impulses = &shaping.impulses[axis as usize];
-        shaped[axis as usize].next(axis, impulses, top_steps_s, chunk, *is_closed)
+        sources.shaped_mut(axis)?.next(axis, impulses, top_steps_s, chunk, *is_closed)
     }
 
     /// The first chunk that is still kept.
@@ -176,6 +173,7 @@ mod tests {
     use isostep_profile::{IntervalSplit, Limits, SpeedProfile, SyncMove};
 
     use super::*;
+    use crate::axes::AXES;
     use crate::tag::Tag;
 
     /// Chunks that end one second after the other, as many as there is room for.

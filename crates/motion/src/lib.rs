@@ -36,11 +36,11 @@ mod port;
 pub mod probing;
 mod run;
 mod shaping;
+mod sources;
 mod start_barrier;
 mod stream;
 mod switch;
 mod tag;
-mod timed_plans;
 mod timer_port;
 pub mod tool;
 

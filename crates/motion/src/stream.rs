@@ -245,14 +245,13 @@ impl<'a> SegmentStream<'a> {
             return self.next_of_shaped(chunks);
         }
         loop {
-            let Some((chunk, timed_plans)) = chunks.get_with_timed_plans(self.chunk) else { return self.rest(chunks) };
+            let Some((chunk, sources)) = chunks.get_with_sources(self.chunk) else { return self.rest(chunks) };
             if let Plan::Line(line) = &chunk.plan {
                 let plan = self.plan.get_or_insert_with(|| {
                     // An axis that stands still is ahead of the others. It must not have timed plans computed that the others
                     // do not need yet.
                     let moves = line.steps[self.axis as usize] != 0;
-                    if moves {
-                        let timed_plan = timed_plans.of(self.axis, self.chunk, line, self.ticks.hz);
+                    if moves && let Some(timed_plan) = sources.timed_plan(self.axis, self.chunk, line, self.ticks.hz) {
                         line.begin_compiler(self.axis as usize, timed_plan, &mut self.compiler);
                     }
                     PlanSteps::of_line(line, self.axis, moves.then_some(&self.compiler))
@@ -297,7 +296,7 @@ impl<'a> SegmentStream<'a> {
                 return Next::Steps;
             }
             let phase = chunks.shaped_phase(self.axis, self.shaped_top_steps_s);
-            self.chunk = chunks.shaped(self.axis).chunk();
+            self.chunk = chunks.shaped(self.axis).map_or(self.chunk, ShapedAxis::chunk);
             let Some(phase) = phase else { return self.rest(chunks) };
             self.begin_phase(&phase);
         }
@@ -313,7 +312,7 @@ impl<'a> SegmentStream<'a> {
 
     /// The item that follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
     fn rest(&self, chunks: &Chunks) -> Next {
-        let shaped = self.is_shaped().then(|| chunks.shaped(self.axis));
+        let shaped = chunks.shaped(self.axis);
         if shaped.map_or_else(|| chunks.is_closed(), ShapedAxis::is_over) {
             return Next::End;
         }
@@ -387,8 +386,8 @@ impl<'a> SegmentStream<'a> {
         let segment = if plan.is_phase {
             self.compiler.next_of_phase()?
         } else {
-            let (chunk, timed_plans) = chunks.get_with_timed_plans(self.chunk)?;
-            self.compiler.next(timed_plans.of(self.axis, self.chunk, chunk.plan.line()?, self.ticks.hz))?
+            let (chunk, sources) = chunks.get_with_sources(self.chunk)?;
+            self.compiler.next(sources.timed_plan(self.axis, self.chunk, chunk.plan.line()?, self.ticks.hz)?)?
         };
         plan.compiled += segment.steps();
         Some(segment)
