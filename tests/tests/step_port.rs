@@ -1,7 +1,7 @@
 //! The promises of every [`StepPort`] on the ports of the simulator, and what `TimerPort` promises besides.
 //! `isostep_tests::cases` tests the same for whole machines, on the emulated board too.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::fmt;
 use std::future::pending;
@@ -11,15 +11,21 @@ use embassy_futures::join::{join, join4};
 use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::OutputPin;
 use isostep_conformance::plan::{LIMITS, Plan, steps_of};
 use isostep_conformance::rig::{WIRED, edges, let_go};
 use isostep_conformance::{Bench, Ports, Rig};
 use isostep_motion::{
-    AXES, Axis, DriverTiming, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort, StreamItem, StreamQueue,
+    AXES, Axis, DriverTiming, MotorPins, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort, StreamItem,
+    StreamQueue, TimerBank,
 };
 use isostep_profile::Limits;
-use isostep_sim::port::AxisPort;
+use isostep_sim::executor::{Executor, Priority};
+use isostep_sim::pin::{Delay, Output};
+use isostep_sim::port::{AxisPins, AxisPort};
 use isostep_sim::time;
+use isostep_sim::world::{Wire, World};
 use isostep_sim::{Config, Port};
 use isostep_tests::cases;
 use isostep_tests::rig::{Rig as _, Simulated};
@@ -186,6 +192,79 @@ fn a_step_that_is_too_late_stops_all_axes() {
     let last = edges(&world).last().copied().unwrap();
     assert_eq!(last.axis, Axis::Y as usize);
     assert!((noticed_ns - 100_000..=noticed_ns).contains(&last.t_ns), "{last:?}, noticed at {noticed_ns} ns");
+}
+
+/// STEP and DIR of an axis on which DIR takes long to set, as behind a port expander.
+struct SlowDir(AxisPins, Delay);
+
+impl SlowDir {
+    const NS: u32 = 30_000;
+}
+
+impl MotorPins for SlowDir {
+    fn begin(&mut self, motors: &Motors) {
+        self.0.begin(motors);
+    }
+
+    fn set_step(&mut self, high: bool) {
+        self.0.set_step(high);
+    }
+
+    fn set_dir(&mut self, high: bool) {
+        self.1.delay_ns(Self::NS);
+        self.0.set_dir(high);
+    }
+}
+
+/// The task that makes the steps wakes up for one, and in that instant learns of another axis's next segment. To go on to that
+/// takes long, so it comes after the step.
+#[test]
+fn a_step_that_is_near_comes_before_what_is_new() {
+    const WAKE_UP: Duration = Duration::from_micros(10);
+    const GO: Instant = Instant::from_millis(1);
+    /// The rest of Y, and the step of X in it for which the task wakes up.
+    const REST_TICKS: u64 = 20_000;
+    const STEP: usize = 50;
+    let bank: &'static TimerBank<AXES> = Box::leak(Box::new(TimerBank::new()));
+    let mut executor = Executor::new();
+    let clock = executor.clock().clone();
+    let _current = clock.enter();
+    let world = Rc::new(RefCell::new(World::new(clock.clone(), &Config::default())));
+    Output::new(&world, Wire::Enable).set_low().unwrap();
+    let pins = Axis::ALL.map(|axis| SlowDir(AxisPins::new(&world, axis), Delay::new(&clock)));
+    let [mut x, mut y, ..] = bank.ports(DriverTiming::DRV8825, [|_engaged| {}; AXES]);
+    let plan = Plan::new(200);
+    // It is spawned first, so of both that are woken in an instant it goes first.
+    executor.spawn("axes", async move {
+        let (queues, lines) = ([const { StreamQueue::new() }; 2], [const { StartBarrier::new() }; 2]);
+        let step_counters = [const { StepCounter::new() }; 2];
+        let run = |axis: usize| Run::new(WIRED, &lines[axis], &queues[axis], &step_counters[axis]);
+        let items = plan.items(x.capabilities().tick_hz).chain([StreamItem::End]);
+        let later = items.clone().map(|item| match item {
+            StreamItem::Steps { segment, direction } => {
+                StreamItem::Steps { segment: segment.delayed(REST_TICKS), direction }
+            }
+            other => other,
+        });
+        let feed = async {
+            queues[1].send(StreamItem::Rest { until_ticks: REST_TICKS }).await;
+            let (start, _) = join(let_go(&lines[0], GO), let_go(&lines[1], GO)).await;
+            let (due_ns, _) = plan.instants_ns(start).nth(STEP).unwrap();
+            Timer::at(Instant::from_micros(due_ns as u64 / 1_000) - WAKE_UP).await;
+            send_all(&queues[1], later).await;
+        };
+        let (made, others, ..) = join4(x.run(run(0)), y.run(run(1)), feed, send_all(&queues[0], items)).await;
+        assert_eq!((made, others), (Ok(()), Ok(())));
+    });
+    let delay = Delay::new(&clock);
+    executor.spawn_at(Priority::P2, "steps", async move { bank.drive(pins, delay, WAKE_UP).await });
+    executor.run_until_quiescent(Instant::from_secs(1)).unwrap();
+    let made_ns = edges(&world).into_iter().filter(|edge| edge.axis == Axis::X as usize).map(|edge| edge.t_ns);
+    let due_ns = plan.instants_ns(GO + WAKE_UP).map(|(due_ns, _)| due_ns);
+    let late_ns = made_ns.zip(due_ns).map(|(made_ns, due_ns)| made_ns as f64 - due_ns);
+    let late_ns = late_ns.take(STEP + 1).fold(0.0, f64::max);
+    assert!(late_ns < 1_000.0, "{late_ns} ns late");
+    assert_eq!(edges(&world).len(), 400);
 }
 
 async fn send_all(queue: &StreamQueue, items: impl Iterator<Item = StreamItem>) {

@@ -10,8 +10,8 @@
 //! | P1 | `TIMER_IRQ_0` | the time driver's alarm: it only wakes tasks whose time has come, none of them above P1 |
 //! | P1 | `IO_IRQ_BANK0` | the same edge: it only wakes the task that watches the switch |
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke |
+//! | P1 | `SWI_IRQ_3` | with `TimerPort`: the executor of the task that makes the steps: while it waits for one, other tasks' times wait |
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; at P3 with `TimerPort`, passes on segments |
-//! | P2 | `SWI_IRQ_3` | with `TimerPort`: the executor of the task that makes the steps, which may wait without sleeping |
 //! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a buffer was sent, a state machine has halted: they wake the axis |
 //! | P1 | `USBCTRL_IRQ` | detects a second reset byte; at P3 with `TimerPort`, whose steps it would delay |
 //! | P3 | `UART0_IRQ` | wakes the console; it can wait while axes are at work |
@@ -95,7 +95,7 @@ pub fn enable_pio_port() {
 #[cfg(feature = "timer-port")]
 pub fn start_step_executor() -> SendSpawner {
     interrupt::SWI_IRQ_2.set_priority(Priority::P3);
-    interrupt::SWI_IRQ_3.set_priority(Priority::P2);
+    interrupt::SWI_IRQ_3.set_priority(Priority::P1);
     STEPS.start(interrupt::SWI_IRQ_3)
 }
 

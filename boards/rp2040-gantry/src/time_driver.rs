@@ -69,6 +69,8 @@ impl Timers {
     fn wake_due(&mut self) {
         loop {
             self.alarm_us = self.queue.next_expiration(DRIVER.now());
+            // What is due was woken. An alarm that has come meanwhile would only look through all of them once more.
+            TIMER.intr().write(|raised| raised.set_alarm(ALARM, true));
             // The alarm compares the lower words only. If it fires an hour early, no task is due, and it is set again.
             TIMER.alarm(ALARM).write_value(self.alarm_us as u32);
             if DRIVER.now() < self.alarm_us {
@@ -80,8 +82,7 @@ impl Timers {
 
 #[interrupt]
 fn TIMER_IRQ_0() {
-    DRIVER.timers.lock(|timers| {
-        TIMER.intr().write(|raised| raised.set_alarm(ALARM, true));
-        timers.borrow_mut().wake_due();
-    });
+    if TIMER.intr().read().alarm(ALARM) {
+        DRIVER.timers.lock(|timers| timers.borrow_mut().wake_due());
+    }
 }

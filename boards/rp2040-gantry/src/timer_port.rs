@@ -15,7 +15,7 @@ pub type Port = TimerPort<'static>;
 static BANK: TimerBank<AXES> = TimerBank::new();
 
 /// From the timer's alarm to the task's first reading of the clock takes 6 us, plus most of the time for which others
-/// mask interrupts. That makes up to 9 us, and more if several timers expire at once. A margin that is always enough
+/// mask interrupts. That makes up to 9 us, and more if other tasks' times come just before. A margin that is always enough
 /// would leave too little time for everything else.
 const WAKE_UP: Duration = Duration::from_micros(10);
 

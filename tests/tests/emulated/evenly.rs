@@ -119,7 +119,7 @@ fn long_moves_of_every_speed_profile_by_the_timer_port_are_as_slow_as_their_step
         let mut text =
             settings(number, speed_profile).join("\n").replace("=24000", "=60000\n$130=900\n$131=900\n$132=900");
         (0..3).for_each(|axis| write!(text, "\n${}={accel_mm_s2}", 120 + axis).unwrap());
-        let lines = [(2, "X200"), (2, "X-140Y140"), (2, "X90Y-90Z90"), (2, "X-50Y-40Z-90"), (5, "X-100Y-10")];
+        let lines = [(2, "X550"), (2, "X-140Y140"), (2, "X90Y-90Z90"), (2, "X-50Y-40Z-90"), (5, "X-100Y-10")];
         for (pulse_us, line) in lines {
             write!(text, "\n$0={pulse_us}\nG1 F60000 {line}\nG4 P0").unwrap();
         }

@@ -111,6 +111,8 @@ pub(super) struct RunRequest {
 
 /// The state that one port and the driving task share: here they leave things for each other.
 pub(super) struct Mailbox {
+    /// A run request, or an item that the driving task waits for, is there.
+    news: Flag,
     contents: Mutex<CriticalSectionRawMutex, Contents>,
     room: Signal<CriticalSectionRawMutex, ()>,
     begun: Signal<CriticalSectionRawMutex, Instant>,
@@ -142,7 +144,13 @@ impl Mailbox {
             wanted: Cell::new(false),
             travelled: Cell::new(0),
         };
-        Self { contents: Mutex::new(contents), room: Signal::new(), begun: Signal::new(), end: Signal::new() }
+        Self {
+            news: Flag::new(),
+            contents: Mutex::new(contents),
+            room: Signal::new(),
+            begun: Signal::new(),
+            end: Signal::new(),
+        }
     }
 
     fn inhibit(&self, engaged: bool) {
@@ -160,6 +168,7 @@ impl Mailbox {
             self.end.reset();
             contents.request.set(Some(request));
             contents.travelled.set(0);
+            self.news.set();
         });
     }
 
@@ -171,7 +180,11 @@ impl Mailbox {
             if let Some(next) = free {
                 next.set(Some(item));
             }
-            (free.is_some(), contents.wanted.get())
+            let is_wanted = contents.wanted.get();
+            if is_wanted {
+                self.news.set();
+            }
+            (free.is_some(), is_wanted)
         })
     }
 
@@ -210,6 +223,12 @@ impl Mailbox {
 
 /// For the driving task.
 impl Mailbox {
+    /// True if there is a run request, or an item that was waited for, since the last call.
+    #[inline(always)]
+    pub fn has_news(&self) -> bool {
+        self.news.take()
+    }
+
     /// Takes the run request, if there is one. The run is under way from then on.
     pub fn take_request(&self) -> Option<RunRequest> {
         self.contents.lock(|contents| {

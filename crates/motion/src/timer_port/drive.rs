@@ -42,14 +42,20 @@ impl<const N: usize> TimerBank<N> {
         loop {
             drive.look();
             let at = drive.next_rise();
-            let wake_at = at.saturating_sub(wake_up.as_ticks());
-            if wake_at <= Instant::now().as_ticks() {
-                drive.step(at);
-            } else if at >= AT_BARRIER {
-                self.wake.wait().await;
-            } else {
-                select(Timer::at(Instant::from_ticks(wake_at)), self.wake.wait()).await;
+            let wake_at = at.saturating_sub(wake_up_ticks);
+            let is_near = || wake_at <= Instant::now().as_ticks();
+            if !is_near() {
+                if at >= AT_BARRIER {
+                    self.wake.wait().await;
+                } else {
+                    select(Timer::at(Instant::from_ticks(wake_at)), self.wake.wait()).await;
+                }
+                // What has come is looked at now or behind the step that is near: before it, the step would be late by that.
+                if !is_near() {
+                    continue;
+                }
             }
+            drive.step(at);
         }
     }
 }
@@ -293,8 +299,15 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
         }
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn look(&mut self) {
+        if self.mailbox.has_news() {
+            self.take_news();
+        }
+    }
+
+    #[inline(never)]
+    fn take_news(&mut self) {
         if let Some(request) = self.mailbox.take_request() {
             self.begin(&request);
         }
@@ -392,7 +405,14 @@ impl<'a, P: MotorPins> AxisDrive<'a, P> {
 
     /// True if its run ends because its step is too late, or because no item has come.
     fn refuse_late(&mut self, now: u64) -> bool {
-        let is_late = self.level == StepLevel::Due && now - self.due > self.late_max;
+        let is_due = self.level == StepLevel::Due;
+        if is_due && self.waits {
+            // The item may have come since this task has looked.
+            self.level = StepLevel::Low;
+            self.refill();
+        }
+        let is_late =
+            is_due && (self.waits || self.level == StepLevel::Due) && now.saturating_sub(self.due) > self.late_max;
         if is_late {
             (self.level, self.has_run, self.waits) = (StepLevel::Low, false, false);
         }
