@@ -18,10 +18,11 @@
 //! # Deadline
 //! A step is due at its tick. The driving task wakes up early, by the time that a wake-up takes, and waits for the step
 //! without sleeping. So a delayed wake-up delays no edge. If the next step is nearer than a wake-up takes, the task
-//! does not sleep at all. A late step makes no later step late, because the next instant comes from the profile.
-//! Beyond half a period at the axis's top speed lateness is a fault, because the steps behind would be bunched. So is a
-//! step that is not known by then. Where the top speed is more than the processor's time for a step allows, it is half of
-//! that time. After a fault no axis of the bank makes another step.
+//! does not sleep at all. What has come for other axes waits until a step that is near is made. A late step makes no
+//! later step late, because the next instant comes from the profile. Beyond half a period at the axis's top speed
+//! lateness is a fault, because the steps behind would be bunched. So is a step that is not known by then. Where the
+//! top speed is more than the processor's time for a step allows, it is half of that time. After a fault no axis of the
+//! bank makes another step.
 //!
 //! # Where the steps are
 //! In one critical section the driving task checks whether a step may rise, raises it and counts it. So an inhibit or a
