@@ -65,8 +65,7 @@ impl<'a> Watch<'a> {
         if t_s <= 0.0 {
             return f64::from(from[axis]) + begin;
         }
-        let known = self.chunks.iter().find(|(chunk, _)| t_s <= chunk.until_s);
-        let (chunk, from) = known.or(self.chunks.last()).expect("a chunk");
+        let (chunk, from) = &self.chunks[self.at(t_s)];
         let t_s = t_s.min(chunk.until_s);
         f64::from(from[axis])
             + match &chunk.plan {
@@ -74,6 +73,11 @@ impl<'a> Watch<'a> {
                 Plan::Line(line) => line.axis_place(axis, line.place_at(t_s)),
                 Plan::Blend(blend) => blend.place_at(axis, t_s),
             }
+    }
+
+    /// The number of the chunk at `t_s`, or of the last one.
+    fn at(&self, t_s: f64) -> usize {
+        self.chunks.partition_point(|(chunk, _)| chunk.until_s < t_s).min(self.chunks.len() - 1)
     }
 
     fn sum(&self, axis: usize, t_s: f64) -> f64 {
@@ -88,7 +92,7 @@ impl<'a> Watch<'a> {
     /// The integral of the place of an axis, exact by Simpson's rule between the instants at which its acceleration changes.
     fn integral(&self, axis: usize, from_s: f64, to_s: f64) -> f64 {
         let mut knots_s = vec![from_s, 0.0, to_s];
-        for (chunk, _) in &self.chunks {
+        for (chunk, _) in &self.chunks[self.at(from_s)..=self.at(to_s)] {
             let phases = (0..3).filter_map(|index| chunk.plan.phase(axis, index));
             knots_s.extend(phases.map(|(_, end_s)| end_s).chain([chunk.plan.begin_s(), chunk.until_s]));
         }
