@@ -93,7 +93,7 @@ const TIMER_PORT_P99_NS: f64 = if AXES == 3 { 2_000.0 } else { 3_000.0 };
 /// Without all cases it is a shorter program.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn a_program_by_the_timer_port_is_the_simulations_and_within_2_us() {
+fn a_program_of_the_timer_port_is_the_simulations_and_within_2_us() {
     let name = ["square.nc", "parking.nc"][isostep_trials::cases(0, 1) as usize];
     let (run, comparison) = held_against_simulation(Board::stepped_by(Port::Timer, "program-timer"), &program(name));
     assert!(comparison.all.p99_ns <= TIMER_PORT_P99_NS, "{comparison:#?}");

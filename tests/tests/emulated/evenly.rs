@@ -113,7 +113,7 @@ fn short_moves_of_every_speed_profile_by_the_timer_port_slow_down_evenly() {
 /// slow as it takes, and no step is late. The cruise is longer than the queues are.
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
-fn long_moves_of_every_speed_profile_by_the_timer_port_are_as_slow_as_their_steps() {
+fn long_moves_of_the_timer_port_are_as_slow_as_their_steps_in_every_speed_profile() {
     for (number, speed_profile) in SpeedProfile::ALL.into_iter().enumerate().step_by(stride(4)) {
         let accel_mm_s2 = [3_000, 1_500, 700, 10_000][number % 4];
         let mut text =
