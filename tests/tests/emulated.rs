@@ -7,6 +7,8 @@
 mod blends;
 #[path = "emulated/board_words.rs"]
 mod board_words;
+#[path = "emulated/cached.rs"]
+mod cached;
 #[path = "emulated/contract.rs"]
 mod contract;
 /// The dialogues of `tests/dialogues` that are for the emulated board.

@@ -1,7 +1,7 @@
 // The page: a program on the machine, and the machine to operate.
 
 import { button, part } from "./elements";
-import { SpeedProfiles } from "./speedProfiles";
+import { SpeedProfiles } from "./profiles";
 import { Operate } from "./operate/operate";
 import { Run } from "./run";
 import { SettingsView } from "./settings/settings";

@@ -106,6 +106,9 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// True if a line that somebody sends by hand would have to wait, in a hold, for the line of another console: that
     /// one waits for the resume, and nobody expects this one to move then.
+    // Not inlined, so that the lines of a program run through less code in flash.
+    #[cold]
+    #[inline(never)]
     fn may_not_wait(&self, line: Result<&str, Error>) -> bool {
         self.turn.try_lock().is_err() && line.is_ok_and(|line| line.starts_with(JOG) || line.contains(PROBE))
     }

@@ -21,15 +21,40 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a G-code block that the interpreter has accepted. `text` is empty; messages that come before the
     /// answer are left in it.
     pub(crate) async fn block(&self, block: &Block, text: &mut Message, out: &Output) -> Result<(), Error> {
-        let (checks, offset_pm) = self.with(|program| {
+        let (checks, offset_pm, has_new_offset) = self.with(|program| {
             program.unsaved.parameters |= block.changes_coordinates;
-            (program.mode == Mode::Check, program.interpreter.work_offset_pm())
+            let offset_pm = program.interpreter.work_offset_pm();
+            (program.mode == Mode::Check, offset_pm, offset_pm != program.work_offset_pm)
         });
+        if has_new_offset || block.tool_change.is_some() || block.dwell_s.is_some() || self.switches(block) {
+            cold_path(pin!(self.before_motion(block, offset_pm, checks, text, out))).await?;
+        }
+        if let Some(motion) = &block.motion {
+            if let Some(via_pm) = &block.via_pm {
+                cold_path(pin!(self.go_to(via_pm, motion, block.line_number, checks, text))).await?;
+            }
+            self.go_to(&motion.target_pm, motion, block.line_number, checks, text).await?;
+        }
+        if block.probe.is_some() || block.pauses || block.ends_program {
+            cold_path(pin!(self.after_motion(block, checks, text))).await?;
+        }
+        Ok(())
+    }
+
+    /// Carries out what comes before the motion of a block: a change of the tool, of what it does, a dwell, a new offset.
+    async fn before_motion(
+        &self,
+        block: &Block,
+        offset_pm: [i64; AXES],
+        checks: bool,
+        text: &mut Message,
+        out: &Output,
+    ) -> Result<(), Error> {
         if let Some(tool) = block.tool_change.filter(|_| !checks) {
-            cold_path(pin!(self.change_tool(tool, text, out))).await?;
+            self.change_tool(tool, text, out).await?;
         }
         if !checks && self.switches(block) {
-            cold_path(pin!(self.switch_tool(block.switches_coolant))).await?;
+            self.switch_tool(block.switches_coolant).await?;
         }
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
@@ -42,14 +67,13 @@ impl<F: NorFlash> Controller<'_, F> {
             self.settled().await?;
             self.with(|program| program.work_offset_pm = offset_pm);
         }
-        if let Some(motion) = &block.motion {
-            if let Some(via_pm) = &block.via_pm {
-                cold_path(pin!(self.go_to(via_pm, motion, block.line_number, checks, text))).await?;
-            }
-            self.go_to(&motion.target_pm, motion, block.line_number, checks, text).await?;
-        }
+        Ok(())
+    }
+
+    /// Carries out what comes after the motion of a block: a probing, a pause, the end of the program.
+    async fn after_motion(&self, block: &Block, checks: bool, text: &mut Message) -> Result<(), Error> {
         if let Some(probe) = &block.probe {
-            cold_path(pin!(self.probe(probe, block.line_number, checks, text))).await?;
+            self.probe(probe, block.line_number, checks, text).await?;
         }
         if block.pauses || block.ends_program {
             self.settled().await?;
@@ -139,7 +163,7 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     pub(crate) async fn settled(&self) -> Result<(), Error> {
-        cold_path(pin!(self.machine.settled())).await.map_err(|_| {
+        self.machine.settled().await.map_err(|_| {
             self.follow_machine();
             Error::Locked
         })

@@ -1,11 +1,12 @@
 //! The messages to consoles that nobody asked for: alarms, and how the drivers are.
 
 use core::convert::Infallible;
+use core::pin::pin;
 
 use embassy_futures::select::{Either, select};
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report;
-use isostep_motion::State;
+use isostep_motion::{State, cold_path};
 
 use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
@@ -33,17 +34,9 @@ impl<F: NorFlash> Controller<'_, F> {
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
         let mut news = self.news();
         loop {
-            match select(states.changed(), news.next()).await {
-                Either::First(State::Alarm(alarm)) => {
-                    let (code, axis) = status::alarm_code(alarm);
-                    let say = |text: &mut Message| {
-                        text.print(|text| report::alarm(text, code));
-                        text.say(code.about(axis));
-                    };
-                    output.send_written(say).await;
-                }
-                Either::First(_) => {}
-                Either::Second(news) => output.send_written(|text| text.say(news)).await,
+            let happened = select(states.changed(), news.next()).await;
+            if matches!(happened, Either::Second(_) | Either::First(State::Alarm(_))) {
+                cold_path(pin!(output.send_written(|text| say(text, happened)))).await;
             }
         }
     }
@@ -55,6 +48,18 @@ impl<F: NorFlash> Controller<'_, F> {
         #[cfg(not(feature = "trinamic"))]
         let drivers = None;
         DriverNews { drivers }
+    }
+}
+
+fn say(text: &mut Message, happened: Either<State, News>) {
+    match happened {
+        Either::First(State::Alarm(alarm)) => {
+            let (code, axis) = status::alarm_code(alarm);
+            text.print(|text| report::alarm(text, code));
+            text.say(code.about(axis));
+        }
+        Either::First(_) => {}
+        Either::Second(news) => text.say(news),
     }
 }
 

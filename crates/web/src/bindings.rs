@@ -153,7 +153,7 @@ pub fn check(program: &[u8], settings: &str) -> Thrown<String> {
 }
 
 /// The speed profiles for a move, as JSON: distance, steps/mm, start and top speed, acceleration, deceleration and jerk.
-#[wasm_bindgen(js_name = speed_profiles)]
+#[wasm_bindgen(js_name = speedProfiles)]
 pub fn speed_profiles(asked: &[f64]) -> Thrown<String> {
     let &[distance_mm, steps_per_mm, start_mm_s, top_mm_s, accel_mm_s2, decel_mm_s2, jerk_mm_s3] = asked else {
         return Err(format!("{} numbers, where a move has seven", asked.len()));
