@@ -1,6 +1,6 @@
 // What the page makes of what a machine says, without a browser: `node --test values.mjs`. The machine here is a script.
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
+import { readdir, readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
@@ -254,4 +254,18 @@ test("settings go one by one, a refusal is reported in the machine's words, and 
   });
   assert.deepEqual(lines, Object.keys(answers));
   assert.equal(machine.settings.get(20), "1");
+});
+
+test("the page's modules exist, and so does what its worker asks the machine for", async () => {
+  const entryPoints = ["main", "worker"].map((name) => at(`../src/${name}.ts`));
+  const options = { bundle: true, splitting: true, outdir: at("out"), format: "esm", write: false, external: ["*/machine/machine.js"], logLevel: "warning" };
+  const { outputFiles } = await build({ entryPoints, ...options });
+  const imports = /import\s+(?:\w+,\s*)?\{([^}]*)\}\s+from\s+"[^"]*machine\.js"/g;
+  const asked = outputFiles.flatMap(({ text }) => [...text.matchAll(imports)]).flatMap(([, names]) => names.split(",").map((name) => name.trim().split(" ")[0]));
+  const folder = at("../../crates/web/src");
+  const sources = await Promise.all((await readdir(folder)).map((name) => readFile(`${folder}/${name}`, "utf8")));
+  const exported = /#\[wasm_bindgen(?:\(js_name = (\w+)\))?\]\n(?:pub )?(?:fn|struct) (\w+)/g;
+  const given = sources.flatMap((text) => [...text.matchAll(exported)]).map(([, renamed, name]) => renamed ?? name);
+  assert.ok(asked.length > 8, asked.join());
+  assert.deepEqual(asked.filter((name) => !given.includes(name)), []);
 });

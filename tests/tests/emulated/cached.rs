@@ -53,7 +53,7 @@ fn strays(name: &str, program: &str) -> Vec<String> {
         .skip(1)
         .map(|row| row.split(',').collect::<Vec<_>>())
         .map(|fields| (fields[0].parse().unwrap(), fields[2].parse().unwrap()))
-        .filter(|&(address, times)| FLASH.contains(&address) && times >= LINES / 2)
+        .filter(|&(address, times)| FLASH.contains(&address) && times >= LINES * 3 / 4)
         .collect();
     assert!(seen.iter().filter(|(address, _)| together.contains(address)).count() > 1_000, "{name}: no line is seen");
     let outside = seen.iter().filter(|(address, _)| !together.contains(address));
