@@ -9,7 +9,7 @@
 //! | P0 | `PIO1_IRQ_1` | an edge of a switch: it engages the inhibit |
 //! | P1 | `TIMER_IRQ_0` | the time driver's alarm: it only wakes tasks whose time has come, none of them above P1 |
 //! | P1 | `IO_IRQ_BANK0` | the same edge: it only wakes the task that watches the switch |
-//! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke |
+//! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke, and the tool's; at P2 with `TimerPort`, whose steps they would delay |
 //! | P1 | `SWI_IRQ_3` | with `TimerPort`: the executor of the task that makes the steps: while it waits for one, other tasks' times wait |
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; at P3 with `TimerPort`, passes on segments |
 //! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a buffer was sent, a state machine has halted: they wake the axis |
@@ -30,6 +30,7 @@ use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
 const USB: Priority = if cfg!(feature = "timer-port") { Priority::P3 } else { Priority::P1 };
+const SWITCH_TASKS: Priority = if cfg!(feature = "timer-port") { Priority::P2 } else { Priority::P1 };
 
 static SWITCHES: InterruptExecutor = InterruptExecutor::new();
 static AXES: InterruptExecutor = InterruptExecutor::new();
@@ -71,7 +72,7 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     interrupt::PIO1_IRQ_1.set_priority(Priority::P0);
     interrupt::TIMER_IRQ_0.set_priority(Priority::P1);
     interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
-    interrupt::SWI_IRQ_1.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_1.set_priority(SWITCH_TASKS);
     interrupt::SWI_IRQ_2.set_priority(Priority::P2);
     interrupt::DMA_IRQ_1.set_priority(Priority::P2);
     interrupt::PIO0_IRQ_1.set_priority(Priority::P2);

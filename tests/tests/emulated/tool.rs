@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use isostep_sim::Port;
+use isostep_report::compare;
 use isostep_sim::world::Edge;
-use isostep_tests::emulated::{Board, Run};
+use isostep_sim::{Config, Port};
+use isostep_tests::emulated::{self, Board, Run};
 use isostep_tests::root;
 use isostep_trials::cases;
 use oorandom::Rand32;
@@ -26,11 +27,11 @@ fn laser_settings() -> String {
 
 /// A line of pixels of 0.1 mm at 100 mm/s, which is a thousand moves per second.
 fn pixels(count: usize) -> String {
-    let mut text = laser_settings() + "G21 G91\nM3 S0\nG1 F6000 X5\n";
-    for percent in LEVELS_PERCENT.iter().cycle().take(count) {
-        writeln!(text, "X0.1S{}", percent * 10).unwrap();
-    }
-    text + "X5S0\nM5\nM2\n"
+    laser_settings() + "G21 G91\nM3 S0\nG1 F6000 X5\n" + &only_pixels(count) + "X5S0\nM5\nM2\n"
+}
+
+fn only_pixels(count: usize) -> String {
+    LEVELS_PERCENT.iter().cycle().take(count).map(|percent| format!("X0.1S{}\n", percent * 10)).collect()
 }
 
 fn streamed(test: &str, port: Port, program: &str) -> Run {
@@ -86,6 +87,24 @@ fn levels_begin_between_the_steps_of_the_timer_port_too() {
     let most_us = distances_us.iter().fold(0.0_f64, |most, distance| most.max(distance.abs()));
     // Half a step is 125 us.
     assert!(most_us < 60.0, "{most_us} us");
+}
+
+/// Pixels as fast as the processor makes them, and ramps as fast as it makes their steps, on which the level follows the speed: a step
+/// that is due while a level is prepared does not wait for that.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn levels_delay_no_step_of_the_timer_port() {
+    for mode in ["M3", "M4"] {
+        let settings = laser_settings() + "$110=60000\n$120=10000\n$130=900\n";
+        let long = "X30S900\nX-30S100\n".repeat(3);
+        let program = format!("{settings}G21 G91\n{mode} S0\nG1 F60000 X20\n{}{long}M5\n", only_pixels(300));
+        let run = streamed(&format!("pixels-hasty-{mode}"), Port::Timer, &program);
+        let config = Config { port: Port::Timer, ..emulated::config() };
+        let simulated = isostep_sim::run(program.as_bytes(), &config).unwrap();
+        let most_ns = compare::compare(&simulated, &run.edges).unwrap().all.max_ns;
+        println!("{mode}: at most {most_ns:.0} ns off (emulated)");
+        assert!(most_ns < 10_000.0, "{mode}: {most_ns} ns");
+    }
 }
 
 /// Nothing moves before a spindle that starts from S0 has its speed.

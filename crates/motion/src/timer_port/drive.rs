@@ -23,8 +23,8 @@ const AT_BARRIER: u64 = u64::MAX / 2;
 impl<const N: usize> TimerBank<N> {
     /// Makes the edges of all axes on their pins for ever. `delay` blocks for the width of a pulse.
     /// `wake_up` is the time that a wake-up of this task takes, including everything that may delay it; the task wakes
-    /// up that long before a step is due. Spawn it at a higher priority than the axis tasks. While steps are closer
-    /// together than `wake_up` it does not sleep, and no task of a lower priority runs.
+    /// up that long before a step is due. Spawn it at a higher priority than the tasks of the axes and of the tool, for which a
+    /// step would wait. While steps are closer together than `wake_up` it does not sleep, and no task of a lower priority runs.
     ///
     /// # Cancellation
     /// Dropping it stops all axes at once. No pulse is cut short, and the counts are exact. The runs then wait for
