@@ -332,7 +332,7 @@ const FEATURE: &str = "--features=four-axes";
 const OF_OTHERS: [&str; 4] =
     ["--skip=board_words::an_image", "--skip=drivers::", "--skip=stall::", "--skip=skr_pico::"];
 
-/// The proving image is for a Pico only. Replies of drivers come as often as lines, and are no part of them.
+/// The proving image is for a Pico only.
 fn skr_pico(_: Cases) -> Result<()> {
     let variant = Variant { board: Board::SkrPico, ..Variant::default() };
     let variants = [variant, Variant { port: Port::Timer, ..variant }, Variant { estop: Contact::Nc, ..variant }];
@@ -343,7 +343,7 @@ fn skr_pico(_: Cases) -> Result<()> {
     let elves = names.map(build::kept_elf);
     let mut tests = on_board(Cases::Few, &elves);
     tests.env("ISOSTEP_BOARD", variant.board.name());
-    tests.args(["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::", "--skip=cached::"]);
+    tests.args(["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"]);
     process::run(tests.args(OF_OTHERS))
 }
 

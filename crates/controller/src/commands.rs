@@ -84,7 +84,9 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         // No move may begin with drivers that are set to other microsteps than it was planned for.
         #[cfg(feature = "trinamic")]
-        cold_path(pin!(self.drivers_set())).await;
+        if self.sets_drivers() {
+            cold_path(pin!(self.drivers_set())).await;
+        }
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
