@@ -8,11 +8,11 @@ use isostep_motion::{AXES, Alarm, Axis, Finish, State};
 use isostep_sim::measure::{across, limits};
 use isostep_sim::{MoveRecord, Outcome, SwitchFault};
 use isostep_tests::bench::{Bench, Highest, Kind, Moves, all_cases, check};
-use isostep_trials::cases;
+use isostep_trials::cases_that_count;
 
 /// Number of interferences of each kind.
 fn instants() -> u64 {
-    cases(200, 4_000).into()
+    cases_that_count(200, 4_000).into()
 }
 const PER_CASE: u64 = 10;
 /// By what fraction the edges may show more than a limit that is kept.

@@ -8,7 +8,7 @@ use isostep_motion::{Axis, State};
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::{Outcome, SwitchFault};
 use isostep_tests::bench::{Bench, all_cases, check};
-use isostep_trials::cases;
+use isostep_trials::cases_that_count;
 
 /// A line of the program: how many steps it makes in all, and the power of each, of 65,535.
 #[derive(Clone, Copy)]
@@ -108,7 +108,7 @@ fn marks(outcome: &Outcome) -> usize {
 fn a_raster_loses_no_time_by_marks_and_makes_the_same_steps() {
     let mut found = 0;
     let name = "a_raster_loses_no_time_by_marks_and_makes_the_same_steps";
-    let are_all = all_cases("rasters", name, cases(20, 200).into(), |case| {
+    let are_all = all_cases("rasters", name, cases_that_count(20, 200).into(), |case| {
         let mut lit = bench(case);
         let raster = Raster::random(&mut lit);
         let mut plain = bench(case);
@@ -143,7 +143,7 @@ fn a_raster_loses_no_time_by_marks_and_makes_the_same_steps() {
 fn a_raster_that_is_held_or_overridden_goes_on_with_the_power_of_its_lines() {
     let (mut found, mut held) = (0, 0);
     let name = "a_raster_that_is_held_or_overridden_goes_on_with_the_power_of_its_lines";
-    let are_all = all_cases("rasters", name, cases(100, 300).into(), |case| {
+    let are_all = all_cases("rasters", name, cases_that_count(100, 300).into(), |case| {
         let mut bench = bench(case);
         let raster = Raster::random(&mut bench);
         for (number, line) in raster.lit.split_inclusive('\n').enumerate() {
@@ -181,7 +181,7 @@ fn a_raster_that_is_held_or_overridden_goes_on_with_the_power_of_its_lines() {
 fn a_raster_after_a_reset_or_a_stop_has_the_power_of_its_own_lines() {
     let mut found = 0;
     let name = "a_raster_after_a_reset_or_a_stop_has_the_power_of_its_own_lines";
-    let are_all = all_cases("rasters", name, cases(20, 200).into(), |case| {
+    let are_all = all_cases("rasters", name, cases_that_count(20, 200).into(), |case| {
         let mut bench = bench(case);
         for round in 0..4 {
             let raster = Raster::random(&mut bench);

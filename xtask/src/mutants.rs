@@ -8,6 +8,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
+use isostep_trials::{AMOUNT_VARIABLE, Amount};
 use oorandom::Rand64;
 
 use crate::process::{self, announce};
@@ -117,9 +118,8 @@ impl Suite {
     /// faster.
     fn compiles_into(&self, command: &mut Command, target: &Path) {
         command.env("CARGO_TARGET_DIR", target).env("CARGO_PROFILE_DEV_DEBUG", "0");
-        if self.has_all_cases {
-            command.env(isostep_trials::ALL_VARIABLE, "1");
-        }
+        let amount = if self.has_all_cases { Amount::All } else { Amount::More };
+        command.env(AMOUNT_VARIABLE, amount.value());
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Result, anyhow};
+use isostep_trials::{AMOUNT_VARIABLE, Amount};
 
 #[cfg(unix)]
 use crate::clients::{cncjs, grbl_streamer, missing};
@@ -17,8 +18,8 @@ use isostep::stopwatch::Stopwatch;
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
 #[derive(clap::Args)]
 #[command(after_help = "\
-Of each random test a few cases are tried, or with --all every one. The first stage that
-fails is the last, but not with --all, which tells what failed at its end:
+Of each random test a few cases are tried, with ISOSTEP_CASES=more as many as CI tries, or with --all every one. The first stage
+that fails is the last, but not with --all, which tells what failed at its end:
   host tests       unit, property and end-to-end tests in virtual time
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
@@ -63,29 +64,21 @@ pub struct Args {
     cncjs: bool,
 }
 
-type Stage = (&'static str, fn(Cases) -> Result<()>);
+type Stage = (&'static str, fn(Amount) -> Result<()>);
 
 /// A verb of `cargo xtask`, which runs as it would by hand. The tests may have replaced the executable of this process.
 macro_rules! verb {
     ($name:literal, $($arg:literal),+) => { ($name, |_| process::run(cargo("xtask").args([$($arg),+]))) };
 }
 
-/// The number of random cases that are tried.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Cases {
-    Few,
-    All,
-}
-
-impl Cases {
-    /// `cargo test` that tries so many.
-    fn cargo_test(self) -> Command {
-        let mut tests = cargo("test");
-        if self == Self::All {
-            tests.env(isostep_trials::ALL_VARIABLE, "1").arg("--no-fail-fast");
-        }
-        tests
+/// `cargo test` that tries so many random cases.
+fn cargo_test(amount: Amount) -> Command {
+    let mut tests = cargo("test");
+    tests.env(AMOUNT_VARIABLE, amount.value());
+    if amount == Amount::All {
+        tests.arg("--no-fail-fast");
     }
+    tests
 }
 
 /// Everything is compiled once more for each of these three.
@@ -134,7 +127,7 @@ pub fn run(args: Args) -> Result<()> {
         Args { .. } => &STAGES[..],
     };
     let more: &[Stage] = if args.cncjs { &[("cncjs", |_| cncjs())] } else { &[] };
-    let cases = if args.all { Cases::All } else { Cases::Few };
+    let amount = if args.all { Amount::All } else { Amount::of_run() };
     let release = if args.all && !args.fast && !args.senders { &RELEASE[..] } else { &[] };
     let stages: Vec<_> = stages.iter().chain(more).chain(release).collect();
     let mut summary = format!("{:<16} {:<8}{:>8}{:>8}\n", "stage", "", "wall s", "CPU s");
@@ -155,7 +148,7 @@ pub fn run(args: Args) -> Result<()> {
         }
         announce(&format!("{name}, stage {} of {}", index + 1, stages.len()));
         let watch = Watch::start();
-        let outcome = stage(cases);
+        let outcome = stage(amount);
         let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
         summary += &format!("{name:<16} {verdict:<8}{}\n", watch.spent());
         failures.extend(outcome.err().map(|error| format!("{name}: {error:#}")));
@@ -204,18 +197,18 @@ impl Watch {
     }
 }
 
-fn host(cases: Cases) -> Result<()> {
-    process::run(&mut cases.cargo_test())?;
+fn host(amount: Amount) -> Result<()> {
+    process::run(&mut cargo_test(amount))?;
     // What the firmware of a Pico has. Few random cases are enough here: what remains computes as it did above.
     let args = ["--package=isostep-console", "--no-default-features", "--lib", "--test=it"];
-    process::run(Cases::Few.cargo_test().args(args))
+    process::run(cargo_test(Amount::Few).args(args))
 }
 
-fn emulator(cases: Cases) -> Result<()> {
+fn emulator(amount: Amount) -> Result<()> {
     node::prepare()?;
     process::run(&mut node::npm("test"))?;
     // A plain `cargo test` does without what these compile, and they ignore what needs Node.
-    process::run(cases.cargo_test().args(["--package=isostep-step-program", "--lib", "--", "--include-ignored"]))
+    process::run(cargo_test(amount).args(["--package=isostep-step-program", "--lib", "--", "--include-ignored"]))
 }
 
 /// The firmware with the other step port, tested like the default one.
@@ -242,7 +235,7 @@ const PROVE_ELF: &str = "prove";
 const FOUR_AXES_ELF: &str = "four-axes";
 const SKR_PICO_ELF: &str = "skr-pico";
 
-fn firmware(_: Cases) -> Result<()> {
+fn firmware(_: Amount) -> Result<()> {
     check_footprint(Variant { axes: Axes::Four, ..Variant::default() })?;
     build::keep(&workspace::firmware_elf(), FOUR_AXES_ELF)?;
     check_footprint(Variant { board: Board::SkrPico, ..Variant::default() })?;
@@ -263,59 +256,59 @@ fn check_footprint(variant: Variant) -> Result<()> {
     footprint.check()
 }
 
-fn emulated_board(cases: Cases) -> Result<()> {
+fn emulated_board(amount: Amount) -> Result<()> {
     let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
     // Not by its package: with the features of all packages it is compiled already.
-    let mut tests = on_board(cases, &elves);
+    let mut tests = on_board(amount, &elves);
     tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
     tests.env("ISOSTEP_TMC2209_ELF", build::kept_elf(TMC2209_ELF));
     tests.env("ISOSTEP_FOUR_AXES_ELF", build::kept_elf(FOUR_AXES_ELF));
     tests.env("ISOSTEP_SKR_PICO_ELF", build::kept_elf(SKR_PICO_ELF));
     tests.args(["--test=emulated", "--", "--ignored"]);
-    process::run(if cases == Cases::All { &mut tests } else { tests.arg(AS_BY_PIO) })
+    process::run(if amount == Amount::Few { tests.args(NOT_WITH_FEW) } else { &mut tests })
 }
 
-/// What goes by the other step port as by the default one, which is tried every time. Tests of what that port alone does are named
-/// otherwise (`of_the_timer_port`).
-const AS_BY_PIO: &str = "--skip=by_the_timer_port";
+/// What a person need not wait for: what goes by the other step port as by the default one (tests of what that port alone does are
+/// named otherwise, `of_the_timer_port`), and the proving image, which proves what the other tests look at from outside.
+const NOT_WITH_FEW: [&str; 2] = ["--skip=by_the_timer_port", "--skip=prove::"];
 
 /// Tests on the emulated board with these images: the default one, that of the timer port, and that of the emergency stop
 /// which opens. A plain `cargo test` ignores them, because it must work without Node and does not build firmware.
-fn on_board(cases: Cases, elves: &[PathBuf; 3]) -> Command {
-    let mut tests = cases.cargo_test();
+fn on_board(amount: Amount, elves: &[PathBuf; 3]) -> Command {
+    let mut tests = cargo_test(amount);
     tests.envs(["ISOSTEP_ELF", "ISOSTEP_TIMER_PORT_ELF", "ISOSTEP_ESTOP_NC_ELF"].into_iter().zip(elves));
     tests
 }
 
-fn another_board(cases: Cases) -> Result<()> {
+fn another_board(amount: Amount) -> Result<()> {
     const BOARD: &str = "qemu-lm3s6965";
     toolchain::add_target(workspace::FIRMWARE_TARGET)?;
     process::run(&mut firmware_cargo("build", BOARD, &["two-axes"]))?;
     let two_axes = build::keep(&workspace::elf(BOARD), "qemu-two-axes")?;
     process::run(&mut firmware_cargo("build", BOARD, &[]))?;
-    let mut tests = cases.cargo_test();
+    let mut tests = cargo_test(amount);
     tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD)).env("ISOSTEP_QEMU_TWO_AXES_ELF", &two_axes);
     // Not by their package: with the features of all packages they are compiled already.
     process::run(tests.args(["--test=it", "qemu::", "--", "--ignored"]))
 }
 
-fn another_chip(_: Cases) -> Result<()> {
+fn another_chip(_: Amount) -> Result<()> {
     process::run(&mut other_chip::cargo("build"))
 }
 
-fn slow_clock(cases: Cases) -> Result<()> {
-    process::run(cases.cargo_test().args(["--package=isostep-tests", "--features=tick-hz-32_768", "--test=tick_rate"]))
+fn slow_clock(amount: Amount) -> Result<()> {
+    process::run(cargo_test(amount).args(["--package=isostep-tests", "--features=tick-hz-32_768", "--test=tick_rate"]))
 }
 
-fn two_axes(cases: Cases) -> Result<()> {
+fn two_axes(amount: Amount) -> Result<()> {
     let args = ["--package=isostep-tests", "--package=isostep", "--features=two-axes", "--test=two_axes"];
-    process::run(cases.cargo_test().args(args))
+    process::run(cargo_test(amount).args(args))
 }
 
-/// Few random cases are enough here: that they hold at random places is seen with three axes.
-fn four_axes(_: Cases) -> Result<()> {
+/// The random cases of CI are enough here: that they hold at random places is seen with three axes.
+fn four_axes(_: Amount) -> Result<()> {
     let of_host = ["--package=isostep-console", "--package=isostep-tests", FEATURE, "--test=four_axes"];
-    process::run(Cases::Few.cargo_test().args(of_host))?;
+    process::run(cargo_test(Amount::More).args(of_host))?;
     let variants = [Variant::default(), TIMER_PORT, Variant { estop: Contact::Nc, ..Variant::default() }];
     let names = ["four-axes", "four-axes-timer-port", "four-axes-estop-nc"];
     for (variant, name) in variants.into_iter().zip(names) {
@@ -324,7 +317,7 @@ fn four_axes(_: Cases) -> Result<()> {
     let elves = names.map(build::kept_elf);
     let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated"];
     let choice = ["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::"];
-    process::run(on_board(Cases::Few, &elves).args(of_board).args(choice).args(OF_OTHERS))
+    process::run(on_board(Amount::More, &elves).args(of_board).args(choice).args(OF_OTHERS))
 }
 
 const FEATURE: &str = "--features=four-axes";
@@ -333,7 +326,7 @@ const OF_OTHERS: [&str; 4] =
     ["--skip=board_words::an_image", "--skip=drivers::", "--skip=stall::", "--skip=skr_pico::"];
 
 /// The proving image is for a Pico only.
-fn skr_pico(_: Cases) -> Result<()> {
+fn skr_pico(_: Amount) -> Result<()> {
     let variant = Variant { board: Board::SkrPico, ..Variant::default() };
     let variants = [variant, Variant { port: Port::Timer, ..variant }, Variant { estop: Contact::Nc, ..variant }];
     let names = ["skr-pico", "skr-pico-timer-port", "skr-pico-estop-nc"];
@@ -341,7 +334,7 @@ fn skr_pico(_: Cases) -> Result<()> {
         build::kept_firmware(variant, name)?;
     }
     let elves = names.map(build::kept_elf);
-    let mut tests = on_board(Cases::Few, &elves);
+    let mut tests = on_board(Amount::More, &elves);
     tests.env("ISOSTEP_BOARD", variant.board.name());
     tests.args(["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"]);
     process::run(tests.args(OF_OTHERS))
@@ -352,11 +345,11 @@ fn worlds() -> Result<()> {
     process::run(cargo("xtask").args(["swarm", "--seeds=1000", &format!("--first={}", seeds.start)]))
 }
 
-fn page(cases: Cases) -> Result<()> {
-    if cases == Cases::All { web::test() } else { web::test_values() }
+fn page(amount: Amount) -> Result<()> {
+    if amount == Amount::All { web::test() } else { web::test_values() }
 }
 
-fn senders(_: Cases) -> Result<()> {
+fn senders(_: Amount) -> Result<()> {
     grbl_streamer()
 }
 

@@ -9,7 +9,7 @@ use isostep_sim::measure::across;
 use isostep_sim::swarm::judge;
 use isostep_sim::verify::shaped;
 use isostep_sim::{AXES, Config, Outcome, Port, Sim, run};
-use isostep_trials::{cases, window};
+use isostep_trials::{cases_that_count, window};
 use oorandom::Rand64;
 
 /// Numbers of the shapers in the settings: ZV, MZV, ZVD, EI.
@@ -62,7 +62,7 @@ fn programs_keep_all_promises() {
 #[test]
 fn orders_at_any_instant_lose_nothing() {
     let (mut held, mut stopped) = (0, 0);
-    for case in window(cases(40, 400)) {
+    for case in window(cases_that_count(40, 400)) {
         let mut random = Rand64::new(case.into());
         let port = if case % 3 == 2 { Port::Timer } else { Port::Pio };
         let mut sim = Sim::new(&machine(1 + (case % 4) as u16, port));

@@ -1,4 +1,4 @@
-//! The random cases that the tests try: a few in every run of the tests, and all of them in `cargo xtask test --all`.
+//! The random cases that the tests try: a few when a person runs the tests, more in CI, and all of them in `cargo xtask test --all`.
 //!
 //! They begin at a number that stands in `.cargo/config.toml`, and that every change of importance raises: so the tests go
 //! on to cases that nobody has tried. Proptest reads it too. A test that fails prints the line that repeats it.
@@ -7,18 +7,72 @@ use std::env;
 use std::ops::Range;
 use std::thread;
 
-/// When it is set, all cases are tried.
-pub const ALL_VARIABLE: &str = "ISOSTEP_ALL_CASES";
+/// The amount of cases: `more` or `all`. Without it few are tried.
+pub const AMOUNT_VARIABLE: &str = "ISOSTEP_CASES";
 /// The number from which the cases follow.
 const WINDOW_VARIABLE: &str = "PROPTEST_RNG_SEED";
 
-/// The number of cases that a test tries: `few`, or `all` in a run that tries all of them.
+/// The share of the cases of CI that are few.
+const FEW: u32 = 4;
+
+/// How many cases are tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Amount {
+    /// As many as a person likes to wait for: a quarter of those of CI.
+    Few,
+    /// Those of CI.
+    More,
+    /// All.
+    All,
+}
+
+impl Amount {
+    /// The amount of this run.
+    ///
+    /// # Panics
+    /// When the variable is something else.
+    #[must_use]
+    pub fn of_run() -> Self {
+        match env::var(AMOUNT_VARIABLE).as_deref() {
+            Err(_) | Ok("") => Self::Few,
+            Ok("more") => Self::More,
+            Ok("all") => Self::All,
+            Ok(text) => panic!("{AMOUNT_VARIABLE} is {text}: give more or all, or nothing for a few"),
+        }
+    }
+
+    /// The value of the variable for this amount.
+    #[must_use]
+    pub const fn value(self) -> &'static str {
+        match self {
+            Self::Few => "",
+            Self::More => "more",
+            Self::All => "all",
+        }
+    }
+
+    const fn cases(self, more: u32, all: u32) -> u32 {
+        match self {
+            Self::Few => more.div_ceil(FEW),
+            Self::More => more,
+            Self::All => all,
+        }
+    }
+}
+
+/// The number of cases that a test tries: `more` in CI, a quarter of them when a person runs it, or `all`.
 #[must_use]
-pub fn cases(few: u32, all: u32) -> u32 {
-    assert!(few <= all, "{few} of {all} cases");
+pub fn cases(more: u32, all: u32) -> u32 {
+    assert!(more <= all, "{more} of {all} cases");
     // The harness shows it if the test fails.
     println!("again: {}", again());
-    if is_all() { all } else { few }
+    Amount::of_run().cases(more, all)
+}
+
+/// The number of cases of a test that counts what it has met, and needs `least` for that, whoever runs it; or `all`.
+#[must_use]
+pub fn cases_that_count(least: u32, all: u32) -> u32 {
+    cases(least, all).max(least)
 }
 
 /// The numbers of `count` cases: of the window 2 of 100 they are 200 to 299.
@@ -32,14 +86,14 @@ pub fn window(count: impl Into<u64>) -> Range<u64> {
     first..first + count
 }
 
-/// From one case of a sweep to the next that a test tries: `few`, or 1 in a run that tries all of them.
+/// From one case of a sweep to the next that a test tries: `more` in CI, twice as far when a person runs it, or 1 if all are tried.
 #[must_use]
-pub fn stride(few: usize) -> usize {
-    if is_all() { 1 } else { few }
-}
-
-fn is_all() -> bool {
-    env::var_os(ALL_VARIABLE).is_some()
+pub fn stride(more: usize) -> usize {
+    match Amount::of_run() {
+        Amount::Few => 2 * more,
+        Amount::More => more,
+        Amount::All => 1,
+    }
 }
 
 fn window_number() -> u64 {
@@ -51,10 +105,13 @@ fn window_number() -> u64 {
 /// it tests.
 fn again() -> String {
     let package = env::var("CARGO_PKG_NAME").unwrap_or_default();
-    let all = if is_all() { format!("{ALL_VARIABLE}=1 ") } else { String::new() };
+    let amount = match Amount::of_run() {
+        Amount::Few => String::new(),
+        amount => format!("{AMOUNT_VARIABLE}={} ", amount.value()),
+    };
     let thread = thread::current();
     let test = thread.name().unwrap_or_default();
-    format!("{all}{WINDOW_VARIABLE}={} cargo test -p {package} -- --exact {test}", window_number())
+    format!("{amount}{WINDOW_VARIABLE}={} cargo test -p {package} -- --exact {test}", window_number())
 }
 
 #[cfg(test)]
@@ -63,10 +120,20 @@ mod tests {
 
     #[test]
     fn a_failure_is_repeated_by_the_line_that_it_prints() {
-        let all = if is_all() { "ISOSTEP_ALL_CASES=1 " } else { "" };
+        let amount = match Amount::of_run() {
+            Amount::Few => "",
+            Amount::More => "ISOSTEP_CASES=more ",
+            Amount::All => "ISOSTEP_CASES=all ",
+        };
         let seed = window_number();
         let test = "tests::a_failure_is_repeated_by_the_line_that_it_prints";
-        assert_eq!(again(), format!("{all}PROPTEST_RNG_SEED={seed} cargo test -p isostep-trials -- --exact {test}"));
+        assert_eq!(again(), format!("{amount}PROPTEST_RNG_SEED={seed} cargo test -p isostep-trials -- --exact {test}"));
+    }
+
+    #[test]
+    fn a_person_waits_for_a_quarter_of_the_cases_of_ci_and_for_one_at_least() {
+        let of = |more, all| [Amount::Few, Amount::More, Amount::All].map(|amount| amount.cases(more, all));
+        assert_eq!([of(0, 1), of(1, 2), of(500, 10_000)], [[0, 0, 1], [1, 1, 2], [125, 500, 10_000]]);
     }
 
     #[test]
