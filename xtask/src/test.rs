@@ -10,7 +10,7 @@ use isostep_trials::{AMOUNT_VARIABLE, Amount};
 use crate::clients::{cncjs, grbl_streamer, missing};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
-use crate::toolchain::{self, cargo, firmware_cargo};
+use crate::toolchain::{self, cargo, cargo_xtask, firmware_cargo};
 use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
 use crate::{build, cpu, node, other_chip, publish, web, workspace};
 use isostep::stopwatch::Stopwatch;
@@ -68,7 +68,7 @@ type Stage = (&'static str, fn(Amount) -> Result<()>);
 
 /// A verb of `cargo xtask`, which runs as it would by hand. The tests may have replaced the executable of this process.
 macro_rules! verb {
-    ($name:literal, $($arg:literal),+) => { ($name, |_| process::run(cargo("xtask").args([$($arg),+]))) };
+    ($name:literal, $($arg:literal),+) => { ($name, |_| process::run(cargo_xtask().args([$($arg),+]))) };
 }
 
 /// `cargo test` that tries so many random cases.
@@ -343,7 +343,7 @@ fn skr_pico(_: Amount) -> Result<()> {
 
 fn worlds() -> Result<()> {
     let seeds = isostep_trials::window(1_000_u32);
-    process::run(cargo("xtask").args(["swarm", "--seeds=1000", &format!("--first={}", seeds.start)]))
+    process::run(cargo_xtask().args(["swarm", "--seeds=1000", &format!("--first={}", seeds.start)]))
 }
 
 fn page(amount: Amount) -> Result<()> {

@@ -22,8 +22,19 @@ const NO_SPECULATION: &str = " -Cllvm-args=-speculate-one-expensive-inst=false\
 
 /// `cargo VERB` in the workspace.
 pub fn cargo(verb: &str) -> Command {
+    let mut command = plain_cargo(verb);
+    command.arg("--target-dir").arg(workspace::target_dir());
+    command
+}
+
+/// `cargo xtask`, to which everything behind it is an argument of its own.
+pub fn cargo_xtask() -> Command {
+    plain_cargo("xtask")
+}
+
+fn plain_cargo(verb: &str) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(workspace::root()).arg(verb).arg("--target-dir").arg(workspace::target_dir());
+    command.current_dir(workspace::root()).arg(verb);
     command
 }
 
@@ -120,5 +131,11 @@ mod tests {
                 assert!(!text.contains(&word), "{word} in {}", source.display());
             }
         }
+    }
+
+    #[test]
+    fn a_verb_of_xtask_gets_no_argument_of_cargo() {
+        assert_eq!(cargo_xtask().get_args().collect::<Vec<_>>(), ["xtask"]);
+        assert!(cargo("test").get_args().any(|argument| argument == "--target-dir"));
     }
 }
