@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Error, Result, anyhow};
 use isostep_trials::{AMOUNT_VARIABLE, Amount};
 
 #[cfg(unix)]
@@ -23,8 +23,8 @@ that fails is the last, but not with --all, which tells what failed at its end:
   host tests       unit, property and end-to-end tests in virtual time
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
-  emulated board   the firmware, unmodified, in an emulated RP2040; a dozen tests each of four axes and of an SKR Pico;
-                   what goes by TimerPort as by PioPort only with --all
+  emulated board   the firmware, unmodified, in an emulated RP2040; a dozen tests each of four axes and of an SKR Pico; what
+                   goes by TimerPort as by PioPort, and the proving image, with ISOSTEP_CASES=more or --all
   another board    the firmware of boards/qemu-lm3s6965 in QEMU, of three axes and of two; skipped without qemu-system-arm
   another chip     the firmwares of boards/stm32g474 link for a Cortex-M4F; only with --all, and skipped where rustup cannot add
                    that target
@@ -127,7 +127,7 @@ pub fn run(args: Args) -> Result<()> {
         Args { .. } => &STAGES[..],
     };
     let more: &[Stage] = if args.cncjs { &[("cncjs", |_| cncjs())] } else { &[] };
-    let amount = if args.all { Amount::All } else { Amount::of_run() };
+    let amount = if args.all { Amount::All } else { Amount::of_run().map_err(Error::msg)? };
     let release = if args.all && !args.fast && !args.senders { &RELEASE[..] } else { &[] };
     let stages: Vec<_> = stages.iter().chain(more).chain(release).collect();
     let mut summary = format!("{:<16} {:<8}{:>8}{:>8}\n", "stage", "", "wall s", "CPU s");

@@ -29,15 +29,14 @@ pub enum Amount {
 impl Amount {
     /// The amount of this run.
     ///
-    /// # Panics
-    /// When the variable is something else.
-    #[must_use]
-    pub fn of_run() -> Self {
+    /// # Errors
+    /// What to set the variable to, when it is something else.
+    pub fn of_run() -> Result<Self, String> {
         match env::var(AMOUNT_VARIABLE).as_deref() {
-            Err(_) | Ok("") => Self::Few,
-            Ok("more") => Self::More,
-            Ok("all") => Self::All,
-            Ok(text) => panic!("{AMOUNT_VARIABLE} is {text}: give more or all, or nothing for a few"),
+            Err(_) | Ok("") => Ok(Self::Few),
+            Ok("more") => Ok(Self::More),
+            Ok("all") => Ok(Self::All),
+            Ok(text) => Err(format!("{AMOUNT_VARIABLE} is {text}: give more or all, or nothing for a few")),
         }
     }
 
@@ -66,7 +65,7 @@ pub fn cases(more: u32, all: u32) -> u32 {
     assert!(more <= all, "{more} of {all} cases");
     // The harness shows it if the test fails.
     println!("again: {}", again());
-    Amount::of_run().cases(more, all)
+    amount().cases(more, all)
 }
 
 /// The number of cases of a test that counts what it has met, and needs `least` for that, whoever runs it; or `all`.
@@ -89,11 +88,16 @@ pub fn window(count: impl Into<u64>) -> Range<u64> {
 /// From one case of a sweep to the next that a test tries: `more` in CI, twice as far when a person runs it, or 1 if all are tried.
 #[must_use]
 pub fn stride(more: usize) -> usize {
-    match Amount::of_run() {
+    match amount() {
         Amount::Few => 2 * more,
         Amount::More => more,
         Amount::All => 1,
     }
+}
+
+/// The amount of this run, which a test cannot do without.
+fn amount() -> Amount {
+    Amount::of_run().unwrap_or_else(|why| panic!("{why}"))
 }
 
 fn window_number() -> u64 {
@@ -105,7 +109,7 @@ fn window_number() -> u64 {
 /// it tests.
 fn again() -> String {
     let package = env::var("CARGO_PKG_NAME").unwrap_or_default();
-    let amount = match Amount::of_run() {
+    let amount = match amount() {
         Amount::Few => String::new(),
         amount => format!("{AMOUNT_VARIABLE}={} ", amount.value()),
     };
@@ -120,7 +124,7 @@ mod tests {
 
     #[test]
     fn a_failure_is_repeated_by_the_line_that_it_prints() {
-        let amount = match Amount::of_run() {
+        let amount = match amount() {
             Amount::Few => "",
             Amount::More => "ISOSTEP_CASES=more ",
             Amount::All => "ISOSTEP_CASES=all ",
