@@ -151,7 +151,13 @@ fn every_speed_profile_is_exact() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn single_steps_take_as_long_as_planned() {
-    Port::ALL.into_iter().for_each(|port| cases::single_steps_take_as_long_as_planned(Emulated(port), 200.0));
+    cases::single_steps_take_as_long_as_planned(Emulated(Port::Pio), 200.0);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn single_steps_by_the_timer_port_take_as_long_as_planned() {
+    cases::single_steps_take_as_long_as_planned(Emulated(Port::Timer), 200.0);
 }
 
 #[test]

@@ -23,9 +23,11 @@ that fails is the last, but not with --all, which tells what failed at its end:
   host tests       unit, property and end-to-end tests in virtual time
   emulator tests   the emulated board's own, and the step program on it as on a published emulator
   firmware         its build, and its size budgets
-  emulated board   the firmware, unmodified, in an emulated RP2040; a dozen tests each of four axes and of an SKR Pico; what
-                   goes by TimerPort as by PioPort, and the proving image, with ISOSTEP_CASES=more or --all
-  another board    the firmware of boards/qemu-lm3s6965 in QEMU, of three axes and of two; skipped without qemu-system-arm
+  emulated board   the firmware, unmodified, in an emulated RP2040; with ISOSTEP_CASES=more or --all the other images too: of
+                   TimerPort, of the proof, of a normally closed emergency stop, of faster drivers, and a dozen tests each of
+                   four axes and of an SKR Pico
+  another board    the firmware of boards/qemu-lm3s6965 in QEMU, of three axes, and with ISOSTEP_CASES=more or --all of two;
+                   skipped without qemu-system-arm
   another chip     the firmwares of boards/stm32g474 link for a Cortex-M4F; only with --all, and skipped where rustup cannot add
                    that target
   slow clock       the machine by a clock of 32,768 Hz; only with --all
@@ -235,7 +237,15 @@ const PROVE_ELF: &str = "prove";
 const FOUR_AXES_ELF: &str = "four-axes";
 const SKR_PICO_ELF: &str = "skr-pico";
 
-fn firmware(_: Amount) -> Result<()> {
+fn firmware(amount: Amount) -> Result<()> {
+    if amount != Amount::Few {
+        other_images()?;
+    }
+    check_footprint(Variant::default())
+}
+
+/// The images but for the default one, for which a person need not wait.
+fn other_images() -> Result<()> {
     check_footprint(Variant { axes: Axes::Four, ..Variant::default() })?;
     build::keep(&workspace::firmware_elf(), FOUR_AXES_ELF)?;
     check_footprint(Variant { board: Board::SkrPico, ..Variant::default() })?;
@@ -246,7 +256,7 @@ fn firmware(_: Amount) -> Result<()> {
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
     build::kept_firmware(Variant { driver: Some(Driver::Tmc2209), ..Variant::default() }, TMC2209_ELF)?;
-    check_footprint(Variant::default())
+    Ok(())
 }
 
 /// Builds a variant, and compares what it takes with its budgets.
@@ -257,21 +267,31 @@ fn check_footprint(variant: Variant) -> Result<()> {
 }
 
 fn emulated_board(amount: Amount) -> Result<()> {
-    let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
     // Not by its package: with the features of all packages it is compiled already.
-    // Dialogues of fewer steps would end elsewhere.
-    let mut tests = on_board(if amount == Amount::All { amount } else { Amount::More }, &elves);
+    if amount == Amount::Few {
+        // Dialogues of fewer steps would end elsewhere.
+        let mut tests = cargo_test(Amount::More);
+        tests.env("ISOSTEP_ELF", workspace::firmware_elf());
+        return process::run(tests.args(["--test=emulated", "--", "--ignored"]).args(OF_OTHER_IMAGES));
+    }
+    let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
+    let mut tests = on_board(amount, &elves);
     tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
     tests.env("ISOSTEP_TMC2209_ELF", build::kept_elf(TMC2209_ELF));
     tests.env("ISOSTEP_FOUR_AXES_ELF", build::kept_elf(FOUR_AXES_ELF));
     tests.env("ISOSTEP_SKR_PICO_ELF", build::kept_elf(SKR_PICO_ELF));
-    tests.args(["--test=emulated", "--", "--ignored"]);
-    process::run(if amount == Amount::Few { tests.args(NOT_WITH_FEW) } else { &mut tests })
+    process::run(tests.args(["--test=emulated", "--", "--ignored"]))
 }
 
-/// What a person need not wait for: what goes by the other step port as by the default one (tests of what that port alone does are
-/// named otherwise, `of_the_timer_port`), and the proving image, which proves what the other tests look at from outside.
-const NOT_WITH_FEW: [&str; 2] = ["--skip=by_the_timer_port", "--skip=prove::"];
+/// The tests of images but for the default one. A test of theirs that is not named so fails without its image.
+const OF_OTHER_IMAGES: [&str; 6] = [
+    "--skip=timer_port",
+    "--skip=four_axes",
+    "--skip=skr_pico",
+    "--skip=broken_wire",
+    "--skip=board_words::",
+    "--skip=prove::",
+];
 
 /// Tests on the emulated board with these images: the default one, that of the timer port, and that of the emergency stop
 /// which opens. A plain `cargo test` ignores them, because it must work without Node and does not build firmware.
@@ -284,13 +304,17 @@ fn on_board(amount: Amount, elves: &[PathBuf; 3]) -> Command {
 fn another_board(amount: Amount) -> Result<()> {
     const BOARD: &str = "qemu-lm3s6965";
     toolchain::add_target(workspace::FIRMWARE_TARGET)?;
-    process::run(&mut firmware_cargo("build", BOARD, &["two-axes"]))?;
-    let two_axes = build::keep(&workspace::elf(BOARD), "qemu-two-axes")?;
-    process::run(&mut firmware_cargo("build", BOARD, &[]))?;
     let mut tests = cargo_test(amount);
-    tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD)).env("ISOSTEP_QEMU_TWO_AXES_ELF", &two_axes);
+    if amount == Amount::Few {
+        tests.args(["--test=it", "qemu::", "--", "--ignored", "--skip=two_axes"]);
+    } else {
+        process::run(&mut firmware_cargo("build", BOARD, &["two-axes"]))?;
+        tests.env("ISOSTEP_QEMU_TWO_AXES_ELF", build::keep(&workspace::elf(BOARD), "qemu-two-axes")?);
+        tests.args(["--test=it", "qemu::", "--", "--ignored"]);
+    }
+    process::run(&mut firmware_cargo("build", BOARD, &[]))?;
     // Not by their package: with the features of all packages they are compiled already.
-    process::run(tests.args(["--test=it", "qemu::", "--", "--ignored"]))
+    process::run(tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD)))
 }
 
 fn another_chip(_: Amount) -> Result<()> {
@@ -323,8 +347,7 @@ fn four_axes(_: Amount) -> Result<()> {
 
 const FEATURE: &str = "--features=four-axes";
 /// The runs that the emulated board has made already with the images that they are for.
-const OF_OTHERS: [&str; 4] =
-    ["--skip=board_words::an_image", "--skip=drivers::", "--skip=stall::", "--skip=skr_pico::"];
+const OF_OTHERS: [&str; 2] = ["--skip=board_words::an_image", "--skip=skr_pico"];
 
 /// The proving image is for a Pico only.
 fn skr_pico(_: Amount) -> Result<()> {

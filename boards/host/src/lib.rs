@@ -7,18 +7,22 @@
 //! simulator runs its interrupts in this function.
 
 use std::cell::{Cell, RefCell};
+use std::hint;
 use std::rc::Rc;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use critical_section::RawRestoreState;
 
-/// Held by the thread that is in a critical section.
-static MASKED: Mutex<()> = Mutex::new(());
+/// True while a thread is in a critical section. They are so short, and simulated machines on several threads enter so many,
+/// that a thread which has to wait does so here, and not in the system.
+static MASKED: AtomicBool = AtomicBool::new(false);
+/// So often a waiting thread looks before it lets others run: the one that it waits for may be among them.
+const LOOKS: u32 = 100;
 
 thread_local! {
     /// Nesting depth of this thread's critical sections.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
-    static GUARD: RefCell<Option<MutexGuard<'static, ()>>> = const { RefCell::new(None) };
     static AT_SECTION_ENDS: RefCell<Option<Interruption>> = const { RefCell::new(None) };
 }
 
@@ -43,9 +47,9 @@ unsafe impl critical_section::Impl for Host {
     unsafe fn acquire() -> RawRestoreState {
         let depth = DEPTH.get();
         if depth == 0 {
-            // The lock is poisoned if a test panicked in a critical section. Other tests need not fail for that.
-            let guard = MASKED.lock().unwrap_or_else(PoisonError::into_inner);
-            GUARD.set(Some(guard));
+            while MASKED.swap(true, Ordering::Acquire) {
+                wait();
+            }
         }
         DEPTH.set(depth + 1);
     }
@@ -54,12 +58,23 @@ unsafe impl critical_section::Impl for Host {
         let depth = DEPTH.get() - 1;
         DEPTH.set(depth);
         if depth == 0 {
-            GUARD.take();
+            MASKED.store(false, Ordering::Release);
             // During a panic, sections end while values are dropped. No interrupt is simulated there.
             let interruption = if std::thread::panicking() { None } else { AT_SECTION_ENDS.with_borrow(Clone::clone) };
             interruption.into_iter().for_each(|interrupt| interrupt());
         }
     }
+}
+
+/// Returns when no thread may be in a section, or one should look again.
+fn wait() {
+    for _ in 0..LOOKS {
+        if !MASKED.load(Ordering::Relaxed) {
+            return;
+        }
+        hint::spin_loop();
+    }
+    thread::yield_now();
 }
 
 #[cfg(test)]

@@ -101,11 +101,16 @@ fn plan(steps: f64, limits: &Limits, speed_profile: SpeedProfile) -> Result<Prof
 
 #[cfg(test)]
 mod tests {
+    use std::sync::LazyLock;
+
     use super::*;
+
+    /// One report for all tests: it takes longer than they do.
+    static REPORT: LazyLock<Report> = LazyLock::new(|| Report::new().unwrap());
 
     #[test]
     fn every_row_has_the_papers_side_ours_and_the_difference() {
-        let report = Report::new().unwrap();
+        let report = &*REPORT;
         let papers: Vec<Paper> = report.parts.iter().map(|part| part.paper).collect();
         assert_eq!(papers, [Paper::Frequency, Paper::Linear, Paper::Gantry]);
         for row in report.rows() {
@@ -116,7 +121,7 @@ mod tests {
 
     #[test]
     fn the_page_has_every_row_and_picture() {
-        let report = Report::new().unwrap();
+        let report = &*REPORT;
         let html = report.page().html();
         let pictures = report.sections().flat_map(|section| &section.pictures).count();
         assert_eq!(html.matches("<svg").count(), pictures);
@@ -129,7 +134,7 @@ mod tests {
 
     #[test]
     fn json_has_every_row() {
-        let report = Report::new().unwrap();
+        let report = &*REPORT;
         let json: serde_json::Value = serde_json::from_str(&report.json().unwrap()).unwrap();
         let rows = json["rows"].as_array().unwrap();
         assert_eq!(rows.len(), report.rows().count());

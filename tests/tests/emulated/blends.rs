@@ -76,21 +76,29 @@ fn blends_by_the_timer_port_are_where_the_simulation_has_them() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn blends_are_overridden_and_held() {
-    for port in Port::ALL {
-        let begin = settings().chain(["G64 P0.05 G1 F3000 X20 Y10".into()]);
-        let mut script = "expect Grbl\n".to_owned();
-        let changes = ["91 91 91 91 91 91 91 91 91 91", "21\nwait-ms 500\nbytes 7e", "90", "92 92 92 92 92", "90"];
-        let mut changes = changes.into_iter().cycle();
-        for (index, line) in begin.chain(wave()).chain(["X50Y5Z1".into()]).enumerate() {
-            writeln!(script, "send {line}\nexpect ok").unwrap();
-            if index % 15 == 14 {
-                writeln!(script, "bytes {}", changes.next().unwrap()).unwrap();
-            }
+    overridden_and_held(Port::Pio);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn blends_by_the_timer_port_are_overridden_and_held() {
+    overridden_and_held(Port::Timer);
+}
+
+fn overridden_and_held(port: Port) {
+    let begin = settings().chain(["G64 P0.05 G1 F3000 X20 Y10".into()]);
+    let mut script = "expect Grbl\n".to_owned();
+    let changes = ["91 91 91 91 91 91 91 91 91 91", "21\nwait-ms 500\nbytes 7e", "90", "92 92 92 92 92", "90"];
+    let mut changes = changes.into_iter().cycle();
+    for (index, line) in begin.chain(wave()).chain(["X50Y5Z1".into()]).enumerate() {
+        writeln!(script, "send {line}\nexpect ok").unwrap();
+        if index % 15 == 14 {
+            writeln!(script, "bytes {}", changes.next().unwrap()).unwrap();
         }
-        script += "wait-idle\nbytes 3f\nexpect <Idle|MPos:50.000,5.000,1.000\n";
-        let run = Board::stepped_by(port, "blends-changed").script(&script);
-        assert!(run.ok, "{port}: {}", run.printed);
     }
+    script += "wait-idle\nbytes 3f\nexpect <Idle|MPos:50.000,5.000,1.000\n";
+    let run = Board::stepped_by(port, &format!("blends-changed-{port}")).script(&script);
+    assert!(run.ok, "{port}: {}", run.printed);
 }
 
 /// Pieces of a line that go straight on need no time for a blend, and may be briefer than the board plans any. Between bends,

@@ -48,6 +48,11 @@ fn a_core_that_hangs_drops_the_tool(port: Port, test: &str) {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn a_core_that_hangs_drops_the_tool_within_20_ms() {
     a_core_that_hangs_drops_the_tool(Port::Pio, "output-watchdog");
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn a_core_that_hangs_drops_the_tool_by_the_timer_port_too() {
     a_core_that_hangs_drops_the_tool(Port::Timer, "output-watchdog-timer");
 }
 

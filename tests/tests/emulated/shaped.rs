@@ -72,23 +72,31 @@ fn shaped_runs_by_the_timer_port_are_where_the_simulation_has_them() {
 #[test]
 #[ignore = "needs the firmware: cargo xtask test"]
 fn shaped_runs_are_overridden_held_and_reset() {
-    for port in Port::ALL {
-        let mut script = "expect Grbl\n".to_owned();
-        let changes = ["91 91 91 91 91", "21\nwait-ms 500\nbytes 7e", "90", "92 92 92 92", "90"];
-        let mut changes = changes.into_iter().cycle();
-        for (index, line) in begin().chain(wave()).chain(["X50Y5Z1".into()]).enumerate() {
-            writeln!(script, "send {line}\nexpect ok").unwrap();
-            if index % 15 == 14 {
-                writeln!(script, "bytes {}", changes.next().unwrap()).unwrap();
-            }
+    overridden_held_and_reset(Port::Pio);
+}
+
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn shaped_runs_by_the_timer_port_are_overridden_held_and_reset() {
+    overridden_held_and_reset(Port::Timer);
+}
+
+fn overridden_held_and_reset(port: Port) {
+    let mut script = "expect Grbl\n".to_owned();
+    let changes = ["91 91 91 91 91", "21\nwait-ms 500\nbytes 7e", "90", "92 92 92 92", "90"];
+    let mut changes = changes.into_iter().cycle();
+    for (index, line) in begin().chain(wave()).chain(["X50Y5Z1".into()]).enumerate() {
+        writeln!(script, "send {line}\nexpect ok").unwrap();
+        if index % 15 == 14 {
+            writeln!(script, "bytes {}", changes.next().unwrap()).unwrap();
         }
-        script += "wait-idle\nbytes 3f\nexpect <Idle|MPos:50.000,5.000,1.000\n";
-        script += "send G1 X10 Y20 F3000\nexpect ok\nwait-ms 300\nbytes 18\nexpect Grbl\nwait-idle\n";
-        script += "send G1 X12 Y21 F3000\nexpect ok\nwait-idle\nbytes 3f\nexpect <Idle|MPos:12.000,21.000,1.000\n";
-        let run = Board::stepped_by(port, "shaped-changed").script(&script);
-        assert!(run.ok, "{port}: {}", run.printed);
-        for (axis, steps) in [("X", 12 * 80), ("Y", 21 * 80), ("Z", 80)] {
-            assert_eq!(run.figures["axes"][axis]["position_steps"], steps, "{port}: {axis}");
-        }
+    }
+    script += "wait-idle\nbytes 3f\nexpect <Idle|MPos:50.000,5.000,1.000\n";
+    script += "send G1 X10 Y20 F3000\nexpect ok\nwait-ms 300\nbytes 18\nexpect Grbl\nwait-idle\n";
+    script += "send G1 X12 Y21 F3000\nexpect ok\nwait-idle\nbytes 3f\nexpect <Idle|MPos:12.000,21.000,1.000\n";
+    let run = Board::stepped_by(port, &format!("shaped-changed-{port}")).script(&script);
+    assert!(run.ok, "{port}: {}", run.printed);
+    for (axis, steps) in [("X", 12 * 80), ("Y", 21 * 80), ("Z", 80)] {
+        assert_eq!(run.figures["axes"][axis]["position_steps"], steps, "{port}: {axis}");
     }
 }

@@ -13,12 +13,12 @@ pub const AMOUNT_VARIABLE: &str = "ISOSTEP_CASES";
 const WINDOW_VARIABLE: &str = "PROPTEST_RNG_SEED";
 
 /// The share of the cases of CI that are few.
-const FEW: u32 = 4;
+const FEW: u32 = 8;
 
 /// How many cases are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Amount {
-    /// As many as a person likes to wait for: a quarter of those of CI.
+    /// As many as a person likes to wait for: an eighth of those of CI.
     Few,
     /// Those of CI.
     More,
@@ -59,7 +59,7 @@ impl Amount {
     }
 }
 
-/// The number of cases that a test tries: `more` in CI, a quarter of them when a person runs it, or `all`.
+/// The number of cases that a test tries: `more` in CI, an eighth of them when a person runs it, or `all`.
 #[must_use]
 pub fn cases(more: u32, all: u32) -> u32 {
     assert!(more <= all, "{more} of {all} cases");
@@ -85,11 +85,11 @@ pub fn window(count: impl Into<u64>) -> Range<u64> {
     first..first + count
 }
 
-/// From one case of a sweep to the next that a test tries: `more` in CI, twice as far when a person runs it, or 1 if all are tried.
+/// From one case of a sweep to the next that a test tries: `more` in CI, four times as far when a person runs it, or 1 if all are tried.
 #[must_use]
 pub fn stride(more: usize) -> usize {
     match amount() {
-        Amount::Few => 2 * more,
+        Amount::Few => 4 * more,
         Amount::More => more,
         Amount::All => 1,
     }
@@ -135,9 +135,9 @@ mod tests {
     }
 
     #[test]
-    fn a_person_waits_for_a_quarter_of_the_cases_of_ci_and_for_one_at_least() {
+    fn a_person_waits_for_an_eighth_of_the_cases_of_ci_and_for_one_at_least() {
         let of = |more, all| [Amount::Few, Amount::More, Amount::All].map(|amount| amount.cases(more, all));
-        assert_eq!([of(0, 1), of(1, 2), of(500, 10_000)], [[0, 0, 1], [1, 1, 2], [125, 500, 10_000]]);
+        assert_eq!([of(0, 1), of(1, 2), of(500, 10_000)], [[0, 0, 1], [1, 1, 2], [63, 500, 10_000]]);
     }
 
     #[test]
