@@ -85,11 +85,11 @@ pub fn window(count: impl Into<u64>) -> Range<u64> {
     first..first + count
 }
 
-/// From one case of a sweep to the next that a test tries: `more` in CI, four times as far when a person runs it, or 1 if all are tried.
+/// From one case of a sweep to the next that a test tries: `more` in CI, twice as far when a person runs it, or 1 if all are tried.
 #[must_use]
 pub fn stride(more: usize) -> usize {
     match amount() {
-        Amount::Few => 4 * more,
+        Amount::Few => 2 * more,
         Amount::More => more,
         Amount::All => 1,
     }
