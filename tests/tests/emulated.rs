@@ -341,7 +341,7 @@ fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
         };
         let lasts_us = 1e6 * (reported_s(&plain, "< ok").last().unwrap() - reported_s(&plain, "> $HZ").last().unwrap());
         let mut script = format!("{begin}{set}send $HZ\nexpect ok\n");
-        for _ in 0..isostep_trials::cases(8, 40) {
+        for _ in 0..isostep_trials::cases_that_count(8, 40) {
             let wait_us = lasts_us - 1_500.0 + 6_000.0 * f64::from(random.rand_float());
             script += &format!("send $HZ\nsend G91G0X1F600\n{}wait-ms 300\nsend $X\n", press('X', wait_us));
             script += &format!("wait-ms 20\n{check}send G0X-0.5\nwait-ms 300\nbytes 3f\nexpect <Idle\n");
@@ -349,7 +349,7 @@ fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
         let ended = board().script(&script);
         assert!(ended.ok, "{}", ended.printed);
         let alarms = ended.printed.matches("< ALARM:1").count();
-        assert!((2..8).contains(&alarms) || isostep_trials::cases(8, 40) > 8, "{alarms}: {}", ended.printed);
+        assert!((2..8).contains(&alarms) || isostep_trials::cases_that_count(8, 40) > 8, "{alarms}: {}", ended.printed);
     }
 }
 
@@ -357,7 +357,7 @@ fn presses_while_homing_begins_lasts_and_ends_inhibit_nothing() {
 fn holds_and_overrides_lose_nothing(board: Board, speed_profile: u32) {
     let mut script = format!("expect Grbl\nsend $940={speed_profile}\nexpect ok\nsend G90\nexpect ok\n");
     // Each second one leads back to the start.
-    let rounds = isostep_trials::cases(2, 10);
+    let rounds = isostep_trials::cases_that_count(2, 10);
     for index in 0..rounds {
         let wait_ms = 150 + 83 * index;
         let target = if index % 2 == 0 { "X40 Y23 Z3" } else { "X0 Y0 Z0" };
@@ -438,7 +438,7 @@ fn changes_in_quick_succession_lose_no_step() {
         let settings = [(110, 12_000), (120, 4_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));
     }
-    let rounds = isostep_trials::cases(6, 10);
+    let rounds = isostep_trials::cases_that_count(6, 10);
     for index in 0..rounds {
         let target = if index % 2 == 0 { "X60 Y55 Z50" } else { "X0 Y0 Z0" };
         script += &format!("send G1 {target} F12000\nexpect ok\nwait-edge\nwait-ms {}\n", 1 + 13 * index);
