@@ -275,7 +275,7 @@ fn emulated_board(amount: Amount) -> Result<()> {
     if amount == Amount::Few {
         let mut tests = cargo_test(amount);
         tests.env("ISOSTEP_ELF", workspace::firmware_elf());
-        return process::run(tests.args(["--test=emulated", "--", "--ignored"]).args(OF_OTHER_IMAGES));
+        return process::run(tests.args(["--test=emulated", "--", "--ignored"]).args(NOT_WITH_FEW));
     }
     let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
     let mut tests = on_board(amount, &elves);
@@ -286,8 +286,11 @@ fn emulated_board(amount: Amount) -> Result<()> {
     process::run(tests.args(["--test=emulated", "--", "--ignored"]))
 }
 
-/// The tests of images but for the default one. A test of theirs that is not named so fails without its image.
-const OF_OTHER_IMAGES: [&str; 6] = [
+/// The tests of images but for the default one: a test of theirs that is not named so fails without its image. And the two that
+/// take longest: where in flash the code of a line stands, and presses in each phase of homing, which the simulator has too.
+const NOT_WITH_FEW: [&str; 8] = [
+    "--skip=cached::",
+    "--skip=presses_while_homing",
     "--skip=timer_port",
     "--skip=four_axes",
     "--skip=skr_pico",

@@ -125,9 +125,16 @@ impl Cells {
 
     /// Takes a word for programmed if any of its bits is.
     fn look(&mut self, range: Range<usize>, word_bytes: usize) {
-        let words = self.bytes[range.clone()].chunks(word_bytes);
-        for (word, programmed) in words.zip(self.programmed[range].chunks_mut(word_bytes)) {
-            programmed.fill(word.iter().any(|&byte| byte != ERASED));
+        // Most pages are erased, and quickly passed over.
+        let pages = self.bytes[range.clone()].chunks(PAGE_BYTES).zip(self.programmed[range].chunks_mut(PAGE_BYTES));
+        for (page, programmed) in pages {
+            programmed.fill(false);
+            if *page == [ERASED; PAGE_BYTES] {
+                continue;
+            }
+            for (word, programmed) in page.chunks(word_bytes).zip(programmed.chunks_mut(word_bytes)) {
+                programmed.fill(word.iter().any(|&byte| byte != ERASED));
+            }
         }
     }
 
