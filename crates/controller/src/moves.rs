@@ -136,8 +136,14 @@ impl<F: NorFlash> Controller<'_, F> {
         if self.beyond_travel(target_steps).is_some() {
             return Err(Error::TravelExceeded);
         }
-        let (feed_mm_s, source) = (f64::from(jog.mm_min) / 60.0, self.source());
-        self.submit(Motion::Jog(Move { feed_mm_s, source, ..Move::to(target_steps) })).await?;
+        // Its corners are taken by `$904`: G61 and G64 are a program's.
+        let one = self.with(|program| {
+            let deviation_mm = program.settings.blend_deviation_mm;
+            let offsets = if deviation_mm > 0.0 { program.geometry.offsets(jog.target_pm) } else { [0; AXES] };
+            let (feed_mm_s, source) = (f64::from(jog.mm_min) / 60.0, program.source);
+            Move { feed_mm_s, source, deviation_mm, offsets, ..Move::to(target_steps) }
+        });
+        self.submit(Motion::Jog(one)).await?;
         self.with(|program| {
             program.interpreter.set_position_pm(jog.target_pm);
             program.jogged = true;

@@ -39,9 +39,9 @@ fn what_has_no_corner_is_the_same_to_the_edge_with_blends_and_without() {
     assert_same("a start speed", "$910=60\n$911=60\nG1 F1200 X20\nY20\nX0\n");
 }
 
-/// A jog by hand is the same too: its corners are taken as with G61.
+/// G61 and G64 are a program's: jogs take their corners by `$904`.
 #[test]
-fn jogs_are_the_same_to_the_edge_with_blends_and_without() {
+fn jogs_are_the_same_to_the_edge_with_g64_and_g61() {
     assert_same("jogs", "$J=X20 F1200\n$J=Y20 F1200\n$J=G91 X-5 Y3 F1200\n");
 }
 

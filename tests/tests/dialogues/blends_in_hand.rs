@@ -201,20 +201,52 @@ fn the_door_in_a_blend_holds_and_goes_on() {
     assert!(blends > 8 && lines > 15, "{blends} in blends, {lines} on lines");
 }
 
-/// A cancelled jog stops, whatever `G64` and `$904` say, and the machine knows where it stands.
+/// Jogs go round their corners within the limits, and a cancelled one stops, in a blend too; the machine knows where it stands.
 #[test]
-fn a_jog_cancel_with_blends_on_keeps_the_exact_count() {
-    let jogs = "$904=1\nG64 P1\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n";
+fn a_jog_cancel_keeps_the_limits_and_the_exact_count() {
+    let jogs = "$904=1\nG61\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n";
+    let (mut in_blends, mut on_lines) = (0, 0);
     for at_ms in (100..2_000).step_by(STRIDE_MS as usize) {
         let mut sim = powered_up(&Config::default());
         sim.send(jogs.as_bytes());
         sim.run_for(Duration::from_millis(at_ms)).unwrap();
+        let cancelled_ns = sim.now_ns();
         sim.send(&[0x85]);
         at_rest(&mut sim);
         let [x, y, z] = assert_stays(&mut sim, at_ms);
-        assert!(sim.outcome().moves.iter().all(|record| record.blend.is_none()), "at {at_ms} ms: jogs do not blend");
-        assert_eq!(say(&mut sim, "G91 G1 F1200 X2\nY2\nX2").last_line(), "ok");
+        let most = across::highest(&sim.outcome());
+        assert!(most.is_none_or(|window| window.ratio < 1.02), "at {at_ms} ms: {most:?}");
+        match under_way(&sim.outcome(), cancelled_ns) {
+            Where::Blend => in_blends += 1,
+            Where::Line => on_lines += 1,
+            Where::Rest => {}
+        }
+        assert_eq!(say(&mut sim, "G64 G91 G1 F1200 X2\nY2\nX2").last_line(), "ok");
         assert_eq!(sim.counted_steps(), [x + 200, y + 100, z], "at {at_ms} ms");
-        assert!(sim.outcome().moves.last().unwrap().blend.is_some(), "at {at_ms} ms: the program does");
+    }
+    assert!(in_blends > 2 && on_lines > 10, "{in_blends} in blends, {on_lines} on lines");
+}
+
+/// A pendant sends a jog before the last one ends: on along the line, back again, and across.
+#[test]
+fn jogs_that_follow_each_other_keep_the_limits() {
+    let held = "$J=G91 X2 F3000\n".repeat(12);
+    let reversed = "$J=G91 X2 F3000\n$J=G91 X-2 F3000\n".repeat(6);
+    let crossed = "$J=G91 X2 F3000\n$J=G91 Y2 F3000\n".repeat(6);
+    let small = "$J=G91 X0.1 F3000\n$J=G91 Y0.1 F3000\n$J=G91 X-0.1 Z0.02 F3000\n".repeat(20);
+    for (what, jogs, corners) in
+        [("held", held, 0), ("reversed", reversed, 0), ("crossed", crossed, 8), ("small", small, 20)]
+    {
+        let mut sim = powered_up(&Config::default());
+        sim.send(jogs.as_bytes());
+        at_rest(&mut sim);
+        let outcome = sim.outcome();
+        for verdict in verify::verdicts(&outcome, &verify::moves(&outcome).collect()) {
+            assert!(verdict.kept, "{what}: {} {}", verdict.promise, verdict.detail);
+        }
+        let most = across::highest(&outcome).unwrap();
+        assert!(most.ratio < 1.02, "{what}: {most:?}");
+        let blends = outcome.moves.iter().filter(|record| record.blend.is_some()).count();
+        assert!(blends >= corners, "{what}: {blends} blends");
     }
 }
