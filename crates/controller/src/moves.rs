@@ -16,6 +16,9 @@ use crate::output::{Message, Output};
 const BUZZES: usize = 10;
 /// The speed at which it is moved, mm/s.
 const BUZZ_MM_S: f64 = 5.0;
+/// The largest deviation from the corners of jogs, mm. A blend that is committed is made to its end, and a cancel must not wait for a
+/// long one.
+const JOG_DEVIATION_MAX_MM: f32 = 0.05;
 
 impl<F: NorFlash> Controller<'_, F> {
     /// Carries out a G-code block that the interpreter has accepted. `text` is empty; messages that come before the
@@ -136,9 +139,9 @@ impl<F: NorFlash> Controller<'_, F> {
         if self.beyond_travel(target_steps).is_some() {
             return Err(Error::TravelExceeded);
         }
-        // Its corners are taken by `$904`: G61 and G64 are a program's.
+        // Its corners are taken by `$904`, and not by path modes: G61 and G64 are a program's.
         let one = self.with(|program| {
-            let deviation_mm = program.settings.blend_deviation_mm;
+            let deviation_mm = program.settings.blend_deviation_mm.min(JOG_DEVIATION_MAX_MM);
             let offsets = if deviation_mm > 0.0 { program.geometry.offsets(jog.target_pm) } else { [0; AXES] };
             let (feed_mm_s, source) = (f64::from(jog.mm_min) / 60.0, program.source);
             Move { feed_mm_s, source, deviation_mm, offsets, ..Move::to(target_steps) }

@@ -206,7 +206,7 @@ fn the_door_in_a_blend_holds_and_goes_on() {
 fn a_jog_cancel_keeps_the_limits_and_the_exact_count() {
     let jogs = "$904=1\nG61\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n";
     let (mut in_blends, mut on_lines) = (0, 0);
-    for at_ms in (100..2_000).step_by(STRIDE_MS as usize) {
+    for at_ms in (100..1_900).step_by(17) {
         let mut sim = powered_up(&Config::default());
         sim.send(jogs.as_bytes());
         sim.run_for(Duration::from_millis(at_ms)).unwrap();
@@ -225,6 +225,26 @@ fn a_jog_cancel_keeps_the_limits_and_the_exact_count() {
         assert_eq!(sim.counted_steps(), [x + 200, y + 100, z], "at {at_ms} ms");
     }
     assert!(in_blends > 2 && on_lines > 10, "{in_blends} in blends, {on_lines} on lines");
+}
+
+/// Cancelled at any instant, jogs come to rest as soon with blends as without.
+#[test]
+fn a_jog_cancel_waits_for_no_long_blend() {
+    let longest_ms = |deviation_mm: f64| {
+        let jogs = format!("$904={deviation_mm}\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n");
+        let rest_ms = |at_ms: u64| {
+            let mut sim = powered_up(&Config::default());
+            sim.send(jogs.as_bytes());
+            sim.run_for(Duration::from_millis(at_ms)).unwrap();
+            let cancelled_ns = sim.now_ns();
+            sim.send(&[0x85]);
+            at_rest(&mut sim);
+            (sim.now_ns() - cancelled_ns) / 1_000_000
+        };
+        (100..1_300).step_by(14).map(rest_ms).max().unwrap()
+    };
+    let [without_ms, with_ms] = [0.0, 1.0].map(longest_ms);
+    assert!(without_ms > 500 && with_ms <= without_ms + 5, "{with_ms} ms, without blends {without_ms} ms");
 }
 
 /// A pendant sends a jog before the last one ends: on along the line, back again, and across.
