@@ -265,3 +265,21 @@ impl<const WORD_BYTES: usize, const ERASE_BYTES: usize> fmt::Debug for WordFlash
         f.debug_struct("Flash").field("bytes", &cells.bytes.len()).field("erases", &cells.erases).finish()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use embassy_futures::block_on;
+
+    use super::*;
+
+    /// After a power cycle a word with some bits programmed takes no others, and its neighbours are free.
+    #[test]
+    #[should_panic(expected = "a word at 4104 is programmed a second time")]
+    fn what_was_programmed_before_a_power_cycle_is_known_after_it() {
+        let mut bytes = vec![ERASED; FLASH_BYTES];
+        bytes[SECTOR_BYTES + 13] = 0x7F;
+        let mut flash = WordFlash::<8>::with(bytes);
+        block_on(flash.write(SECTOR_BYTES as u32, &[0; 8])).unwrap();
+        block_on(flash.write(SECTOR_BYTES as u32 + 8, &[0; 8])).unwrap();
+    }
+}
