@@ -237,7 +237,7 @@ const TMC2209_ELF: &str = "tmc2209";
 /// The firmware that measures itself.
 const PROVE_ELF: &str = "prove";
 
-/// The emulated tests of which a dozen run every time. Its own stage has all tests.
+/// Images of which CI runs a dozen emulated tests. The stage of each has all of them.
 const FOUR_AXES_ELF: &str = "four-axes";
 const SKR_PICO_ELF: &str = "skr-pico";
 

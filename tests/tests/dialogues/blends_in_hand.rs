@@ -201,18 +201,24 @@ fn the_door_in_a_blend_holds_and_goes_on() {
     assert!(blends > 8 && lines > 15, "{blends} in blends, {lines} on lines");
 }
 
+/// Three jogs across each other with this `$904`, cancelled at an instant, and at rest again. Returns when they were cancelled, too.
+fn cancelled_jogs(deviation_mm: f64, at_ms: u64) -> (Sim, u64) {
+    let mut sim = powered_up(&Config::default());
+    let jogs = "G61\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n";
+    sim.send(format!("$904={deviation_mm}\n{jogs}").as_bytes());
+    sim.run_for(Duration::from_millis(at_ms)).unwrap();
+    let cancelled_ns = sim.now_ns();
+    sim.send(&[0x85]);
+    at_rest(&mut sim);
+    (sim, cancelled_ns)
+}
+
 /// Jogs go round their corners within the limits, and a cancelled one stops, in a blend too; the machine knows where it stands.
 #[test]
 fn a_jog_cancel_keeps_the_limits_and_the_exact_count() {
-    let jogs = "$904=1\nG61\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n";
     let (mut in_blends, mut on_lines) = (0, 0);
     for at_ms in (100..1_900).step_by(17) {
-        let mut sim = powered_up(&Config::default());
-        sim.send(jogs.as_bytes());
-        sim.run_for(Duration::from_millis(at_ms)).unwrap();
-        let cancelled_ns = sim.now_ns();
-        sim.send(&[0x85]);
-        at_rest(&mut sim);
+        let (mut sim, cancelled_ns) = cancelled_jogs(1.0, at_ms);
         let [x, y, z] = assert_stays(&mut sim, at_ms);
         let most = across::highest(&sim.outcome());
         assert!(most.is_none_or(|window| window.ratio < 1.02), "at {at_ms} ms: {most:?}");
@@ -231,14 +237,8 @@ fn a_jog_cancel_keeps_the_limits_and_the_exact_count() {
 #[test]
 fn a_jog_cancel_waits_for_no_long_blend() {
     let longest_ms = |deviation_mm: f64| {
-        let jogs = format!("$904={deviation_mm}\n$J=G91 X15 F2400\n$J=G91 Y15 F2400\n$J=G91 X-15 F2400\n");
-        let rest_ms = |at_ms: u64| {
-            let mut sim = powered_up(&Config::default());
-            sim.send(jogs.as_bytes());
-            sim.run_for(Duration::from_millis(at_ms)).unwrap();
-            let cancelled_ns = sim.now_ns();
-            sim.send(&[0x85]);
-            at_rest(&mut sim);
+        let rest_ms = |at_ms| {
+            let (sim, cancelled_ns) = cancelled_jogs(deviation_mm, at_ms);
             (sim.now_ns() - cancelled_ns) / 1_000_000
         };
         (100..1_300).step_by(14).map(rest_ms).max().unwrap()
