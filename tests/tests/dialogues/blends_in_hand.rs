@@ -254,11 +254,13 @@ fn jogs_that_follow_each_other_keep_the_limits() {
     let reversed = "$J=G91 X2 F3000\n$J=G91 X-2 F3000\n".repeat(6);
     let crossed = "$J=G91 X2 F3000\n$J=G91 Y2 F3000\n".repeat(6);
     let small = "$J=G91 X0.1 F3000\n$J=G91 Y0.1 F3000\n$J=G91 X-0.1 Z0.02 F3000\n".repeat(20);
-    for (what, jogs, corners) in
-        [("held", held, 0), ("reversed", reversed, 0), ("crossed", crossed, 8), ("small", small, 20)]
+    let zv_40_hz = "$950=1\n$951=1\n$952=1\n$960=40\n$961=40\n$962=40\n";
+    let cases = [("held", held, 0), ("reversed", reversed, 0), ("crossed", crossed, 8), ("small", small, 20)];
+    for (before, (what, jogs, corners)) in
+        ["", zv_40_hz].into_iter().flat_map(|before| cases.iter().map(move |case| (before, case)))
     {
         let mut sim = powered_up(&Config::default());
-        sim.send(jogs.as_bytes());
+        sim.send(format!("{before}{jogs}").as_bytes());
         at_rest(&mut sim);
         let outcome = sim.outcome();
         for verdict in verify::verdicts(&outcome, &verify::moves(&outcome).collect()) {
@@ -267,6 +269,6 @@ fn jogs_that_follow_each_other_keep_the_limits() {
         let most = across::highest(&outcome).unwrap();
         assert!(most.ratio < 1.02, "{what}: {most:?}");
         let blends = outcome.moves.iter().filter(|record| record.blend.is_some()).count();
-        assert!(blends >= corners, "{what}: {blends} blends");
+        assert!(blends >= *corners, "{what}: {blends} blends");
     }
 }
