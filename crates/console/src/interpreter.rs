@@ -272,10 +272,11 @@ impl Interpreter {
         if feeds && self.modal.inverse_time && given.is_none() { Err(Error::NoFeed) } else { Ok(changes_speed) }
     }
 
-    /// The P of G64, if there is one: how far the path may leave the corners.
+    /// The P and Q of G64, if there are any: how far the path may leave the corners, and the ends of short moves.
     fn blend(&mut self, words: &mut BlockWords) {
         if let Some(deviation) = words.take(b'P') {
-            self.modal.path = PathControl::BlendWithin(in_mm_min(deviation, &self.modal));
+            let together_mm = words.take(b'Q').map(|together| in_mm_min(together, &self.modal));
+            self.modal.path = PathControl::BlendWithin { deviation_mm: in_mm_min(deviation, &self.modal), together_mm };
         }
     }
 

@@ -26,7 +26,6 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'D', 0, 0, CUTTER),
     (b'E', 0, 0, "no extruder here, and numbers have no exponents: use a post-processor for mills"),
     (b'H', 0, 0, TOOLS),
-    (b'Q', 0, 0, "no code here uses it: remove it"),
     (b'U', 0, 0, AXES),
     (b'V', 0, 0, AXES),
     (b'W', 0, 0, AXES),
@@ -51,7 +50,7 @@ const EXPRESSIONS: &str = "no variables, expressions, checksums here: let the po
 /// word caused them. `None` if all words can be read, even if they do not work together, and for other lines.
 ///
 /// ```
-/// assert_eq!(isostep_console::stopped_at("G1X5Q7F100"), Some(4..6));
+/// assert_eq!(isostep_console::stopped_at("G1X5D7F100"), Some(4..6));
 /// assert_eq!(isostep_console::stopped_at("$J=X1X2F100"), Some(5..7));
 /// assert_eq!(isostep_console::stopped_at("G1X5"), None);
 /// ```
@@ -194,10 +193,10 @@ mod tests {
             ("Y1X100000000", 2, "X100000000"),
             ("G1X1F-1", 4, "F-1"),
             ("G64P-1", 4, "P-1"),
-            ("G1A1Q2", 20, "A1"),
+            ("G1A1D2", 20, "A1"),
             ("G43H1", 20, "G43"),
             ("$N1=G0X1G43.2H1", 20, "G43.2"),
-            ("$J=X1F1Q5", 20, "Q5"),
+            ("$J=X1F1D5", 20, "D5"),
             ("G20X1G21", 21, "G21"),
             ("M6T1M6", 21, "M6"),
             ("X1G1.5", 23, "G1.5"),

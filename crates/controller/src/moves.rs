@@ -222,10 +222,12 @@ impl<F: NorFlash> Controller<'_, F> {
             Rate::Feed { mm_min } => f64::from(*mm_min) / 60.0,
         };
         let exact_stop = path.stops();
+        let together_mm = |setting_mm| if arc.is_some() { 0.0 } else { path.together_mm(setting_mm) };
         let mut one = self.with(|program| Move {
             feed_mm_s,
             exact_stop,
             deviation_mm: deviation_mm(program.settings.blend_deviation_mm),
+            together_mm: together_mm(program.settings.blend_deviation_mm),
             power: program.power(*rate),
             line,
             source: program.source,

@@ -11,9 +11,15 @@ use crate::config::Config;
 use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
+use crate::group::{Group, GroupRule, deviation_beside};
 use crate::machine::{CHAIN_MOVES, Motion, Move, SpeedOverrides};
 use crate::motor::GangedMotor;
 use crate::tag::{Request, Tag};
+use crate::tool::Power;
+
+/// The number of blocks in the chain with which a group may wait for more moves: with fewer, the machine would brake for want of
+/// what is in it.
+const ENOUGH_WITHOUT_GROUP: usize = CHAIN_MOVES / 4;
 
 /// The fate of a motion that was to be taken into the chain.
 enum Taken {
@@ -41,7 +47,7 @@ where
         let result = loop {
             self.take_waiting(purpose);
             if self.chain.is_empty() {
-                break Ok(());
+                break self.refused.take().map_or(Ok(()), Err);
             }
             match self.make(purpose).await {
                 Finish::Done => {}
@@ -52,6 +58,7 @@ where
             }
         };
         self.chain.clear();
+        (self.group, self.refused) = (None, None);
         (result, self.taken)
     }
 
@@ -100,20 +107,42 @@ where
         self.chain.clear();
         self.marks.clear();
         let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_split, speed_profile);
-        self.chain.set_config(plain.with_effort(effort(
-            speed_profile,
-            &self.machine.capabilities(),
-            &config.wiring,
-            purpose.shaping(&config).as_ref(),
-        )));
+        let shaping = purpose.shaping(&config);
+        let effort = effort(speed_profile, &self.machine.capabilities(), &config.wiring, shaping.as_ref());
+        self.chain.set_config(plain.with_effort(effort));
+        let has_blends = speed_profile == SpeedProfile::Trapezoid && interval_split == IntervalSplit::Fastest;
+        self.group_rule = if purpose == Purpose::Program && has_blends {
+            GroupRule::new(effort.move_s + effort.blend_s, &steps_per_mm, limits.map(|limits| limits.top_speed_steps_s))
+        } else {
+            GroupRule::NONE
+        };
         self.is_curved = speed_profile != SpeedProfile::Trapezoid;
         self.overrides = SpeedOverrides::NONE;
         self.planned_steps = self.machine.position_steps();
+        (self.planned_beside, self.group, self.used_mm, self.refused) = ([0; AXES], None, 0.0, None);
     }
 
     /// Takes the waiting motions into the chain, for as long as they can follow.
     fn take_waiting(&mut self, purpose: Purpose) {
         while self.take_next(purpose) {}
+        self.settle_group();
+    }
+
+    /// Puts the moves that wait to be taken together with others into the chain, unless that has enough without them.
+    pub(crate) fn settle_group(&mut self) {
+        let is_needed = self.waiting.is_some() || self.chain.len() < ENOUGH_WITHOUT_GROUP;
+        if is_needed && self.group.is_some() && !self.machine.is_to_brake() {
+            self.push_group();
+        }
+    }
+
+    fn push_group(&mut self) {
+        let Some(group) = self.group.take() else { return };
+        let request = group.request(self.used_mm);
+        self.used_mm = group.used_mm();
+        if let Err(error) = self.chain.push(request) {
+            self.refused = Some(Alarm::Unplannable { reason: error.into() });
+        }
     }
 
     /// Takes the next motion, if one waits and may follow; false if there is nothing to take.
@@ -128,14 +157,20 @@ where
         // Nothing follows a probe or homing in its chain.
         let may_follow = self.waiting.is_none() && matches!(purpose, Purpose::Program | Purpose::Jog);
         let has_room = may_follow && !self.marks.is_full();
-        self.machine.set_room(if has_room { CHAIN_MOVES - self.chain.len() } else { 0 });
+        self.machine.set_room(if has_room { CHAIN_MOVES - self.blocks() } else { 0 });
         motion.is_some()
     }
 
     /// True if another motion may follow; none may while the machine is to brake. Without room for a mark the lines of a raster
     /// would be blocks of their own, each of which takes the processor longer than many lines that are one.
     pub(crate) fn takes(&self) -> bool {
-        self.waiting.is_none() && !self.chain.is_full() && !self.marks.is_full() && !self.machine.is_to_brake()
+        let has_room = self.blocks() < CHAIN_MOVES && !self.marks.is_full();
+        has_room && self.waiting.is_none() && self.refused.is_none() && !self.machine.is_to_brake()
+    }
+
+    /// The number of blocks in the chain, with the one that is not there yet.
+    fn blocks(&self) -> usize {
+        self.chain.len() + usize::from(self.group.is_some())
     }
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
@@ -152,10 +187,11 @@ where
         if let Some(motor) = self.machine.onto_switch(steps) {
             return self.refuse(Alarm::HardLimit { motor });
         }
-        match self.lengthen_or_push(steps, &one) {
+        match self.join_or_push(steps, &one) {
             Ok(()) => {
                 self.taken += 1;
                 self.planned_steps = one.target_steps;
+                self.planned_beside = if one.deviation_mm > 0.0 { one.offsets } else { [0; AXES] };
                 Taken::In
             }
             Err(alarm) => self.refuse(alarm),
@@ -167,18 +203,42 @@ where
         if self.chain.is_empty() && self.taken == 0 { Taken::Refused(alarm) } else { Taken::Waits }
     }
 
-    /// Lengthens the last block, if a move of so many steps goes straight on and only its power or its line is another. Otherwise
-    /// it becomes a block. On a curved ramp the instant of a mark takes too long to compute for so many of them.
-    fn lengthen_or_push(&mut self, steps: [i32; AXES], one: &Move) -> Result<(), Alarm> {
+    /// Takes a move of so many steps together with the group, or lengthens the last block by it. Otherwise it begins another
+    /// group, or becomes a block.
+    fn join_or_push(&mut self, steps: [i32; AXES], one: &Move) -> Result<(), Alarm> {
         let request = self.request(steps, one);
-        let is_one = !self.is_curved
-            && self.chain.lengthen(&request, |last, place_steps| self.marks.join(last, place_steps, &request.tag));
-        if is_one {
-            self.number(one)
-        } else {
-            self.push_request(request, one)?
+        let shines = one.power != Power::Off;
+        if let Some(group) = &mut self.group {
+            let lengthens = shines && group.is_straight_to(&request);
+            if !lengthens && group.join(&request, one, &self.group_rule, self.marks) {
+                self.number(one);
+                return Ok(());
+            }
+            self.push_group();
+            if let Some(alarm) = self.refused {
+                return Err(alarm);
+            }
         }
-        Ok(())
+        if shines && self.lengthen(&request) {
+            self.number(one);
+            return Ok(());
+        }
+        let feed_ratio = f32::from(self.overrides.feed_percent) / 100.0;
+        self.group = Group::of(request, one, self.planned_beside, &self.group_rule, feed_ratio);
+        if self.group.is_some() {
+            self.number(one);
+            return Ok(());
+        }
+        let deviation_mm = deviation_beside(request.deviation_mm, self.used_mm);
+        self.used_mm = 0.0;
+        self.push_request(Request { deviation_mm, ..request }, one)
+    }
+
+    /// Lengthens the last block by a move of a laser, if that goes straight on and only its power or its line is another. On a
+    /// curved ramp the instant of a mark takes too long to compute for so many of them.
+    fn lengthen(&mut self, request: &Request) -> bool {
+        !self.is_curved
+            && self.chain.lengthen(request, |last, place_steps| self.marks.join(last, place_steps, &request.tag))
     }
 
     /// Puts a move of so many steps into the chain, which stops at its end.
@@ -192,7 +252,7 @@ where
         let &Move { offsets, feed_mm_s, exact_stop: stops, deviation_mm, .. } = one;
         let tag = Tag::new(self.next_number, one, self.marks.none());
         let feed_mm_s = (feed_mm_s != f64::INFINITY).then_some(feed_mm_s);
-        Request { steps, offsets, feed_mm_s, stops, deviation_mm, tag }
+        Request { steps, offsets, feed_mm_s, stops, deviation_mm, needs_s: 0.0, tag }
     }
 
     fn push_request(&mut self, request: Request, one: &Move) -> Result<(), Alarm> {

@@ -26,6 +26,7 @@ pub mod coordinator;
 mod effort;
 mod event;
 mod flow;
+mod group;
 mod homing;
 pub mod limit;
 mod link;
@@ -49,6 +50,7 @@ pub use cold_path::cold_path;
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
 pub use effort::{BLEND_S, BOX_S, SHAPED_S, STRAIGHT_S, shaped_s};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
+pub use group::JOIN_S;
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Move, ProbeMove, Probed, SpeedOverrides, Status};
 pub use motor::{GangedMotor, LimitInput, Motor, SecondMotor};
 pub use port::{

@@ -69,13 +69,16 @@ impl Marks {
     /// `tag`. Returns the tag for both; `None` if they are to be two blocks, because not only the level is another, or
     /// there is no room.
     pub fn join(&mut self, tag: Tag, place_steps: u32, next: &Tag) -> Option<Tag> {
-        let (Power::Constant(level) | Power::BySpeed(level)) = next.power() else { return None };
+        let level = match next.power() {
+            Power::Constant(level) | Power::BySpeed(level) => level,
+            Power::Off => Level::ZERO,
+        };
         let mut own = tag.marks();
         if tag.power().with_level(level) != next.power() || own.count == MARKS_OF_BLOCK || self.is_full() {
             return None;
         }
         let from = if own.count == 0 { (0, tag.line) } else { (self.last.place_steps, self.last.line) };
-        let steps = u16::try_from(place_steps - from.0).ok()?;
+        let steps = u16::try_from(place_steps.checked_sub(from.0)?).ok()?;
         let lines = u16::try_from(next.line.checked_sub(from.1)?).ok().filter(|_| (next.line == 0) == (from.1 == 0))?;
         self.ring[usize::from(self.end)] = Stored { steps, lines, level };
         (self.end, self.last) = (after(self.end), Mark { place_steps, line: next.line, level });
@@ -191,7 +194,7 @@ mod tests {
         assert!(joins(tag(constant, 0), tag(constant, 0)) && joins(tag(by_speed, 7), tag(by_speed, 9)));
         assert!(joins(tag(constant, 0), tag(Power::Constant(Level::ZERO), 0)));
         assert!(!joins(tag(constant, 0), tag(by_speed, 0)) && !joins(tag(constant, 0), tag(Power::Off, 0)));
-        assert!(!joins(tag(Power::Off, 0), tag(Power::Off, 0)), "without a laser");
+        assert!(joins(tag(Power::Off, 0), tag(Power::Off, 0)), "without a laser");
         assert!(!joins(tag(constant, 7), tag(constant, 6)) && !joins(tag(constant, 7), tag(constant, 0)));
         assert!(!joins(tag(constant, 0), tag(constant, 7)) && !joins(tag(constant, 1), tag(constant, 70_000)));
     }

@@ -228,6 +228,7 @@ where
                 break;
             }
         }
+        self.settle_group();
     }
 
     /// Has the chain hand out some of its path up to `until_s`, as far as there is room, and reports the chunks as events.

@@ -53,7 +53,7 @@ fn nonsense_moves_nothing_and_changes_nothing() {
     let modal = say(&mut sim, "$G");
     let long = "X".repeat(10_000);
     let nonsense = [
-        ("G0 Q5", "error:20"),
+        ("G0 D5", "error:20"),
         ("G2 X5 I1", "error:22"),
         ("5X", "error:1"),
         ("G0 X", "error:2"),

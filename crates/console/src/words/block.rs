@@ -11,12 +11,12 @@ use crate::{
 };
 
 /// Letters that Grbl reads as values, apart from lengths. Those that no code of the block uses end as [`Error::UnusedWords`].
-const VALUE_LETTERS: u32 = letters(b"FLNPST");
+const VALUE_LETTERS: u32 = letters(b"FLNPQST");
 const AXIS_LETTERS: u32 = letters(AXES_BYTES.as_slice());
 /// The letters of the axes.
 const AXES_BYTES: [u8; AXES] = of_each(*b"XYZA");
 /// Letters whose value must not be negative.
-const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
+const UNSIGNED_LETTERS: u32 = letters(b"FNPQST");
 /// The number of letters that give a length: I, J, K and R, and those of the axes.
 const LENGTHS: usize = 4 + AXES;
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
@@ -114,7 +114,7 @@ pub(crate) struct BlockWords {
     pub(crate) axis_command: Option<AxisCommand>,
     /// G49.
     pub(crate) cancels_length: bool,
-    /// G64, which may have a P word.
+    /// G64, which may have a P word, and then a Q word.
     pub(crate) blends: bool,
     /// M6.
     pub(crate) changes_tool: bool,

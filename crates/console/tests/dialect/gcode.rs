@@ -31,14 +31,16 @@ fn g64_says_how_far_the_path_may_leave_a_corner() {
     let (mut interpreter, settings) = (Interpreter::new(), Settings::DEFAULT);
     let paths = [
         ("G0 X1", PathControl::Blend),
-        ("G64 P0.05 X2", PathControl::BlendWithin(0.05)),
-        ("X3", PathControl::BlendWithin(0.05)),
-        ("G20 G64 P.5 X1", PathControl::BlendWithin(12.7)),
+        ("G64 P0.05 X2", within(0.05, None)),
+        ("X3", within(0.05, None)),
+        ("G20 G64 P.5 X1", within(12.7, None)),
         ("G21 G64 X3", PathControl::Blend),
         ("G61 X4", PathControl::Exact),
         ("G61.1 X5", PathControl::Stop),
-        ("G64 P0 X6", PathControl::BlendWithin(0.0)),
-        ("G64 G10 L2 P2 X0", PathControl::Blend),
+        ("G64 P0 X6", within(0.0, None)),
+        ("G64 P0.05 Q0.01 X7", within(0.05, Some(0.01))),
+        ("G20 G64 Q0 P.5 X1", within(12.7, Some(0.0))),
+        ("G21 G64 G10 L2 P2 X0", PathControl::Blend),
     ];
     for (line, path) in paths {
         let block = interpreter.gcode(&line.replace(' ', ""), &settings).unwrap();
@@ -46,19 +48,36 @@ fn g64_says_how_far_the_path_may_leave_a_corner() {
         assert!(block.motion.is_none_or(|motion| motion.path == path), "{line}");
     }
     interpreter.gcode("G64P1", &settings).unwrap();
-    assert!(interpreter.gcode("G64P2Q1", &settings).is_err());
-    assert_eq!(interpreter.modal().path, PathControl::BlendWithin(1.0), "a refused block changes nothing");
+    for refused in ["G64P2R1", "G64Q1", "G64P2Q-1", "G61P1Q1", "G4P1Q1", "Q1"] {
+        assert!(interpreter.gcode(refused, &settings).is_err(), "{refused}");
+    }
+    assert_eq!(interpreter.modal().path, within(1.0, None), "a refused block changes nothing");
     interpreter.gcode("M2", &settings).unwrap();
     assert_eq!(interpreter.modal().path, PathControl::Blend);
     for (path, setting_mm, wanted_mm) in [
         (PathControl::Blend, 0.02, 0.02),
-        (PathControl::BlendWithin(0.0), 0.02, 0.0),
-        (PathControl::BlendWithin(0.05), 0.02, 0.05),
+        (within(0.0, None), 0.02, 0.0),
+        (within(0.05, None), 0.02, 0.05),
         (PathControl::Exact, 0.02, 0.0),
         (PathControl::Stop, 0.02, 0.0),
     ] {
         assert_eq!(path.deviation_mm(setting_mm), wanted_mm, "{path:?}");
     }
+    for (path, wanted_mm) in [
+        (PathControl::Blend, 0.01),
+        (within(0.02, None), 0.005),
+        (within(0.02, Some(0.004)), 0.004),
+        (within(0.02, Some(0.5)), 0.01),
+        (within(0.02, Some(0.0)), 0.0),
+        (PathControl::Exact, 0.0),
+        (PathControl::Stop, 0.0),
+    ] {
+        assert_eq!(path.together_mm(0.04), wanted_mm, "{path:?}");
+    }
+}
+
+fn within(deviation_mm: f32, together_mm: Option<f32>) -> PathControl {
+    PathControl::BlendWithin { deviation_mm, together_mm }
 }
 
 #[test]
@@ -206,7 +225,7 @@ fn g64_is_as_g61_and_its_p_has_no_effect() {
             G61.1 G64 -> error:21
             G64 G64 -> error:21
             G64 G10 L2 P2 X5 -> ok
-            G64 P1 Q1 -> [MSG:Q: no code here uses it: remove it] error:20
+            G64 P1 Q1 -> ok
             $J=G64 X1 F1 -> error:16
         "#]],
     );
@@ -215,7 +234,7 @@ fn g64_is_as_g61_and_its_p_has_no_effect() {
 #[test]
 fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
     check(
-        "M6\nT3 M6\nM6\nT4\nG0 X1 M6\nM6 T5 G4 P1\nT6 M6 M0\nM6 M0 X2\nM6 M0 G4 P1\nM6 M30\nM6 M6\nM6.1\n$G\n$J=M6 X1 F1\nT256 M6\nM61 Q3",
+        "M6\nT3 M6\nM6\nT4\nG0 X1 M6\nM6 T5 G4 P1\nT6 M6 M0\nM6 M0 X2\nM6 M0 G4 P1\nM6 M30\nM6 M6\nM6.1\n$G\n$J=M6 X1 F1\nT256 M6\nM61 D3",
         expect![[r#"
             M6 -> (tool 0) ok
             T3 M6 -> (tool 3) ok
@@ -232,7 +251,7 @@ fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
             $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T6 F0 S0] ok
             $J=M6 X1 F1 -> error:16
             T256 M6 -> error:38
-            M61 Q3 -> [MSG:M61: unknown here: remove it] error:20
+            M61 D3 -> [MSG:M61: unknown here: remove it] error:20
         "#]],
     );
 }
@@ -242,7 +261,7 @@ fn what_the_gantry_lacks_is_refused_by_name() {
     check(
         "G38 Z-1\nG38.1 Z1\nG38.6 Z1\nG38.25 Z1\nA1\nO100\nG43 H1\nG41 D1\nG64.1\nG61.2\nG90.1\nG92.3\nG28.2\nG81\nM62\n\
          G5 X1\nG5.1\nG33 K1\nG42.1\nG43.2\nG73\nG76\nG80.1\nG83 X1 R1 Q1\nG99\nM98 P1\nM99\nM100\nM104 S200\nG0 X1 B2.5 C3\nG1 X1 E0.1\nG1 X1e5\nD1\nH1\n\
-         g0 q1\nW-1\nG99999999\nG0 A1 B2\nX1 Q1 G42\nG10 L3 P1 X1\nG10 L2 P1 X1 R5\n$J=A1 F1\n$N0=G0 E1\nG041\nG12.25",
+         g0 d1\nW-1\nG99999999\nG0 A1 B2\nX1 D1 G42\nG10 L3 P1 X1\nG10 L2 P1 X1 R5\n$J=A1 F1\n$N0=G0 E1\nG041\nG12.25",
         expect![[r#"
             G38 Z-1 -> [MSG:G38: probing is G38.2 to G38.5: give one of them] error:20
             G38.1 Z1 -> [MSG:G38.1: probing is G38.2 to G38.5: give one of them] error:20
@@ -278,11 +297,11 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             G1 X1e5 -> [MSG:E: no extruder here, and numbers have no exponents: use a post-processor for mills] error:20
             D1 -> [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
             H1 -> [MSG:H: no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in] error:20
-            g0 q1 -> [MSG:Q: no code here uses it: remove it] error:20
+            g0 d1 -> [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
             W-1 -> [MSG:W: three axes only, X Y Z: remove it] error:20
             G99999999 -> [MSG:G99999999: unknown here: remove it] error:20
             G0 A1 B2 -> [MSG:A: three axes only, X Y Z: remove it] error:20
-            X1 Q1 G42 -> [MSG:Q: no code here uses it: remove it] error:20
+            X1 D1 G42 -> [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
             G10 L3 P1 X1 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
             G10 L2 P1 X1 R5 -> [MSG:G10: L2 or L20 here, without a rotation: correct L, remove R] error:20
             $J=A1 F1 -> [MSG:A: three axes only, X Y Z: remove it] error:20
@@ -533,7 +552,7 @@ fn a_jog_changes_no_mode() {
 #[test]
 fn a_jog_takes_nothing_else() {
     check(
-        "$J=X1\n$J=F100\n$J=\n$J\n$JX1F1\n$J=X1 F.5\n$J=X1 F0\n$J=X1 F-1\n$J=X1 F1 S5\n$J=X1 F1 T1\n$J=X1 F1 P1\n$J=G0 X1 F1\n$J=G1 X1 F1\n$J=M3 X1 F1\n$J=G55 X1 F1\n$J=G28 X1 F1\n$J=G92 X1 F1\n$J=G4 X1 F1\n$J=G93 X1 F1\n$J=X1 X2 F1\n$J=X20000 F1\n$J=Q1\n$J=X F1\n$J=G20 G21 X1 F1\n$J=X1 F1 N10000001",
+        "$J=X1\n$J=F100\n$J=\n$J\n$JX1F1\n$J=X1 F.5\n$J=X1 F0\n$J=X1 F-1\n$J=X1 F1 S5\n$J=X1 F1 T1\n$J=X1 F1 P1\n$J=G0 X1 F1\n$J=G1 X1 F1\n$J=M3 X1 F1\n$J=G55 X1 F1\n$J=G28 X1 F1\n$J=G92 X1 F1\n$J=G4 X1 F1\n$J=G93 X1 F1\n$J=X1 X2 F1\n$J=X20000 F1\n$J=D1\n$J=X F1\n$J=G20 G21 X1 F1\n$J=X1 F1 N10000001",
         expect![[r#"
             $J=X1 -> error:22
             $J=F100 -> error:26
@@ -556,7 +575,7 @@ fn a_jog_takes_nothing_else() {
             $J=G93 X1 F1 -> error:16
             $J=X1 X2 F1 -> error:25
             $J=X20000 F1 -> error:33
-            $J=Q1 -> [MSG:Q: no code here uses it: remove it] error:20
+            $J=D1 -> [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
             $J=X F1 -> error:2
             $J=G20 G21 X1 F1 -> error:21
             $J=X1 F1 N10000001 -> error:27

@@ -7,12 +7,12 @@ use expect_test::expect;
 #[test]
 fn comments_for_the_operator_are_reported() {
     check(
-        "(MSG, put in T2)\nM0 (msg,look out: error or ALARM)\n(note) G0 X1 (MSG, moving) Y2\nG0 Q1 (MSG, refused)\n(MSG, (a) b)",
+        "(MSG, put in T2)\nM0 (msg,look out: error or ALARM)\n(note) G0 X1 (MSG, moving) Y2\nG0 D1 (MSG, refused)\n(MSG, (a) b)",
         expect![[r#"
             (MSG, put in T2) -> [MSG:put in T2] ok
             M0 (msg,look out: error or ALARM) -> [MSG:loOK out: ERROR or alarm] (pause) ok
             (note) G0 X1 (MSG, moving) Y2 -> [MSG:moving] (rapid [1.0, 2.0, 0.0]) ok
-            G0 Q1 (MSG, refused) -> [MSG:refused] [MSG:Q: no code here uses it: remove it] error:20
+            G0 D1 (MSG, refused) -> [MSG:refused] [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
             (MSG, (a) b) -> [MSG:(a] [MSG:): a comment ends at its first ): leave brackets out of it] error:2
         "#]],
     );

@@ -104,7 +104,7 @@ fn a_program_is_streamed_within_the_window_and_to_its_end() {
 }
 
 /// A plunge with the spindle on behind a line that is refused, as in the middle of a program that mills.
-const PLUNGE: &str = "M3 S900\nG0 X5\nQ9\nG4 P0.5\nG0 Z40\nX20\nX30 (there)\n";
+const PLUNGE: &str = "M3 S900\nG0 X5\nD9\nG4 P0.5\nG0 Z40\nX20\nX30 (there)\n";
 
 #[test]
 fn a_refused_line_stops_the_stream_and_what_is_behind_it_is_reported() {
@@ -113,7 +113,7 @@ fn a_refused_line_stops_the_stream_and_what_is_behind_it_is_reported() {
     let (_, closing) = while_running(SPEED, |path| {
         let (printed, ended) = streamed(path, &text, false);
         let ended = ended.unwrap_err();
-        assert!(ended.contains(":3: `Q9` was refused: error:20"), "{ended}");
+        assert!(ended.contains(":3: `D9` was refused: error:20"), "{ended}");
         assert!(ended.contains("its outputs off, and its position is kept: Idle"), "{ended}");
         assert!(
             ended.contains("sent by then, were not carried out") && ended.contains("to 107 were not sent"),
@@ -134,7 +134,7 @@ fn a_person_is_asked_and_goes_on_or_stops() {
     let (_, closing) = while_running(SPEED, |path| {
         let (printed, ended) = asked(path, PLUNGE, choose("what?\ng\n"));
         let ended = ended.unwrap_err();
-        assert!(ended.contains(":3: `Q9`") && !ended.contains("were not sent"), "{ended}");
+        assert!(ended.contains(":3: `D9`") && !ended.contains("were not sent"), "{ended}");
         assert_eq!(printed.matches("g: go on without").count(), 2, "{printed}");
         assert!(printed.contains("no line is still to come"), "{printed}");
     });
@@ -150,13 +150,13 @@ fn a_person_is_asked_and_goes_on_or_stops() {
 #[test]
 fn refused_lines_are_passed_over_if_that_is_asked_for_and_where_nothing_moves() {
     let (_, closing) = while_running(SPEED, |path| {
-        let (printed, ended) = streamed(path, &format!("{PLUNGE}Q8\nM5\n"), true);
+        let (printed, ended) = streamed(path, &format!("{PLUNGE}D8\nM5\n"), true);
         let ended = ended.unwrap_err();
-        assert!(ended.contains(":3: `Q9`") && ended.contains(":8: `Q8`"), "{ended}");
-        assert!(printed.contains(":3: `Q9` was refused: error:20") && !printed.contains("holds"), "{printed}");
-        let (printed, ended) = streamed(path, "$C\nQ9\nG0 X1\nQ8\n", false);
+        assert!(ended.contains(":3: `D9`") && ended.contains(":8: `D8`"), "{ended}");
+        assert!(printed.contains(":3: `D9` was refused: error:20") && !printed.contains("holds"), "{printed}");
+        let (printed, ended) = streamed(path, "$C\nD9\nG0 X1\nD8\n", false);
         let ended = ended.unwrap_err();
-        assert!(ended.contains(":2: `Q9`") && !printed.contains("holds"), "{ended}\n{printed}");
+        assert!(ended.contains(":2: `D9`") && !printed.contains("holds"), "{ended}\n{printed}");
     });
     assert_eq!((closing.state.as_str(), closing.position_mm), ("Idle", [30.0, 0.0, 40.0]));
 }

@@ -30,6 +30,9 @@ pub struct Move {
     /// The distance by which the path may leave the corner where it begins, mm: see
     /// [`Request::deviation_mm`](isostep_profile::chain::Request::deviation_mm).
     pub deviation_mm: f32,
+    /// The distance by which the path may be beside the place where it ends, mm, if it is so short that it is made together with
+    /// the moves around it; less than the deviation. 0, if each move is to be made as it is.
+    pub together_mm: f32,
     /// The power at which a laser shines meanwhile.
     pub power: Power,
     /// The line number (N) of its block, for [`Status::line`](super::Status::line); 0 for none.
@@ -52,6 +55,7 @@ impl Move {
             feed_mm_s: f64::INFINITY,
             exact_stop: false,
             deviation_mm: 0.0,
+            together_mm: 0.0,
             power: Power::Off,
             line: 0,
             source: 0,

@@ -117,7 +117,7 @@ fn the_travel_follows_the_settings_and_where_an_axis_homes() {
 fn a_refused_line_is_reported_in_the_words_of_the_machine() {
     for (line, words) in [
         ("G5 X1", "G5: "),
-        ("G0 Q5", "Q: no code here uses it"),
+        ("G0 D5", "D: no cutter compensation here"),
         ("G10 L3 P1 X1", "G10: L2 or L20 here"),
         ("G1 X#1 F100", "X#1: no variables, expressions, checksums here"),
         ("#1=5", "#1: no variables, expressions, checksums here"),
