@@ -218,7 +218,7 @@ impl Flow {
             feed_mm_s: Some(self.feed_mm_s),
             stops: false,
             deviation_mm: self.deviation_mm,
-            needs_s: 0.0,
+            least_s: 0.0,
             tag: 0,
         };
         let pushed = timer.time(Stage::Push, (&mut self.chain, request), |(chain, request)| chain.push(request));

@@ -73,7 +73,7 @@ pub enum PathControl {
     BlendWithin {
         /// P: the distance by which the path may leave a corner, mm; 0 is G61.
         deviation_mm: f32,
-        /// Q: how much of it short moves may use that are made as one, mm; `None` for a quarter of P.
+        /// Q: how much of it short moves may use that are made as one, mm; `None` for half of P.
         together_mm: Option<f32>,
     },
     /// G61: along the path exactly; at a corner axes change their speed at once.
@@ -97,16 +97,15 @@ impl PathControl {
         }
     }
 
-    /// The distance by which the path may be beside the ends of short moves that are made as one, mm: Q, half of the deviation at
-    /// most, or a quarter of it; 0 if none are. `setting_mm` is the deviation of the setting.
+    /// The distance by which the path may be beside the ends of short moves that are made as one, mm: Q, but no more than half
+    /// of the deviation, which is also what it is without Q; 0 if none are. `setting_mm` is the deviation of the setting.
     ///
-    /// The blends at both ends of such a line have what is left of the deviation. Their speed is as its root, so a quarter costs them
-    /// 13 % where corners are the limit.
+    /// The blends at both ends of such a line have what is left of the deviation.
     pub fn together_mm(self, setting_mm: f32) -> f32 {
         let deviation_mm = self.deviation_mm(setting_mm);
         match self {
             Self::BlendWithin { together_mm: Some(together_mm), .. } => together_mm.min(0.5 * deviation_mm),
-            _ => 0.25 * deviation_mm,
+            _ => 0.5 * deviation_mm,
         }
     }
 

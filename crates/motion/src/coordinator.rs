@@ -25,7 +25,7 @@ use crate::chunks::Chunks;
 use crate::cold_path::cold_path;
 use crate::config::Config;
 use crate::event::{Alarm, Event, Finish, State};
-use crate::group::{Group, GroupRule};
+use crate::group::{Begin, Course, Group, GroupRule};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, SpeedOverrides};
 use crate::marks::Marks;
 use crate::motor::GangedMotor;
@@ -78,10 +78,11 @@ where
         marks,
         overrides: SpeedOverrides::NONE,
         planned_steps: [0; AXES],
-        planned_beside: [0; AXES],
+        begin: Begin::WHOLE,
         group_rule: GroupRule::NONE,
         group: None,
         used_mm: 0.0,
+        course: Course::NONE,
         refused: None,
         next_number: 0,
         is_curved: false,
@@ -137,14 +138,16 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) overrides: SpeedOverrides,
     /// The place where the chain ends, steps.
     pub(crate) planned_steps: [i32; AXES],
-    /// The parts of a step by which that place is beside whole steps.
-    pub(crate) planned_beside: [i8; AXES],
+    /// How that place is beside whole steps, and beside where the last move was to end.
+    pub(crate) begin: Begin,
     /// Which moves are taken together.
     pub(crate) group_rule: GroupRule,
     /// The last moves, which are not in the chain yet, because more may be taken together with them.
     pub(crate) group: Option<Group>,
     /// How far the last block's path may be beside the ends of its moves, mm.
     pub(crate) used_mm: f32,
+    /// How the path of the groups before goes on.
+    pub(crate) course: Course,
     /// The alarm for a group that the chain has refused.
     pub(crate) refused: Option<Alarm>,
     /// The number of the move that goes into the chain next: see [`Event::Taken`].

@@ -11,15 +11,16 @@ use crate::config::Config;
 use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
-use crate::group::{Group, GroupRule, deviation_beside};
+use crate::group::{Begin, Course, Group, GroupRule, deviation_beside};
 use crate::machine::{CHAIN_MOVES, Motion, Move, SpeedOverrides};
 use crate::motor::GangedMotor;
 use crate::tag::{Request, Tag};
 use crate::tool::Power;
 
 /// The number of blocks in the chain with which a group may wait for more moves: with fewer, the machine would brake for want of
-/// what is in it.
+/// what is in it. Blocks of many moves are longer: so many marks count as a block.
 const ENOUGH_WITHOUT_GROUP: usize = CHAIN_MOVES / 4;
+const MARKS_AS_A_BLOCK: usize = 8;
 
 /// The fate of a motion that was to be taken into the chain.
 enum Taken {
@@ -112,14 +113,20 @@ where
         self.chain.set_config(plain.with_effort(effort));
         let has_blends = speed_profile == SpeedProfile::Trapezoid && interval_split == IntervalSplit::Fastest;
         self.group_rule = if purpose == Purpose::Program && has_blends {
-            GroupRule::new(effort.move_s + effort.blend_s, &steps_per_mm, limits.map(|limits| limits.top_speed_steps_s))
+            GroupRule::new(
+                effort.move_s + effort.blend_s,
+                &steps_per_mm,
+                limits.map(|limits| limits.top_speed_steps_s),
+                limits.map(|limits| limits.accel_steps_s2.min(limits.decel_steps_s2)),
+            )
         } else {
             GroupRule::NONE
         };
         self.is_curved = speed_profile != SpeedProfile::Trapezoid;
         self.overrides = SpeedOverrides::NONE;
         self.planned_steps = self.machine.position_steps();
-        (self.planned_beside, self.group, self.used_mm, self.refused) = ([0; AXES], None, 0.0, None);
+        (self.begin, self.group, self.used_mm, self.refused) = (Begin::WHOLE, None, 0.0, None);
+        self.course = Course::NONE;
     }
 
     /// Takes the waiting motions into the chain, for as long as they can follow.
@@ -130,7 +137,8 @@ where
 
     /// Puts the moves that wait to be taken together with others into the chain, unless that has enough without them.
     pub(crate) fn settle_group(&mut self) {
-        let is_needed = self.waiting.is_some() || self.chain.len() < ENOUGH_WITHOUT_GROUP;
+        let known = self.chain.len() + self.marks.len() / MARKS_AS_A_BLOCK;
+        let is_needed = self.waiting.is_some() || known < ENOUGH_WITHOUT_GROUP;
         if is_needed && self.group.is_some() && !self.machine.is_to_brake() {
             self.push_group();
         }
@@ -138,11 +146,30 @@ where
 
     fn push_group(&mut self) {
         let Some(group) = self.group.take() else { return };
-        let request = group.request(self.used_mm);
-        self.used_mm = group.used_mm();
+        if group.is_empty() {
+            // The path is still where it began.
+            self.begin = group.begin();
+            return;
+        }
+        let (request, used_mm) = group.finish(self.used_mm, &mut self.course, &self.group_rule, self.marks);
+        self.used_mm = used_mm;
         if let Err(error) = self.chain.push(request) {
             self.refused = Some(Alarm::Unplannable { reason: error.into() });
         }
+    }
+
+    /// Puts the group into the chain, which ends where the path is smooth: the next one begins there.
+    fn push_smooth_group(&mut self) {
+        if let Some(group) = &mut self.group {
+            let (asked_steps, _) = group.end();
+            group.smooth(&mut self.course, &self.group_rule);
+            let (steps, begin) = group.end();
+            for (axis, planned_steps) in self.planned_steps.iter_mut().enumerate() {
+                *planned_steps = planned_steps.wrapping_add(steps[axis] - asked_steps[axis]);
+            }
+            self.begin = begin;
+        }
+        self.push_group();
     }
 
     /// Takes the next motion, if one waits and may follow; false if there is nothing to take.
@@ -179,7 +206,7 @@ where
             Motion::Jog(one) if purpose == Purpose::Jog => one,
             _ => return Taken::Waits,
         };
-        let steps = core::array::from_fn(|axis| one.target_steps[axis].wrapping_sub(self.planned_steps[axis]));
+        let steps = self.steps_to(&one);
         if steps == [0; AXES] {
             self.taken += 1;
             return Taken::In;
@@ -191,7 +218,8 @@ where
             Ok(()) => {
                 self.taken += 1;
                 self.planned_steps = one.target_steps;
-                self.planned_beside = if one.deviation_mm > 0.0 { one.offsets } else { [0; AXES] };
+                let beside = if one.deviation_mm > 0.0 { one.offsets } else { [0; AXES] };
+                self.begin = Begin { beside, ..Begin::WHOLE };
                 Taken::In
             }
             Err(alarm) => self.refuse(alarm),
@@ -206,15 +234,21 @@ where
     /// Takes a move of so many steps together with the group, or lengthens the last block by it. Otherwise it begins another
     /// group, or becomes a block.
     fn join_or_push(&mut self, steps: [i32; AXES], one: &Move) -> Result<(), Alarm> {
-        let request = self.request(steps, one);
+        let mut request = self.request(steps, one);
         let shines = one.power != Power::Off;
+        let has_group = self.group.is_some();
         if let Some(group) = &mut self.group {
             let lengthens = shines && group.is_straight_to(&request);
             if !lengthens && group.join(&request, one, &self.group_rule, self.marks) {
                 self.number(one);
                 return Ok(());
             }
-            self.push_group();
+            if !lengthens && self.group_of(request, one).is_some() {
+                self.push_smooth_group();
+                request.steps = self.steps_to(one);
+            } else {
+                self.push_group();
+            }
             if let Some(alarm) = self.refused {
                 return Err(alarm);
             }
@@ -223,8 +257,10 @@ where
             self.number(one);
             return Ok(());
         }
-        let feed_ratio = f32::from(self.overrides.feed_percent) / 100.0;
-        self.group = Group::of(request, one, self.planned_beside, &self.group_rule, feed_ratio);
+        if !has_group {
+            self.course = Course::NONE;
+        }
+        self.group = self.group_of(request, one);
         if self.group.is_some() {
             self.number(one);
             return Ok(());
@@ -232,6 +268,16 @@ where
         let deviation_mm = deviation_beside(request.deviation_mm, self.used_mm);
         self.used_mm = 0.0;
         self.push_request(Request { deviation_mm, ..request }, one)
+    }
+
+    /// The group that begins with a move, if others may be taken together with it.
+    fn group_of(&self, request: Request, one: &Move) -> Option<Group> {
+        let feed_ratio = f32::from(self.overrides.feed_percent) / 100.0;
+        Group::of(request, one, self.begin, &self.group_rule, &self.course, feed_ratio)
+    }
+
+    fn steps_to(&self, one: &Move) -> [i32; AXES] {
+        core::array::from_fn(|axis| one.target_steps[axis].wrapping_sub(self.planned_steps[axis]))
     }
 
     /// Lengthens the last block by a move of a laser, if that goes straight on and only its power or its line is another. On a
@@ -252,7 +298,7 @@ where
         let &Move { offsets, feed_mm_s, exact_stop: stops, deviation_mm, .. } = one;
         let tag = Tag::new(self.next_number, one, self.marks.none());
         let feed_mm_s = (feed_mm_s != f64::INFINITY).then_some(feed_mm_s);
-        Request { steps, offsets, feed_mm_s, stops, deviation_mm, needs_s: 0.0, tag }
+        Request { steps, offsets, feed_mm_s, stops, deviation_mm, least_s: 0.0, tag }
     }
 
     fn push_request(&mut self, request: Request, one: &Move) -> Result<(), Alarm> {

@@ -6,7 +6,7 @@
 //! such moves wait before they go into the chain. The first of them, and those that go on from it so that one straight line passes
 //! near all their ends, become one block. The others are marks in it ([`marks`](crate::marks)): each has its line and its power from
 //! the place on where it would have begun. Only moves that are too short for the processor are taken together, and only until the
-//! line is long enough.
+//! line is long enough. Where it ends, and so where the next one begins, is up to the [`Course`].
 //!
 //! Whether a line passes near all ends is known without looking at them again. Let m be the axis that is the longest in the first
 //! move. An end at (m, y), where y is another axis, allows lines of slopes from (y - q)/m to (y + q)/m. All ends together allow the
@@ -14,239 +14,357 @@
 //! comparing takes products of integers and no division. An end is as far beside the line as it is by that, or less. If several
 //! axes are beside m, each has a share of q by which all together stay within q. On m each move goes on.
 //!
-//! Nothing waits here for long: see [`Coordinator::settle_group`](crate::coordinator::Coordinator::settle_group).
+//! The deviation has two halves: a line is within the first of all ends, and the blends at its ends have the second. A line that is
+//! within half of the first half leaves as much more for the blends.
+
+mod course;
+mod slopes;
 
 use isostep_profile::OFFSET_PARTS;
 
+pub(crate) use self::course::Course;
+use self::course::Vector;
+use self::slopes::{Slope, Slopes};
 use crate::axes::AXES;
 use crate::machine::Move;
 use crate::marks::Marks;
 use crate::tag::Request;
 
-/// The time that each move takes the processor that is taken together with others, s, as it reads and interprets it.
+/// The time that a move takes the processor that is taken together with others, s: to read and to interpret it.
 pub const JOIN_S: f64 = 0.36e-3;
 
-/// A group is no longer than this on any axis, parts of a step, so that products of two such lengths fit into 64 bits.
+/// A move may begin a group, or join one, if it is over before the processor has so many. A move of less than a step is left out,
+/// and the next one is as much longer.
+const NEARLY: u8 = 2;
+const NEXT: u8 = 8;
+/// A line is no longer than this on any axis, parts of a step, so that products of two such lengths fit into 64 bits.
 const LENGTH_MAX_PARTS: i32 = 1 << 30;
+/// On a curve a line is no longer than that its middle is within this share of what it may be beside the ends.
+const SAGITTA_SHARE: f32 = 0.3;
+/// The shares of several axes in a distance that all of them together are to stay within: the inverse root of their number.
+const SHARES: [f32; 4] = [1.0, 1.0, core::f32::consts::FRAC_1_SQRT_2, 0.577_350_26];
 
-/// How moves are taken together in the chain: what they are compared with.
+/// What moves are compared with that may be taken together.
 pub(crate) struct GroupRule {
-    /// The time that one move takes the processor at least, s; infinite if none may be taken together.
+    /// The time that a move takes the processor at least, s; 0 if none are taken together.
     least_s: f32,
-    mm_per_part: [f32; AXES],
+    mm_per_part: Vector,
     top_parts_s: [f32; AXES],
+    /// The lowest acceleration of all axes.
+    accel_mm_s2: f32,
 }
 
 impl GroupRule {
     /// None are taken together.
-    pub const NONE: Self = Self { least_s: 0.0, mm_per_part: [0.0; AXES], top_parts_s: [0.0; AXES] };
+    pub const NONE: Self = Self { least_s: 0.0, mm_per_part: [0.0; AXES], top_parts_s: [0.0; AXES], accel_mm_s2: 0.0 };
 
-    /// For moves of axes with these steps/mm and top speeds, of which each takes the processor `least_s` at least; 0 for none.
-    pub fn new(least_s: f64, steps_per_mm: &[f64; AXES], top_steps_s: [f64; AXES]) -> Self {
+    /// For axes with these steps/mm, top speeds and accelerations, if each move takes the processor `least_s` at least.
+    pub fn new(
+        least_s: f64,
+        steps_per_mm: &[f64; AXES],
+        top_steps_s: [f64; AXES],
+        accel_steps_s2: [f64; AXES],
+    ) -> Self {
         let parts = f64::from(OFFSET_PARTS);
+        let accels_mm_s2 = accel_steps_s2.iter().zip(steps_per_mm).map(|(accel, steps_per_mm)| accel / steps_per_mm);
         Self {
             least_s: least_s as f32,
-            mm_per_part: core::array::from_fn(|axis| (1.0 / (steps_per_mm[axis] * parts)) as f32),
+            mm_per_part: steps_per_mm.map(|steps_per_mm| (1.0 / (steps_per_mm * parts)) as f32),
             top_parts_s: top_steps_s.map(|top_steps_s| (top_steps_s * parts) as f32),
+            accel_mm_s2: accels_mm_s2.fold(f64::INFINITY, f64::min) as f32,
         }
     }
 
-    /// True if a line of so many parts is over, at this feed and at the top speed of each axis, before the processor has `moves` of
-    /// them.
-    fn is_short(&self, parts: &[i32; AXES], feed_mm_s: f32, moves: u8) -> bool {
-        let least_s = self.least_s + JOIN_S as f32 * f32::from(moves - 1);
-        let mut square_mm2 = 0.0;
-        for axis in 0..AXES {
-            let own_parts = parts[axis] as f32;
-            if own_parts.abs() >= self.top_parts_s[axis] * least_s {
+    /// The time that so many moves take the processor together, s.
+    fn least_s(&self, moves: u8) -> f32 {
+        self.least_s + JOIN_S as f32 * f32::from(moves - 1)
+    }
+
+    /// True if a line of so many parts is over, at these speeds, before the processor has `moves` of them.
+    fn is_short(&self, line: &[i32; AXES], most: &Most, moves: u8) -> bool {
+        let least_s = self.least_s(moves);
+        for (parts, top_parts_s) in line.iter().zip(self.top_parts_s) {
+            if parts.abs() as f32 >= top_parts_s * least_s {
                 return false;
             }
-            let own_mm = own_parts * self.mm_per_part[axis];
-            square_mm2 += own_mm * own_mm;
         }
-        let most_mm = feed_mm_s * least_s;
-        square_mm2 < most_mm * most_mm
+        let square_mm2 = self.square_mm2(line);
+        square_mm2 < most.mm2_s2 * least_s * least_s && square_mm2 < most.mm2
+    }
+
+    fn lengths_mm(&self, line: &[i32; AXES]) -> Vector {
+        core::array::from_fn(|axis| line[axis] as f32 * self.mm_per_part[axis])
+    }
+
+    fn square_mm2(&self, line: &[i32; AXES]) -> f32 {
+        self.lengths_mm(line).iter().map(|mm| mm * mm).sum()
     }
 }
 
-/// A fraction with a positive denominator.
+/// The highest square of the speed on a line, and of its length.
 #[derive(Clone, Copy)]
-struct Slope {
-    rise: i32,
-    run: i32,
-}
-
-impl Slope {
-    fn is_below(self, other: Self) -> bool {
-        i64::from(self.rise) * i64::from(other.run) < i64::from(other.rise) * i64::from(self.run)
-    }
-}
-
-/// The slopes that an axis beside the longest one may have.
-#[derive(Clone, Copy)]
-struct Slopes {
-    /// The distance that an end may be beside the line, parts of a step.
-    within: i32,
-    least: Slope,
-    most: Slope,
-}
-
-impl Slopes {
-    const ANY: Self = Self { within: 0, least: Slope { rise: -1, run: 0 }, most: Slope { rise: 1, run: 0 } };
-
-    /// With this end, too.
-    fn narrow(&mut self, end: Slope) {
-        let [least, most] = [-self.within, self.within].map(|by| Slope { rise: end.rise.saturating_add(by), ..end });
-        if self.least.is_below(least) {
-            self.least = least;
-        }
-        if most.is_below(self.most) {
-            self.most = most;
-        }
-    }
-
-    fn has(&self, slope: Slope) -> bool {
-        !slope.is_below(self.least) && !self.most.is_below(slope)
-    }
+struct Most {
+    mm2_s2: f32,
+    mm2: f32,
 }
 
 /// Moves that are taken together, of which more may come.
 pub(crate) struct Group {
     /// The first of them, with the steps and the end of all.
     request: Request,
-    /// How far its path may be beside the ends of its moves, mm.
+    /// How far the line may be beside the ends of its moves, mm.
     within_mm: f32,
-    feed_mm_s: f32,
+    most: Most,
     moves: u8,
-    /// The axis that is the longest.
+    /// The axis that is the longest in the first move.
     longest: u8,
-    /// The parts of a step from its beginning to its end.
-    parts: [i32; AXES],
     /// The parts of a step by which it begins beside whole steps.
     begin: [i8; AXES],
-    slopes: [Slopes; AXES],
+    /// The parts of a step by which it begins beside the end of the move before, and ends beside that of its last one.
+    moved_before: [i32; AXES],
+    moved: [i32; AXES],
+    /// True if it ends where the path is smooth.
+    is_smooth: bool,
+    /// The parts of a step from its beginning to its end.
+    line: [i32; AXES],
+    /// The slopes of each axis for all of that distance, and for half of it.
+    slopes: [[Slopes; AXES]; 2],
+}
+
+/// A place where a group begins.
+#[derive(Clone, Copy)]
+pub(crate) struct Begin {
+    /// The parts of a step by which it is beside whole steps.
+    pub beside: [i8; AXES],
+    /// The parts of a step by which it is beside the end of the move before.
+    pub moved: [i32; AXES],
+}
+
+impl Begin {
+    pub const WHOLE: Self = Self { beside: [0; AXES], moved: [0; AXES] };
 }
 
 impl Group {
-    /// A group of one move that begins `begin` parts of a step beside whole steps; `None` if others are not to be taken together
-    /// with it.
-    pub fn of(request: Request, one: &Move, begin: [i8; AXES], rule: &GroupRule, feed_ratio: f32) -> Option<Self> {
+    /// A group of one move; `None` if others are not to be taken together with it.
+    pub fn of(
+        request: Request,
+        one: &Move,
+        begin: Begin,
+        rule: &GroupRule,
+        course: &Course,
+        feed_ratio: f32,
+    ) -> Option<Self> {
         let Move { exact_stop, together_mm: within_mm, feed_mm_s, .. } = *one;
         if exact_stop || within_mm.to_bits() == 0 || feed_mm_s == f64::INFINITY {
             return None;
         }
-        let (parts, feed_mm_s) = (parts(&request.steps, &request.offsets, &begin)?, feed_mm_s as f32 * feed_ratio);
-        if !rule.is_short(&parts, feed_mm_s, 1) {
+        let line = line(&request.steps, &request.offsets, &begin.beside)?;
+        let feed_mm_s = feed_mm_s as f32 * feed_ratio;
+        let mut most = Most { mm2_s2: feed_mm_s * feed_mm_s, mm2: f32::INFINITY };
+        if !rule.is_short(&line, &most, NEARLY) {
             return None;
         }
-        let longest = (0..AXES).max_by_key(|&axis| parts[axis].unsigned_abs())?;
-        let goes_on = request.steps[longest] != 0;
-        goes_on.then_some(Self {
+        let curvature_per_mm = course.curvature_per_mm();
+        if curvature_per_mm > 0.0 {
+            let radius_mm = 1.0 / curvature_per_mm;
+            most.mm2_s2 = most.mm2_s2.min(rule.accel_mm_s2 * radius_mm);
+            most.mm2 = 8.0 * SAGITTA_SHARE * within_mm * radius_mm;
+        }
+        let longest = (0..AXES).max_by_key(|&axis| line[axis].unsigned_abs())?;
+        Some(Self {
             request,
             within_mm,
-            feed_mm_s,
+            most,
             moves: 1,
             longest: longest as u8,
-            parts,
-            begin,
-            slopes: [Slopes::ANY; AXES],
+            begin: begin.beside,
+            moved_before: begin.moved,
+            moved: [0; AXES],
+            is_smooth: false,
+            line,
+            slopes: [[Slopes::any(0); AXES]; 2],
         })
     }
 
     /// Takes a move together with it, and notes where that begins as a mark. Returns whether it could.
     pub fn join(&mut self, next: &Request, one: &Move, rule: &GroupRule, marks: &mut Marks) -> bool {
         let longest = usize::from(self.longest);
-        let Some((steps, parts)) = self.with(next) else { return false };
+        let Some((steps, line)) = self.with(next) else { return false };
         let is_alike = next.feed_mm_s.map(f64::to_bits) == self.request.feed_mm_s.map(f64::to_bits)
             && next.deviation_mm.to_bits() == self.request.deviation_mm.to_bits()
             && one.together_mm.to_bits() == self.within_mm.to_bits()
             && !next.stops;
-        let is_longest = |axis: usize| steps[axis].unsigned_abs() <= steps[longest].unsigned_abs();
+        let goes_on = (line[longest] ^ self.line[longest]) >= 0
+            && line[longest].unsigned_abs() > self.line[longest].unsigned_abs();
+        let own = core::array::from_fn(|axis| line[axis] - self.line[axis]);
         if !is_alike
-            || (parts[longest] ^ self.parts[longest]) < 0
-            || parts[longest].unsigned_abs() <= self.parts[longest].unsigned_abs()
-            || steps[longest] == 0
-            || !(0..AXES).all(is_longest)
-            || !rule.is_short(&self.parts, self.feed_mm_s, self.moves)
-            || !rule.is_short(&self.step_parts(&parts), self.feed_mm_s, 1)
+            || !goes_on
+            || !rule.is_short(&self.line, &self.most, self.moves)
+            || !rule.is_short(&own, &self.most, NEXT)
+            || rule.square_mm2(&line) > self.most.mm2
         {
             return false;
         }
         if self.moves == 1 {
-            self.share(&parts, rule);
+            let first = self.line;
+            self.share(|axis| line[axis] != 0 || first[axis] != 0, rule);
         }
-        let slope = |axis: usize| self.slope(&parts, axis);
-        if !(0..AXES).all(|axis| axis == longest || self.slopes[axis].has(slope(axis))) {
+        if !self.passes_ends(0, &line) {
             return false;
         }
-        let place_steps = self.parts[longest].unsigned_abs().div_ceil(OFFSET_PARTS.unsigned_abs());
+        let place_steps = self.whole_steps();
         let Some(tag) = marks.join(self.request.tag, place_steps, &next.tag) else { return false };
-        self.narrow(&parts);
         (self.request.steps, self.request.offsets, self.request.tag) = (steps, next.offsets, tag);
-        (self.parts, self.moves) = (parts, self.moves + 1);
+        (self.line, self.moves) = (line, self.moves + 1);
+        self.narrow();
         true
     }
 
-    /// The steps and parts from its beginning to the end of `next`; `None` if that is too far.
+    /// The steps, and the line, from its beginning to the end of `next`; `None` if that is too far.
     fn with(&self, next: &Request) -> Option<([i32; AXES], [i32; AXES])> {
         let mut steps = self.request.steps;
         for (own, other) in steps.iter_mut().zip(next.steps) {
-            *own = own.checked_add(other)?;
+            *own = own.checked_add(other).filter(|steps| steps.unsigned_abs() <= u32::from(u16::MAX))?;
         }
-        Some((steps, parts(&steps, &next.offsets, &self.begin)?))
+        Some((steps, line(&steps, &next.offsets, &self.begin)?))
     }
 
-    fn step_parts(&self, parts: &[i32; AXES]) -> [i32; AXES] {
-        core::array::from_fn(|axis| parts[axis] - self.parts[axis])
-    }
-
-    /// Divides what the path may be beside the ends among the axes that move beside the longest one: in the first two moves, of
-    /// which the second ends at `parts`. An axis that moves in neither may not move in the others.
+    /// Divides the distance by which the line may be beside the ends among the axes that move beside the longest one; the others
+    /// may not move. Notes the ends so far.
     #[inline(never)]
-    fn share(&mut self, parts: &[i32; AXES], rule: &GroupRule) {
-        let longest = usize::from(self.longest);
-        let moves = |axis: usize| axis != longest && (parts[axis] != 0 || self.parts[axis] != 0);
-        let share = [1.0, 1.0, core::f32::consts::FRAC_1_SQRT_2, 0.577_350_26];
-        let within_mm = self.within_mm * share[(0..AXES).filter(|&axis| moves(axis)).count().min(3)];
-        let within = core::array::from_fn::<_, AXES, _>(|axis| {
-            if moves(axis) { (within_mm / rule.mm_per_part[axis]) as i32 } else { 0 }
+    fn share(&mut self, moves: impl Fn(usize) -> bool, rule: &GroupRule) {
+        let is_beside = |axis: &usize| *axis != usize::from(self.longest) && moves(*axis);
+        let share_mm = self.within_mm * SHARES[(0..AXES).filter(is_beside).count().min(SHARES.len() - 1)];
+        let within: [i32; AXES] = core::array::from_fn(|axis| {
+            if is_beside(&axis) { (share_mm / rule.mm_per_part[axis]) as i32 } else { 0 }
         });
-        for (axis, within) in within.into_iter().enumerate() {
-            self.slopes[axis] = Slopes { within, ..Slopes::ANY };
+        self.slopes = [1, 2].map(|half| within.map(|within| Slopes::any(within / half)));
+        self.narrow();
+    }
+
+    /// Notes that its line ends at the end of a move, which is not to be far from it if more come.
+    fn narrow(&mut self) {
+        let ends = core::array::from_fn::<_, AXES, _>(|axis| self.slope(&self.line, axis));
+        for slopes in &mut self.slopes {
+            for (axis, end) in ends.into_iter().enumerate() {
+                if axis != usize::from(self.longest) {
+                    slopes[axis].narrow(end);
+                }
+            }
         }
-        let parts = self.parts;
-        self.narrow(&parts);
     }
 
-    /// Notes an end of a move as one that the path passes.
-    fn narrow(&mut self, parts: &[i32; AXES]) {
-        for axis in (0..AXES).filter(|&axis| axis != usize::from(self.longest)) {
-            let slope = self.slope(parts, axis);
-            self.slopes[axis].narrow(slope);
+    fn slope(&self, line: &[i32; AXES], axis: usize) -> Slope {
+        let run = line[usize::from(self.longest)];
+        Slope { rise: if run < 0 { -line[axis] } else { line[axis] }, run: run.abs() }
+    }
+
+    /// True if a line passes all ends within the distance that it may be beside them, or within half of it.
+    fn passes_ends(&self, half: usize, line: &[i32; AXES]) -> bool {
+        let passes = |axis: usize| self.slopes[half][axis].has(self.slope(line, axis));
+        (0..AXES).all(|axis| axis == usize::from(self.longest) || passes(axis))
+    }
+
+    /// Has its line end beside the end of its last move, where the path is smooth, if it passes all ends then.
+    pub fn smooth(&mut self, course: &mut Course, rule: &GroupRule) {
+        if self.moves == 1 {
+            let (own, direction) = (self.line, *course.direction());
+            self.share(|axis| own[axis] != 0 || direction[axis] != 0.0, rule);
+        }
+        let line_mm = rule.lengths_mm(&self.line);
+        let wanted = course.wanted_mm(&line_mm).and_then(|wanted_mm| self.wanted(&wanted_mm, &line_mm, rule));
+        let is_as_wanted = wanted.is_some_and(|wanted| self.end_beside(wanted));
+        course.go_on(&rule.lengths_mm(&self.line), is_as_wanted);
+    }
+
+    /// The parts of a step on the axes beside the longest one by which a place is beside the line; `None` if that is so far that
+    /// the path has not gone on as it was expected to.
+    fn wanted(&self, wanted_mm: &Vector, line_mm: &Vector, rule: &GroupRule) -> Option<[i32; AXES]> {
+        let longest = usize::from(self.longest);
+        let along = wanted_mm[longest] / line_mm[longest];
+        let mut wanted = [0; AXES];
+        for axis in (0..AXES).filter(|&axis| axis != longest) {
+            let within = self.slopes[0][axis].within;
+            let parts = ((wanted_mm[axis] - along * line_mm[axis]) / rule.mm_per_part[axis]) as i32;
+            if parts.abs() > within.saturating_mul(4) {
+                return None;
+            }
+            wanted[axis] = parts.clamp(-within, within);
+        }
+        Some(wanted)
+    }
+
+    /// Has its line end so far beside its end, or half as far and so on, if it passes all ends then.
+    fn end_beside(&mut self, mut by: [i32; AXES]) -> bool {
+        for _ in 0..3 {
+            let line = core::array::from_fn(|axis| self.line[axis] + by[axis]);
+            if self.passes_ends(0, &line) {
+                self.line = line;
+                (self.moved, self.is_smooth) = (by, true);
+                for axis in 0..AXES {
+                    let end = line[axis] + i32::from(self.begin[axis]);
+                    let steps = (end + OFFSET_PARTS / 2) >> OFFSET_PARTS.ilog2();
+                    self.request.steps[axis] = steps;
+                    self.request.offsets[axis] = (end - steps * OFFSET_PARTS) as i8;
+                }
+                return true;
+            }
+            by = by.map(|parts| parts / 2);
+        }
+        false
+    }
+
+    /// The length of its line on the axis that is the longest in its first move, steps.
+    fn whole_steps(&self) -> u32 {
+        let parts = self.line[usize::from(self.longest)].unsigned_abs();
+        ((parts + OFFSET_PARTS.unsigned_abs() / 2) >> OFFSET_PARTS.ilog2()).max(1)
+    }
+}
+
+/// For the chain.
+impl Group {
+    /// The move that it becomes, and the distance by which its line is beside the ends of its moves, mm, at most. The blend at its
+    /// beginning has what is left of the deviation beside it, and beside the move before, where that distance is `used_before_mm`.
+    /// Its marks count in steps of its longest axis from now on.
+    pub fn finish(
+        &self,
+        used_before_mm: f32,
+        course: &mut Course,
+        rule: &GroupRule,
+        marks: &mut Marks,
+    ) -> (Request, f32) {
+        let most = self.request.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
+        if self.moves > 1 && self.whole_steps() != most {
+            marks.stretch(&self.request.tag, [most, self.whole_steps()]);
+        }
+        let used_mm = self.used_mm(rule);
+        let deviation_mm = deviation_beside(self.request.deviation_mm, used_mm.max(used_before_mm));
+        let least_s = course.shared_s(rule.least_s(self.moves), libm::sqrtf(rule.square_mm2(&self.line)));
+        (Request { deviation_mm, least_s, ..self.request }, used_mm)
+    }
+
+    fn used_mm(&self, rule: &GroupRule) -> f32 {
+        let [began_mm2, half_mm] = [rule.square_mm2(&self.moved_before), 0.5 * self.within_mm];
+        match self.moves {
+            1 if !self.is_smooth && began_mm2 == 0.0 => 0.0,
+            _ if began_mm2 <= half_mm * half_mm && self.passes_ends(1, &self.line) => half_mm,
+            _ => self.within_mm,
         }
     }
 
-    fn slope(&self, parts: &[i32; AXES], axis: usize) -> Slope {
-        let run = parts[usize::from(self.longest)];
-        Slope { rise: if run < 0 { -parts[axis] } else { parts[axis] }, run: run.abs() }
+    /// Where it begins.
+    pub fn begin(&self) -> Begin {
+        Begin { beside: self.begin, moved: self.moved_before }
     }
 
-    /// True if it is of several moves.
-    pub fn is_several(&self) -> bool {
-        self.moves > 1
+    /// The steps to its end, and where the next group begins.
+    pub fn end(&self) -> ([i32; AXES], Begin) {
+        (self.request.steps, Begin { beside: self.request.offsets, moved: self.moved })
     }
 
-    /// How far its path may be beside the ends of its moves, mm; 0 if it is one move.
-    pub fn used_mm(&self) -> f32 {
-        if self.is_several() { self.within_mm } else { 0.0 }
-    }
-
-    /// The move for the chain, to which the blend may leave the corner by as much less as the path is beside the moves before it, or
-    /// after it.
-    pub fn request(&self, used_before_mm: f32) -> Request {
-        let needs_s = JOIN_S as f32 * f32::from(self.moves - 1);
-        let deviation_mm = deviation_beside(self.request.deviation_mm, self.used_mm().max(used_before_mm));
-        Request { deviation_mm, needs_s, ..self.request }
+    /// True if it has no step.
+    pub fn is_empty(&self) -> bool {
+        self.request.steps == [0; AXES]
     }
 
     /// True if `next` goes on in exactly its direction, and both are of whole steps.
@@ -261,21 +379,21 @@ impl Group {
     }
 }
 
-/// The distance by which a blend may leave a corner, of which so much is used by the path beside it; half of it is left if the moves
-/// before allowed more.
-pub(crate) fn deviation_beside(deviation_mm: f32, used_mm: f32) -> f32 {
-    (deviation_mm - used_mm).max(0.5 * deviation_mm)
-}
-
 /// The parts of a step from `begin` beside whole steps to the end of a move; `None` if that is too far.
-fn parts(steps: &[i32; AXES], end: &[i8; AXES], begin: &[i8; AXES]) -> Option<[i32; AXES]> {
-    let mut parts = [0; AXES];
+fn line(steps: &[i32; AXES], end: &[i8; AXES], begin: &[i8; AXES]) -> Option<[i32; AXES]> {
+    let mut line = [0; AXES];
     for axis in 0..AXES {
         let whole = steps[axis].checked_mul(OFFSET_PARTS)?;
-        parts[axis] = whole.checked_add(i32::from(end[axis]) - i32::from(begin[axis]))?;
-        if parts[axis].abs() > LENGTH_MAX_PARTS {
+        line[axis] = whole.checked_add(i32::from(end[axis]) - i32::from(begin[axis]))?;
+        if line[axis].unsigned_abs() > LENGTH_MAX_PARTS.unsigned_abs() {
             return None;
         }
     }
-    Some(parts)
+    Some(line)
+}
+
+/// The distance by which a blend may leave a corner, if the path beside it uses so much; half of it at least, if the moves before
+/// allow more.
+pub(crate) fn deviation_beside(deviation_mm: f32, used_mm: f32) -> f32 {
+    (deviation_mm - used_mm).max(0.5 * deviation_mm)
 }

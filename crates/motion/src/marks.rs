@@ -60,6 +60,12 @@ impl Marks {
         after(self.end) == self.first
     }
 
+    /// The number of marks.
+    pub fn len(&self) -> usize {
+        let (first, end) = (usize::from(self.first), usize::from(self.end));
+        if end < first { end + PLACES - first } else { end - first }
+    }
+
     /// Those of a block that is pushed now, which has none yet.
     pub fn none(&self) -> MarksOf {
         MarksOf { first: self.end, count: 0 }
@@ -84,6 +90,19 @@ impl Marks {
         (self.end, self.last) = (after(self.end), Mark { place_steps, line: next.line, level });
         own.count += 1;
         Some(tag.with_marks(own))
+    }
+
+    /// Stretches the places of a block's marks by a ratio, because its longest axis is another than the one they count in.
+    pub fn stretch(&mut self, tag: &Tag, [by, from]: [u32; 2]) {
+        let MarksOf { mut first, count } = tag.marks();
+        let (mut place, mut before) = (0, 0);
+        for _ in 0..count {
+            let Some(mark) = self.ring.get_mut(usize::from(first)) else { return };
+            place += u32::from(mark.steps);
+            let stretched = if from == 0 { by } else { (place * by / from).min(by) };
+            mark.steps = stretched.saturating_sub(before) as u16;
+            (before, first) = (stretched, after(first));
+        }
     }
 
     /// The marks of a block, in order.

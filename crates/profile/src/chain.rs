@@ -99,9 +99,8 @@ pub struct Request<const N: usize, T = u64> {
     /// deviation at most goes round the corner. If it is 0, or the speed profile has curved ramps, the path goes to the corner
     /// exactly, where axes change their speed at once.
     pub deviation_mm: f32,
-    /// The time that the caller needs for it beside what it needs for any move ([`Effort`]), s, 0 or more. The move lasts that much
-    /// longer at least.
-    pub needs_s: f32,
+    /// The time that it lasts at least at constant speed, s, if the caller knows better than [`Effort`] what it takes; 0 if not.
+    pub least_s: f32,
     /// A value for the caller, which every chunk of the move returns. The chain does not use it.
     pub tag: T,
 }
@@ -116,7 +115,7 @@ impl<const N: usize, T: Default> Request<N, T> {
             feed_mm_s: None,
             stops: false,
             deviation_mm: 0.0,
-            needs_s: 0.0,
+            least_s: 0.0,
             tag: T::default(),
         }
     }

@@ -64,8 +64,8 @@ fn g64_says_how_far_the_path_may_leave_a_corner() {
         assert_eq!(path.deviation_mm(setting_mm), wanted_mm, "{path:?}");
     }
     for (path, wanted_mm) in [
-        (PathControl::Blend, 0.01),
-        (within(0.02, None), 0.005),
+        (PathControl::Blend, 0.02),
+        (within(0.02, None), 0.01),
         (within(0.02, Some(0.004)), 0.004),
         (within(0.02, Some(0.5)), 0.01),
         (within(0.02, Some(0.0)), 0.0),

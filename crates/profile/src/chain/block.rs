@@ -54,8 +54,8 @@ pub(super) struct ChainBlock<const N: usize, T> {
     steps_per_mm: f64,
     /// The deviation that its request allows at the corner before it, mm; 0 if the path goes to the corner exactly.
     pub(super) deviation_mm: f32,
-    /// The time that the caller needs for it beside what it needs for any block, s.
-    needs_s: f32,
+    /// The time that it lasts at least, s; 0 for what the effort is.
+    least_s: f32,
     /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
     pub(super) corner: Option<NonZero<Square>>,
     /// The blend at that corner.
@@ -94,7 +94,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             mm_per_step: 0.0,
             steps_per_mm: 0.0,
             deviation_mm: 0.0,
-            needs_s: 0.0,
+            least_s: 0.0,
             corner: None,
             blend: BlendBounds::NONE,
             nominal_steps_s: 0.0,
@@ -119,7 +119,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         begin: [i8; N],
         config: &ChainConfig<N>,
     ) -> Result<(UnitVector<N>, Limits), PlanError> {
-        let Request { steps, offsets, feed_mm_s, stops, deviation_mm, needs_s, tag } = request;
+        let Request { steps, offsets, feed_mm_s, stops, deviation_mm, least_s, tag } = request;
         config.check_moving(&steps)?;
         let ends_beside = deviation_mm > 0.0 && config.can_blend();
         let end = core::array::from_fn(|axis| {
@@ -150,7 +150,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             mm_per_step,
             steps_per_mm,
             deviation_mm,
-            needs_s,
+            least_s,
             ..Self::none(tag)
         };
         self.respeed(feed_steps_s, &limits, config);
@@ -163,10 +163,10 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// that has changed.
     #[cold]
     pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) -> Option<f64> {
-        let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, deviation_mm, needs_s, tag, .. } = *self;
+        let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, deviation_mm, least_s, tag, .. } = *self;
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
         let stops = self.stops();
-        let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, needs_s, tag };
+        let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, least_s, tag };
         let mut whole = Self::none(tag);
         let (_, limits) = whole.begin(request, begin, config).ok()?;
         let line_mm = whole.set_line(whole.distance_steps(), &limits, config);
@@ -351,14 +351,12 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// Its top speed, at which it lasts no less than the caller needs for it, with the blend that may lead to it.
     fn bearable_steps_s(&self, limits: &Limits, config: &ChainConfig<N>) -> f64 {
         let (top_steps_s, Effort { straight_s, blend_s, .. }) = (limits.top_speed_steps_s, config.effort);
-        let mut more_s = if self.may_bend { blend_s } else { straight_s };
-        if self.needs_s.to_bits() != 0 {
-            more_s += f64::from(self.needs_s);
-        }
-        if is_zero(more_s) {
-            return top_steps_s;
-        }
-        let least_s = config.effort.cruise_s(&self.move_steps.steps) + more_s;
+        let more_s = if self.may_bend { blend_s } else { straight_s };
+        let least_s = match self.least_s.to_bits() {
+            0 if is_zero(more_s) => return top_steps_s,
+            0 => config.effort.cruise_s(&self.move_steps.steps) + more_s,
+            _ => f64::from(self.least_s),
+        };
         // A division takes a chip longer than a product.
         if top_steps_s * least_s <= self.distance_steps() { top_steps_s } else { self.distance_steps() / least_s }
     }

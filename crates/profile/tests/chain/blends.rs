@@ -79,7 +79,7 @@ fn no_blend_is_left_out_because_its_move_came_later() {
                     feed_mm_s: Some(100.0),
                     stops: false,
                     deviation_mm: 0.01,
-                    needs_s: 0.0,
+                    least_s: 0.0,
                     tag: moves as u64,
                 };
                 chain.push(request).unwrap();
