@@ -15,9 +15,9 @@
 use crate::axes::AXES;
 
 /// How much of what is wrong with the place where the path is expected is corrected at once.
-const PLACE_GAIN: f32 = 0.25;
+const PLACE_GAIN: f32 = 0.35;
 /// How much of what the last turn was otherwise is expected of the next one; and while nothing is as expected.
-const TURN_GAIN: f32 = 0.25;
+const TURN_GAIN: f32 = 0.15;
 const SEARCH_GAIN: f32 = 0.5;
 /// The same for the slow estimate.
 const CURVATURE_GAIN: f32 = 0.15;
