@@ -17,9 +17,11 @@ use crate::motor::GangedMotor;
 use crate::tag::{Request, Tag};
 use crate::tool::Power;
 
-/// The number of blocks in the chain with which a group may wait for more moves: with fewer, the machine would brake for want of
-/// what is in it. Blocks of many moves are longer: so many marks count as a block.
-const ENOUGH_WITHOUT_GROUP: usize = CHAIN_MOVES / 4;
+/// The number of blocks in the chain with which a group may wait for moves that are still to come, and for those that only have to
+/// be taken: with fewer, the machine would brake for want of what is in it. Blocks of many moves are longer: so many marks count as
+/// a block.
+const ENOUGH_TO_WAIT: usize = CHAIN_MOVES / 8;
+const ENOUGH_TO_TAKE_MORE: usize = 4;
 const MARKS_AS_A_BLOCK: usize = 8;
 
 /// The fate of a motion that was to be taken into the chain.
@@ -132,13 +134,19 @@ where
     /// Takes the waiting motions into the chain, for as long as they can follow.
     fn take_waiting(&mut self, purpose: Purpose) {
         while self.take_next(purpose) {}
-        self.settle_group();
+        self.settle_group(ENOUGH_TO_WAIT);
     }
 
-    /// Puts the moves that wait to be taken together with others into the chain, unless that has enough without them.
-    pub(crate) fn settle_group(&mut self) {
+    /// Takes so many of the waiting motions into the chain, as far as they can follow.
+    pub(crate) fn take_some(&mut self, most: usize, purpose: Purpose) {
+        let takes_all = (0..most).any(|_| !self.take_next(purpose));
+        self.settle_group(if takes_all { ENOUGH_TO_WAIT } else { ENOUGH_TO_TAKE_MORE });
+    }
+
+    /// Puts the moves that wait to be taken together with others into the chain, unless that has so many blocks without them.
+    fn settle_group(&mut self, enough: usize) {
         let known = self.chain.len() + self.marks.len() / MARKS_AS_A_BLOCK;
-        let is_needed = self.waiting.is_some() || known < ENOUGH_WITHOUT_GROUP;
+        let is_needed = self.waiting.is_some() || known < enough;
         if is_needed && self.group.is_some() && !self.machine.is_to_brake() {
             self.push_group();
         }
@@ -158,18 +166,17 @@ where
         }
     }
 
-    /// Puts the group into the chain, which ends where the path is smooth: the next one begins there.
-    fn push_smooth_group(&mut self) {
-        if let Some(group) = &mut self.group {
-            let (asked_steps, _) = group.end();
-            group.smooth(&mut self.course, &self.group_rule);
-            let (steps, begin) = group.end();
-            for (axis, planned_steps) in self.planned_steps.iter_mut().enumerate() {
-                *planned_steps = planned_steps.wrapping_add(steps[axis] - asked_steps[axis]);
-            }
-            self.begin = begin;
+    /// Has the group end where the path is smooth: the next one begins there.
+    #[cold]
+    fn smooth_group(&mut self) {
+        let Some(group) = &mut self.group else { return };
+        let (asked_steps, _) = group.end();
+        group.smooth(&mut self.course, &self.group_rule);
+        let (steps, begin) = group.end();
+        for (axis, planned_steps) in self.planned_steps.iter_mut().enumerate() {
+            *planned_steps = planned_steps.wrapping_add(steps[axis] - asked_steps[axis]);
         }
-        self.push_group();
+        self.begin = begin;
     }
 
     /// Takes the next motion, if one waits and may follow; false if there is nothing to take.
@@ -235,43 +242,52 @@ where
     /// group, or becomes a block.
     fn join_or_push(&mut self, steps: [i32; AXES], one: &Move) -> Result<(), Alarm> {
         let mut request = self.request(steps, one);
-        let shines = one.power != Power::Off;
-        let has_group = self.group.is_some();
-        if let Some(group) = &mut self.group {
-            let lengthens = shines && group.is_straight_to(&request);
-            if !lengthens && group.join(&request, one, &self.group_rule, self.marks) {
+        if self.group.is_some() {
+            if self.join_group(&request, one) {
                 self.number(one);
                 return Ok(());
             }
-            if !lengthens && self.group_of(request, one).is_some() {
-                self.push_smooth_group();
-                request.steps = self.steps_to(one);
-            } else {
-                self.push_group();
-            }
-            if let Some(alarm) = self.refused {
-                return Err(alarm);
+            self.push_group_before(&mut request, one)?;
+        }
+        if !(one.power != Power::Off && self.lengthen(&request)) {
+            self.group = self.group_of(&request, one);
+            if self.group.is_none() {
+                request.deviation_mm = deviation_beside(request.deviation_mm, self.used_mm);
+                self.used_mm = 0.0;
+                return self.push_request(request, one);
             }
         }
-        if shines && self.lengthen(&request) {
-            self.number(one);
-            return Ok(());
-        }
-        if !has_group {
+        self.number(one);
+        Ok(())
+    }
+
+    /// Takes a move together with the group, unless it is one of a laser that goes straight on.
+    fn join_group(&mut self, request: &Request, one: &Move) -> bool {
+        let Some(group) = &mut self.group else { return false };
+        let lengthens = one.power != Power::Off && group.is_straight_to(request);
+        !lengthens && group.join(request, one, &self.group_rule, self.marks)
+    }
+
+    /// Puts the group into the chain before a move that is not taken together with it. If that begins a group, too, it begins
+    /// where the path is smooth, and its steps are another number then.
+    #[inline(never)]
+    fn push_group_before(&mut self, request: &mut Request, one: &Move) -> Result<(), Alarm> {
+        let lengthens = one.power != Power::Off && self.group.as_ref().is_some_and(|group| group.is_straight_to(request));
+        if self.group.as_ref().is_some_and(|group| group.may_be_smooth(&self.course))
+            && !lengthens
+            && self.group_of(request, one).is_some()
+        {
+            self.smooth_group();
+            request.steps = self.steps_to(one);
+        } else {
             self.course = Course::NONE;
         }
-        self.group = self.group_of(request, one);
-        if self.group.is_some() {
-            self.number(one);
-            return Ok(());
-        }
-        let deviation_mm = deviation_beside(request.deviation_mm, self.used_mm);
-        self.used_mm = 0.0;
-        self.push_request(Request { deviation_mm, ..request }, one)
+        self.push_group();
+        self.refused.map_or(Ok(()), Err)
     }
 
     /// The group that begins with a move, if others may be taken together with it.
-    fn group_of(&self, request: Request, one: &Move) -> Option<Group> {
+    fn group_of(&self, request: &Request, one: &Move) -> Option<Group> {
         let feed_ratio = f32::from(self.overrides.feed_percent) / 100.0;
         Group::of(request, one, self.begin, &self.group_rule, &self.course, feed_ratio)
     }
@@ -301,6 +317,7 @@ where
         Request { steps, offsets, feed_mm_s, stops, deviation_mm, least_s: 0.0, tag }
     }
 
+    #[inline(never)]
     fn push_request(&mut self, request: Request, one: &Move) -> Result<(), Alarm> {
         self.chain.push(request).map_err(|error| Alarm::Unplannable { reason: error.into() })?;
         self.number(one);

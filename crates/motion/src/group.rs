@@ -23,7 +23,7 @@ mod slopes;
 use isostep_profile::OFFSET_PARTS;
 
 pub(crate) use self::course::Course;
-use self::course::Vector;
+use self::course::{Vector, dot};
 use self::slopes::{Slope, Slopes};
 use crate::axes::AXES;
 use crate::machine::Move;
@@ -31,7 +31,9 @@ use crate::marks::Marks;
 use crate::tag::Request;
 
 /// The time that a move takes the processor that is taken together with others, s: to read and to interpret it.
-pub const JOIN_S: f64 = 0.36e-3;
+pub const JOIN_S: f64 = 0.40e-3;
+/// The time that it takes to find where a line ends, s.
+const SMOOTH_S: f32 = 0.12e-3;
 
 /// A move may begin a group, or join one, if it is over before the processor has so many. A move of less than a step is left out,
 /// and the next one is as much longer.
@@ -83,21 +85,23 @@ impl GroupRule {
     /// True if a line of so many parts is over, at these speeds, before the processor has `moves` of them.
     fn is_short(&self, line: &[i32; AXES], most: &Most, moves: u8) -> bool {
         let least_s = self.least_s(moves);
-        for (parts, top_parts_s) in line.iter().zip(self.top_parts_s) {
-            if parts.abs() as f32 >= top_parts_s * least_s {
-                return false;
-            }
-        }
+        let is_slower = line.iter().zip(&self.top_parts_s).any(|(parts, top)| parts.abs() as f32 >= top * least_s);
         let square_mm2 = self.square_mm2(line);
-        square_mm2 < most.mm2_s2 * least_s * least_s && square_mm2 < most.mm2
+        !is_slower && square_mm2 < most.mm2_s2 * least_s * least_s && square_mm2 < most.mm2
     }
 
     fn lengths_mm(&self, line: &[i32; AXES]) -> Vector {
-        core::array::from_fn(|axis| line[axis] as f32 * self.mm_per_part[axis])
+        let mut lengths_mm = self.mm_per_part;
+        for (mm, parts) in lengths_mm.iter_mut().zip(line) {
+            *mm *= *parts as f32;
+        }
+        lengths_mm
     }
 
+    #[inline(never)]
     fn square_mm2(&self, line: &[i32; AXES]) -> f32 {
-        self.lengths_mm(line).iter().map(|mm| mm * mm).sum()
+        let lengths_mm = self.lengths_mm(line);
+        dot(&lengths_mm, &lengths_mm)
     }
 }
 
@@ -147,7 +151,7 @@ impl Begin {
 impl Group {
     /// A group of one move; `None` if others are not to be taken together with it.
     pub fn of(
-        request: Request,
+        request: &Request,
         one: &Move,
         begin: Begin,
         rule: &GroupRule,
@@ -164,15 +168,11 @@ impl Group {
         if !rule.is_short(&line, &most, NEARLY) {
             return None;
         }
-        let curvature_per_mm = course.curvature_per_mm();
-        if curvature_per_mm > 0.0 {
-            let radius_mm = 1.0 / curvature_per_mm;
-            most.mm2_s2 = most.mm2_s2.min(rule.accel_mm_s2 * radius_mm);
-            most.mm2 = 8.0 * SAGITTA_SHARE * within_mm * radius_mm;
-        }
+        most.mm2_s2 = most.mm2_s2.min(rule.accel_mm_s2 * course.radius_mm());
+        most.mm2 = 8.0 * SAGITTA_SHARE * within_mm * course.radius_mm();
         let longest = (0..AXES).max_by_key(|&axis| line[axis].unsigned_abs())?;
         Some(Self {
-            request,
+            request: *request,
             within_mm,
             most,
             moves: 1,
@@ -231,7 +231,7 @@ impl Group {
 
     /// Divides the distance by which the line may be beside the ends among the axes that move beside the longest one; the others
     /// may not move. Notes the ends so far.
-    #[inline(never)]
+    #[cold]
     fn share(&mut self, moves: impl Fn(usize) -> bool, rule: &GroupRule) {
         let is_beside = |axis: &usize| *axis != usize::from(self.longest) && moves(*axis);
         let share_mm = self.within_mm * SHARES[(0..AXES).filter(is_beside).count().min(SHARES.len() - 1)];
@@ -244,41 +244,44 @@ impl Group {
 
     /// Notes that its line ends at the end of a move, which is not to be far from it if more come.
     fn narrow(&mut self) {
-        let ends = core::array::from_fn::<_, AXES, _>(|axis| self.slope(&self.line, axis));
-        for slopes in &mut self.slopes {
-            for (axis, end) in ends.into_iter().enumerate() {
-                if axis != usize::from(self.longest) {
-                    slopes[axis].narrow(end);
-                }
-            }
+        let (run, line) = (self.line[usize::from(self.longest)], self.line);
+        for (slopes, rise) in self.slopes.iter_mut().flatten().zip(line.into_iter().cycle()) {
+            slopes.narrow(Slope::of(rise, run));
         }
-    }
-
-    fn slope(&self, line: &[i32; AXES], axis: usize) -> Slope {
-        let run = line[usize::from(self.longest)];
-        Slope { rise: if run < 0 { -line[axis] } else { line[axis] }, run: run.abs() }
     }
 
     /// True if a line passes all ends within the distance that it may be beside them, or within half of it.
     fn passes_ends(&self, half: usize, line: &[i32; AXES]) -> bool {
-        let passes = |axis: usize| self.slopes[half][axis].has(self.slope(line, axis));
-        (0..AXES).all(|axis| axis == usize::from(self.longest) || passes(axis))
+        let run = line[usize::from(self.longest)];
+        self.slopes[half].iter().zip(line).all(|(slopes, &rise)| slopes.has(Slope::of(rise, run)))
+    }
+
+    /// True if it may end where the path is smooth: it is of several moves, or follows one that is.
+    pub fn may_be_smooth(&self, course: &Course) -> bool {
+        self.moves > 1 || course.is_known()
     }
 
     /// Has its line end beside the end of its last move, where the path is smooth, if it passes all ends then.
+    #[cold]
     pub fn smooth(&mut self, course: &mut Course, rule: &GroupRule) {
         if self.moves == 1 {
             let (own, direction) = (self.line, *course.direction());
             self.share(|axis| own[axis] != 0 || direction[axis] != 0.0, rule);
         }
         let line_mm = rule.lengths_mm(&self.line);
-        let wanted = course.wanted_mm(&line_mm).and_then(|wanted_mm| self.wanted(&wanted_mm, &line_mm, rule));
-        let is_as_wanted = wanted.is_some_and(|wanted| self.end_beside(wanted));
+        let length_mm = libm::sqrtf(dot(&line_mm, &line_mm));
+        let mut is_as_wanted = false;
+        if let Some(wanted_mm) = course.wanted_mm(&line_mm, length_mm)
+            && let Some(wanted) = self.wanted(&wanted_mm, &line_mm, rule)
+        {
+            is_as_wanted = self.end_beside(wanted);
+        }
         course.go_on(&rule.lengths_mm(&self.line), is_as_wanted);
     }
 
     /// The parts of a step on the axes beside the longest one by which a place is beside the line; `None` if that is so far that
     /// the path has not gone on as it was expected to.
+    #[cold]
     fn wanted(&self, wanted_mm: &Vector, line_mm: &Vector, rule: &GroupRule) -> Option<[i32; AXES]> {
         let longest = usize::from(self.longest);
         let along = wanted_mm[longest] / line_mm[longest];
@@ -295,6 +298,7 @@ impl Group {
     }
 
     /// Has its line end so far beside its end, or half as far and so on, if it passes all ends then.
+    #[cold]
     fn end_beside(&mut self, mut by: [i32; AXES]) -> bool {
         for _ in 0..3 {
             let line = core::array::from_fn(|axis| self.line[axis] + by[axis]);
@@ -333,23 +337,31 @@ impl Group {
         rule: &GroupRule,
         marks: &mut Marks,
     ) -> (Request, f32) {
-        let most = self.request.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
-        if self.moves > 1 && self.whole_steps() != most {
-            marks.stretch(&self.request.tag, [most, self.whole_steps()]);
+        let mut request = self.request;
+        let is_plain = self.moves == 1 && !self.is_smooth && self.moved_before == [0; AXES];
+        let used_mm = if is_plain { 0.0 } else { self.finish_line(&mut request, course, rule, marks) };
+        if used_mm > 0.0 || used_before_mm > 0.0 {
+            request.deviation_mm = deviation_beside(request.deviation_mm, used_mm.max(used_before_mm));
         }
-        let used_mm = self.used_mm(rule);
-        let deviation_mm = deviation_beside(self.request.deviation_mm, used_mm.max(used_before_mm));
-        let least_s = course.shared_s(rule.least_s(self.moves), libm::sqrtf(rule.square_mm2(&self.line)));
-        (Request { deviation_mm, least_s, ..self.request }, used_mm)
+        (request, used_mm)
     }
 
-    fn used_mm(&self, rule: &GroupRule) -> f32 {
-        let [began_mm2, half_mm] = [rule.square_mm2(&self.moved_before), 0.5 * self.within_mm];
-        match self.moves {
-            1 if !self.is_smooth && began_mm2 == 0.0 => 0.0,
-            _ if began_mm2 <= half_mm * half_mm && self.passes_ends(1, &self.line) => half_mm,
-            _ => self.within_mm,
+    #[cold]
+    fn finish_line(
+        &self,
+        request: &mut Request,
+        course: &mut Course,
+        rule: &GroupRule,
+        marks: &mut Marks,
+    ) -> f32 {
+        let most = request.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
+        if self.moves > 1 && self.whole_steps() != most {
+            marks.stretch(&request.tag, [most, self.whole_steps()]);
         }
+        request.least_s = course.shared_s(rule.least_s(self.moves) + SMOOTH_S, libm::sqrtf(rule.square_mm2(&self.line)));
+        let half_mm = 0.5 * self.within_mm;
+        let is_near = rule.square_mm2(&self.moved_before) <= half_mm * half_mm && self.passes_ends(1, &self.line);
+        if is_near { half_mm } else { self.within_mm }
     }
 
     /// Where it begins.

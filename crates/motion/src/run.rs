@@ -189,7 +189,7 @@ where
             let was_short = self.is_short_of(horizons.known_s);
             if was_short || self.machine.is_crowded() {
                 // Moves are taken first: without another move the run would end where the known path ends.
-                self.take_some(purpose, horizons.are_urgent(streams));
+                self.take_in_time(purpose, horizons.are_urgent(streams));
             }
             if was_short {
                 self.commit_until(horizons.known_s, purpose);
@@ -221,14 +221,9 @@ where
 
     /// Takes some of the waiting moves. It does not take all at once, because planning takes long and what is known
     /// must be queued meanwhile: very soon if a port has little left in a queue that is not full, and enough moves are known.
-    fn take_some(&mut self, purpose: Purpose, is_urgent: bool) {
+    fn take_in_time(&mut self, purpose: Purpose, is_urgent: bool) {
         let is_enough = is_urgent && self.chain.len() >= ENOUGH_MOVES;
-        for _ in 0..if is_enough { TAKEN_IN_HASTE } else { TAKEN_AT_ONCE } {
-            if !self.take_next(purpose) {
-                break;
-            }
-        }
-        self.settle_group();
+        self.take_some(if is_enough { TAKEN_IN_HASTE } else { TAKEN_AT_ONCE }, purpose);
     }
 
     /// Has the chain hand out some of its path up to `until_s`, as far as there is room, and reports the chunks as events.

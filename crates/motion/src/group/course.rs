@@ -38,6 +38,8 @@ pub(crate) struct Course {
     /// The turn that is expected, and how curved the path is: each is the change of the direction over a millimetre.
     turn_per_mm: Vector,
     curvature_per_mm: Vector,
+    /// The radius that follows from that, mm; infinite if nothing is known.
+    radius_mm: f32,
     /// What the lines take the processor on average, s, and how long they are, mm.
     mean_s: f32,
     mean_mm: f32,
@@ -50,13 +52,14 @@ impl Course {
         direction: [0.0; AXES],
         turn_per_mm: [0.0; AXES],
         curvature_per_mm: [0.0; AXES],
+        radius_mm: f32::INFINITY,
         mean_s: 0.0,
         mean_mm: 0.0,
     };
 
-    /// How curved the path is, 1/mm.
-    pub(crate) fn curvature_per_mm(&self) -> f32 {
-        length(&self.curvature_per_mm)
+    /// The radius of the path, mm; infinite if it is straight or not known.
+    pub(crate) fn radius_mm(&self) -> f32 {
+        self.radius_mm
     }
 
     /// The direction of the last line; 0 if nothing is known.
@@ -64,20 +67,24 @@ impl Course {
         &self.direction
     }
 
+    /// True if a line is known.
+    pub(super) fn is_known(&self) -> bool {
+        self.length_mm > 0.0
+    }
+
     /// How far beside the end of this line it is to end, mm; `None` if nothing is known yet.
-    pub(super) fn wanted_mm(&self, line_mm: &Vector) -> Option<Vector> {
+    #[cold]
+    pub(super) fn wanted_mm(&self, line_mm: &Vector, length_mm: f32) -> Option<Vector> {
         if self.length_mm == 0.0 {
             return None;
         }
-        let length_mm = length(line_mm);
-        let between_mm = 0.5 * (self.length_mm + length_mm);
-        let ahead = core::array::from_fn(|axis| self.direction[axis] + self.turn_per_mm[axis] * between_mm);
-        let stretch_mm = length_mm / length(&ahead);
-        let outside_mm = 0.125 * length_mm * length_mm;
-        Some(core::array::from_fn(|axis| {
-            let expected_mm = ahead[axis] * stretch_mm - line_mm[axis];
-            expected_mm - PLACE_GAIN * (expected_mm + self.turn_per_mm[axis] * outside_mm)
-        }))
+        let mut ahead = self.direction;
+        add(&mut ahead, 0.5 * (self.length_mm + length_mm), &self.turn_per_mm);
+        let left = 1.0 - PLACE_GAIN;
+        let mut wanted_mm = line_mm.map(|mm| -left * mm);
+        add(&mut wanted_mm, left * length_mm / length(&ahead), &ahead);
+        add(&mut wanted_mm, -0.125 * PLACE_GAIN * length_mm * length_mm, &self.turn_per_mm);
+        Some(wanted_mm)
     }
 
     /// The time that the next line is to last at least, which takes the processor `own_s`: its share of what the lines before it
@@ -91,36 +98,53 @@ impl Course {
     }
 
     /// Notes the next line, and whether it ends where it was wanted.
+    #[cold]
     pub(super) fn go_on(&mut self, line_mm: &Vector, is_as_wanted: bool) {
         let length_mm = length(line_mm);
         let per_mm = 1.0 / length_mm;
         let direction = line_mm.map(|mm| mm * per_mm);
         let cosine = dot(&self.direction, &direction);
-        if self.length_mm == 0.0 || cosine < CORNER {
-            let Self { mean_s, mean_mm, .. } = *self;
-            *self = Self { length_mm, direction, mean_s, mean_mm, ..Self::NONE };
-            return;
-        }
-        let per_mm = 2.0 / (self.length_mm + length_mm);
-        let turn_per_mm: Vector =
-            core::array::from_fn(|axis| (cosine * direction[axis] - self.direction[axis]) * per_mm);
-        let gain = if is_as_wanted { TURN_GAIN } else { SEARCH_GAIN };
-        for (known_per_mm, gain) in [(&mut self.turn_per_mm, gain), (&mut self.curvature_per_mm, CURVATURE_GAIN)] {
-            // What was across the last direction is turned to be across this one.
-            let along = dot(known_per_mm, &direction) / (1.0 + cosine);
-            for axis in 0..AXES {
-                let carried_per_mm = known_per_mm[axis] - along * (self.direction[axis] + direction[axis]);
-                known_per_mm[axis] = carried_per_mm + gain * (turn_per_mm[axis] - carried_per_mm);
-            }
+        if self.length_mm > 0.0 && cosine > CORNER {
+            let per_mm = 2.0 / (self.length_mm + length_mm);
+            let mut turn_per_mm = [0.0; AXES];
+            add(&mut turn_per_mm, cosine * per_mm, &direction);
+            add(&mut turn_per_mm, -per_mm, &self.direction);
+            let gain = if is_as_wanted { TURN_GAIN } else { SEARCH_GAIN };
+            let from = &self.direction;
+            carry(&mut self.turn_per_mm, [from, &direction], cosine, gain, &turn_per_mm);
+            carry(&mut self.curvature_per_mm, [from, &direction], cosine, CURVATURE_GAIN, &turn_per_mm);
+        } else {
+            (self.turn_per_mm, self.curvature_per_mm) = ([0.0; AXES], [0.0; AXES]);
         }
         (self.length_mm, self.direction) = (length_mm, direction);
+        self.radius_mm = 1.0 / length(&self.curvature_per_mm);
     }
 }
 
-fn dot(one: &Vector, other: &Vector) -> f32 {
+/// Turns what is across one direction to be across another, and brings it nearer to `new` by a part of the difference.
+#[cold]
+fn carry(known: &mut Vector, [from, to]: [&Vector; 2], cosine: f32, part: f32, new: &Vector) {
+    let along = dot(known, to) / (1.0 + cosine);
+    add(known, -along, from);
+    add(known, -along, to);
+    let before = *known;
+    add(known, -part, &before);
+    add(known, part, new);
+}
+
+// These are called rather than inlined, and take slices: so they are loops, and what is made of them is short.
+#[cold]
+fn add(to: &mut [f32], times: f32, what: &[f32]) {
+    for (to, what) in to.iter_mut().zip(what) {
+        *to += times * what;
+    }
+}
+
+#[inline(never)]
+pub(super) fn dot(one: &[f32], other: &[f32]) -> f32 {
     one.iter().zip(other).map(|(one, other)| one * other).sum()
 }
 
-pub(super) fn length(vector: &Vector) -> f32 {
+fn length(vector: &Vector) -> f32 {
     libm::sqrtf(dot(vector, vector))
 }

@@ -8,6 +8,12 @@ pub(super) struct Slope {
 }
 
 impl Slope {
+    /// A line that goes so far beside another axis, on which it goes so far.
+    pub(super) fn of(rise: i32, run: i32) -> Self {
+        if run < 0 { Self { rise: -rise, run: -run } } else { Self { rise, run } }
+    }
+
+    #[inline(never)]
     fn is_below(self, other: Self) -> bool {
         i64::from(self.rise) * i64::from(other.run) < i64::from(other.rise) * i64::from(self.run)
     }
@@ -29,9 +35,10 @@ impl Slopes {
     }
 
     /// Leaves those that pass this end, too.
+    #[inline(never)]
     pub(super) fn narrow(&mut self, end: Slope) {
-        let by = |by: i32| Slope { rise: end.rise.saturating_add(by), ..end };
-        let [least, most] = [by(-self.within), by(self.within)];
+        let least = Slope { rise: end.rise.saturating_sub(self.within), ..end };
+        let most = Slope { rise: end.rise.saturating_add(self.within), ..end };
         if self.least.is_below(least) {
             self.least = least;
         }
