@@ -20,7 +20,7 @@ use crate::tool::Power;
 /// The number of blocks in the chain with which a group may wait for moves that are still to come, and for those that only have to
 /// be taken: with fewer, the machine would brake for want of what is in it. Blocks of many moves are longer: so many marks count as
 /// a block.
-const ENOUGH_TO_WAIT: usize = CHAIN_MOVES / 8;
+const ENOUGH_TO_WAIT: usize = CHAIN_MOVES / 4;
 const ENOUGH_TO_TAKE_MORE: usize = 4;
 const MARKS_AS_A_BLOCK: usize = 8;
 
@@ -115,12 +115,7 @@ where
         self.chain.set_config(plain.with_effort(effort));
         let has_blends = speed_profile == SpeedProfile::Trapezoid && interval_split == IntervalSplit::Fastest;
         self.group_rule = if purpose == Purpose::Program && has_blends {
-            GroupRule::new(
-                effort.move_s + effort.blend_s,
-                &steps_per_mm,
-                limits.map(|limits| limits.top_speed_steps_s),
-                limits.map(|limits| limits.accel_steps_s2.min(limits.decel_steps_s2)),
-            )
+            GroupRule::new(effort.move_s + effort.blend_s, &limits, &steps_per_mm)
         } else {
             GroupRule::NONE
         };
@@ -139,15 +134,23 @@ where
 
     /// Takes so many of the waiting motions into the chain, as far as they can follow.
     pub(crate) fn take_some(&mut self, most: usize, purpose: Purpose) {
+        let before = self.taken;
         let takes_all = (0..most).any(|_| !self.take_next(purpose));
-        self.settle_group(if takes_all { ENOUGH_TO_WAIT } else { ENOUGH_TO_TAKE_MORE });
+        self.settle_group(match takes_all {
+            false => ENOUGH_TO_TAKE_MORE,
+            // It has waited for a while, and nothing has come.
+            true if self.taken == before && self.takes() => usize::MAX,
+            true => ENOUGH_TO_WAIT,
+        });
     }
 
     /// Puts the moves that wait to be taken together with others into the chain, unless that has so many blocks without them.
     fn settle_group(&mut self, enough: usize) {
-        let known = self.chain.len() + self.marks.len() / MARKS_AS_A_BLOCK;
+        let marks = self.chain.first_tag().map_or(0, |first| self.marks.count_from(first));
+        let known = self.chain.len() + marks / MARKS_AS_A_BLOCK;
         let is_needed = self.waiting.is_some() || known < enough;
         if is_needed && self.group.is_some() && !self.machine.is_to_brake() {
+            self.course = Course::NONE;
             self.push_group();
         }
     }
@@ -272,7 +275,8 @@ where
     /// where the path is smooth, and its steps are another number then.
     #[inline(never)]
     fn push_group_before(&mut self, request: &mut Request, one: &Move) -> Result<(), Alarm> {
-        let lengthens = one.power != Power::Off && self.group.as_ref().is_some_and(|group| group.is_straight_to(request));
+        let lengthens =
+            one.power != Power::Off && self.group.as_ref().is_some_and(|group| group.is_straight_to(request));
         if self.group.as_ref().is_some_and(|group| group.may_be_smooth(&self.course))
             && !lengthens
             && self.group_of(request, one).is_some()

@@ -14,31 +14,33 @@
 //! comparing takes products of integers and no division. An end is as far beside the line as it is by that, or less. If several
 //! axes are beside m, each has a share of q by which all together stay within q. On m each move goes on.
 //!
-//! The deviation has two halves: a line is within the first of all ends, and the blends at its ends have the second. A line that is
-//! within half of the first half leaves as much more for the blends.
+//! The deviation has two halves: a line is within the first of all ends, and the blends at its ends have the second.
 
 mod course;
 mod slopes;
+mod vector;
 
-use isostep_profile::OFFSET_PARTS;
+use isostep_profile::{Limits, OFFSET_PARTS};
 
 pub(crate) use self::course::Course;
-use self::course::{Vector, dot};
+use self::course::Line;
 use self::slopes::{Slope, Slopes};
+use self::vector::{Vector, dot};
 use crate::axes::AXES;
 use crate::machine::Move;
 use crate::marks::Marks;
 use crate::tag::Request;
 
-/// The time that a move takes the processor that is taken together with others, s: to read and to interpret it.
-pub const JOIN_S: f64 = 0.40e-3;
-/// The time that it takes to find where a line ends, s.
-const SMOOTH_S: f32 = 0.12e-3;
+/// The time that each move takes the processor that is taken together with others, s: to read and to interpret it.
+const JOIN_S: f32 = 0.25e-3;
+/// The time that it takes longer for all of them together, s: where a line ends has to be found, and on a line that is longer the
+/// speed changes more often.
+const TOGETHER_S: f32 = 0.75e-3;
 
-/// A move may begin a group, or join one, if it is over before the processor has so many. A move of less than a step is left out,
-/// and the next one is as much longer.
-const NEARLY: u8 = 2;
-const NEXT: u8 = 8;
+/// A move may begin a group if it is over before the processor has it, or so much later, squared.
+const NEARLY: f32 = 2.0;
+/// A move does not join if the line is longer then than is needed for the processor to keep up, by so much squared.
+const MUCH_LONGER: f32 = 9.0;
 /// A line is no longer than this on any axis, parts of a step, so that products of two such lengths fit into 64 bits.
 const LENGTH_MAX_PARTS: i32 = 1 << 30;
 /// On a curve a line is no longer than that its middle is within this share of what it may be beside the ends.
@@ -51,49 +53,45 @@ pub(crate) struct GroupRule {
     /// The time that a move takes the processor at least, s; 0 if none are taken together.
     least_s: f32,
     mm_per_part: Vector,
-    top_parts_s: [f32; AXES],
+    parts_per_mm: Vector,
+    /// The square of the highest speed along a path.
+    top_mm2_s2: f32,
     /// The lowest acceleration of all axes.
     accel_mm_s2: f32,
 }
 
 impl GroupRule {
     /// None are taken together.
-    pub const NONE: Self = Self { least_s: 0.0, mm_per_part: [0.0; AXES], top_parts_s: [0.0; AXES], accel_mm_s2: 0.0 };
+    pub const NONE: Self =
+        Self { least_s: 0.0, mm_per_part: [0.0; AXES], parts_per_mm: [0.0; AXES], top_mm2_s2: 0.0, accel_mm_s2: 0.0 };
 
-    /// For axes with these steps/mm, top speeds and accelerations, if each move takes the processor `least_s` at least.
-    pub fn new(
-        least_s: f64,
-        steps_per_mm: &[f64; AXES],
-        top_steps_s: [f64; AXES],
-        accel_steps_s2: [f64; AXES],
-    ) -> Self {
-        let parts = f64::from(OFFSET_PARTS);
-        let accels_mm_s2 = accel_steps_s2.iter().zip(steps_per_mm).map(|(accel, steps_per_mm)| accel / steps_per_mm);
+    /// For axes with these limits and steps/mm, if each move takes the processor `least_s` at least.
+    pub fn new(least_s: f64, limits: &[Limits; AXES], steps_per_mm: &[f64; AXES]) -> Self {
+        let parts_per_mm = steps_per_mm.map(|steps_per_mm| steps_per_mm * f64::from(OFFSET_PARTS));
+        let of_axes = || limits.iter().zip(steps_per_mm);
+        let tops_mm_s = of_axes().map(|(limits, steps_per_mm)| limits.top_speed_steps_s / steps_per_mm);
+        let accels_mm_s2 =
+            of_axes().map(|(limits, steps_per_mm)| limits.accel_steps_s2.min(limits.decel_steps_s2) / steps_per_mm);
         Self {
             least_s: least_s as f32,
-            mm_per_part: steps_per_mm.map(|steps_per_mm| (1.0 / (steps_per_mm * parts)) as f32),
-            top_parts_s: top_steps_s.map(|top_steps_s| (top_steps_s * parts) as f32),
+            mm_per_part: parts_per_mm.map(|parts_per_mm| (1.0 / parts_per_mm) as f32),
+            parts_per_mm: parts_per_mm.map(|parts_per_mm| parts_per_mm as f32),
+            top_mm2_s2: tops_mm_s.map(|mm_s| mm_s * mm_s).sum::<f64>() as f32,
             accel_mm_s2: accels_mm_s2.fold(f64::INFINITY, f64::min) as f32,
         }
     }
 
     /// The time that so many moves take the processor together, s.
-    fn least_s(&self, moves: u8) -> f32 {
-        self.least_s + JOIN_S as f32 * f32::from(moves - 1)
-    }
-
-    /// True if a line of so many parts is over, at these speeds, before the processor has `moves` of them.
-    fn is_short(&self, line: &[i32; AXES], most: &Most, moves: u8) -> bool {
-        let least_s = self.least_s(moves);
-        let is_slower = line.iter().zip(&self.top_parts_s).any(|(parts, top)| parts.abs() as f32 >= top * least_s);
-        let square_mm2 = self.square_mm2(line);
-        !is_slower && square_mm2 < most.mm2_s2 * least_s * least_s && square_mm2 < most.mm2
+    fn together_s(&self, moves: u8) -> f32 {
+        self.least_s + TOGETHER_S + JOIN_S * f32::from(moves - 1)
     }
 
     fn lengths_mm(&self, line: &[i32; AXES]) -> Vector {
-        let mut lengths_mm = self.mm_per_part;
-        for (mm, parts) in lengths_mm.iter_mut().zip(line) {
-            *mm *= *parts as f32;
+        let mut lengths_mm = [0.0; AXES];
+        for axis in 0..AXES {
+            if line[axis] != 0 {
+                lengths_mm[axis] = self.mm_per_part[axis] * line[axis] as f32;
+            }
         }
         lengths_mm
     }
@@ -105,20 +103,16 @@ impl GroupRule {
     }
 }
 
-/// The highest square of the speed on a line, and of its length.
-#[derive(Clone, Copy)]
-struct Most {
-    mm2_s2: f32,
-    mm2: f32,
-}
-
 /// Moves that are taken together, of which more may come.
 pub(crate) struct Group {
     /// The first of them, with the steps and the end of all.
     request: Request,
     /// How far the line may be beside the ends of its moves, mm.
     within_mm: f32,
-    most: Most,
+    /// The squares of the highest speed on it, and of its length now and at most.
+    most_mm2_s2: f32,
+    square_mm2: f32,
+    most_mm2: f32,
     moves: u8,
     /// The axis that is the longest in the first move.
     longest: u8,
@@ -131,8 +125,8 @@ pub(crate) struct Group {
     is_smooth: bool,
     /// The parts of a step from its beginning to its end.
     line: [i32; AXES],
-    /// The slopes of each axis for all of that distance, and for half of it.
-    slopes: [[Slopes; AXES]; 2],
+    /// The slopes that each axis may have.
+    slopes: [Slopes; AXES],
 }
 
 /// A place where a group begins.
@@ -164,17 +158,20 @@ impl Group {
         }
         let line = line(&request.steps, &request.offsets, &begin.beside)?;
         let feed_mm_s = feed_mm_s as f32 * feed_ratio;
-        let mut most = Most { mm2_s2: feed_mm_s * feed_mm_s, mm2: f32::INFINITY };
-        if !rule.is_short(&line, &most, NEARLY) {
+        let square_mm2 = rule.square_mm2(&line);
+        let mut most_mm2_s2 = rule.top_mm2_s2.min(feed_mm_s * feed_mm_s);
+        if square_mm2 >= NEARLY * most_mm2_s2 * rule.least_s * rule.least_s {
             return None;
         }
-        most.mm2_s2 = most.mm2_s2.min(rule.accel_mm_s2 * course.radius_mm());
-        most.mm2 = 8.0 * SAGITTA_SHARE * within_mm * course.radius_mm();
+        most_mm2_s2 = most_mm2_s2.min(rule.accel_mm_s2 * course.radius_mm());
+        let most_mm2 = 8.0 * SAGITTA_SHARE * within_mm * course.radius_mm();
         let longest = (0..AXES).max_by_key(|&axis| line[axis].unsigned_abs())?;
         Some(Self {
             request: *request,
             within_mm,
-            most,
+            most_mm2_s2,
+            square_mm2,
+            most_mm2,
             moves: 1,
             longest: longest as u8,
             begin: begin.beside,
@@ -182,7 +179,7 @@ impl Group {
             moved: [0; AXES],
             is_smooth: false,
             line,
-            slopes: [[Slopes::any(0); AXES]; 2],
+            slopes: [Slopes::any(0); AXES],
         })
     }
 
@@ -196,26 +193,26 @@ impl Group {
             && !next.stops;
         let goes_on = (line[longest] ^ self.line[longest]) >= 0
             && line[longest].unsigned_abs() > self.line[longest].unsigned_abs();
-        let own = core::array::from_fn(|axis| line[axis] - self.line[axis]);
-        if !is_alike
-            || !goes_on
-            || !rule.is_short(&self.line, &self.most, self.moves)
-            || !rule.is_short(&own, &self.most, NEXT)
-            || rule.square_mm2(&line) > self.most.mm2
-        {
+        if !is_alike || !goes_on {
+            return false;
+        }
+        let least_s = if self.moves == 1 { rule.least_s } else { rule.together_s(self.moves) };
+        let enough_mm2 = self.most_mm2_s2 * least_s * least_s;
+        let square_mm2 = rule.square_mm2(&line);
+        if self.square_mm2 >= enough_mm2 || square_mm2 >= MUCH_LONGER * enough_mm2 || square_mm2 >= self.most_mm2 {
             return false;
         }
         if self.moves == 1 {
             let first = self.line;
             self.share(|axis| line[axis] != 0 || first[axis] != 0, rule);
         }
-        if !self.passes_ends(0, &line) {
+        if !self.passes_ends(&line) {
             return false;
         }
         let place_steps = self.whole_steps();
         let Some(tag) = marks.join(self.request.tag, place_steps, &next.tag) else { return false };
         (self.request.steps, self.request.offsets, self.request.tag) = (steps, next.offsets, tag);
-        (self.line, self.moves) = (line, self.moves + 1);
+        (self.line, self.square_mm2, self.moves) = (line, square_mm2, self.moves + 1);
         self.narrow();
         true
     }
@@ -235,25 +232,30 @@ impl Group {
     fn share(&mut self, moves: impl Fn(usize) -> bool, rule: &GroupRule) {
         let is_beside = |axis: &usize| *axis != usize::from(self.longest) && moves(*axis);
         let share_mm = self.within_mm * SHARES[(0..AXES).filter(is_beside).count().min(SHARES.len() - 1)];
-        let within: [i32; AXES] = core::array::from_fn(|axis| {
-            if is_beside(&axis) { (share_mm / rule.mm_per_part[axis]) as i32 } else { 0 }
-        });
-        self.slopes = [1, 2].map(|half| within.map(|within| Slopes::any(within / half)));
+        let within: [i32; AXES] =
+            core::array::from_fn(|axis| if is_beside(&axis) { (share_mm * rule.parts_per_mm[axis]) as i32 } else { 0 });
+        self.slopes = within.map(Slopes::any);
         self.narrow();
     }
 
     /// Notes that its line ends at the end of a move, which is not to be far from it if more come.
     fn narrow(&mut self) {
-        let (run, line) = (self.line[usize::from(self.longest)], self.line);
-        for (slopes, rise) in self.slopes.iter_mut().flatten().zip(line.into_iter().cycle()) {
-            slopes.narrow(Slope::of(rise, run));
+        let run = self.line[usize::from(self.longest)];
+        for (slopes, &rise) in self.slopes.iter_mut().zip(&self.line) {
+            if slopes.within != 0 {
+                slopes.narrow(Slope::of(rise, run));
+            }
         }
     }
 
-    /// True if a line passes all ends within the distance that it may be beside them, or within half of it.
-    fn passes_ends(&self, half: usize, line: &[i32; AXES]) -> bool {
+    /// True if a line passes near enough to all ends.
+    fn passes_ends(&self, line: &[i32; AXES]) -> bool {
         let run = line[usize::from(self.longest)];
-        self.slopes[half].iter().zip(line).all(|(slopes, &rise)| slopes.has(Slope::of(rise, run)))
+        let passes = |(axis, (slopes, &rise)): (usize, (&Slopes, &i32))| match slopes.within {
+            0 => rise == 0 || axis == usize::from(self.longest),
+            _ => slopes.has(Slope::of(rise, run)),
+        };
+        self.slopes.iter().zip(line).enumerate().all(passes)
     }
 
     /// True if it may end where the path is smooth: it is of several moves, or follows one that is.
@@ -268,15 +270,15 @@ impl Group {
             let (own, direction) = (self.line, *course.direction());
             self.share(|axis| own[axis] != 0 || direction[axis] != 0.0, rule);
         }
-        let line_mm = rule.lengths_mm(&self.line);
-        let length_mm = libm::sqrtf(dot(&line_mm, &line_mm));
+        let mut line = Line::of(rule.lengths_mm(&self.line));
         let mut is_as_wanted = false;
-        if let Some(wanted_mm) = course.wanted_mm(&line_mm, length_mm)
-            && let Some(wanted) = self.wanted(&wanted_mm, &line_mm, rule)
+        if course.is_known()
+            && let Some(wanted) = self.wanted(&course.wanted_mm(&line), &line.lengths_mm, rule)
         {
             is_as_wanted = self.end_beside(wanted);
+            line.lengths_mm = rule.lengths_mm(&self.line);
         }
-        course.go_on(&rule.lengths_mm(&self.line), is_as_wanted);
+        course.go_on(&line, is_as_wanted);
     }
 
     /// The parts of a step on the axes beside the longest one by which a place is beside the line; `None` if that is so far that
@@ -287,8 +289,8 @@ impl Group {
         let along = wanted_mm[longest] / line_mm[longest];
         let mut wanted = [0; AXES];
         for axis in (0..AXES).filter(|&axis| axis != longest) {
-            let within = self.slopes[0][axis].within;
-            let parts = ((wanted_mm[axis] - along * line_mm[axis]) / rule.mm_per_part[axis]) as i32;
+            let within = self.slopes[axis].within;
+            let parts = ((wanted_mm[axis] - along * line_mm[axis]) * rule.parts_per_mm[axis]) as i32;
             if parts.abs() > within.saturating_mul(4) {
                 return None;
             }
@@ -302,7 +304,7 @@ impl Group {
     fn end_beside(&mut self, mut by: [i32; AXES]) -> bool {
         for _ in 0..3 {
             let line = core::array::from_fn(|axis| self.line[axis] + by[axis]);
-            if self.passes_ends(0, &line) {
+            if self.passes_ends(&line) {
                 self.line = line;
                 (self.moved, self.is_smooth) = (by, true);
                 for axis in 0..AXES {
@@ -347,21 +349,13 @@ impl Group {
     }
 
     #[cold]
-    fn finish_line(
-        &self,
-        request: &mut Request,
-        course: &mut Course,
-        rule: &GroupRule,
-        marks: &mut Marks,
-    ) -> f32 {
+    fn finish_line(&self, request: &mut Request, course: &mut Course, rule: &GroupRule, marks: &mut Marks) -> f32 {
         let most = request.steps.iter().map(|steps| steps.unsigned_abs()).max().unwrap_or(0);
         if self.moves > 1 && self.whole_steps() != most {
             marks.stretch(&request.tag, [most, self.whole_steps()]);
         }
-        request.least_s = course.shared_s(rule.least_s(self.moves) + SMOOTH_S, libm::sqrtf(rule.square_mm2(&self.line)));
-        let half_mm = 0.5 * self.within_mm;
-        let is_near = rule.square_mm2(&self.moved_before) <= half_mm * half_mm && self.passes_ends(1, &self.line);
-        if is_near { half_mm } else { self.within_mm }
+        request.least_s = course.shared_s(rule.together_s(self.moves), Line::of(rule.lengths_mm(&self.line)).length_mm);
+        self.within_mm
     }
 
     /// Where it begins.

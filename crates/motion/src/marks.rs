@@ -60,9 +60,9 @@ impl Marks {
         after(self.end) == self.first
     }
 
-    /// The number of marks.
-    pub fn len(&self) -> usize {
-        let (first, end) = (usize::from(self.first), usize::from(self.end));
+    /// The number of marks of the block with this tag and of those behind it.
+    pub fn count_from(&self, tag: &Tag) -> usize {
+        let (first, end) = (usize::from(tag.marks().first), usize::from(self.end));
         if end < first { end + PLACES - first } else { end - first }
     }
 

@@ -286,6 +286,12 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         self.blocks.len()
     }
 
+    /// The tag of the first move that is not committed to its end.
+    #[must_use]
+    pub fn first_tag(&self) -> Option<&T> {
+        self.blocks.get(0).map(|first| &first.tag)
+    }
+
     /// True if no move is left.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -9,9 +9,9 @@
 //! the turn θ at a corner.
 //!
 //! The turn is a vector across the direction, so that it holds for any number of axes; it is carried along as the direction turns.
-//! It is followed by a fast estimate, which the next end is expected by, and a slow one, which tells how curved the path is, and so
-//! how fast it can be and how long a line.
+//! The gains are such that what is wrong with the place decays by an eighth a line.
 
+use super::vector::{Vector, add, dot, inverse_root};
 use crate::axes::AXES;
 
 /// How much of what is wrong with the place where the path is expected is corrected at once.
@@ -19,15 +19,10 @@ const PLACE_GAIN: f32 = 0.35;
 /// How much of what the last turn was otherwise is expected of the next one; and while nothing is as expected.
 const TURN_GAIN: f32 = 0.15;
 const SEARCH_GAIN: f32 = 0.5;
-/// The same for the slow estimate.
-const CURVATURE_GAIN: f32 = 0.15;
 /// The same for what lines take the processor.
 const MEAN_GAIN: f32 = 0.125;
 /// The cosine of a turn that is a corner, behind which another path begins: of half a radian.
 const CORNER: f32 = 0.88;
-
-/// A vector on all axes, mm or without a unit.
-pub(super) type Vector = [f32; AXES];
 
 /// The direction of the last line and how the path turns.
 #[derive(Clone, Copy)]
@@ -35,14 +30,29 @@ pub(crate) struct Course {
     /// The length of the last line, mm; 0 if there is none.
     length_mm: f32,
     direction: Vector,
-    /// The turn that is expected, and how curved the path is: each is the change of the direction over a millimetre.
+    /// The change of the direction over a millimetre, and its square.
     turn_per_mm: Vector,
-    curvature_per_mm: Vector,
-    /// The radius that follows from that, mm; infinite if nothing is known.
+    turn_per_mm2: f32,
+    /// The radius that follows from it, mm; infinite if the path is straight, or nothing is known.
     radius_mm: f32,
     /// What the lines take the processor on average, s, and how long they are, mm.
     mean_s: f32,
     mean_mm: f32,
+}
+
+/// A line for a course.
+pub(super) struct Line {
+    pub(super) lengths_mm: Vector,
+    pub(super) length_mm: f32,
+    per_mm: f32,
+}
+
+impl Line {
+    pub(super) fn of(lengths_mm: Vector) -> Self {
+        let square_mm2 = dot(&lengths_mm, &lengths_mm);
+        let per_mm = inverse_root(square_mm2);
+        Self { lengths_mm, length_mm: square_mm2 * per_mm, per_mm }
+    }
 }
 
 impl Course {
@@ -51,7 +61,7 @@ impl Course {
         length_mm: 0.0,
         direction: [0.0; AXES],
         turn_per_mm: [0.0; AXES],
-        curvature_per_mm: [0.0; AXES],
+        turn_per_mm2: 0.0,
         radius_mm: f32::INFINITY,
         mean_s: 0.0,
         mean_mm: 0.0,
@@ -72,24 +82,26 @@ impl Course {
         self.length_mm > 0.0
     }
 
-    /// How far beside the end of this line it is to end, mm; `None` if nothing is known yet.
+    /// How far beside the end of this line it is to end, mm.
     #[cold]
-    pub(super) fn wanted_mm(&self, line_mm: &Vector, length_mm: f32) -> Option<Vector> {
-        if self.length_mm == 0.0 {
-            return None;
-        }
-        let mut ahead = self.direction;
-        add(&mut ahead, 0.5 * (self.length_mm + length_mm), &self.turn_per_mm);
+    pub(super) fn wanted_mm(&self, line: &Line) -> Vector {
+        let length_mm = line.length_mm;
+        let between_mm = 0.5 * (self.length_mm + length_mm);
+        // The turn is across the direction, so this is as long as the line, but for the fourth power of the angle.
+        let stretch_mm = length_mm - 0.5 * length_mm * self.turn_per_mm2 * between_mm * between_mm;
+        let mut wanted_mm = [0.0; AXES];
         let left = 1.0 - PLACE_GAIN;
-        let mut wanted_mm = line_mm.map(|mm| -left * mm);
-        add(&mut wanted_mm, left * length_mm / length(&ahead), &ahead);
-        add(&mut wanted_mm, -0.125 * PLACE_GAIN * length_mm * length_mm, &self.turn_per_mm);
-        Some(wanted_mm)
+        add(&mut wanted_mm, left * stretch_mm, &self.direction);
+        add(&mut wanted_mm, -left, &line.lengths_mm);
+        let outside_mm = 0.125 * PLACE_GAIN * length_mm * length_mm;
+        add(&mut wanted_mm, left * stretch_mm * between_mm - outside_mm, &self.turn_per_mm);
+        wanted_mm
     }
 
     /// The time that the next line is to last at least, which takes the processor `own_s`: its share of what the lines before it
     /// take, too. So the speed does not change with the number of moves that happen to be in a line. What lines take that are not
     /// average is in what is known ahead.
+    #[cold]
     pub(super) fn shared_s(&mut self, own_s: f32, length_mm: f32) -> f32 {
         let gain = if self.mean_mm == 0.0 { 1.0 } else { MEAN_GAIN };
         self.mean_s += gain * (own_s - self.mean_s);
@@ -99,52 +111,24 @@ impl Course {
 
     /// Notes the next line, and whether it ends where it was wanted.
     #[cold]
-    pub(super) fn go_on(&mut self, line_mm: &Vector, is_as_wanted: bool) {
-        let length_mm = length(line_mm);
-        let per_mm = 1.0 / length_mm;
-        let direction = line_mm.map(|mm| mm * per_mm);
+    pub(super) fn go_on(&mut self, line: &Line, is_as_wanted: bool) {
+        let direction = line.lengths_mm.map(|mm| mm * line.per_mm);
         let cosine = dot(&self.direction, &direction);
-        if self.length_mm > 0.0 && cosine > CORNER {
-            let per_mm = 2.0 / (self.length_mm + length_mm);
-            let mut turn_per_mm = [0.0; AXES];
-            add(&mut turn_per_mm, cosine * per_mm, &direction);
-            add(&mut turn_per_mm, -per_mm, &self.direction);
+        if self.is_known() && cosine > CORNER {
+            let per_mm = 2.0 / (self.length_mm + line.length_mm);
             let gain = if is_as_wanted { TURN_GAIN } else { SEARCH_GAIN };
-            let from = &self.direction;
-            carry(&mut self.turn_per_mm, [from, &direction], cosine, gain, &turn_per_mm);
-            carry(&mut self.curvature_per_mm, [from, &direction], cosine, CURVATURE_GAIN, &turn_per_mm);
+            // What was across the last direction is turned to be across this one.
+            let along = dot(&self.turn_per_mm, &direction) / (1.0 + cosine);
+            // And brought nearer to the new turn, which is (cos(turn) direction - last direction)/(distance).
+            let before = self.turn_per_mm;
+            add(&mut self.turn_per_mm, -gain, &before);
+            add(&mut self.turn_per_mm, -along * (1.0 - gain) - gain * per_mm, &self.direction);
+            add(&mut self.turn_per_mm, gain * cosine * per_mm - along * (1.0 - gain), &direction);
         } else {
-            (self.turn_per_mm, self.curvature_per_mm) = ([0.0; AXES], [0.0; AXES]);
+            self.turn_per_mm = [0.0; AXES];
         }
-        (self.length_mm, self.direction) = (length_mm, direction);
-        self.radius_mm = 1.0 / length(&self.curvature_per_mm);
+        self.turn_per_mm2 = dot(&self.turn_per_mm, &self.turn_per_mm);
+        self.radius_mm = if self.turn_per_mm2 > 0.0 { inverse_root(self.turn_per_mm2) } else { f32::INFINITY };
+        (self.length_mm, self.direction) = (line.length_mm, direction);
     }
-}
-
-/// Turns what is across one direction to be across another, and brings it nearer to `new` by a part of the difference.
-#[cold]
-fn carry(known: &mut Vector, [from, to]: [&Vector; 2], cosine: f32, part: f32, new: &Vector) {
-    let along = dot(known, to) / (1.0 + cosine);
-    add(known, -along, from);
-    add(known, -along, to);
-    let before = *known;
-    add(known, -part, &before);
-    add(known, part, new);
-}
-
-// These are called rather than inlined, and take slices: so they are loops, and what is made of them is short.
-#[cold]
-fn add(to: &mut [f32], times: f32, what: &[f32]) {
-    for (to, what) in to.iter_mut().zip(what) {
-        *to += times * what;
-    }
-}
-
-#[inline(never)]
-pub(super) fn dot(one: &[f32], other: &[f32]) -> f32 {
-    one.iter().zip(other).map(|(one, other)| one * other).sum()
-}
-
-fn length(vector: &Vector) -> f32 {
-    libm::sqrtf(dot(vector, vector))
 }
