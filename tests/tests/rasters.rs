@@ -74,7 +74,7 @@ fn bench(case: u64) -> Bench {
     let mut bench = Bench::new(if case % 5 == 4 { case } else { 2 * case });
     let speed_profile = if case % 5 == 3 { 1 } else { 0 };
     let accel = bench.one_of(&[100, 500, 2_000]);
-    bench.say(&format!("$940={speed_profile}\n$900=0\n$32=1\n$120={accel}\n$121={accel}\n$920=0\n$921=0\n"));
+    bench.say(&format!("$940={speed_profile}\n$900=0\n$904=0\n$32=1\n$120={accel}\n$121={accel}\n$920=0\n$921=0\n"));
     bench.settle_settings();
     bench
 }

@@ -53,7 +53,7 @@ fn made(config: &Config, words: &str, is_held: bool) -> Vec<Edge> {
 fn short_moves_straight_on_are_slower_and_never_an_alarm() {
     for port in Port::ALL {
         for speed_profile in 0..SpeedProfile::ALL.len() {
-            for words in ["G61", "G64 P0.01", "$904=0", "$11=1"] {
+            for words in ["G61", "G64 P0.01 Q0", "$904=0", "$11=1\nG61"] {
                 for is_held in [false, true] {
                     let edges = made(&machine(port, speed_profile), words, is_held);
                     let short = &edges[LONG_STEPS as usize..];

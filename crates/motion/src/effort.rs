@@ -29,6 +29,13 @@ pub const STRAIGHT_S: f64 = 0.5e-3;
 /// another place than that of the move.
 pub const BLEND_S: f64 = 0.98e-3;
 
+/// The time that each move takes that is taken together with others, s: to read and to interpret it.
+pub const JOIN_S: f64 = 0.25e-3;
+
+/// The time that several moves take longer than one if they are made as one, s, beside [`JOIN_S`] for each but the first: where the
+/// line ends has to be found, and on a line that is longer the speed changes more often.
+pub const TOGETHER_S: f64 = 0.75e-3;
+
 /// The time that a move lasts at least in a shaped run, s: each impulse makes phases of its own of each move.
 pub const SHAPED_S: f64 = 1.64e-3;
 

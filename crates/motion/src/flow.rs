@@ -146,13 +146,17 @@ where
 
     /// Puts the moves that wait to be taken together with others into the chain, unless that has so many blocks without them.
     fn settle_group(&mut self, enough: usize) {
-        let marks = self.chain.first_tag().map_or(0, |first| self.marks.count_from(first));
-        let known = self.chain.len() + marks / MARKS_AS_A_BLOCK;
-        let is_needed = self.waiting.is_some() || known < enough;
-        if is_needed && self.group.is_some() && !self.machine.is_to_brake() {
+        if self.group.is_some() && self.needs_group(enough) {
             self.course = Course::NONE;
             self.push_group();
         }
+    }
+
+    #[cold]
+    fn needs_group(&self, enough: usize) -> bool {
+        let marks = self.chain.first_tag().map_or(0, |first| self.marks.count_from(first));
+        let known = self.chain.len() + marks / MARKS_AS_A_BLOCK;
+        (self.waiting.is_some() || known < enough) && !self.machine.is_to_brake()
     }
 
     fn push_group(&mut self) {
@@ -273,7 +277,7 @@ where
 
     /// Puts the group into the chain before a move that is not taken together with it. If that begins a group, too, it begins
     /// where the path is smooth, and its steps are another number then.
-    #[inline(never)]
+    #[cold]
     fn push_group_before(&mut self, request: &mut Request, one: &Move) -> Result<(), Alarm> {
         let lengthens =
             one.power != Power::Off && self.group.as_ref().is_some_and(|group| group.is_straight_to(request));

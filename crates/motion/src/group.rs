@@ -27,15 +27,10 @@ use self::course::Line;
 use self::slopes::{Slope, Slopes};
 use self::vector::{Vector, dot};
 use crate::axes::AXES;
+use crate::effort::{JOIN_S, TOGETHER_S};
 use crate::machine::Move;
 use crate::marks::Marks;
 use crate::tag::Request;
-
-/// The time that each move takes the processor that is taken together with others, s: to read and to interpret it.
-const JOIN_S: f32 = 0.25e-3;
-/// The time that it takes longer for all of them together, s: where a line ends has to be found, and on a line that is longer the
-/// speed changes more often.
-const TOGETHER_S: f32 = 0.75e-3;
 
 /// A move may begin a group if it is over before the processor has it, or so much later, squared.
 const NEARLY: f32 = 2.0;
@@ -83,7 +78,7 @@ impl GroupRule {
 
     /// The time that so many moves take the processor together, s.
     fn together_s(&self, moves: u8) -> f32 {
-        self.least_s + TOGETHER_S + JOIN_S * f32::from(moves - 1)
+        self.least_s + TOGETHER_S as f32 + JOIN_S as f32 * f32::from(moves - 1)
     }
 
     fn lengths_mm(&self, line: &[i32; AXES]) -> Vector {

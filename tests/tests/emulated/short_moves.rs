@@ -44,7 +44,7 @@ fn are_slower(port: Port) {
     const ALL: &[&str] = &["X", "Y", "Z"];
     let curved = (1..SpeedProfile::ALL.len()).map(|speed_profile| (speed_profile, &ALL[..1])).step_by(stride(4));
     for (speed_profile, axes) in [(0, &ALL[..1]), (0, ALL)].into_iter().chain(curved) {
-        let words = ["G61", "G64 P0.01", "$904=0"][speed_profile % 3];
+        let words = ["G61", "G64 P0.01 Q0", "$904=0"][speed_profile % 3];
         let name = format!("short-{port}-{speed_profile}-{}", axes.len());
         let run =
             Board::stepped_by(port, &name).with(&["--start", "9,9,9"]).script(&script(speed_profile, words, axes));

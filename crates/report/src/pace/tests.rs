@@ -142,7 +142,7 @@ fn an_arc_is_one_slow_place() {
 /// 400 moves of 0.1 mm. With braking over the 64 known moves, the speed is √(2 · 2,000 · 6.4) mm/s at most.
 #[test]
 fn short_moves_on_a_straight_line_wait_for_what_follows() {
-    let pace = pace(&format!("G91 G1 F12000\n{}", "X0.1\n".repeat(400)));
+    let pace = pace(&format!("G91 G61 G1 F12000\n{}", "X0.1\n".repeat(400)));
     assert!(pace.shares.feed_s == 0.0 && pace.shares.corners_s == 0.0, "{:?}", pace.shares);
     assert!(pace.axes[0].highest_mm_s < 161.0);
     assert!(pace.slow.kinds.iter().all(|kind| kind.count == 0 || matches!(kind.why, Why::LookAhead | Why::Ends)));
@@ -324,7 +324,7 @@ fn a_blend_is_the_corner_that_it_bends_round() {
 #[test]
 fn short_moves_with_blends_last_as_long_as_the_board_takes() {
     let curve: String = (0..400).map(|k| format!("X0.05 Y{}\n", 1e-4 * f64::from(k % 3))).collect();
-    let pace = pace(&format!("G91 G64 P0.02 G1 F6000\n{curve}"));
+    let pace = pace(&format!("G91 G64 P0.02 Q0 G1 F6000\n{curve}"));
     let fastest_mm_s = 0.05 / isostep_motion::BLEND_S;
     let distance_s = pace.distance_mm / fastest_mm_s;
     let shares = pace.shares;
@@ -336,7 +336,7 @@ fn short_moves_with_blends_last_as_long_as_the_board_takes() {
 /// The same straight on, where no blend leads to them.
 #[test]
 fn short_moves_without_blends_last_as_long_as_the_board_takes() {
-    let pace = pace(&format!("G91 G1 F6000\n{}", "X0.03\n".repeat(400)));
+    let pace = pace(&format!("G91 G61 G1 F6000\n{}", "X0.03\n".repeat(400)));
     let distance_s = pace.distance_mm / 0.03 * isostep_motion::STRAIGHT_S;
     let shares = pace.shares;
     assert!(shares.short_moves_s > 0.8 * distance_s && shares.look_ahead_s < 0.1 * distance_s, "{shares:?}");

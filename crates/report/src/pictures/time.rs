@@ -1,6 +1,6 @@
 //! Tables of how the time of a program is spent, and where it is lost.
 
-use isostep_motion::{AXES, BLEND_S, STRAIGHT_S};
+use isostep_motion::{AXES, BLEND_S, JOIN_S, STRAIGHT_S, TOGETHER_S};
 
 use super::chart::{Axis, Chart, Curve, Scale, picture};
 use super::document::{Picture, Section, Table};
@@ -151,9 +151,12 @@ fn what_is_lost(pace: &Pace) -> String {
     }
     if pace.slow.of(Why::ShortMoves).count > 0 {
         text += &format!(
-            " A short move lasts {:.2} ms, with a blend {:.2}, which the board takes for it: longer moves are faster.",
+            " A short move lasts {:.2} ms, with a blend {:.2}, which the board takes for it; several that are taken together last {:.2} ms \
+             longer, and {:.2} ms for each of them: longer moves are faster.",
             STRAIGHT_S * 1e3,
-            BLEND_S * 1e3
+            BLEND_S * 1e3,
+            TOGETHER_S * 1e3,
+            JOIN_S * 1e3
         );
     }
     text
