@@ -209,7 +209,7 @@ fn more_moves_than_the_board_carries_are_reported() {
     (settings.accel_mm_s2, settings.travel_mm) = ([2_000.0; 3], [10_000.0; 3]);
     let c = [Machine { name: "c".to_owned(), settings }];
     let checked =
-        check_on("short.nc", &format!("G61 G91 G1 F6000\n{}", "X0.04\n".repeat(10_000)), &c, Stand::default());
+        check_on("short.nc", &format!("G64 P0.01 Q0 G91 G1 F6000\n{}", "X0.04\n".repeat(10_000)), &c, Stand::default());
     let reported = detail(&checked);
     assert!(reported.contains("\n  the board  2000"), "{reported}");
     assert!(reported.contains(" moves a second, where it plans 1560 (emulated"), "{reported}");
