@@ -4,8 +4,10 @@
 
 mod gathered;
 pub mod shaped;
+mod together;
 
 pub use self::gathered::Gathered;
+pub use self::together::Together;
 
 use isostep_motion::{AXES, Axis, State};
 use isostep_profile::Profile;
@@ -38,6 +40,8 @@ pub struct MoveCheck {
     /// For each axis, intervals of its line measured from its own edges ([`measure`]); `None` for an axis at rest or with too
     /// few edges.
     pub measured: [Option<Measured>; AXES],
+    /// How far it is from where the moves that it is made for were to end.
+    pub together: Together,
     /// The amount that the tolerance of the instants can add to `path_deviation`.
     path_slack: f64,
 }
@@ -96,6 +100,7 @@ pub fn check(outcome: &Outcome, index: usize) -> MoveCheck {
             decel_s: profile.t_decel_s(),
         },
         measured: [None; AXES],
+        together: Together::of(record, &outcome.config_of(record).steps_per_mm),
         path_slack: 0.0,
     };
     if record.shaping.is_some() { unjudged } else { judged(outcome, record, whole, unjudged) }
@@ -209,9 +214,15 @@ pub struct Findings {
     apart_s: f64,
     resolution_s: f64,
     unequal: usize,
+    together: Together,
 }
 
 impl Findings {
+    /// Moves that were made together.
+    pub fn together(&self) -> Together {
+        self.together
+    }
+
     /// Number of moves checked.
     pub fn moves(&self) -> usize {
         self.moves
@@ -229,6 +240,7 @@ impl Findings {
         self.shaped += usize::from(check.exact.is_none());
         self.exact += usize::from(check.exact == Some(true));
         self.error_max_ns = self.error_max_ns.max(check.error_max_ns());
+        self.together = self.together.and(check.together);
         if let Some(deviation) = check.path_deviation {
             self.paths += 1;
             self.path_deviation = self.path_deviation.max(deviation);

@@ -92,7 +92,7 @@ impl Gathered {
     /// All promises, with their results for a run that ended as `end` says.
     pub fn verdicts(&self, end: &Outcome) -> Vec<Verdict> {
         let error_max_ns = self.findings.error_max_ns.max(self.runs.error_max_ns);
-        vec![
+        let verdicts = [
             super::program(end),
             super::counts(&self.findings, &self.runs),
             super::instants(error_max_ns, end.config.port),
@@ -102,6 +102,7 @@ impl Gathered {
             super::timing(self.first_violation.as_ref(), self.violations, self.edges),
             super::no_loss(self.first_loss.as_ref(), self.steps_lost, self.edges),
             super::position(end),
-        ]
+        ];
+        verdicts.into_iter().chain(self.findings.together().verdict()).collect()
     }
 }
