@@ -23,6 +23,7 @@ mod starts;
 mod step_port;
 mod step_tally;
 mod store;
+mod together;
 mod turns;
 mod whole_steps;
 

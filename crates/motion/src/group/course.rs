@@ -21,6 +21,8 @@ const TURN_GAIN: f32 = 0.15;
 const SEARCH_GAIN: f32 = 0.5;
 /// The same for what lines take the processor.
 const MEAN_GAIN: f32 = 0.125;
+/// By what part of it the pace may be off.
+const PACE_OFF_MAX: f32 = 0.06;
 /// The cosine of a turn that is a corner, behind which another path begins: of half a radian.
 const CORNER: f32 = 0.88;
 
@@ -38,6 +40,8 @@ pub(crate) struct Course {
     /// What the lines take the processor on average, s, and how long they are, mm.
     mean_s: f32,
     mean_mm: f32,
+    /// The time for a millimetre that follows from that, s.
+    pace_s_mm: f32,
 }
 
 /// A line for a course.
@@ -65,6 +69,7 @@ impl Course {
         radius_mm: f32::INFINITY,
         mean_s: 0.0,
         mean_mm: 0.0,
+        pace_s_mm: 0.0,
     };
 
     /// The radius of the path, mm; infinite if it is straight or not known.
@@ -99,14 +104,18 @@ impl Course {
     }
 
     /// The time that the next line is to last at least, which takes the processor `own_s`: its share of what the lines before it
-    /// take, too. So the speed does not change with the number of moves that happen to be in a line. What lines take that are not
-    /// average is in what is known ahead.
+    /// take, too, which changes only if it is wrong by a good deal. So the speed does not change with the number of moves that happen
+    /// to be in a line. What lines take that are not average is in what is known ahead.
     #[cold]
     pub(super) fn shared_s(&mut self, own_s: f32, length_mm: f32) -> f32 {
         let gain = if self.mean_mm == 0.0 { 1.0 } else { MEAN_GAIN };
         self.mean_s += gain * (own_s - self.mean_s);
         self.mean_mm += gain * (length_mm - self.mean_mm);
-        self.mean_s * length_mm / self.mean_mm
+        let off_s = self.pace_s_mm * self.mean_mm - self.mean_s;
+        if off_s.abs() > PACE_OFF_MAX * self.mean_s {
+            self.pace_s_mm = self.mean_s / self.mean_mm;
+        }
+        self.pace_s_mm * length_mm
     }
 
     /// Notes the next line, and whether it ends where it was wanted.
