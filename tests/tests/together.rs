@@ -16,6 +16,8 @@ use crate::talk::powered_up;
 
 /// The deviation of the corners.
 const DEVIATION_MM: f64 = 0.01;
+/// A place on the path is compared with what was asked for so many lines before and behind.
+const NEAR: usize = 4;
 /// By what fraction the edges may show more than a limit that is kept.
 const GRAIN: f64 = 0.02;
 
@@ -273,7 +275,8 @@ impl Path {
 }
 
 /// The farthest that an edge is from the points and lines that were asked for around it, mm, above what is allowed there: the
-/// deviation, and half a step of each axis.
+/// deviation, half a step of each axis because edges are whole steps, and as much because a move that nothing follows yet is planned to
+/// whole steps.
 fn farthest_above_mm(outcome: &Outcome) -> f64 {
     let mm =
         |steps: [f64; AXES]| -> [f64; AXES] { std::array::from_fn(|axis| steps[axis] / outcome.steps_per_mm[axis]) };
@@ -289,10 +292,11 @@ fn farthest_above_mm(outcome: &Outcome) -> f64 {
         }
     }
     firsts.push(points.len() - 1);
-    let grain_mm = size(&mm([0.5; AXES]));
+    let grain_mm = size(&mm([1.0; AXES]));
     let (mut steps, mut above_mm) = ([0.0; AXES], f64::MIN);
     for (index, record) in outcome.moves.iter().enumerate() {
-        let near = firsts[index.saturating_sub(1)]..(firsts[(index + 2).min(firsts.len() - 1)]).min(points.len() - 1);
+        let near =
+            firsts[index.saturating_sub(NEAR)]..firsts[(index + NEAR).min(firsts.len() - 1)].min(points.len() - 1);
         for edge in outcome.edges_of(record) {
             steps[edge.axis] = f64::from(edge.position_steps);
             let place = mm(steps);
