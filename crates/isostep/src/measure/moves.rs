@@ -18,8 +18,10 @@ const CORNER_DEVIATION_MM: f64 = 1.0;
 pub enum Corners {
     /// Exactly.
     Exact,
-    /// By blends.
+    /// By blends, each move by itself.
     Blends,
+    /// By blends, and moves taken together.
+    Together,
     /// By blends, with a ZV shaper of the default frequency on every axis.
     Zv,
     /// By blends, with a box of 10 ms on every axis.
@@ -48,7 +50,7 @@ pub struct Stream {
     pub lines: Vec<String>,
     /// The steps of all axes up to the end of each line; empty where they are not known.
     pub steps: Vec<u64>,
-    /// Shaped motion leaves some of the steps out where an axis turns within a few of them.
+    /// The motion leaves some of the steps out where an axis turns within a few of them.
     pub leaves_out: bool,
 }
 
@@ -68,6 +70,7 @@ impl Corners {
         match self {
             Self::Exact => "exact",
             Self::Blends => "blends",
+            Self::Together => "together",
             Self::Zv => "zv",
             Self::Box => "box",
         }
@@ -77,6 +80,7 @@ impl Corners {
         match self {
             Self::Exact => "with exact corners",
             Self::Blends => "with blends",
+            Self::Together => "with blends and taken together",
             Self::Zv => "with blends and ZV",
             Self::Box => "with blends and a box",
         }
@@ -85,7 +89,7 @@ impl Corners {
     /// The settings of every axis's shaper, by the number of the first axis's.
     fn shaper(self) -> &'static [(u16, f64)] {
         match self {
-            Self::Exact | Self::Blends => &[],
+            Self::Exact | Self::Blends | Self::Together => &[],
             Self::Zv => &[(950, 1.0)],
             Self::Box => &[(950, 5.0), (960, 100.0)],
         }
@@ -100,14 +104,20 @@ impl Stream {
         let settings =
             per_axis.flat_map(|&(number, value)| (0..3).map(move |axis| format!("${}={value}", number + axis)));
         let [x, y, z] = curve.begin_mm;
-        let word = if corners == Corners::Exact { "G61".to_owned() } else { format!("G64P{BLEND_MM}") };
+        let word = match corners {
+            Corners::Exact => "G61".to_owned(),
+            Corners::Together => format!("G64P{BLEND_MM}"),
+            Corners::Blends | Corners::Zv | Corners::Box => format!("G64P{BLEND_MM}Q0"),
+        };
         let begin = [
             format!("$11={CORNER_DEVIATION_MM}"),
             format!("G92X{x}Y{y}Z{z}"),
             format!("G21G90G94G1F{}{word}", curve.feed_mm_min),
         ];
         let (lines, steps) = (curve.lines.clone(), curve.steps.clone());
-        Self { before: settings.chain(begin).collect(), lines, steps, leaves_out: !corners.shaper().is_empty() }
+        // Moves that are taken together end beside their places.
+        let leaves_out = corners == Corners::Together || !corners.shaper().is_empty();
+        Self { before: settings.chain(begin).collect(), lines, steps, leaves_out }
     }
 }
 
