@@ -11,7 +11,7 @@ use crate::{AXES, AXIS_NAMES, Error, Settings, setting_table};
 /// the axis and `&` for its unit of length.
 type Rule = (Option<f32>, Error, &'static str);
 
-const RULES: usize = 12;
+const RULES: usize = 14;
 
 /// The rules for an axis, in the order in which they are checked. The first three are the same for all.
 #[rustfmt::skip]
@@ -45,7 +45,28 @@ fn rules(s: &Settings, axis: usize, carries: Carries<'_>) -> [Rule; RULES] {
             "#940 is a speed profile over displacement and never leaves standstill: raise $910 above 0, or lower $940"),
         (if_so(s.speed_profile != 0 && s.shaper_kind[axis] != 0), Error::BadNumber,
             "#950 and #940 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0"),
+        (if_so(s.speed_profile != 0 && s.switch_room_mm != 0.0), Error::BadNumber,
+            "#906 and #940 do not work together, as only the trapezoid brakes within a room: set $906=0 or $940=0"),
+        (beyond_room(s, axis), Error::BadNumber,
+            "#25 is above the * &/min from which @ brakes within the room behind its switch, #906 &: lower $25 or raise $906"),
     ]
+}
+
+/// The time for which a homing seek goes on after its switch before it brakes, at most, s: as the machine has it.
+const SEEK_GOES_ON_S: f64 = 16e-3;
+
+/// The highest speed of a homing seek, mm/min, if that of the axis does not brake within the room behind its switch.
+fn beyond_room(settings: &Settings, axis: usize) -> Option<f32> {
+    let room_mm = f64::from(settings.switch_room_mm);
+    if room_mm == 0.0 || !settings.seeks_switch(axis) || settings.second_motor() == Some(axis) {
+        return None;
+    }
+    let decel_mm_s2 = f64::from(settings.decel_mm_s2()[axis]);
+    let asked_mm_s = f64::from(settings.homing_seek_mm_min.min(settings.max_rate_mm_min[axis])) / 60.0;
+    let brakes_mm = asked_mm_s * (SEEK_GOES_ON_S + asked_mm_s / decel_mm_s2 / 2.0);
+    let most_mm_s =
+        decel_mm_s2 * (libm::sqrt(SEEK_GOES_ON_S * SEEK_GOES_ON_S + 2.0 * room_mm / decel_mm_s2) - SEEK_GOES_ON_S);
+    (brakes_mm > room_mm).then(|| libm::truncf((most_mm_s * 60.0) as f32))
 }
 
 /// The highest top speed of an axis, mm/min, if it needs a higher step rate than the step outputs carry.
@@ -198,6 +219,16 @@ mod tests {
             (
                 |s| (s.speed_profile, s.shaper_kind[1]) = (1, 4),
                 "error:2 $951=4 and $940=1 do not work together, as only the trapezoid is shaped: set $951=0 or $940=0",
+            ),
+            (
+                |s| (s.speed_profile, s.switch_room_mm) = (1, 3.0),
+                "error:2 $906=3 and $940=1 do not work together, as only the trapezoid brakes within a room: set $906=0 or $940=0",
+            ),
+            // 50 (sqrt(0.016² + 2 * 0.5 / 50) - 0.016) = 6.316 mm/s.
+            (
+                |s| (s.switch_room_mm, s.accel_mm_s2[0]) = (0.5, 1000.0),
+                "error:2 $25=600 is above the 378 mm/min from which Y brakes within the room behind its switch, $906=0.500 mm: \
+                 lower $25 or raise $906",
             ),
         ];
         for &(change, words) in rows {

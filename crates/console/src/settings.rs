@@ -128,6 +128,8 @@ pub struct Settings {
     pub blend_deviation_mm: f32,
     /// `$905`: the axis with a second motor, as a digit: 1 is X; 0 means none. See [`Settings::second_motor`].
     pub second_motor_axis: u16,
+    /// `$906`: the room behind a limit switch, in which a homing seek brakes; 0: it stops at once.
+    pub switch_room_mm: f32,
     /// `$908`: axes whose drivers make 256 microsteps of the steps that they get.
     #[cfg(feature = "trinamic")]
     pub interpolate_mask: u16,
@@ -209,6 +211,7 @@ impl Settings {
         hold_input_is_door: false,
         blend_deviation_mm: 0.01,
         second_motor_axis: 0,
+        switch_room_mm: 0.0,
         #[cfg(feature = "trinamic")]
         interpolate_mask: axes::ALL_AXES,
         #[cfg(feature = "trinamic")]
@@ -286,6 +289,15 @@ impl Settings {
     /// The index of the axis that has a second motor.
     pub fn second_motor(&self) -> Option<usize> {
         usize::from(self.second_motor_axis).checked_sub(1)
+    }
+
+    /// True if the axis homes by a switch.
+    pub(crate) fn seeks_switch(&self, axis: usize) -> bool {
+        #[cfg(feature = "trinamic")]
+        let by_stall = self.stall_homing_mask & (1 << axis) != 0;
+        #[cfg(not(feature = "trinamic"))]
+        let by_stall = false;
+        self.homing_order().contains(&Some(axis)) && !by_stall
     }
 
     /// The value of setting `number`, as `$$` prints it; flags are 0 or 1.

@@ -50,6 +50,7 @@ pub fn config(settings: &Settings) -> Config {
             towards: masked(settings.homing_direction_mask)
                 .map(|negative| if negative { Direction::Negative } else { Direction::Positive }),
             seek_mm_s: f64::from(settings.homing_seek_mm_min) / 60.0,
+            room_mm: settings.switch_room_mm.into(),
             latch_mm_s: f64::from(settings.homing_latch_mm_min) / 60.0,
             pull_off_mm: settings.homing_pull_off_mm.into(),
             debounce: Duration::from_millis(settings.homing_debounce_ms.into()),

@@ -7,9 +7,14 @@ use isostep_profile::shaper::{Shaper, ShaperError, ShaperKind};
 use isostep_profile::{IntervalSplit, LimitError, Limits, OFFSET_PARTS, SpeedProfile};
 
 use crate::axes::{AXES, Axis};
+use crate::clock::seconds;
 use crate::motor::LimitInput;
 use crate::port::{Capabilities, Direction, Wiring};
+use crate::run::COMMITTED_AT_CONTACT;
 use crate::tool::spindle::ToolConfig;
+
+/// Lengths that differ by no more than this part of them are the same, but for rounding.
+const SAME: f64 = 1e-9;
 
 /// The machine's properties, in steps, mm and s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,9 +81,13 @@ pub struct HomingConfig {
     pub order: [Option<Axis>; AXES],
     /// The places where each axis's switch is.
     pub towards: [Direction; AXES],
-    /// Speed of the seek, mm/s; above 0. The stop at the switch is abrupt, so keep it within what the motor stops
-    /// from; a step lost there costs nothing, because the latch measures again.
+    /// Speed of the seek, mm/s; above 0. Without room behind the switch the stop there is abrupt, so keep it within what the
+    /// motor stops from; a step lost there costs nothing, because the latch measures again.
     pub seek_mm_s: f64,
+    /// The room behind each switch in which a seek brakes, and in which the switch stays pressed, mm; 0: it stops at the switch at
+    /// once. An axis with two motors always does, because only one of them would be measured where it stands, and so does one
+    /// that homes by stall.
+    pub room_mm: f64,
     /// Speed of the latch, mm/s; above 0, slow enough that the motor stops without losing a step.
     pub latch_mm_s: f64,
     /// Distance from the switch to the axis's zero, mm; above 0, and below the travel of every axis. An axis moves off
@@ -139,6 +148,17 @@ pub enum ConfigError {
         /// The travel, which it must be below.
         travel_mm: f64,
     },
+    /// A seek of homing does not brake within the room behind the switch of an axis, mm.
+    Room {
+        /// The axis.
+        axis: Axis,
+        /// The room.
+        room_mm: f64,
+        /// The way on which it brakes.
+        brakes_mm: f64,
+    },
+    /// The room behind the switches is not 0, and the speed profile is curved.
+    RoomOfCurve,
     /// The homing order names an axis twice.
     HomingOrder,
     /// An axis's shaper does not work.
@@ -209,10 +229,11 @@ impl Config {
         positive("homing seek, mm/s", self.homing.seek_mm_s)?;
         positive("homing latch, mm/s", self.homing.latch_mm_s)?;
         positive("homing pull-off, mm", self.homing.pull_off_mm)?;
+        not_negative("room behind a switch, mm", self.homing.room_mm)?;
         if let Some(squared) = self.squared {
             positive("skew limit, mm", squared.skew_max_mm)?;
         }
-        Axis::ALL.into_iter().try_for_each(|axis| self.check_pull_off(axis))?;
+        Axis::ALL.into_iter().try_for_each(|axis| self.check_homing(axis))?;
         let times = |axis| self.homing.order.iter().flatten().filter(|&&homes| homes == axis).count();
         if Axis::ALL.into_iter().any(|axis| times(axis) > 1) {
             return Err(ConfigError::HomingOrder);
@@ -257,6 +278,39 @@ impl Config {
         seek_steps_s * seek_steps_s / accel_steps_s2 / steps_per_mm
     }
 
+    /// True if a seek of `axis` brakes behind its switch.
+    pub(crate) fn brakes_behind(&self, axis: Axis) -> bool {
+        self.homing.room_mm > 0.0 && !self.homing.by_stall[axis as usize] && self.squared_axis(axis).is_none()
+    }
+
+    /// The way on which a seek of `axis` comes to rest behind its switch, at most, mm.
+    #[cold]
+    fn brakes_mm(&self, axis: Axis) -> f64 {
+        let Limits { top_speed_steps_s, decel_steps_s2, .. } = self.limits[axis as usize];
+        let steps_per_mm = self.steps_per_mm[axis as usize];
+        let seek_mm_s = self.homing.seek_mm_s.min(top_speed_steps_s / steps_per_mm);
+        let brakes_s = seek_mm_s * steps_per_mm / decel_steps_s2;
+        seek_mm_s * (seconds(COMMITTED_AT_CONTACT) + brakes_s / 2.0)
+    }
+
+    #[cold]
+    fn check_room(&self, axis: Axis) -> Result<(), ConfigError> {
+        let (room_mm, brakes_mm) = (self.homing.room_mm, self.brakes_mm(axis));
+        match () {
+            () if room_mm > 0.0 && self.speed_profile != SpeedProfile::Trapezoid => Err(ConfigError::RoomOfCurve),
+            () if !self.homing.order.contains(&Some(axis)) || !self.brakes_behind(axis) => Ok(()),
+            () if brakes_mm * (1.0 - SAME) <= room_mm => Ok(()),
+            () => Err(ConfigError::Room { axis, room_mm, brakes_mm }),
+        }
+    }
+
+    #[cold]
+    fn check_homing(&self, axis: Axis) -> Result<(), ConfigError> {
+        self.check_pull_off(axis)?;
+        self.check_room(axis)
+    }
+
+    #[cold]
     fn check_pull_off(&self, axis: Axis) -> Result<(), ConfigError> {
         let offset_mm = self.squared_axis(axis).map_or(0.0, |squared| squared.offset_mm);
         let (asked_mm, travel_mm) = (self.homing.pull_off_mm + offset_mm.abs(), self.travel_mm[axis as usize]);
@@ -379,6 +433,13 @@ impl fmt::Display for ConfigError {
                 f,
                 "{axis}: a homing pull-off of {asked_mm} mm is not below the travel of {travel_mm} mm: lower it, or raise the travel"
             ),
+            Self::Room { axis, room_mm, brakes_mm } => write!(
+                f,
+                "{axis}: a homing seek brakes within {brakes_mm} mm, and the room behind the switch is {room_mm} mm: lower the speed of the seek, or raise the room"
+            ),
+            Self::RoomOfCurve => {
+                write!(f, "only the trapezoid brakes within a room behind a switch: choose no room, or the trapezoid")
+            }
             Self::HomingOrder => write!(f, "the homing order must not name an axis twice"),
             Self::Shaper { axis, error } => write!(f, "{axis}: {error}"),
             Self::ShapedCurve { axis } => {

@@ -30,6 +30,7 @@ use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, SpeedOverrides};
 use crate::marks::Marks;
 use crate::motor::GangedMotor;
 use crate::port::PortFault;
+use crate::run::CHUNK_S;
 use crate::shaping::Shaping;
 use crate::tag::Tag;
 
@@ -86,6 +87,7 @@ where
         refused: None,
         next_number: 0,
         is_curved: false,
+        chunk_s: CHUNK_S,
         taken: 0,
         contact_steps: None,
         waiting: None,
@@ -114,6 +116,8 @@ pub(crate) enum Purpose {
     Jog,
     /// Probing: a contact ends it, and it can be held.
     Probe,
+    /// A homing seek that brakes behind its switch: the first touch ends it, and nothing else changes it.
+    Seek,
     /// Homing: nothing changes it.
     Homing {
         /// The ganged motor of the axis that stands still, if it has two.
@@ -122,6 +126,15 @@ pub(crate) enum Purpose {
 }
 
 impl Purpose {
+    /// True if a contact ends it, by braking.
+    pub fn ends_by_contact(self) -> bool {
+        matches!(self, Self::Probe | Self::Seek)
+    }
+
+    pub fn is_homing(self) -> bool {
+        matches!(self, Self::Homing { .. } | Self::Seek)
+    }
+
     /// The shaping of runs for this, if they are shaped.
     pub fn shaping(self, config: &Config) -> Option<Shaping> {
         if matches!(self, Self::Program | Self::Jog) { config.shaping() } else { None }
@@ -154,9 +167,11 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) next_number: u16,
     /// Ramps are curved.
     pub(crate) is_curved: bool,
+    /// The longest chunk that the chain hands out at a time, s.
+    pub(crate) chunk_s: f64,
     /// The number of motions that have gone into the chain since it was begun.
     pub(crate) taken: usize,
-    /// The steps that each axis of a probing motion had made at the contact.
+    /// The steps that each axis of a probing motion had made at the contact, or where each was when the switch of a seek was touched.
     pub(crate) contact_steps: Option<[i32; AXES]>,
     /// A motion that cannot follow the others without a stop, and waits until they have ended.
     pub(crate) waiting: Option<Motion>,

@@ -13,7 +13,7 @@ use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::group::{Begin, Course, Group, GroupRule, deviation_beside};
 use crate::machine::{CHAIN_MOVES, Motion, Move, SpeedOverrides};
-use crate::motor::GangedMotor;
+use crate::run::{CHUNK_S, PROBED_CHUNK_S};
 use crate::tag::{Request, Tag};
 use crate::tool::Power;
 
@@ -65,15 +65,14 @@ where
         (result, self.taken)
     }
 
-    /// Moves by signed `steps` for homing, of an axis with two motors without the one that is `held`. Returns when every
-    /// axis has answered. A halt is not an error here: homing halts on purpose.
+    /// Moves by signed `steps` for homing. Returns when every axis has answered. A halt is not an error here: homing halts on
+    /// purpose.
     pub(crate) async fn travel(
         &mut self,
         steps: [i32; AXES],
         feed_mm_s: f64,
-        held: Option<GangedMotor>,
+        purpose: Purpose,
     ) -> Result<Finish, Alarm> {
-        let purpose = Purpose::Homing { held };
         self.begin_chain(purpose);
         self.push(steps, feed_mm_s, 0)?;
         let finish = self.make(purpose).await;
@@ -104,8 +103,7 @@ where
         let Config { limits, steps_per_mm, junction_deviation_mm, speed_profile, .. } = config;
         // Homing stops at a switch, whose distance is not known, so a move cannot be divided into thirds of that
         // distance.
-        let interval_split =
-            if matches!(purpose, Purpose::Homing { .. }) { IntervalSplit::Fastest } else { config.interval_split };
+        let interval_split = if purpose.is_homing() { IntervalSplit::Fastest } else { config.interval_split };
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
         self.marks.clear();
@@ -120,6 +118,7 @@ where
             GroupRule::NONE
         };
         self.is_curved = speed_profile != SpeedProfile::Trapezoid;
+        self.chunk_s = if purpose.ends_by_contact() { PROBED_CHUNK_S } else { CHUNK_S };
         self.overrides = SpeedOverrides::NONE;
         self.planned_steps = self.machine.position_steps();
         (self.begin, self.group, self.used_mm, self.refused) = (Begin::WHOLE, None, 0.0, None);

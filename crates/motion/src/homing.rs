@@ -1,6 +1,7 @@
 //! Limit-switch homing, axis by axis: seek, back off, latch, pull off.
 //!
-//! The seek may stop abruptly, because only the slow latch measures. Both searches are bounded (by Grbl's factors): a
+//! The seek may stop abruptly, because only the slow latch measures. With room behind the switch it brakes there instead, within the
+//! limits, as a probe does behind its contact, and backs off by as much more. Both searches are bounded (by Grbl's factors): a
 //! switch that is missing, stuck or wired wrongly raises an alarm that names it.
 //!
 //! The first edge of a switch ends a search at once, so its place does not depend on how long the contacts bounce, nor on the
@@ -29,7 +30,7 @@ use embedded_hal::digital::OutputPin;
 
 use crate::axes::{AXES, Axis};
 use crate::config::HomingConfig;
-use crate::coordinator::{Coordinator, alongside};
+use crate::coordinator::{Coordinator, Purpose, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
 use crate::motor::{GangedMotor, Motor};
 use crate::port::Direction;
@@ -52,6 +53,14 @@ struct HomingMove {
     speed_mm_s: f64,
     /// The ganged motor that stands still.
     held: Option<GangedMotor>,
+    /// It brakes behind its switch, instead of stopping there at once.
+    brakes: bool,
+}
+
+impl HomingMove {
+    fn purpose(&self) -> Purpose {
+        if self.brakes { Purpose::Seek } else { Purpose::Homing { held: self.held } }
+    }
 }
 
 impl<E, F> Coordinator<'_, E, F>
@@ -81,6 +90,7 @@ where
 
     async fn home_axis(&mut self, axis: Axis) -> Result<(), Alarm> {
         self.is_settled(axis).await;
+        self.contact_steps = None;
         // A carriage that already stands on its switch has nothing to seek.
         if self.missing(axis).is_some() {
             let homing_move = self.begin(axis, HomingPhase::Seek);
@@ -122,11 +132,27 @@ where
         let back_off_mm = pull_off_mm + run_up_mm;
         let (mm, to_switch, speed_mm_s) = match phase {
             HomingPhase::Seek => (SEEK_TRAVELS * config.travel_mm[axis as usize], true, seek_mm_s),
-            HomingPhase::BackOff => (back_off_mm, false, seek_mm_s),
+            HomingPhase::BackOff => (back_off_mm + config.mm(axis, self.beyond_steps(axis)), false, seek_mm_s),
             HomingPhase::Latch => (LATCH_BACK_OFFS * back_off_mm, true, latch_mm_s),
             HomingPhase::PullOff => (pull_off_mm, false, latch_mm_s),
         };
-        HomingMove { axis, mm, to_switch, speed_mm_s, held: None }
+        let brakes = phase == HomingPhase::Seek && config.brakes_behind(axis);
+        HomingMove { axis, mm, to_switch, speed_mm_s, held: None, brakes }
+    }
+
+    /// How far the axis has gone on since the touch that a seek braked for, steps.
+    fn beyond_steps(&self, axis: Axis) -> i32 {
+        let at_steps = self.machine.link(axis).step_counter.position_steps();
+        self.contact_steps.map_or(0, |contact_steps| (at_steps - contact_steps[axis as usize]).abs())
+    }
+
+    /// Looks whether the switch of a seek that brakes has been touched, and if so notes where the axes are. Returns whether it has.
+    #[cold]
+    pub(crate) fn note_touch(&mut self) -> bool {
+        if self.contact_steps.is_none() && self.machine.is_touched() {
+            self.contact_steps = Some(self.machine.position_steps());
+        }
+        self.contact_steps.is_some()
     }
 
     /// Notes how far the latch has ended from where the seek did. Where a motor that speeds up seems stalled it does so
@@ -222,9 +248,12 @@ where
         Err(missed)
     }
 
-    /// Moves towards the switches until that of a moving ganged motor changes, and stops there at once. Returns whether one did.
+    /// Moves towards the switches until that of a moving ganged motor changes, and stops there at once, or brakes from there on.
+    /// Returns whether one did.
     async fn go_to_touch(&mut self, homing_move: HomingMove) -> Result<bool, Alarm> {
         let machine = self.machine;
+        self.contact_steps = None;
+        machine.set_touched(false);
         let [first, second] =
             [GangedMotor::First, GangedMotor::Second].map(|ganged| Motor { axis: homing_move.axis, ganged });
         let is_two = machine.config().squared_axis(homing_move.axis).is_some();
@@ -237,9 +266,9 @@ where
                 _ => first.wait_touched().await,
             }
             was_touched.set(true);
-            machine.halt();
+            if homing_move.brakes { machine.set_touched(true) } else { machine.halt() }
         };
-        // The move always answers, because the switch's halt ends it: it is never dropped half-way.
+        // The move always answers, because the switch ends it: it is never dropped half-way.
         // The future is large. Pinned here it takes room in the task once, and not again in the future that it is handed to.
         let moving = pin!(self.along(homing_move));
         alongside(moving, touched).await?;
@@ -262,7 +291,7 @@ where
     }
 
     async fn along(&mut self, homing_move: HomingMove) -> Result<Finish, Alarm> {
-        pin!(self.travel(self.steps(homing_move), homing_move.speed_mm_s, homing_move.held)).await
+        pin!(self.travel(self.steps(homing_move), homing_move.speed_mm_s, homing_move.purpose())).await
     }
 
     fn steps(&self, homing_move: HomingMove) -> [i32; AXES] {

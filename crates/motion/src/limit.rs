@@ -11,7 +11,7 @@ use crate::machine::Machine;
 use crate::motor::LimitInput;
 
 /// Watches a limit switch for ever. It is wired to ground with a pull-up, so low is pressed (unless the configuration
-/// inverts that). The first edge of a press stops a running machine at once, and the seek of homing. The status, and homing at
+/// inverts that). The first edge of a press stops a running machine at once, and ends the seek of homing. The status, and homing at
 /// rest, see the debounced level. `which` says whose switch `input` is.
 ///
 /// Where the input is a driver's that says when its motor stalls, high is pressed, from the first edge on: a driver does not

@@ -12,7 +12,7 @@ mod stop;
 
 use core::cell::RefCell;
 use core::pin::pin;
-use core::sync::atomic::AtomicU32;
+use core::sync::atomic::{AtomicBool, AtomicU32};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -88,6 +88,8 @@ pub struct Machine {
     tool: ToolLink,
     /// The edges that stop everything: see `armed`.
     armed: AtomicU32,
+    /// The switch that a seek goes to has been touched.
+    touched: AtomicBool,
     inner: Mutex<CriticalSectionRawMutex, RefCell<Inner>>,
 }
 
@@ -107,6 +109,7 @@ impl Machine {
             emergency: Signal::new(),
             tool: ToolLink::new(),
             armed: AtomicU32::new(0),
+            touched: AtomicBool::new(false),
             inner: Mutex::new(RefCell::new(Inner {
                 config,
                 // No edge is one before its task has read the switch.

@@ -40,13 +40,16 @@ const COMPILED_BEFORE_START: Duration = Duration::from_millis(10);
 const COMPILED_BEFORE_CURVED_START: Duration = Duration::from_millis(20);
 
 /// The longest chunk that the chain hands out at a time, s. A change may have to wait for the end of such a chunk.
-const CHUNK_S: f64 = 15e-3;
+pub(crate) const CHUNK_S: f64 = 15e-3;
 
-/// The time for which the path is known ahead while probing. It is less than otherwise, because what has been handed out is made
-/// after the contact, too, and bends the probe. It is enough, because nothing else is planned meanwhile.
+/// The time for which the path is known ahead while a contact is looked for. It is less than otherwise, because what has been handed
+/// out is made after the contact, too, and bends the probe. It is enough, because nothing else is planned meanwhile.
 const PROBED_AHEAD: Duration = Duration::from_millis(10);
-/// The longest chunk while probing, s.
-const PROBED_CHUNK_S: f64 = 5e-3;
+/// The longest chunk while a contact is looked for, s.
+pub(crate) const PROBED_CHUNK_S: f64 = 5e-3;
+/// The time for which a motion goes on after a contact before it brakes, at most: what is handed out by then, and the time until the
+/// contact is noticed.
+pub(crate) const COMMITTED_AT_CONTACT: Duration = Duration::from_millis(16);
 
 /// Longest wait before the run looks for more to do, while little is known (a new move ends this wait early), or while
 /// a queue is full (a port takes longer than this to empty one).
@@ -167,7 +170,7 @@ where
     async fn prepare(&mut self, streams: &mut Streams<'_>) {
         let time = if self.is_curved { COMPILED_BEFORE_CURVED_START } else { COMPILED_BEFORE_START };
         let time_s = seconds(time);
-        while let Some(chunk) = self.next_chunk(time_s, CHUNK_S) {
+        while let Some(chunk) = self.next_chunk(time_s) {
             self.chunks.push(chunk);
         }
         for stream in streams {
@@ -192,7 +195,7 @@ where
                 self.take_in_time(purpose, horizons.are_urgent(streams));
             }
             if was_short {
-                self.commit_until(horizons.known_s, purpose);
+                self.commit_until(horizons.known_s);
             }
             if let Some(beam) = &mut beam {
                 beam.fill_queue(self.chunks, self.marks, horizons.known_s);
@@ -227,24 +230,23 @@ where
     }
 
     /// Has the chain hand out some of its path up to `until_s`, as far as there is room, and reports the chunks as events.
-    fn commit_until(&mut self, until_s: f64, purpose: Purpose) {
-        let most_s = if purpose == Purpose::Probe { PROBED_CHUNK_S } else { CHUNK_S };
+    fn commit_until(&mut self, until_s: f64) {
         for _ in 0..COMMITTED_AT_ONCE {
-            let Some(chunk) = self.next_chunk(until_s, most_s) else { break };
+            let Some(chunk) = self.next_chunk(until_s) else { break };
             self.report_chunk(&chunk);
             self.chunks.push(chunk);
         }
     }
 
     /// The next chunk that the chain hands out, if the known path ends before `until_s` and there is room for more.
-    fn next_chunk(&mut self, until_s: f64, most_s: f64) -> Option<Chunk> {
+    fn next_chunk(&mut self, until_s: f64) -> Option<Chunk> {
         if self.chunks.is_closed() || !self.chunks.has_room() || self.chunks.end_s() > until_s {
             return None;
         }
         // With a curved speed profile compiling is slow near standstill. So the moves after a standstill become another run,
         // which is prepared before it starts.
         let is_over = self.is_curved && self.chunks.last().is_some() && self.chain.is_at_rest();
-        let chunk = if is_over { None } else { self.chain.advance(most_s) };
+        let chunk = if is_over { None } else { self.chain.advance(self.chunk_s) };
         if chunk.is_none() {
             self.chunks.close();
         }
@@ -276,11 +278,15 @@ where
     fn obey(&mut self, purpose: Purpose, start: Instant) {
         // Also while it is held: the place of the contact comes from the chunks, which are forgotten when they are
         // over.
-        let is_found = purpose == Purpose::Probe && self.note_contact(start);
-        if matches!(purpose, Purpose::Homing { .. }) || self.chain.is_held() {
+        let is_found = match purpose {
+            Purpose::Probe => self.note_contact(start),
+            Purpose::Seek => self.note_touch(),
+            _ => false,
+        };
+        if self.chain.is_held() {
             return;
         }
-        if is_found || self.machine.is_to_brake() {
+        if is_found || !purpose.is_homing() && self.machine.is_to_brake() {
             self.chain.hold();
         } else if self.is_overridden(purpose) {
             self.override_chain(purpose);
@@ -367,7 +373,7 @@ struct Horizons {
 impl Horizons {
     fn from_now(start: Instant, purpose: Purpose) -> Self {
         let now = Instant::now().saturating_duration_since(start);
-        let known = now + if purpose == Purpose::Probe { PROBED_AHEAD } else { AHEAD + ITEM_MAX };
+        let known = now + if purpose.ends_by_contact() { PROBED_AHEAD } else { AHEAD + ITEM_MAX };
         Self { now, low: now + LOW, known, known_s: seconds(known) }
     }
 

@@ -5,7 +5,7 @@ use isostep_motion::{AXES, Axis, Config, Direction};
 
 use crate::drive::{Drive, Load, MotorData};
 
-/// Distance from a limit switch to the end stop behind it, and from the other end of the travel to the end stop there,
+/// Distance from a limit switch to the end stop behind it, if its settings say no more (`$906`), and from the other end of the travel to the end stop there,
 /// mm.
 const END_STOP_MARGIN_MM: f64 = 3.0;
 /// The place where an axis without an end is said to have its end stops, degrees: farther than programs go.
@@ -35,7 +35,7 @@ impl Mechanics {
             let squared = config.squared.filter(|squared| squared.axis as usize == axis);
             let offset_mm = squared.map_or(0.0, |squared| squared.offset_mm.abs());
             let far_mm = config.homing.pull_off_mm + offset_mm + config.travel_mm[axis];
-            (-END_STOP_MARGIN_MM, far_mm + END_STOP_MARGIN_MM)
+            (-END_STOP_MARGIN_MM.max(config.homing.room_mm), far_mm + END_STOP_MARGIN_MM)
         };
         let steps = |axis: usize, mm: f64| (mm * config.steps_per_mm[axis]).round() as i32;
         Self {

@@ -116,7 +116,7 @@ fn group(number: u16) -> &'static str {
         0..=4 => "Motors",
         140..=169 | 200..=219 | 338 | 339 | 908 | 909 | 980..=989 => "Drivers",
         100..=139 | 376 | 701 => "Axes",
-        5 | 20..=27 | 901 => "Limits and homing",
+        5 | 20..=27 | 901 | 906 => "Limits and homing",
         11 | 12 | 904 => "Corners and arcs",
         900 | 910..=949 => "How speed changes",
         950..=979 => "Shapers",

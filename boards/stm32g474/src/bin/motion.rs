@@ -70,6 +70,7 @@ fn config() -> Config {
         order: Axis::ALL.map(Some),
         towards: [Direction::Negative; AXES],
         seek_mm_s: 10.0,
+        room_mm: 0.0,
         latch_mm_s: 1.0,
         pull_off_mm: 2.0,
         debounce: Duration::from_millis(25),

@@ -58,7 +58,7 @@ Examples:
 const SETTINGS_HELP: &str = "\
 --settings FILE takes $n=v lines, as senders save them and as `$$` prints them, with blank lines and comments in () or after
 a semicolon; what is not in it is as on the default machine. The simulated machine is the one that the settings describe:
-  $100-$102, $130-$132, $27   carriages, switches and end stops; belts below 200 steps/mm, otherwise screws
+  $100-$102, $130-$132, $27, $906   carriages, switches and end stops; belts below 200 steps/mm, otherwise screws
   $3, $4, $5, $8, $23, $905   how drivers and switches are wired, and which axis has a second motor
 The first row follows $n=v lines of the program too. Motors are as --motor says, and move what --load says.";
 

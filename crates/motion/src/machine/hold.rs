@@ -1,5 +1,7 @@
 //! Holds, jog cancels and overrides: what is asked of the coordinator while the machine moves.
 
+use core::sync::atomic::Ordering;
+
 use embassy_futures::select::select;
 use embassy_time::{Instant, Timer};
 
@@ -80,6 +82,18 @@ impl Machine {
     /// True if the move under way is to brake.
     pub(crate) fn is_to_brake(&self) -> bool {
         self.with(|inner| inner.life.is_to_brake())
+    }
+
+    /// Notes whether the switch that a seek goes to has been touched, and wakes the coordinator. This needs no critical section,
+    /// because only the coordinator's own task asks for it.
+    pub(crate) fn set_touched(&self, touched: bool) {
+        self.touched.store(touched, Ordering::Relaxed);
+        self.wake();
+    }
+
+    /// True if it has been.
+    pub(crate) fn is_touched(&self) -> bool {
+        self.touched.load(Ordering::Relaxed)
     }
 
     /// Waits for a hold, a resume, other overrides, or more motions than there is room for.
