@@ -5,6 +5,7 @@ use isostep_motion::{AXES, Alarm, Axis, Finish, State};
 use isostep_sim::analysis::mean_derivative;
 use isostep_sim::drive::Load;
 use isostep_sim::homing::{latches, towards};
+use isostep_sim::losses::explained;
 use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim, SwitchFault};
 use isostep_trials::{cases, cases_that_count, stride};
 
@@ -93,7 +94,7 @@ fn a_fast_seek_brakes_behind_the_switch_and_loses_no_step() {
 }
 
 #[test]
-fn without_room_a_fast_seek_loses_steps() {
+fn without_room_a_fast_seek_loses_steps_and_its_remedy_is_the_speed_of_the_seek() {
     for place in 0..15 {
         let start_mm = 4.0 + 5.7 * f64::from(place);
         let mut sim = powered_up(&machine(0.0, start_mm));
@@ -101,7 +102,13 @@ fn without_room_a_fast_seek_loses_steps() {
         assert!(heard.contains(&"ALARM:8".to_owned()), "from {start_mm} mm: {heard:?}");
         let outcome = sim.outcome();
         assert!(accel_ratio(&outcome, seek(&outcome)) > 10.0, "from {start_mm} mm");
-        assert!(!outcome.losses.is_empty(), "from {start_mm} mm");
+        let explained = explained(&outcome, usize::MAX);
+        assert!(!explained.is_empty());
+        for loss in explained {
+            let words = loss.to_string();
+            assert!(words.contains("homing stops it at its switch at once, from 50 mm/s"), "{words}");
+            assert!(words.ends_with("or give it room behind the switch ($906)"), "{words}");
+        }
     }
 }
 

@@ -104,12 +104,12 @@ fn a_seek_that_stops_too_fast_is_reported_with_the_speed_of_the_seek() {
         (
             400.0,
             3_000,
-            "homing stops it at its switch at once, from 50 mm/s, and the motor takes 36: set $25 to 1000 mm/min or less",
+            "homing stops it at its switch at once, from 50 mm/s, and the motor takes 36: set $25 to 1000 mm/min or less, or give it room behind the switch ($906)",
         ),
         (
             80.0,
             7_200,
-            "homing stops it at its switch at once, from 120 mm/s, and the motor takes 93: set $25 to 2700 mm/min or less",
+            "homing stops it at its switch at once, from 120 mm/s, and the motor takes 93: set $25 to 2700 mm/min or less, or give it room behind the switch ($906)",
         ),
     ] {
         let settings = axes(steps_per_mm, f64::from(seek_mm_min), 3_000.0) + "$20=1\n$22=1\n$24=60\n";

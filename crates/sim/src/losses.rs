@@ -19,6 +19,8 @@ use crate::record::{Loss, LossCause};
 
 /// Instants of a swing at which plans are looked at.
 const INSTANTS: u32 = 32;
+/// Swings after which a rotor has come to rest.
+const SWINGS: f64 = 4.0;
 /// The part of what the motor has that settings leave unused.
 const MARGIN: f64 = 0.5;
 /// Numbers that differ by no more than this part of them are the same: settings are single floats.
@@ -106,10 +108,18 @@ enum Asked {
     Stop { mm_s: f64 },
 }
 
-/// The greatest strain of the motor within a swing before the loss, while moves up to the one at `last` were made.
+/// The greatest strain of the motor within a swing before the loss, while moves up to the one at `last` were made. If the motor
+/// takes that, one that it did not take, and after which it still swings.
 fn worst_strain(outcome: &Outcome, loss: &Loss, last: usize) -> Strain {
+    let worst = worst_within(outcome, loss, last, 1.0);
+    let before = if worst.share < 1.0 { worst_within(outcome, loss, last, SWINGS) } else { worst };
+    if before.share < 1.0 { worst } else { before }
+}
+
+/// The same within so many swings.
+fn worst_within(outcome: &Outcome, loss: &Loss, last: usize, swings: f64) -> Strain {
     let axis = loss.axis;
-    let swing_s = TAU / drive(outcome, last, axis).natural_rad_s();
+    let swing_s = swings * TAU / drive(outcome, last, axis).natural_rad_s();
     let begin_ns = loss.t_ns.saturating_sub((swing_s * 1e9) as u64);
     let mut worst = strain(outcome, axis, last, Asked::Accel { mm_s2: 0.0, mm_s: 0.0 });
     let mut add = |index: usize, asked: Asked| {
@@ -192,7 +202,7 @@ fn remedy(outcome: &Outcome, loss: &Loss, strain: &Strain) -> Option<String> {
     let most = if strain.share < 1.0 { MARGIN } else { f64::INFINITY };
     match (loss.cause, strain.asked) {
         (Disabled | DriverOff | EndStop | Stalled | Bound, _) => None,
-        (_, Asked::Stop { mm_s }) if record.homing => Some(homing_remedy(config, &drive, mm_s, most)),
+        (_, Asked::Stop { mm_s }) if record.homing => Some(homing_remedy(config, loss.axis, &drive, mm_s, most)),
         (Overshoot { .. }, _) if is_by_abrupt_stop(outcome, loss) => Some(stop_remedy(&drive)),
         (_, Asked::Stop { .. }) => Some(stop_remedy(&drive)),
         (_, Asked::Jump { mm_s, from_rest }) => Some(jump_remedy(config, loss.axis, &drive, (mm_s, from_rest), most)),
@@ -205,14 +215,17 @@ fn stop_remedy(drive: &Drive) -> String {
     format!("an abrupt stop loses nothing up to {:.0} mm/s: home again ($H)", drive.jump_mm_s())
 }
 
-/// Homing stops at once at its switch: the seek by `$25`, the latch by `$24`.
-fn homing_remedy(config: &Config, drive: &Drive, mm_s: f64, most: f64) -> String {
+/// Homing stops at once at its switch: the seek by `$25`, unless it has room to brake, the latch by `$24`.
+fn homing_remedy(config: &Config, axis: usize, drive: &Drive, mm_s: f64, most: f64) -> String {
     let (takes_mm_s, homing) = (drive.jump_mm_s(), config.homing);
     let is_seek = mm_s > homing.latch_mm_s.min(homing.seek_mm_s) * (1.0 + SAME);
     let (number, set_mm_s) = if is_seek { (25, homing.seek_mm_s) } else { (24, homing.latch_mm_s) };
     let set = rounded((MARGIN * takes_mm_s).min(most * set_mm_s) * 60.0);
+    let is_squared = config.squared.is_some_and(|squared| squared.axis as usize == axis);
+    let may_brake = is_seek && !is_squared && !homing.by_stall[axis];
+    let or = if may_brake { ", or give it room behind the switch ($906)" } else { "" };
     format!(
-        "homing stops it at its switch at once, from {mm_s:.0} mm/s, and the motor takes {takes_mm_s:.0}: set ${number} to {set} mm/min or less"
+        "homing stops it at its switch at once, from {mm_s:.0} mm/s, and the motor takes {takes_mm_s:.0}: set ${number} to {set} mm/min or less{or}"
     )
 }
 
