@@ -17,6 +17,7 @@ mod qemu;
 mod rasters;
 mod real_time_orders;
 mod registers;
+mod round;
 mod seeks;
 mod short_moves;
 mod squared;

@@ -218,6 +218,7 @@ impl Flow {
             feed_mm_s: Some(self.feed_mm_s),
             stops: false,
             deviation_mm: self.deviation_mm,
+            reach_mm: 0.0,
             least_s: 0.0,
             tag: 0,
         };

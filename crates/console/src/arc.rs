@@ -1,8 +1,10 @@
 //! An arc between two points: its circle, its bounding box and its length. Pure geometry, in mm and radians.
 
 mod chords;
+mod polygon;
 
 pub use chords::Chords;
+pub use polygon::{Polygon, Within};
 
 use core::f64::consts::{PI, TAU};
 use core::fmt;
@@ -143,6 +145,12 @@ impl Arc {
     #[must_use]
     pub fn chords(&self, tolerance_mm: f64) -> Chords {
         Chords::new(self, tolerance_mm)
+    }
+
+    /// The polygon round the arc whose blends make it; `None` if that has no fewer sides than there are [chords](Self::chords).
+    #[must_use]
+    pub fn polygon(&self, within: &Within) -> Option<Polygon> {
+        Polygon::new(self, within)
     }
 
     /// The two axes of the plane, then the perpendicular one and any other, along which the motion is linear.

@@ -54,7 +54,7 @@ mod system;
 mod words;
 
 pub use alarm::AlarmCode;
-pub use arc::{Arc, ArcEnds, Chords, Misfit};
+pub use arc::{Arc, ArcEnds, Chords, Misfit, Polygon, Within};
 pub use axes::{AXES, AXIS_NAMES};
 pub use command::{Block, BlockMove, Command, DoorPhase, Jog, Probe, Rate, ReportedState};
 pub use error::Error;

@@ -318,10 +318,10 @@ where
     }
 
     fn request(&self, steps: [i32; AXES], one: &Move) -> Request {
-        let &Move { offsets, feed_mm_s, exact_stop: stops, deviation_mm, .. } = one;
+        let &Move { offsets, feed_mm_s, exact_stop: stops, deviation_mm, reach_mm, .. } = one;
         let tag = Tag::new(self.next_number, one, self.marks.none());
         let feed_mm_s = (feed_mm_s != f64::INFINITY).then_some(feed_mm_s);
-        Request { steps, offsets, feed_mm_s, stops, deviation_mm, least_s: 0.0, tag }
+        Request { steps, offsets, feed_mm_s, stops, deviation_mm, reach_mm, least_s: 0.0, tag }
     }
 
     #[inline(never)]

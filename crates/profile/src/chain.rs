@@ -99,6 +99,9 @@ pub struct Request<const N: usize, T = u64> {
     /// deviation at most goes round the corner. If it is 0, or the speed profile has curved ramps, the path goes to the corner
     /// exactly, where axes change their speed at once.
     pub deviation_mm: f32,
+    /// The length of it, less than all, that is for that blend, mm, which then reaches as far as it may, however slow it is; what
+    /// is left is for the blend at the end. 0 if each has half of the move, and reaches as far as its speed needs.
+    pub reach_mm: f32,
     /// The time that it lasts at least at constant speed, s, if the caller knows better than [`Effort`] what it takes; 0 if not.
     pub least_s: f32,
     /// A value for the caller, which every chunk of the move returns. The chain does not use it.
@@ -115,6 +118,7 @@ impl<const N: usize, T: Default> Request<N, T> {
             feed_mm_s: None,
             stops: false,
             deviation_mm: 0.0,
+            reach_mm: 0.0,
             least_s: 0.0,
             tag: T::default(),
         }

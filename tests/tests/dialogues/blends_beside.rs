@@ -84,7 +84,7 @@ fn modes_take_turns_block_by_block() {
 /// With exact stops an arc's chords are blends by `$904`, and it ends in a stop, at a whole step.
 #[test]
 fn an_arc_with_exact_stops_is_smooth_and_ends_at_rest() {
-    let program = "$904=0.02\nG61.1 G1 F1200 X10\nG2 X20.013 Y10.007 I10\nG1 X30\n";
+    let program = "$904=0.005\nG61.1 G1 F1200 X10\nG2 X20.013 Y10.007 I10\nG1 X30\n";
     let outcome = run(program.as_bytes(), &Config::default()).unwrap();
     let (line, chords) = (&outcome.moves[0], &outcome.moves[1..outcome.moves.len() - 1]);
     assert_eq!(line.plan.profile.exit_speed_steps_s(), 0.0);

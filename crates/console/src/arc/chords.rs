@@ -25,6 +25,9 @@ pub struct Chords {
     others_mm: [f64; OTHERS],
     rise_mm: [f64; OTHERS],
     target_mm: [f64; AXES],
+    /// The number of chords in all, and the factor by which the first place and the one before the last are farther from the centre.
+    count: u32,
+    at_ends: f64,
 }
 
 impl Chords {
@@ -42,7 +45,34 @@ impl Chords {
             others_mm: others.map(|axis| arc.ends.start_mm[axis]),
             rise_mm: others.map(|axis| arc.ends.distance_mm(axis) / chords),
             target_mm: arc.ends.target_mm,
+            count: left,
+            at_ends: 1.0,
         }
+    }
+
+    /// The vertices of a polygon, a turn of `step_rad` apart, which are farther from the centre by the factor `outside`; then the
+    /// target. The first is `first_rad` after the start. By another factor that one and the last are so, too.
+    pub(super) fn vertices(
+        arc: &Arc,
+        vertices: u32,
+        [first_rad, step_rad]: [f64; 2],
+        [outside, at_ends]: [f64; 2],
+    ) -> Self {
+        let chords = Self::new(arc, f64::INFINITY);
+        let [before, step] = [first_rad - step_rad, step_rad].map(|rad| rad / arc.travel_rad);
+        let grown = |share: f64| 1.0 + change(arc) * share;
+        let mut polygon = Self {
+            left: vertices + 1,
+            count: vertices + 1,
+            at_ends,
+            turn: cos_sin(first_rad - step_rad).map(|part| part * outside * grown(before)),
+            rise_mm: chords.rise_mm.map(|rise_mm| rise_mm * before),
+            ..chords
+        };
+        polygon.turn();
+        polygon.turn = cos_sin(step_rad).map(|part| part * grown(step));
+        polygon.rise_mm = chords.rise_mm.map(|rise_mm| rise_mm * step);
+        polygon
     }
 
     fn turn(&mut self) {
@@ -65,8 +95,10 @@ impl Iterator for Chords {
         self.turn();
         let [first, second, others @ ..] = self.axes;
         let mut end_mm = [0.0; AXES];
-        end_mm[first] = self.centre_mm[0] + self.radius_mm[0];
-        end_mm[second] = self.centre_mm[1] + self.radius_mm[1];
+        let is_at_end = self.left == 1 || self.left + 1 == self.count;
+        let radius_mm = if is_at_end { self.radius_mm.map(|mm| mm * self.at_ends) } else { self.radius_mm };
+        end_mm[first] = self.centre_mm[0] + radius_mm[0];
+        end_mm[second] = self.centre_mm[1] + radius_mm[1];
         others.into_iter().zip(self.others_mm).for_each(|(axis, mm)| end_mm[axis] = mm);
         Some(end_mm)
     }
@@ -79,26 +111,34 @@ impl Iterator for Chords {
 impl ExactSizeIterator for Chords {}
 
 /// The least number of equal chords that stay within the tolerance.
-fn count(arc: &Arc, tolerance_mm: f64) -> u32 {
+pub(super) fn count(arc: &Arc, tolerance_mm: f64) -> u32 {
     let radius_mm = arc.radius_mm.max(arc.target_radius_mm);
     if 2.0 * radius_mm <= tolerance_mm {
         return 1;
     }
+    (libm::ceil(arc.travel_rad.abs() / (2.0 * half_rad(radius_mm, tolerance_mm))) as u32).max(1)
+}
+
+/// Half the angle of a chord whose middle is so far inside a circle.
+pub(super) fn half_rad(radius_mm: f64, inside_mm: f64) -> f64 {
     // Half the chord and the distance from the centre to the chord are the sine and the cosine of half its angle, times
     // the radius.
-    let half_mm = libm::sqrt(tolerance_mm * (2.0 * radius_mm - tolerance_mm));
-    let half_rad = libm::atan2(half_mm, radius_mm - tolerance_mm);
-    (libm::ceil(arc.travel_rad.abs() / (2.0 * half_rad)) as u32).max(1)
+    let half_mm = libm::sqrt(inside_mm * (2.0 * radius_mm - inside_mm));
+    libm::atan2(half_mm, radius_mm - inside_mm)
 }
 
 /// The relative change of the radius from start to target.
 fn change(arc: &Arc) -> f64 {
-    let change_mm = arc.target_radius_mm - arc.radius_mm;
-    if change_mm.abs() < EVEN_CHANGE_MAX * arc.radius_mm { change_mm / arc.radius_mm } else { 0.0 }
+    if is_even(arc) { (arc.target_radius_mm - arc.radius_mm) / arc.radius_mm } else { 0.0 }
+}
+
+/// True if the radius changes so little that it does so evenly.
+pub(super) fn is_even(arc: &Arc) -> bool {
+    (arc.target_radius_mm - arc.radius_mm).abs() < EVEN_CHANGE_MAX * arc.radius_mm
 }
 
 /// Cosine and sine by their power series, which need few terms for the small angle of a chord.
-fn cos_sin(rad: f64) -> [f64; 2] {
+pub(super) fn cos_sin(rad: f64) -> [f64; 2] {
     let (mut cos, mut sin) = (0.0, 0.0);
     let (mut term, mut power) = (1.0, 0.0);
     while f64::abs(term) > NEGLIGIBLE {

@@ -6,13 +6,13 @@ use super::*;
 
 /// An arc, before its ends are rounded to the picometres that an interpreter keeps.
 #[derive(Debug, Clone, Copy)]
-struct Drawn {
-    centre_mm: [f64; 2],
-    radius_mm: f64,
-    from_rad: f64,
-    travel_rad: f64,
-    rise_mm: f64,
-    plane: u8,
+pub(super) struct Drawn {
+    pub(super) centre_mm: [f64; 2],
+    pub(super) radius_mm: f64,
+    pub(super) from_rad: f64,
+    pub(super) travel_rad: f64,
+    pub(super) rise_mm: f64,
+    pub(super) plane: u8,
 }
 
 impl Drawn {
@@ -25,23 +25,23 @@ impl Drawn {
         place_mm
     }
 
-    fn ends(&self) -> ArcEnds {
+    pub(super) fn ends(&self) -> ArcEnds {
         let start_mm = self.place_mm(self.from_rad, 7.0).map(kept);
         let target_mm = self.place_mm(self.from_rad + self.travel_rad, 7.0 + self.rise_mm).map(kept);
         ArcEnds { start_mm, target_mm, plane: self.plane, clockwise: self.travel_rad < 0.0 }
     }
 
-    fn offset_mm(&self) -> [f64; 2] {
+    pub(super) fn offset_mm(&self) -> [f64; 2] {
         let ArcEnds { start_mm, .. } = self.ends();
         core::array::from_fn(|index| self.centre_mm[index] - start_mm[PLANES[usize::from(self.plane)][index]])
     }
 
-    fn arc(&self) -> Arc {
+    pub(super) fn arc(&self) -> Arc {
         Arc::around(self.ends(), self.offset_mm()).unwrap()
     }
 }
 
-fn drawn() -> impl Strategy<Value = Drawn> {
+pub(super) fn drawn() -> impl Strategy<Value = Drawn> {
     let circle = (prop::array::uniform2(-300.0..300.0), -1.0..3.0f64, 0.0..TAU, 0.01..TAU - 0.01);
     (circle, any::<bool>(), -50.0..50.0, 0..3u8).prop_map(
         |((centre_mm, power, from_rad, turn_rad), cw, rise_mm, plane)| {
@@ -61,7 +61,7 @@ fn kept(mm: f64) -> f64 {
     crate::length::to_mm(crate::length::from_mm(mm))
 }
 
-fn ends(start_mm: [f64; AXES], target_mm: [f64; AXES], clockwise: bool) -> ArcEnds {
+pub(super) fn ends(start_mm: [f64; AXES], target_mm: [f64; AXES], clockwise: bool) -> ArcEnds {
     ArcEnds { start_mm, target_mm, plane: 0, clockwise }
 }
 

@@ -30,6 +30,9 @@ pub struct Move {
     /// The distance by which the path may leave the corner where it begins, mm: see
     /// [`Request::deviation_mm`](isostep_profile::chain::Request::deviation_mm).
     pub deviation_mm: f32,
+    /// The length of it that is for the blend there, mm, if it is a side of a curve; 0 if it is not: see
+    /// [`Request::reach_mm`](isostep_profile::chain::Request::reach_mm).
+    pub reach_mm: f32,
     /// The distance by which the path may be beside the place where it ends, mm, if it is so short that it is made together with
     /// the moves around it; less than the deviation. 0, if each move is to be made as it is.
     pub together_mm: f32,
@@ -55,6 +58,7 @@ impl Move {
             feed_mm_s: f64::INFINITY,
             exact_stop: false,
             deviation_mm: 0.0,
+            reach_mm: 0.0,
             together_mm: 0.0,
             power: Power::Off,
             line: 0,

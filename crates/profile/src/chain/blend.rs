@@ -49,6 +49,8 @@ pub(super) struct Room {
     pub(super) reach_mm: f64,
     /// The highest square that overrides can make of either block's.
     pub(super) fastest: Square,
+    /// True if the blend reaches as far as it may, even if no speed needs that.
+    pub(super) is_whole: bool,
 }
 
 impl BlendBounds {
@@ -110,7 +112,7 @@ pub(super) fn bounds<const N: usize>(
         let half_s_mm = 0.5 * config.scale.speed_mm_s(room.fastest) as f32;
         let [needed, brief] = [fastest / cap, BRIEF_S * half_s_mm / reach_mm];
         let mut share = if is_less(needed, brief) { brief } else { needed };
-        if is_less(1.0, share) || is_less(most_mm * (1.0 - share), LITTLE_S * half_s_mm) {
+        if room.is_whole || is_less(1.0, share) || is_less(most_mm * (1.0 - share), LITTLE_S * half_s_mm) {
             share = 1.0;
         }
         if is_less(needed, share) {

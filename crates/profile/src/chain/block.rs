@@ -54,6 +54,8 @@ pub(super) struct ChainBlock<const N: usize, T> {
     steps_per_mm: f64,
     /// The deviation that its request allows at the corner before it, mm; 0 if the path goes to the corner exactly.
     pub(super) deviation_mm: f32,
+    /// The length of it that its request has for the blend at that corner, mm; 0 if that may have half of it.
+    pub(super) reach_mm: f32,
     /// The time that it lasts at least, s; 0 for what the effort is.
     least_s: f32,
     /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
@@ -94,6 +96,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             mm_per_step: 0.0,
             steps_per_mm: 0.0,
             deviation_mm: 0.0,
+            reach_mm: 0.0,
             least_s: 0.0,
             corner: None,
             blend: BlendBounds::NONE,
@@ -119,7 +122,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         begin: [i8; N],
         config: &ChainConfig<N>,
     ) -> Result<(UnitVector<N>, Limits), PlanError> {
-        let Request { steps, offsets, feed_mm_s, stops, deviation_mm, least_s, tag } = request;
+        let Request { steps, offsets, feed_mm_s, stops, deviation_mm, reach_mm, least_s, tag } = request;
         config.check_moving(&steps)?;
         let ends_beside = deviation_mm > 0.0 && config.can_blend();
         let end = core::array::from_fn(|axis| {
@@ -150,6 +153,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             mm_per_step,
             steps_per_mm,
             deviation_mm,
+            reach_mm,
             least_s,
             ..Self::none(tag)
         };
@@ -163,10 +167,11 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// that has changed.
     #[cold]
     pub(super) fn end_whole(&mut self, config: &ChainConfig<N>) -> Option<f64> {
-        let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, deviation_mm, least_s, tag, .. } = *self;
+        let Self { move_steps: MoveSteps { steps, offsets: [begin, _] }, deviation_mm, reach_mm, least_s, tag, .. } =
+            *self;
         let feed_mm_s = (!self.is_rapid()).then_some(self.feed_mm_s);
         let stops = self.stops();
-        let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, least_s, tag };
+        let request = Request { steps, offsets: [0; N], feed_mm_s, stops, deviation_mm, reach_mm, least_s, tag };
         let mut whole = Self::none(tag);
         let (_, limits) = whole.begin(request, begin, config).ok()?;
         let line_mm = whole.set_line(whole.distance_steps(), &limits, config);

@@ -14,8 +14,8 @@ use crate::limits::Limits;
 #[derive(Clone, Copy)]
 pub(super) struct BlockEnd {
     stops: bool,
-    /// The length that is left of it, mm.
-    left_mm: f64,
+    /// The length of it that is for the blend at its end, mm.
+    room_mm: f64,
     pace: Pace,
     fastest: Square,
 }
@@ -43,10 +43,11 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
             None
         } else if self.bends_after(&before, config) && !corner::is_straight(directions) {
             self.slow_down_to_bend(limits, config);
-            let reach_mm = self.distance_steps() * self.mm_per_step;
-            let reach_mm = 0.5 * if reach_mm < before.left_mm { reach_mm } else { before.left_mm };
+            let [own_mm, _] = self.rooms_mm(self.length_mm());
+            let reach_mm = if own_mm < before.room_mm { own_mm } else { before.room_mm };
+            let is_whole = self.reach_mm.to_bits() != 0;
             let fastest = self.fastest().max(before.fastest).max(before.pace.nominal);
-            let room = Room { deviation_mm: self.deviation_mm, reach_mm, fastest };
+            let room = Room { deviation_mm: self.deviation_mm, reach_mm, fastest, is_whole };
             blend::bounds(directions, &room, config).map(|(bounds, square)| {
                 self.blend = bounds;
                 square
@@ -122,7 +123,22 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     /// The facts of it that the next block needs, if it has begun up to `place_steps`.
     pub(super) fn end(&self, place_steps: f64) -> BlockEnd {
         let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
-        BlockEnd { stops: self.stops(), left_mm, pace: self.pace(), fastest: self.fastest() }
+        let [_, room_mm] = self.rooms_mm(left_mm);
+        BlockEnd { stops: self.stops(), room_mm, pace: self.pace(), fastest: self.fastest() }
+    }
+
+    fn length_mm(&self) -> f64 {
+        self.distance_steps() * self.mm_per_step
+    }
+
+    /// The lengths that are for the blends at its beginning and at its end, mm, if so much of it is left.
+    fn rooms_mm(&self, left_mm: f64) -> [f64; 2] {
+        if self.reach_mm.to_bits() == 0 {
+            return [0.5 * left_mm; 2];
+        }
+        let length_mm = self.length_mm();
+        let reach_mm = length_mm.min(self.reach_mm.into());
+        [reach_mm, left_mm.min(length_mm - reach_mm)]
     }
 
     /// The squared speed at which the block before it, of that nominal square, ends, if this one begins at `entry`.

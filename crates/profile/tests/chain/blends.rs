@@ -10,20 +10,27 @@ use super::bent::drive;
 use super::case::{Case, case, trapezoid};
 use super::drive::{holds, overrides, pushes};
 
-/// Moves at whose corners the path may leave by some hundredths of a millimetre, or not at all.
+/// Moves at whose corners the path may leave by some hundredths of a millimetre, or not at all; some say how much of them is for the
+/// blend where they begin.
 pub fn bent(most: usize) -> impl Strategy<Value = Case> {
     let deviation = prop_oneof![1 => Just(0.0f32), 4 => (1e-3f32.ln()..0.3f32.ln()).prop_map(f32::exp)];
     let jumps = prop::bool::weighted(0.1);
     let blend_s = prop_oneof![1 => Just(0.0), 1 => (1e-4f64.ln()..3e-2f64.ln()).prop_map(f64::exp)];
     let offset = || prop_oneof![1 => Just(0), 2 => -64..=64i8];
-    let beside = prop::collection::vec((deviation, [offset(), offset(), offset()]), most);
+    let share = prop_oneof![2 => Just(0.0), 1 => 0.1..0.9f64];
+    let beside = prop::collection::vec((deviation, [offset(), offset(), offset()], share), most);
     (case(trapezoid(), most), beside, jumps, blend_s).prop_map(|(mut case, beside, jumps, blend_s)| {
         (case.effort.straight_s, case.effort.blend_s) = (0.6 * blend_s, blend_s);
         if !jumps {
             case.limits.iter_mut().for_each(|limits| limits.start_speed_steps_s = 0.0);
         }
-        for (one, (deviation_mm, offsets)) in case.moves.iter_mut().zip(beside) {
-            (one.deviation_mm, one.offsets) = (deviation_mm, offsets);
+        let length_mm = |steps: &[i32; 3]| {
+            let squares = steps.iter().zip(case.mm_per_step).map(|(&steps, mm)| (f64::from(steps) * mm).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        for (one, (deviation_mm, offsets, share)) in case.moves.iter_mut().zip(beside) {
+            (one.deviation_mm, one.offsets, one.reach_mm) =
+                (deviation_mm, offsets, (share * length_mm(&one.steps)) as f32);
         }
         case
     })
@@ -79,6 +86,7 @@ fn no_blend_is_left_out_because_its_move_came_later() {
                     feed_mm_s: Some(100.0),
                     stops: false,
                     deviation_mm: 0.01,
+                    reach_mm: 0.0,
                     least_s: 0.0,
                     tag: moves as u64,
                 };
