@@ -3,13 +3,13 @@
 use embassy_time::Duration;
 use isostep_motion::{AXES, Alarm, Axis, Finish, State};
 use isostep_sim::analysis::mean_derivative;
-use isostep_sim::drive::Load;
+use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::homing::{latches, towards};
 use isostep_sim::losses::explained;
 use isostep_sim::{Config, MoveRecord, Outcome, Port, Sim, SwitchFault};
 use isostep_trials::{cases, cases_that_count, stride};
 
-use crate::talk::{powered_up, say};
+use crate::talk::{powered_up, say, switched_on};
 
 const STEPS_PER_MM: f64 = 400.0;
 const SEEK_MM_S: f64 = 50.0;
@@ -151,7 +151,8 @@ fn a_switch_that_never_closes_is_alarm_9_with_room_too() {
 /// Resets, the door and the emergency stop at every millisecond from before the switch until the latch.
 #[test]
 fn a_stop_while_a_seek_brakes_stops_at_once() {
-    let mut config = machine(ROOM_MM, 8.0);
+    // A motor that loses no step by the stop itself, nor by its swinging after it.
+    let mut config = Config { motor: MotorData::RIGID, ..machine(ROOM_MM, 8.0) };
     config.settings.hold_input_is_door = true;
     let outcome = {
         let mut sim = powered_up(&config);
@@ -190,6 +191,25 @@ fn a_stop_while_a_seek_brakes_stops_at_once() {
         }
     }
     assert!(braking > 10, "{braking}");
+}
+
+/// A seek was stopped there, and nobody knows how far behind the switch that is.
+#[test]
+fn an_axis_that_stands_anywhere_in_the_room_homes() {
+    for beyond_mm in [0.01, 1.0, 2.0, 2.5] {
+        let mut sim = switched_on(&machine(ROOM_MM, -beyond_mm));
+        sim.replies();
+        assert_eq!(say(&mut sim, "$HX"), ["ok"], "{beyond_mm} mm behind");
+        assert_eq!(sim.places_steps()[0], PULL_OFF_STEPS, "{beyond_mm} mm behind");
+        assert_eq!(sim.outcome().losses, [], "{beyond_mm} mm behind");
+    }
+    // Farther than five times the pull-off, by which a latch is bounded without room.
+    let mut config = machine(40.0, -0.01);
+    config.settings.homing_latch_mm_min = 1_000.0;
+    let mut sim = switched_on(&config);
+    sim.replies();
+    assert_eq!(say(&mut sim, "$HX"), ["ok"]);
+    assert_eq!(sim.places_steps()[0], PULL_OFF_STEPS);
 }
 
 /// One motor of two would be measured where it stands, and not at its switch.

@@ -29,7 +29,7 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embedded_hal::digital::OutputPin;
 
 use crate::axes::{AXES, Axis};
-use crate::config::HomingConfig;
+use crate::config::{Config, HomingConfig};
 use crate::coordinator::{Coordinator, Purpose, alongside};
 use crate::event::{Alarm, Event, Finish, HomingPhase, State};
 use crate::motor::{GangedMotor, Motor};
@@ -132,18 +132,21 @@ where
         let back_off_mm = pull_off_mm + run_up_mm;
         let (mm, to_switch, speed_mm_s) = match phase {
             HomingPhase::Seek => (SEEK_TRAVELS * config.travel_mm[axis as usize], true, seek_mm_s),
-            HomingPhase::BackOff => (back_off_mm + config.mm(axis, self.beyond_steps(axis)), false, seek_mm_s),
-            HomingPhase::Latch => (LATCH_BACK_OFFS * back_off_mm, true, latch_mm_s),
+            HomingPhase::BackOff => (back_off_mm + self.beyond_mm(axis, &config), false, seek_mm_s),
+            HomingPhase::Latch => (LATCH_BACK_OFFS * back_off_mm + room_mm(axis, &config), true, latch_mm_s),
             HomingPhase::PullOff => (pull_off_mm, false, latch_mm_s),
         };
         let brakes = phase == HomingPhase::Seek && config.brakes_behind(axis);
         HomingMove { axis, mm, to_switch, speed_mm_s, held: None, brakes }
     }
 
-    /// How far the axis has gone on since the touch that a seek braked for, steps.
-    fn beyond_steps(&self, axis: Axis) -> i32 {
+    /// How far the axis has gone on since the touch that a seek braked for, mm. If it has not been seen to pass its switch, because an
+    /// earlier seek was stopped behind it, the axis may stand anywhere in the room.
+    fn beyond_mm(&self, axis: Axis, config: &Config) -> f64 {
         let at_steps = self.machine.link(axis).step_counter.position_steps();
-        self.contact_steps.map_or(0, |contact_steps| (at_steps - contact_steps[axis as usize]).abs())
+        self.contact_steps.map_or(room_mm(axis, config), |contact_steps| {
+            config.mm(axis, at_steps - contact_steps[axis as usize]).abs()
+        })
     }
 
     /// Looks whether the switch of a seek that brakes has been touched, and if so notes where the axes are. Returns whether it has.
@@ -303,4 +306,10 @@ where
         steps[homing_move.axis as usize] = if positive { n } else { -n };
         steps
     }
+}
+
+/// The room in which an axis may stand behind its switch, mm; no more than it can come back.
+#[cold]
+fn room_mm(axis: Axis, config: &Config) -> f64 {
+    if config.brakes_behind(axis) { config.homing.room_mm.min(config.travel_mm[axis as usize]) } else { 0.0 }
 }
