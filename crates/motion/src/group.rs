@@ -369,6 +369,7 @@ impl Group {
     }
 
     /// True if `next` goes on in exactly its direction, and both are of whole steps.
+    #[cold]
     pub fn is_straight_to(&self, next: &Request) -> bool {
         let longest = usize::from(self.longest);
         let (own, other) = (&self.request.steps, &next.steps);

@@ -8,7 +8,7 @@ pub(super) type Vector = [f32; AXES];
 // These two are called rather than inlined, and take slices: so they are loops, and what calls them is short.
 
 /// Adds a multiple of a vector.
-#[inline(never)]
+#[cold]
 pub(super) fn add(to: &mut [f32], times: f32, what: &[f32]) {
     for (to, what) in to.iter_mut().zip(what) {
         if what.to_bits() != 0 {
@@ -32,7 +32,7 @@ pub(super) fn dot(one: &[f32], other: &[f32]) -> f32 {
 /// 1/√x, for an x above 0 and far from the least and the greatest number; at most 5e-6 of it off.
 ///
 /// Half of the exponent is a first guess, and each step of Newton's method has twice as many digits right.
-#[inline(never)]
+#[cold]
 pub(super) fn inverse_root(x: f32) -> f32 {
     let mut y = f32::from_bits(0x5f37_5a86 - (x.to_bits() >> 1));
     for _ in 0..2 {
