@@ -85,6 +85,9 @@ fn a_fast_seek_brakes_behind_the_switch_and_loses_no_step() {
         let ratio = accel_ratio(&outcome, seek);
         assert!(ratio <= 1.02, "from {start_mm} mm: {ratio} of the acceleration");
         assert!(beyond_mm <= GOES_ON_MM + BRAKES_MM, "from {start_mm} mm: {beyond_mm} mm");
+        let back_off = outcome.moves.iter().filter(|record| record.homing).nth(1).unwrap();
+        let opened_mm = f64::from(back_off.end_steps[0].abs_diff(back_off.origin_steps[0])) / STEPS_PER_MM - beyond_mm;
+        assert!((opened_mm - 2.0).abs() <= 2.0 / STEPS_PER_MM, "from {start_mm} mm: backed off to {opened_mm} mm");
         if start_mm > 2.0 * BRAKES_MM {
             at_speed += 1;
             assert!(beyond_mm >= BRAKES_MM, "from {start_mm} mm: {beyond_mm} mm");
