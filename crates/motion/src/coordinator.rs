@@ -25,7 +25,7 @@ use crate::chunks::Chunks;
 use crate::cold_path::cold_path;
 use crate::config::Config;
 use crate::event::{Alarm, Event, Finish, State};
-use crate::group::{Begin, Course, Group, GroupRule};
+use crate::group::{Begin, Course, GroupRule, MoveGroup};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, SpeedOverrides};
 use crate::marks::Marks;
 use crate::motor::GangedMotor;
@@ -156,7 +156,7 @@ pub(crate) struct Coordinator<'a, E, F> {
     /// Which moves are taken together.
     pub(crate) group_rule: GroupRule,
     /// The last moves, which are not in the chain yet, because more may be taken together with them.
-    pub(crate) group: Option<Group>,
+    pub(crate) group: Option<MoveGroup>,
     /// How far the last block's path may be beside the ends of its moves, mm.
     pub(crate) used_mm: f32,
     /// How the path of the groups before goes on.

@@ -11,7 +11,7 @@ use crate::config::Config;
 use crate::coordinator::{Coordinator, Purpose};
 use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
-use crate::group::{Begin, Course, Group, GroupRule, deviation_beside};
+use crate::group::{Begin, Course, GroupRule, MoveGroup, deviation_beside};
 use crate::machine::{CHAIN_MOVES, Motion, Move, SpeedOverrides};
 use crate::run::{CHUNK_S, PROBED_CHUNK_S};
 use crate::tag::{Request, Tag};
@@ -294,9 +294,9 @@ where
     }
 
     /// The group that begins with a move, if others may be taken together with it.
-    fn group_of(&self, request: &Request, one: &Move) -> Option<Group> {
+    fn group_of(&self, request: &Request, one: &Move) -> Option<MoveGroup> {
         let feed_ratio = f32::from(self.overrides.feed_percent) / 100.0;
-        Group::of(request, one, self.begin, &self.group_rule, &self.course, feed_ratio)
+        MoveGroup::of(request, one, self.begin, &self.group_rule, &self.course, feed_ratio)
     }
 
     fn steps_to(&self, one: &Move) -> [i32; AXES] {

@@ -36,6 +36,8 @@ use crate::tag::Request;
 const NEARLY: f32 = 2.0;
 /// A move does not join if the line is longer then than is needed for the processor to keep up, by so much squared.
 const MUCH_LONGER: f32 = 9.0;
+/// A line is no longer than this on any axis when a move joins, steps, so that products of two such lengths fit into 32 bits.
+const STEPS_MAX: u32 = 1 << 15;
 /// A line is no longer than this on any axis, parts of a step, so that products of two such lengths fit into 64 bits.
 const LENGTH_MAX_PARTS: i32 = 1 << 30;
 /// On a curve a line is no longer than that its middle is within this share of what it may be beside the ends.
@@ -99,7 +101,7 @@ impl GroupRule {
 }
 
 /// Moves that are taken together, of which more may come.
-pub(crate) struct Group {
+pub(crate) struct MoveGroup {
     /// The first of them, with the steps and the end of all.
     request: Request,
     /// How far the line may be beside the ends of its moves, mm.
@@ -137,7 +139,7 @@ impl Begin {
     pub const WHOLE: Self = Self { beside: [0; AXES], moved: [0; AXES] };
 }
 
-impl Group {
+impl MoveGroup {
     /// A group of one move; `None` if others are not to be taken together with it.
     pub fn of(
         request: &Request,
@@ -216,7 +218,7 @@ impl Group {
     fn with(&self, next: &Request) -> Option<([i32; AXES], [i32; AXES])> {
         let mut steps = self.request.steps;
         for (own, other) in steps.iter_mut().zip(next.steps) {
-            *own = own.checked_add(other).filter(|steps| steps.unsigned_abs() <= u32::from(u16::MAX))?;
+            *own = own.checked_add(other).filter(|steps| steps.unsigned_abs() <= STEPS_MAX)?;
         }
         Some((steps, line(&steps, &next.offsets, &self.begin)?))
     }
@@ -302,8 +304,8 @@ impl Group {
             if self.passes_ends(&line) {
                 self.line = line;
                 (self.moved, self.is_smooth) = (by, true);
-                for axis in 0..AXES {
-                    let end = line[axis] + i32::from(self.begin[axis]);
+                for (axis, (parts, begin)) in line.into_iter().zip(self.begin).enumerate() {
+                    let end = parts + i32::from(begin);
                     let steps = (end + OFFSET_PARTS / 2) >> OFFSET_PARTS.ilog2();
                     self.request.steps[axis] = steps;
                     self.request.offsets[axis] = (end - steps * OFFSET_PARTS) as i8;
@@ -323,7 +325,7 @@ impl Group {
 }
 
 /// For the chain.
-impl Group {
+impl MoveGroup {
     /// The move that it becomes, and the distance by which its line is beside the ends of its moves, mm, at most. The blend at its
     /// beginning has what is left of the deviation beside it, and beside the move before, where that distance is `used_before_mm`.
     /// Its marks count in steps of its longest axis from now on.

@@ -99,7 +99,7 @@ impl Marks {
         for _ in 0..count {
             let Some(mark) = self.ring.get_mut(usize::from(first)) else { return };
             place += u32::from(mark.steps);
-            let stretched = if from == 0 { by } else { (place * by / from).min(by) };
+            let stretched = (place * by).checked_div(from).map_or(by, |place| place.min(by));
             mark.steps = stretched.saturating_sub(before) as u16;
             (before, first) = (stretched, after(first));
         }

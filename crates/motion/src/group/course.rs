@@ -52,6 +52,7 @@ pub(super) struct Line {
 }
 
 impl Line {
+    #[cold]
     pub(super) fn of(lengths_mm: Vector) -> Self {
         let square_mm2 = dot(&lengths_mm, &lengths_mm);
         let per_mm = inverse_root(square_mm2);
