@@ -268,7 +268,8 @@ impl Path {
                 writeln!(lines, "X{:.4} Y{:.4} Z{:.4}{power}", asked[0], asked[1], asked[2]).unwrap();
             }
         }
-        let end_mm = [place_mm[0] + 3.0, place_mm[1], place_mm[2]].map(|mm| (mm * 1e4).round() / 1e4);
+        // Whole steps of every machine here.
+        let end_mm = [place_mm[0] + 3.0, place_mm[1], place_mm[2]].map(|mm| (mm * 10.0).round() / 10.0);
         writeln!(lines, "G1 X{:.4} Y{:.4} Z{:.4}", end_mm[0], end_mm[1], end_mm[2]).unwrap();
         Self { lines, end_mm }
     }
