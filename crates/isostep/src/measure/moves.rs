@@ -190,6 +190,8 @@ mod tests {
         assert_eq!((exact.lines.len(), exact.steps.len(), exact.leaves_out), (8, 8, false));
         let shaped = Stream::new(&curve, Corners::Zv);
         assert_eq!((shaped.before[9].as_str(), shaped.leaves_out), ("$950=1", true));
-        assert!(shaped.before.last().unwrap().ends_with("G64P0.05"));
+        assert!(shaped.before.last().unwrap().ends_with("G64P0.05Q0"));
+        let together = Stream::new(&curve, Corners::Together);
+        assert!(together.before.last().unwrap().ends_with("G64P0.05") && together.leaves_out);
     }
 }
