@@ -132,7 +132,9 @@ fn a_change_of_feed_is_no_slow_place() {
 #[test]
 fn an_arc_is_one_slow_place() {
     let pace = pace("G91 G1 F12000 X40\nG3 X10 Y10 J10\nG1 Y40\n");
-    let [arc] = pace.slow.worst[..] else { panic!("{:?}", pace.slow.worst) };
+    let [arc, end] = pace.slow.worst[..] else { panic!("{:?}", pace.slow.worst) };
+    // Where it ends its last side is not quite a tangent.
+    assert!(end.lines == [Some(2), Some(3)] && end.turn_deg < 2.0 && end.lost_s < 0.2 * arc.lost_s, "{end:?}");
     assert_eq!((arc.why, arc.lines, pace.slow.of(Why::Arc).count), (Why::Arc, [Some(2), Some(2)], 1));
     assert!((arc.turn_deg - 90.0).abs() < 12.0, "{arc:?}");
     assert!(arc.taken_mm_s < 180.0 && arc.lost_s > 0.0 && arc.moves[1] > arc.moves[0] + 2, "{arc:?}");
