@@ -190,7 +190,10 @@ mod tests {
         let program = "G1 X10 F1200\nY10\nG2 X20 I5\nX0 Y0\n$H\n";
         let of =
             |lines: Vec<Option<usize>>| [1, 2, 3, 4].map(|line| lines.iter().filter(|at| **at == Some(line)).count());
-        assert_eq!(of(lines(&format!("G64 P0.3 {program}"))), of(lines(program)));
+        let [blended, exact] =
+            [format!("G64 P0.3 {program}"), format!("G61 {program}")].map(|program| of(lines(&program)));
+        // With blends an arc has fewer sides.
+        assert_eq!((blended, exact), ([1, 1, 9, 0], [1, 1, 56, 0]));
     }
 
     #[test]
