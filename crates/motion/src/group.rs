@@ -201,7 +201,7 @@ impl MoveGroup {
         }
         if self.moves == 1 {
             let first = self.line;
-            self.share(|axis| line[axis] != 0 || first[axis] != 0, rule);
+            self.share(core::array::from_fn(|axis| line[axis] != 0 || first[axis] != 0), rule);
         }
         if !self.passes_ends(&line) {
             return false;
@@ -226,8 +226,8 @@ impl MoveGroup {
     /// Divides the distance by which the line may be beside the ends among the axes that move beside the longest one; the others
     /// may not move. Notes the ends so far.
     #[cold]
-    fn share(&mut self, moves: impl Fn(usize) -> bool, rule: &GroupRule) {
-        let is_beside = |axis: &usize| *axis != usize::from(self.longest) && moves(*axis);
+    fn share(&mut self, moves: [bool; AXES], rule: &GroupRule) {
+        let is_beside = |axis: &usize| *axis != usize::from(self.longest) && moves[*axis];
         let share_mm = self.within_mm * SHARES[(0..AXES).filter(is_beside).count().min(SHARES.len() - 1)];
         let within: [i32; AXES] =
             core::array::from_fn(|axis| if is_beside(&axis) { (share_mm * rule.parts_per_mm[axis]) as i32 } else { 0 });
@@ -265,7 +265,7 @@ impl MoveGroup {
     pub fn smooth(&mut self, course: &mut Course, rule: &GroupRule) {
         if self.moves == 1 {
             let (own, direction) = (self.line, *course.direction());
-            self.share(|axis| own[axis] != 0 || direction[axis] != 0.0, rule);
+            self.share(core::array::from_fn(|axis| own[axis] != 0 || direction[axis] != 0.0), rule);
         }
         let mut line = Line::of(rule.lengths_mm(&self.line));
         let mut is_as_wanted = false;
