@@ -200,8 +200,7 @@ impl MoveGroup {
             return false;
         }
         if self.moves == 1 {
-            let first = self.line;
-            self.share(core::array::from_fn(|axis| line[axis] != 0 || first[axis] != 0), rule);
+            self.share(line.map(|parts| parts != 0), rule);
         }
         if !self.passes_ends(&line) {
             return false;
@@ -226,12 +225,17 @@ impl MoveGroup {
     /// Divides the distance by which the line may be beside the ends among the axes that move beside the longest one; the others
     /// may not move. Notes the ends so far.
     #[cold]
-    fn share(&mut self, moves: [bool; AXES], rule: &GroupRule) {
-        let is_beside = |axis: &usize| *axis != usize::from(self.longest) && moves[*axis];
-        let share_mm = self.within_mm * SHARES[(0..AXES).filter(is_beside).count().min(SHARES.len() - 1)];
-        let within: [i32; AXES] =
-            core::array::from_fn(|axis| if is_beside(&axis) { (share_mm * rule.parts_per_mm[axis]) as i32 } else { 0 });
-        self.slopes = within.map(Slopes::any);
+    fn share(&mut self, mut moves: [bool; AXES], rule: &GroupRule) {
+        let mut beside = 0;
+        for (axis, moves) in moves.iter_mut().enumerate() {
+            *moves = (*moves || self.line[axis] != 0) && axis != usize::from(self.longest);
+            beside += usize::from(*moves);
+        }
+        let share_mm = self.within_mm * SHARES[beside.min(SHARES.len() - 1)];
+        for (axis, slopes) in self.slopes.iter_mut().enumerate() {
+            let within = if moves[axis] { (share_mm * rule.parts_per_mm[axis]) as i32 } else { 0 };
+            *slopes = Slopes::any(within);
+        }
         self.narrow();
     }
 
@@ -264,8 +268,7 @@ impl MoveGroup {
     #[cold]
     pub fn smooth(&mut self, course: &mut Course, rule: &GroupRule) {
         if self.moves == 1 {
-            let (own, direction) = (self.line, *course.direction());
-            self.share(core::array::from_fn(|axis| own[axis] != 0 || direction[axis] != 0.0), rule);
+            self.share(course.direction().map(|share| share != 0.0), rule);
         }
         let mut line = Line::of(rule.lengths_mm(&self.line));
         let mut is_as_wanted = false;
