@@ -12,7 +12,7 @@ const STACK_RESERVE_BYTES: u64 = 16 * KIB;
 /// A Pico has 2 MiB of flash; the smaller budget makes growth visible.
 const FLASH_BUDGET_BYTES: u64 = 384 * KIB;
 /// The RP2040 has 264 KiB of RAM in total; the smaller budgets keep room for what is to come.
-const CODE_BUDGET_BYTES: u64 = 123 * KIB;
+const CODE_BUDGET_BYTES: u64 = 124 * KIB;
 const STATICS_BUDGET_BYTES: u64 = 81 * KIB;
 /// The room that a fourth axis may take, of code and of statics.
 const FOURTH_AXIS_BUDGET_BYTES: [u64; 2] = [KIB, 14 * KIB];
@@ -106,7 +106,7 @@ mod tests {
     fn a_budget_may_be_used_up_but_not_exceeded() {
         assert!(FULL.check().is_ok());
         let over = Footprint { code: CODE_BUDGET_BYTES + 1, ..FULL }.check().unwrap_err();
-        let expected = "RAM: code: 125953 bytes are 1 over the budget of 125952 (see xtask/src/footprint.rs)";
+        let expected = "RAM: code: 126977 bytes are 1 over the budget of 126976 (see xtask/src/footprint.rs)";
         assert_eq!(over.to_string(), expected);
     }
 
@@ -115,10 +115,10 @@ mod tests {
         assert_eq!(
             Footprint { flash: 196_608, code: 73_728, statics: 18_432, ..FULL }.table(),
             "flash                     192.0 KiB  of  384 KiB    50 %\n\
-             RAM: code                  72.0 KiB  of  123 KiB    58 %\n\
+             RAM: code                  72.0 KiB  of  124 KiB    58 %\n\
              RAM: statics               18.0 KiB  of   81 KiB    22 %\n\
              RAM: stack, reserved       16.0 KiB  of   16 KiB   100 %\n\
-             RAM, in all               106.0 KiB  of  220 KiB    48 %\n"
+             RAM, in all               106.0 KiB  of  221 KiB    47 %\n"
         );
     }
 }

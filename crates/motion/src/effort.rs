@@ -27,7 +27,7 @@ pub const STRAIGHT_S: f64 = 0.5e-3;
 
 /// The time that a move lasts at least to which a blend leads, s: that is planned and compiled, too, and the end of a line at
 /// another place than that of the move.
-pub const BLEND_S: f64 = 0.98e-3;
+pub const BLEND_S: f64 = 1.0e-3;
 
 /// The time that each move takes that is taken together with others, s: to read and to interpret it.
 pub const JOIN_S: f64 = 0.25e-3;

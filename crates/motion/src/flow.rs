@@ -151,7 +151,6 @@ where
         }
     }
 
-    #[cold]
     fn needs_group(&self, enough: usize) -> bool {
         let marks = self.chain.first_tag().map_or(0, |first| self.marks.count_from(first));
         let known = self.chain.len() + marks / MARKS_AS_A_BLOCK;
@@ -276,7 +275,7 @@ where
 
     /// Puts the group into the chain before a move that is not taken together with it. If that begins a group, too, it begins
     /// where the path is smooth, and its steps are another number then.
-    #[cold]
+    #[inline(never)]
     fn push_group_before(&mut self, request: &mut Request, one: &Move) -> Result<(), Alarm> {
         let lengthens =
             one.power != Power::Off && self.group.as_ref().is_some_and(|group| group.is_straight_to(request));

@@ -224,7 +224,7 @@ impl MoveGroup {
 
     /// Divides the distance by which the line may be beside the ends among the axes that move beside the longest one; the others
     /// may not move. Notes the ends so far.
-    #[cold]
+    #[inline(never)]
     fn share(&mut self, mut moves: [bool; AXES], rule: &GroupRule) {
         let mut beside = 0;
         for (axis, moves) in moves.iter_mut().enumerate() {
