@@ -120,6 +120,8 @@ pub(crate) struct MoveGroup {
     moved: [i32; AXES],
     /// True if it ends where the path is smooth.
     is_smooth: bool,
+    /// True if it follows a line of which the course is known, so that it will end so.
+    is_on_course: bool,
     /// The parts of a step from its beginning to its end.
     line: [i32; AXES],
     /// The slopes that each axis may have.
@@ -175,6 +177,7 @@ impl MoveGroup {
             moved_before: begin.moved,
             moved: [0; AXES],
             is_smooth: false,
+            is_on_course: course.is_known(),
             line,
             slopes: [Slopes::any(0); AXES],
         })
@@ -193,7 +196,8 @@ impl MoveGroup {
         if !is_alike || !goes_on {
             return false;
         }
-        let least_s = if self.moves == 1 { rule.least_s } else { rule.together_s(self.moves) };
+        let is_alone = self.moves == 1 && !self.is_on_course;
+        let least_s = if is_alone { rule.least_s } else { rule.together_s(self.moves) };
         let enough_mm2 = self.most_mm2_s2 * least_s * least_s;
         let square_mm2 = rule.square_mm2(&line);
         if self.square_mm2 >= enough_mm2 || square_mm2 >= MUCH_LONGER * enough_mm2 || square_mm2 >= self.most_mm2 {
