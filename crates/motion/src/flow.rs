@@ -253,6 +253,11 @@ where
                 return Ok(());
             }
             self.push_group_before(&mut request, one)?;
+            if request.steps == [0; AXES] {
+                // The path is smooth to where it was to end.
+                self.number(one);
+                return Ok(());
+            }
         }
         if !(one.power != Power::Off && self.lengthen(&request)) {
             self.group = self.group_of(&request, one);

@@ -113,11 +113,7 @@ pub(crate) struct MoveGroup {
     moves: u8,
     /// The axis that is the longest in the first move.
     longest: u8,
-    /// The parts of a step by which it begins beside whole steps.
-    begin: [i8; AXES],
-    /// The parts of a step by which it begins beside the end of the move before, and ends beside that of its last one.
-    moved_before: [i32; AXES],
-    moved: [i32; AXES],
+    begin: Begin,
     /// True if it ends where the path is smooth.
     is_smooth: bool,
     /// True if it follows a line of which the course is known, so that it will end so.
@@ -133,12 +129,12 @@ pub(crate) struct MoveGroup {
 pub(crate) struct Begin {
     /// The parts of a step by which it is beside whole steps.
     pub beside: [i8; AXES],
-    /// The parts of a step by which it is beside the end of the move before.
-    pub moved: [i32; AXES],
+    /// True if it is not where the move before was to end, but where the path is smooth.
+    pub is_smooth: bool,
 }
 
 impl Begin {
-    pub const WHOLE: Self = Self { beside: [0; AXES], moved: [0; AXES] };
+    pub const WHOLE: Self = Self { beside: [0; AXES], is_smooth: false };
 }
 
 impl MoveGroup {
@@ -173,9 +169,7 @@ impl MoveGroup {
             most_mm2,
             moves: 1,
             longest: longest as u8,
-            begin: begin.beside,
-            moved_before: begin.moved,
-            moved: [0; AXES],
+            begin,
             is_smooth: false,
             is_on_course: course.is_known(),
             line,
@@ -223,7 +217,7 @@ impl MoveGroup {
         for (own, other) in steps.iter_mut().zip(next.steps) {
             *own = own.checked_add(other).filter(|steps| steps.unsigned_abs() <= STEPS_MAX)?;
         }
-        Some((steps, line(&steps, &next.offsets, &self.begin)?))
+        Some((steps, line(&steps, &next.offsets, &self.begin.beside)?))
     }
 
     /// Divides the distance by which the line may be beside the ends among the axes that move beside the longest one; the others
@@ -295,7 +289,7 @@ impl MoveGroup {
         for axis in (0..AXES).filter(|&axis| axis != longest) {
             let within = self.slopes[axis].within;
             let parts = ((wanted_mm[axis] - along * line_mm[axis]) * rule.parts_per_mm[axis]) as i32;
-            if parts.abs() > within.saturating_mul(4) {
+            if parts.unsigned_abs() > within.unsigned_abs().saturating_mul(4) {
                 return None;
             }
             wanted[axis] = parts.clamp(-within, within);
@@ -309,9 +303,8 @@ impl MoveGroup {
         for _ in 0..3 {
             let line = core::array::from_fn(|axis| self.line[axis] + by[axis]);
             if self.passes_ends(&line) {
-                self.line = line;
-                (self.moved, self.is_smooth) = (by, true);
-                for (axis, (parts, begin)) in line.into_iter().zip(self.begin).enumerate() {
+                (self.line, self.is_smooth) = (line, true);
+                for (axis, (parts, begin)) in line.into_iter().zip(self.begin.beside).enumerate() {
                     let end = parts + i32::from(begin);
                     let steps = (end + OFFSET_PARTS / 2) >> OFFSET_PARTS.ilog2();
                     self.request.steps[axis] = steps;
@@ -344,11 +337,9 @@ impl MoveGroup {
         marks: &mut Marks,
     ) -> (Request, f32) {
         let mut request = self.request;
-        let is_plain = self.moves == 1 && !self.is_smooth && self.moved_before == [0; AXES];
+        let is_plain = self.moves == 1 && !self.is_smooth && !self.begin.is_smooth;
         let used_mm = if is_plain { 0.0 } else { self.finish_line(&mut request, course, rule, marks) };
-        if used_mm > 0.0 || used_before_mm > 0.0 {
-            request.deviation_mm = deviation_beside(request.deviation_mm, used_mm.max(used_before_mm));
-        }
+        request.deviation_mm = deviation_beside(request.deviation_mm, used_mm.max(used_before_mm));
         (request, used_mm)
     }
 
@@ -364,12 +355,12 @@ impl MoveGroup {
 
     /// Where it begins.
     pub fn begin(&self) -> Begin {
-        Begin { beside: self.begin, moved: self.moved_before }
+        self.begin
     }
 
     /// The steps to its end, and where the next group begins.
     pub fn end(&self) -> ([i32; AXES], Begin) {
-        (self.request.steps, Begin { beside: self.request.offsets, moved: self.moved })
+        (self.request.steps, Begin { beside: self.request.offsets, is_smooth: self.is_smooth })
     }
 
     /// True if it has no step.
@@ -382,7 +373,7 @@ impl MoveGroup {
     pub fn is_straight_to(&self, next: &Request) -> bool {
         let longest = usize::from(self.longest);
         let (own, other) = (&self.request.steps, &next.steps);
-        let is_whole = self.begin == [0; AXES] && self.request.offsets == [0; AXES] && next.offsets == [0; AXES];
+        let is_whole = self.begin.beside == [0; AXES] && self.request.offsets == [0; AXES] && next.offsets == [0; AXES];
         let is_along = |axis: usize| {
             i64::from(own[axis]) * i64::from(other[longest]) == i64::from(other[axis]) * i64::from(own[longest])
         };
@@ -406,5 +397,5 @@ fn line(steps: &[i32; AXES], end: &[i8; AXES], begin: &[i8; AXES]) -> Option<[i3
 /// The distance by which a blend may leave a corner, if the path beside it uses so much; half of it at least, if the moves before
 /// allow more.
 pub(crate) fn deviation_beside(deviation_mm: f32, used_mm: f32) -> f32 {
-    (deviation_mm - used_mm).max(0.5 * deviation_mm)
+    if used_mm.to_bits() == 0 { deviation_mm } else { (deviation_mm - used_mm).max(0.5 * deviation_mm) }
 }

@@ -4,7 +4,8 @@
 //! A raster has a line for each of its pixels. Those that go straight on at one feed become one block, so that the chain
 //! plans, hands out and compiles one move for many lines. What is different from line to line is kept here, in the
 //! order of the path. The tag of a block says which marks are its own. So whoever has a chunk finds its marks, also
-//! after a hold, and nothing has to be counted along with the chain.
+//! after a hold, and nothing has to be counted along with the chain. Short moves that are taken together
+//! ([`group`](crate::group)) are one block with marks, too.
 //!
 //! If a block has as many marks as it may have, the line becomes another. While there is no room at all, no line is taken.
 //! Blocks are lengthened with a trapezoid only, because the instant of a mark on a curved ramp takes far longer to compute, and

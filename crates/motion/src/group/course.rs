@@ -109,6 +109,9 @@ impl Course {
     /// to be in a line. What lines take that are not average is in what is known ahead.
     #[cold]
     pub(super) fn shared_s(&mut self, own_s: f32, length_mm: f32) -> f32 {
+        if length_mm == 0.0 {
+            return own_s;
+        }
         let gain = if self.mean_mm == 0.0 { 1.0 } else { MEAN_GAIN };
         self.mean_s += gain * (own_s - self.mean_s);
         self.mean_mm += gain * (length_mm - self.mean_mm);
