@@ -36,7 +36,7 @@ impl<F: NorFlash> Controller<'_, F> {
             _ => core::array::from_fn(|axis| beside_steps(place_mm[axis], steps_per_mm[axis])),
         };
         let mut place_steps = steps(arc.start_mm());
-        let mut one = Move { reach_mm: lead_mm as f32, ..*last };
+        let mut own_mm = lead_mm as f32;
         // A side is asked for only when the next one is known, because the last one is not like the others.
         let mut ahead = None;
         for end_mm in ends_mm {
@@ -46,16 +46,16 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             place_steps = target_steps;
             if let Some((target_steps, offsets)) = ahead.replace((target_steps, beside(end_mm))) {
-                let side = Move { target_steps, offsets, exact_stop: false, in_arc: true, ..one };
+                let side = Move { target_steps, offsets, exact_stop: false, in_arc: true, reach_mm: own_mm, ..*last };
                 self.submit(Motion::Move(side)).await?;
-                one.reach_mm = reach_mm as f32;
+                own_mm = reach_mm as f32;
                 // The ports' queues are filled between sides, however many there are.
                 yield_now().await;
             }
         }
         let Some((target_steps, offsets)) = ahead else { return Ok(()) };
         let offsets = if last.exact_stop { [0; AXES] } else { offsets };
-        self.submit(Motion::Move(Move { target_steps, offsets, ..one })).await
+        self.submit(Motion::Move(Move { target_steps, offsets, reach_mm: own_mm, ..*last })).await
     }
 
     /// The least and the greatest place of every axis on an arc, steps.

@@ -10,7 +10,7 @@ use crate::sources::Sources;
 use crate::tag::Chunk;
 
 /// The number of chunks that are kept at once: with moves of a millisecond, more than is queued ahead.
-const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 64 };
+const CHUNKS: usize = if cfg!(feature = "short-look-ahead") { 48 } else { 62 };
 /// The number of these places that are kept free for chunks that are still to be streamed.
 const CHUNKS_TO_STREAM: usize = CHUNKS - 16;
 

@@ -247,12 +247,14 @@ where
     /// group, or becomes a block.
     fn join_or_push(&mut self, steps: [i32; AXES], one: &Move) -> Result<(), Alarm> {
         let mut request = self.request(steps, one);
-        if self.group.is_some() {
-            if self.join_group(&request, one) {
+        if let Some(group) = &mut self.group {
+            // A line of a laser that goes straight on is better off as a mark in the last block.
+            let lengthens = one.power != Power::Off && group.is_straight_to(&request);
+            if !lengthens && group.join(&request, one, &self.group_rule, self.marks) {
                 self.number(one);
                 return Ok(());
             }
-            self.push_group_before(&mut request, one)?;
+            self.push_group_before(&mut request, one, lengthens)?;
             if request.steps == [0; AXES] {
                 // The path is smooth to where it was to end.
                 self.number(one);
@@ -271,19 +273,10 @@ where
         Ok(())
     }
 
-    /// Takes a move together with the group, unless it is one of a laser that goes straight on.
-    fn join_group(&mut self, request: &Request, one: &Move) -> bool {
-        let Some(group) = &mut self.group else { return false };
-        let lengthens = one.power != Power::Off && group.is_straight_to(request);
-        !lengthens && group.join(request, one, &self.group_rule, self.marks)
-    }
-
     /// Puts the group into the chain before a move that is not taken together with it. If that begins a group, too, it begins
     /// where the path is smooth, and its steps are another number then.
     #[inline(never)]
-    fn push_group_before(&mut self, request: &mut Request, one: &Move) -> Result<(), Alarm> {
-        let lengthens =
-            one.power != Power::Off && self.group.as_ref().is_some_and(|group| group.is_straight_to(request));
+    fn push_group_before(&mut self, request: &mut Request, one: &Move, lengthens: bool) -> Result<(), Alarm> {
         if self.group.as_ref().is_some_and(|group| group.may_be_smooth(&self.course))
             && !lengthens
             && self.group_of(request, one).is_some()
@@ -315,6 +308,7 @@ where
     }
 
     /// Puts a move of so many steps into the chain, which stops at its end.
+    #[cold]
     pub(crate) fn push(&mut self, steps: [i32; AXES], feed_mm_s: f64, line: u32) -> Result<(), Alarm> {
         let target_steps = core::array::from_fn(|axis| self.planned_steps[axis].wrapping_add(steps[axis]));
         let one = Move { feed_mm_s, exact_stop: true, line, ..Move::to(target_steps) };

@@ -36,10 +36,8 @@ use crate::tag::Request;
 const NEARLY: f32 = 2.0;
 /// A move does not join if the line is longer then than is needed for the processor to keep up, by so much squared.
 const MUCH_LONGER: f32 = 9.0;
-/// A line is no longer than this on any axis when a move joins, steps, so that products of two such lengths fit into 32 bits.
+/// A line is no longer than this on any axis, steps, so that products of two such lengths fit into 32 bits.
 const STEPS_MAX: u32 = 1 << 15;
-/// A line is no longer than this on any axis, parts of a step, so that products of two such lengths fit into 64 bits.
-const LENGTH_MAX_PARTS: i32 = 1 << 30;
 /// On a curve a line is no longer than that its middle is within this share of what it may be beside the ends.
 const SAGITTA_SHARE: f32 = 0.3;
 /// The shares of several axes in a distance that all of them together are to stay within: the inverse root of their number.
@@ -215,7 +213,7 @@ impl MoveGroup {
     fn with(&self, next: &Request) -> Option<([i32; AXES], [i32; AXES])> {
         let mut steps = self.request.steps;
         for (own, other) in steps.iter_mut().zip(next.steps) {
-            *own = own.checked_add(other).filter(|steps| steps.unsigned_abs() <= STEPS_MAX)?;
+            *own = own.saturating_add(other);
         }
         Some((steps, line(&steps, &next.offsets, &self.begin.beside)?))
     }
@@ -354,6 +352,7 @@ impl MoveGroup {
     }
 
     /// Where it begins.
+    #[cold]
     pub fn begin(&self) -> Begin {
         self.begin
     }
@@ -382,14 +381,14 @@ impl MoveGroup {
 }
 
 /// The parts of a step from `begin` beside whole steps to the end of a move; `None` if that is too far.
+#[inline(never)]
 fn line(steps: &[i32; AXES], end: &[i8; AXES], begin: &[i8; AXES]) -> Option<[i32; AXES]> {
     let mut line = [0; AXES];
     for axis in 0..AXES {
-        let whole = steps[axis].checked_mul(OFFSET_PARTS)?;
-        line[axis] = whole.checked_add(i32::from(end[axis]) - i32::from(begin[axis]))?;
-        if line[axis].unsigned_abs() > LENGTH_MAX_PARTS.unsigned_abs() {
+        if steps[axis].unsigned_abs() > STEPS_MAX {
             return None;
         }
+        line[axis] = steps[axis] * OFFSET_PARTS + i32::from(end[axis]) - i32::from(begin[axis]);
     }
     Some(line)
 }
