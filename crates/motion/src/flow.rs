@@ -126,6 +126,7 @@ where
     }
 
     /// Takes the waiting motions into the chain, for as long as they can follow.
+    #[cold]
     fn take_waiting(&mut self, purpose: Purpose) {
         while self.take_next(purpose) {}
         self.settle_group(ENOUGH_TO_WAIT);
