@@ -36,6 +36,7 @@ const SHORT_CYCLES: u32 = 2;
 pub const LATE_CYCLES: u32 = 1;
 
 /// The program that skips, as if at address 0; see [`moved`].
+#[cold]
 pub fn skipping() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     pio::pio_asm!(
         ".origin 0",
@@ -62,6 +63,7 @@ pub fn skipping() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
 }
 
 /// The short program, as if at address 0. It is as early as the other.
+#[cold]
 pub fn short() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     pio::pio_asm!(
         ".origin 0",

@@ -98,6 +98,7 @@ impl Stamps {
     }
 
     /// The cycle since all began at which the edge of a stamp was seen. The stamps are counted from 0.
+    #[cold]
     pub fn seen_cycles(&self, stamp: usize) -> u32 {
         let stamp = stamp as u32;
         let late = u32::from(ALL[self.index].is_late.load(Ordering::Relaxed));
