@@ -49,8 +49,8 @@ fn what_tests_compile_too() -> Result<()> {
     clippy(workspace::BENCH_FIRMWARE, &[])?;
     rustdoc(workspace::BENCH_FIRMWARE, &[])?;
     for features in [&[][..], &["two-axes"], &["four-axes"]] {
-        clippy(QEMU_BOARD, features)?;
-        rustdoc(QEMU_BOARD, features)?;
+        clippy(workspace::TEMPLATE_BOARD, features)?;
+        rustdoc(workspace::TEMPLATE_BOARD, features)?;
     }
     another_chip()
 }
@@ -111,8 +111,6 @@ fn other() -> Variant {
 fn skr_pico() -> Variant {
     Variant { board: Board::SkrPico, ..Variant::default() }
 }
-
-const QEMU_BOARD: &str = "qemu-lm3s6965";
 
 fn clippy(package: &str, features: &[&str]) -> Result<()> {
     announce(&format!("clippy, {}", named(package, features)));

@@ -308,19 +308,21 @@ fn on_board(amount: Amount, elves: &[PathBuf; 3]) -> Command {
 }
 
 fn another_board(amount: Amount) -> Result<()> {
-    const BOARD: &str = "qemu-lm3s6965";
     toolchain::add_target(workspace::FIRMWARE_TARGET)?;
     let mut tests = cargo_test(amount);
     if amount == Amount::Few {
         tests.args(["--test=it", "qemu::", "--", "--ignored", "--skip=two_axes"]);
     } else {
-        process::run(&mut firmware_cargo("build", BOARD, &["two-axes"]))?;
-        tests.env("ISOSTEP_QEMU_TWO_AXES_ELF", build::keep(&workspace::elf(BOARD), "qemu-two-axes")?);
+        process::run(&mut firmware_cargo("build", workspace::TEMPLATE_BOARD, &["two-axes"]))?;
+        tests.env(
+            "ISOSTEP_QEMU_TWO_AXES_ELF",
+            build::keep(&workspace::elf(workspace::TEMPLATE_BOARD), "qemu-two-axes")?,
+        );
         tests.args(["--test=it", "qemu::", "--", "--ignored"]);
     }
-    process::run(&mut firmware_cargo("build", BOARD, &[]))?;
+    process::run(&mut firmware_cargo("build", workspace::TEMPLATE_BOARD, &[]))?;
     // Not by their package: with the features of all packages they are compiled already.
-    process::run(tests.env("ISOSTEP_QEMU_ELF", workspace::elf(BOARD)))
+    process::run(tests.env("ISOSTEP_QEMU_ELF", workspace::elf(workspace::TEMPLATE_BOARD)))
 }
 
 fn another_chip(_: Amount) -> Result<()> {

@@ -38,10 +38,10 @@ fn plain_cargo(verb: &str) -> Command {
     command
 }
 
-/// `cargo VERB` for a board's package and the chip, in the release profile, with these features and no others.
+/// `cargo VERB` for a board's package and the chip, in its profile, with these features and no others.
 pub fn firmware_cargo(verb: &str, package: &str, features: &[&str]) -> Command {
     let mut command = cargo(verb);
-    command.args(["--release", "--package", package, "--target", FIRMWARE_TARGET]);
+    command.args(["--profile", workspace::profile(package), "--package", package, "--target", FIRMWARE_TARGET]);
     command.args(["--no-default-features", &format!("--features={}", features.join(","))]);
     let mut flags = short_paths();
     flags.push(NO_SPECULATION);

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 pub const FIRMWARE: &str = "rp2040-gantry";
 /// The name of the package and of the binary of the firmware that measures its own run time.
 pub const BENCH_FIRMWARE: &str = "rp2040-bench";
+/// The name of the package and of the binary of the template of a board.
+pub const TEMPLATE_BOARD: &str = "qemu-lm3s6965";
 /// The RP2040's cores are Cortex-M0+.
 pub const FIRMWARE_TARGET: &str = "thumbv6m-none-eabi";
 
@@ -20,9 +22,14 @@ pub fn target_dir() -> PathBuf {
     env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |dir| root().join(dir))
 }
 
+/// The profile in which Cargo builds a board's firmware: the template's chip has less flash than the fast one takes.
+pub fn profile(package: &str) -> &'static str {
+    if package == TEMPLATE_BOARD { "small" } else { "release" }
+}
+
 /// A board's firmware with its symbols.
 pub fn elf(package: &str) -> PathBuf {
-    target_dir().join(FIRMWARE_TARGET).join("release").join(package)
+    target_dir().join(FIRMWARE_TARGET).join(profile(package)).join(package)
 }
 
 /// A board's firmware in the format of the Pico's boot drive.
