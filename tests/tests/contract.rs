@@ -61,7 +61,8 @@ fn with_dropped_coordinator(executor: &mut Executor, world: &Shared, config: &Co
     executor.spawn("coordinator", async move {
         for (enable, until) in enables.into_iter().zip([DROPPED_AT, REST * 60]) {
             let mut path = Box::new(PlanMemory::new());
-            let run = coordinator::run(machine, &mut path, enable, |_event| {});
+            let run =
+                coordinator::run(machine, &mut path, &isostep_controller::least_times::RP2040, enable, |_event| {});
             select(run, Timer::after(until)).await;
             Timer::after(REST).await;
         }

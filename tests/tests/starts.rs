@@ -77,7 +77,9 @@ fn moved(starts_alone: bool) -> (State, [i32; AXES], Vec<Event>) {
     let noted = events.clone();
     executor.spawn("coordinator", async move {
         let mut memory = Box::new(PlanMemory::new());
-        coordinator::run(machine, &mut memory, Enable, |event| noted.borrow_mut().push(event)).await;
+        let least_times = isostep_controller::least_times::RP2040;
+        let on_event = |event| noted.borrow_mut().push(event);
+        coordinator::run(machine, &mut memory, &least_times, Enable, on_event).await;
     });
     executor.spawn("program", async move {
         let motion = Motion::Move(Move::to([100; AXES]));

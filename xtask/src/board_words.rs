@@ -1,11 +1,12 @@
-//! The words of the board in the gantry's firmware, `boards/rp2040-gantry/src/board_words.rs`: what is wired to it. They are
-//! written into an ELF file that is linked already, so images that differ in them alone are linked once.
+//! The words of the board in the gantry's firmware, `boards/rp2040-gantry/src/board_words.rs`: what is wired to it, and the times that
+//! moves last at least. They are written into an ELF file that is linked already, so images that differ in them alone are linked once.
 
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use isostep_motion::LeastTimes;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSection};
 
@@ -13,10 +14,11 @@ use crate::variant::{Contact, Driver};
 
 const SECTION: &str = ".board_words";
 const MAGIC: &[u8] = b"ISOWORDS";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const WORD_BYTES: usize = size_of::<u32>();
-/// The magic, and the words after it: version, contact, driver.
-const SECTION_BYTES: usize = MAGIC.len() + 3 * WORD_BYTES;
+/// The magic, and the words after it: version, contact, driver, one that is not used. Then come the least times, as doubles.
+const TIMES_AT: usize = MAGIC.len() + 4 * WORD_BYTES;
+const SECTION_BYTES: usize = TIMES_AT + size_of::<LeastTimes>();
 
 /// The choices that the words hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,12 +34,9 @@ impl BoardWords {
     /// # Errors
     /// The file has no words of this layout.
     pub fn write_to(self, path: &Path) -> Result<()> {
-        let mut elf = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let mut elf = read(path)?;
         self.patch(&mut elf).with_context(|| format!("{} cannot be detected what is wired to it", path.display()))?;
-        let new = path.with_extension("new");
-        fs::write(&new, elf)
-            .and_then(|()| fs::rename(&new, path))
-            .with_context(|| format!("cannot write {}", path.display()))
+        write(&elf, path)
     }
 
     fn patch(self, elf: &mut [u8]) -> Result<()> {
@@ -47,6 +46,17 @@ impl BoardWords {
         elf[words].copy_from_slice(&bytes);
         Ok(())
     }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+fn write(elf: &[u8], path: &Path) -> Result<()> {
+    let new = path.with_extension("new");
+    fs::write(&new, elf)
+        .and_then(|()| fs::rename(&new, path))
+        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The places of contact and driver in the file.
@@ -61,7 +71,8 @@ fn place(elf: &[u8]) -> Result<Range<usize>> {
     let version = u32::from_le_bytes(words[..WORD_BYTES].try_into()?);
     ensure!(version == VERSION, "{SECTION} is of version {version}, not {VERSION}: {REMEDY}");
     let start = start as usize;
-    Ok(start + MAGIC.len() + WORD_BYTES..start + SECTION_BYTES)
+    let words = start + MAGIC.len() + WORD_BYTES;
+    Ok(words..words + 2 * WORD_BYTES)
 }
 
 #[cfg(test)]
@@ -105,9 +116,9 @@ mod tests {
         };
         let remedy = "take an image of `cargo xtask build` of the same sources";
         assert_eq!(refusal(None), format!("it has no section .board_words: {remedy}"));
-        assert_eq!(refusal(Some(&WORDS[..16])), format!(".board_words has 16 bytes, not 20: {remedy}"));
-        let of_version_2 = [&WORDS[..8], &[2], &WORDS[9..]].concat();
-        assert_eq!(refusal(Some(&of_version_2)), format!(".board_words is of version 2, not 1: {remedy}"));
+        assert_eq!(refusal(Some(&WORDS[..16])), format!(".board_words has 16 bytes, not 176: {remedy}"));
+        let of_version_1 = [&WORDS[..8], &[1], &WORDS[9..]].concat();
+        assert_eq!(refusal(Some(&of_version_1)), format!(".board_words is of version 1, not 2: {remedy}"));
         let other = [b"ISOSWORD", &WORDS[8..]].concat();
         assert!(
             refusal(Some(&other)).starts_with(".board_words begins with [73, 83, 79, 83, "),

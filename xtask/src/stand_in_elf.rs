@@ -1,7 +1,12 @@
 // An ELF file such as the linker makes, for unit tests and for `stand_ins`, which include it.
 
 /// The words of the board as they are linked.
-const WORDS: &[u8] = b"ISOWORDS\x01\0\0\0\0\0\0\0\0\0\0\0";
+const WORDS: &[u8] = &{
+    let mut words = [0; 176];
+    let (begin, _) = words.split_at_mut(9);
+    begin.copy_from_slice(b"ISOWORDS\x02");
+    words
+};
 
 /// An ELF file for a 32-bit Arm with this code, which is loaded to the beginning of flash, and these words of the board
 /// behind it.

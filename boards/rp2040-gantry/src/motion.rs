@@ -90,7 +90,7 @@ async fn watch_start(machine: &'static Machine, input: Input<'static>) -> ! {
 async fn coordinate(machine: &'static Machine, enable: Enable) -> ! {
     static PATH: ConstStaticCell<PlanMemory> = ConstStaticCell::new(PlanMemory::new());
 
-    coordinator::run(machine, PATH.take(), enable, log).await
+    coordinator::run(machine, PATH.take(), board_words::least_times(), enable, log).await
 }
 
 /// While a log line is encoded, it masks every interrupt: a move's plan for 85 us, its end for 26 us. So events that

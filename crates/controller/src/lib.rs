@@ -20,6 +20,7 @@ mod controller;
 mod drivers;
 mod intake;
 mod jogs;
+pub mod least_times;
 mod moves;
 mod news;
 mod output;

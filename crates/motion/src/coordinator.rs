@@ -24,6 +24,7 @@ use crate::axes::{AXES, Axis};
 use crate::chunks::Chunks;
 use crate::cold_path::cold_path;
 use crate::config::Config;
+use crate::effort::LeastTimes;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::group::{Begin, Course, GroupRule, MoveGroup};
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, SpeedOverrides};
@@ -59,14 +60,20 @@ impl Default for PlanMemory {
     }
 }
 
-/// Carries out the motions asked of `machine` for ever. `memory` is what it plans in; `enable` is the drivers' ENABLE,
-/// active low; every [`Event`] goes to `on_event` as it happens.
+/// Carries out the motions asked of `machine` for ever. `memory` is what it plans in; `least_times` are the board's; `enable` is
+/// the drivers' ENABLE, active low; every [`Event`] goes to `on_event` as it happens.
 ///
 /// # Cancellation
 /// Dropping it in the middle of a move starves the axes: they stop when the first of them has made the segments already
 /// queued, or each does where its port cannot tell; every position is exact, and the state stays as it was. Nothing
 /// moves until another `run` is spawned, which begins where the axes stand.
-pub async fn run<E, F>(machine: &Machine, memory: &mut PlanMemory, enable: E, on_event: F) -> !
+pub async fn run<E, F>(
+    machine: &Machine,
+    memory: &mut PlanMemory,
+    least_times: &LeastTimes,
+    enable: E,
+    on_event: F,
+) -> !
 where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
@@ -77,6 +84,7 @@ where
         chain,
         chunks,
         marks,
+        least_times,
         overrides: SpeedOverrides::NONE,
         planned_steps: [0; AXES],
         begin: Begin::WHOLE,
@@ -147,6 +155,7 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) chunks: &'a mut Chunks,
     /// The marks in the blocks of the chain, and in what has been handed out of it.
     pub(crate) marks: &'a mut Marks,
+    pub(crate) least_times: &'a LeastTimes,
     /// The overrides that the chain is planned with.
     pub(crate) overrides: SpeedOverrides,
     /// The place where the chain ends, steps.

@@ -9,7 +9,6 @@ use isostep_profile::{IntervalSplit, SpeedProfile};
 use crate::axes::AXES;
 use crate::config::Config;
 use crate::coordinator::{Coordinator, Purpose};
-use crate::effort::effort;
 use crate::event::{Alarm, Event, Finish};
 use crate::group::{Begin, Course, GroupRule, MoveGroup, deviation_beside};
 use crate::machine::{CHAIN_MOVES, Motion, Move, SpeedOverrides};
@@ -109,11 +108,12 @@ where
         self.marks.clear();
         let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_split, speed_profile);
         let shaping = purpose.shaping(&config);
-        let effort = effort(speed_profile, &self.machine.capabilities(), &config.wiring, shaping.as_ref());
+        let times = self.least_times;
+        let effort = times.effort(speed_profile, &self.machine.capabilities(), &config.wiring, shaping.as_ref());
         self.chain.set_config(plain.with_effort(effort));
         let has_blends = speed_profile == SpeedProfile::Trapezoid && interval_split == IntervalSplit::Fastest;
         self.group_rule = if purpose == Purpose::Program && has_blends {
-            GroupRule::new(effort.move_s + effort.blend_s, &limits, &steps_per_mm)
+            GroupRule::new(effort.move_s + effort.blend_s, times, &limits, &steps_per_mm)
         } else {
             GroupRule::NONE
         };

@@ -27,7 +27,7 @@ use self::course::Line;
 use self::slopes::{Slope, Slopes};
 use self::vector::{Vector, dot};
 use crate::axes::AXES;
-use crate::effort::{JOIN_S, TOGETHER_S};
+use crate::effort::LeastTimes;
 use crate::machine::Move;
 use crate::marks::Marks;
 use crate::tag::Request;
@@ -47,6 +47,9 @@ const SHARES: [f32; 4] = [1.0, 1.0, core::f32::consts::FRAC_1_SQRT_2, 0.577_350_
 pub(crate) struct GroupRule {
     /// The time that a move takes the processor at least, s; 0 if none are taken together.
     least_s: f32,
+    /// The time that several take at least, and more for each but the first, s.
+    together_s: f32,
+    join_s: f32,
     mm_per_part: Vector,
     parts_per_mm: Vector,
     /// The square of the highest speed along a path.
@@ -57,11 +60,18 @@ pub(crate) struct GroupRule {
 
 impl GroupRule {
     /// None are taken together.
-    pub const NONE: Self =
-        Self { least_s: 0.0, mm_per_part: [0.0; AXES], parts_per_mm: [0.0; AXES], top_mm2_s2: 0.0, accel_mm_s2: 0.0 };
+    pub const NONE: Self = Self {
+        least_s: 0.0,
+        together_s: 0.0,
+        join_s: 0.0,
+        mm_per_part: [0.0; AXES],
+        parts_per_mm: [0.0; AXES],
+        top_mm2_s2: 0.0,
+        accel_mm_s2: 0.0,
+    };
 
     /// For axes with these limits and steps/mm, if each move takes the processor `least_s` at least.
-    pub fn new(least_s: f64, limits: &[Limits; AXES], steps_per_mm: &[f64; AXES]) -> Self {
+    pub fn new(least_s: f64, times: &LeastTimes, limits: &[Limits; AXES], steps_per_mm: &[f64; AXES]) -> Self {
         let parts_per_mm = steps_per_mm.map(|steps_per_mm| steps_per_mm * f64::from(OFFSET_PARTS));
         let of_axes = || limits.iter().zip(steps_per_mm);
         let tops_mm_s = of_axes().map(|(limits, steps_per_mm)| limits.top_speed_steps_s / steps_per_mm);
@@ -69,6 +79,8 @@ impl GroupRule {
             of_axes().map(|(limits, steps_per_mm)| limits.accel_steps_s2.min(limits.decel_steps_s2) / steps_per_mm);
         Self {
             least_s: least_s as f32,
+            together_s: least_s as f32 + times.together_s as f32,
+            join_s: times.join_s as f32,
             mm_per_part: parts_per_mm.map(|parts_per_mm| (1.0 / parts_per_mm) as f32),
             parts_per_mm: parts_per_mm.map(|parts_per_mm| parts_per_mm as f32),
             top_mm2_s2: tops_mm_s.map(|mm_s| mm_s * mm_s).sum::<f64>() as f32,
@@ -78,7 +90,7 @@ impl GroupRule {
 
     /// The time that so many moves take the processor together, s.
     fn together_s(&self, moves: u8) -> f32 {
-        self.least_s + TOGETHER_S as f32 + JOIN_S as f32 * f32::from(moves - 1)
+        self.together_s + self.join_s * f32::from(moves - 1)
     }
 
     fn lengths_mm(&self, line: &[i32; AXES]) -> Vector {

@@ -48,7 +48,7 @@ pub mod tool;
 pub use axes::{AXES, Axis};
 pub use cold_path::cold_path;
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
-pub use effort::{BLEND_S, BOX_S, JOIN_S, SHAPED_S, STRAIGHT_S, TOGETHER_S, shaped_s};
+pub use effort::{LeastTimes, RampTimes};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Move, ProbeMove, Probed, SpeedOverrides, Status};
 pub use motor::{GangedMotor, LimitInput, Motor, SecondMotor};

@@ -1,12 +1,24 @@
 //! The shapers of a run, from those of a configuration.
 
-use isostep_motion::{Axis, BOX_S, SHAPED_S, Shaping, shaped_s};
+use isostep_motion::{Axis, LeastTimes, RampTimes, Shaping};
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
 use super::common::works;
 
 /// The largest change by rounding, s.
 const SAME_S: f64 = 1e-15;
+
+/// Those of no board.
+const TIMES: LeastTimes = LeastTimes {
+    straight_s: 0.1e-3,
+    blend_s: 0.2e-3,
+    join_s: 0.3e-3,
+    together_s: 0.4e-3,
+    shaped_s: 1.64e-3,
+    box_s: 3.6e-3,
+    queued_s: 0.5e-3,
+    curved: [RampTimes { ramps_s: 0.6e-3, root_step_s: 0.7e-3 }; 6],
+};
 
 fn shaper(kind: ShaperKind, natural_hz: f64) -> Shaper {
     Shaper { kind, natural_hz, damping_ratio: 0.05 }
@@ -23,7 +35,7 @@ fn shaping(x: Shaper, y: Shaper) -> Option<Shaping> {
 fn without_a_shaper_no_run_is_shaped() {
     let none = shaper(ShaperKind::None, 25.0);
     assert_eq!((works().shaping(), shaping(none, none)), (None, None));
-    assert_eq!(shaped_s(None), 0.0);
+    assert_eq!(TIMES.of_shaping_s(None), 0.0);
 }
 
 /// So the axes are on a line at constant speed, whatever their shapers are.
@@ -55,10 +67,11 @@ fn all_axes_are_late_by_the_mean_of_the_latest() {
 /// A move has its phases, and all those of the shaper's length are kept.
 #[test]
 fn a_move_lasts_longer_with_low_frequencies() {
-    let at_hz = |natural_hz| shaped_s(shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref());
-    assert_eq!((at_hz(500.0), at_hz(34.0)), (SHAPED_S, SHAPED_S));
-    assert!(at_hz(32.0) > SHAPED_S);
+    let at_hz =
+        |natural_hz| TIMES.of_shaping_s(shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref());
+    assert_eq!((at_hz(500.0), at_hz(34.0)), (TIMES.shaped_s, TIMES.shaped_s));
+    assert!(at_hz(32.0) > TIMES.shaped_s);
     let boxed = shaping(shaper(ShaperKind::Box, 100.0), shaper(ShaperKind::Zv, 100.0));
-    assert_eq!(shaped_s(boxed.as_ref()), BOX_S);
-    assert!(at_hz(10.0) > 2.0 * SHAPED_S && (at_hz(10.0) - 2.0 * at_hz(20.0)).abs() < SAME_S);
+    assert_eq!(TIMES.of_shaping_s(boxed.as_ref()), TIMES.box_s);
+    assert!(at_hz(10.0) > 2.0 * TIMES.shaped_s && (at_hz(10.0) - 2.0 * at_hz(20.0)).abs() < SAME_S);
 }

@@ -15,7 +15,7 @@ mod seconds;
 mod slow;
 pub mod words;
 
-use isostep_motion::AXES;
+use isostep_motion::{AXES, LeastTimes};
 use serde::Serialize;
 
 use self::asked::top_mm_s;
@@ -108,6 +108,9 @@ pub struct Pace {
     pub busiest_second: Option<Second>,
     /// The time that it takes longer at least on the board, which plans [`BOARD_MOVES_PER_S`] moves a second, s.
     pub longer_on_board_s: f64,
+    /// The times that moves last at least on the board.
+    #[serde(skip)]
+    pub least_times: LeastTimes,
     /// The pace of X, Y and Z.
     pub axes: [AxisPace; AXES],
     /// Index of the axis that comes closest to its top speed; null without a move.
@@ -128,7 +131,7 @@ impl Pace {
 
     /// Keeps only what does not depend on the limits.
     fn without_limits(self) -> Self {
-        let Self { moves, moving_s, shaping_s, standing_s, longer_on_board_s, .. } = self;
+        let Self { moves, moving_s, shaping_s, standing_s, longer_on_board_s, least_times, .. } = self;
         Self {
             limits_changed: true,
             moves,
@@ -141,6 +144,7 @@ impl Pace {
             slowest_second: None,
             busiest_second: None,
             longer_on_board_s,
+            least_times,
             axes: [AxisPace::default(); AXES],
             fastest_axis: None,
         }
@@ -194,6 +198,7 @@ impl Pace {
             slowest_second,
             busiest_second,
             longer_on_board_s: carried::longer_s(outcome),
+            least_times: outcome.config.least_times,
             axes,
             fastest_axis: nearest.filter(|&axis| axes[axis].share > 0.0),
         }

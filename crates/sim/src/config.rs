@@ -4,8 +4,8 @@ use std::fmt;
 
 use embassy_time::Duration;
 use isostep_console::Settings;
-use isostep_controller::DriverHardware;
-use isostep_motion::{AXES, Axis, Contact, DriverTiming};
+use isostep_controller::{DriverHardware, least_times};
+use isostep_motion::{AXES, Axis, Contact, DriverTiming, LeastTimes};
 use isostep_profile::fit_error_max_ticks;
 
 use crate::drive::{Load, MotorData};
@@ -177,6 +177,8 @@ pub struct Config {
     pub diag: [bool; AXES],
     /// The port that makes the edges.
     pub port: Port,
+    /// The times that moves last at least on the board.
+    pub least_times: LeastTimes,
     /// Timing requirements of the drivers.
     pub driver: DriverTiming,
     /// The way in which a program is sent.
@@ -230,6 +232,7 @@ impl Default for Config {
             board: Board::default(),
             diag: [false; AXES],
             port: Port::default(),
+            least_times: least_times::RP2040,
             driver: DriverTiming::DRV8825,
             streaming: Streaming::GRBL,
             poll_every: None,

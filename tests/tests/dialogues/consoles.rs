@@ -9,7 +9,7 @@ use embassy_futures::block_on;
 use embassy_time::{Duration, Instant};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use isostep_controller::store::Kept;
-use isostep_controller::{Controller, Error, FlowControl, Parameters, Settings, Store, config};
+use isostep_controller::{Controller, Error, FlowControl, Parameters, Settings, Store, config, least_times};
 use isostep_motion::{Contact, Machine, coordinator};
 use isostep_sim::Flash;
 use isostep_sim::executor::Executor;
@@ -67,7 +67,8 @@ impl Two {
         block_on(controller.load());
         assert_eq!(controller.parameters(), kept.parameters);
         executor.spawn("coordinator", async move {
-            coordinator::run(machine, &mut coordinator::PlanMemory::new(), Unconnected, |_| {}).await;
+            let mut memory = coordinator::PlanMemory::new();
+            coordinator::run(machine, &mut memory, &least_times::RP2040, Unconnected, |_| {}).await;
         });
         let boots = Rc::new(Cell::new(false));
         let asked = boots.clone();

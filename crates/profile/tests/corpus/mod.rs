@@ -13,7 +13,7 @@ use offline::Path;
 use isostep_profile::{IntervalSplit, Limits, OFFSET_PARTS, SpeedProfile};
 
 const AXES: usize = 3;
-/// The least time that a move lasts on the emulated board with shapers, and with boxes, s (`SHAPED_S` and `BOX_S` of isostep-motion);
+/// The least time that a move lasts on the emulated board with shapers, and with boxes, s (`least_times` of isostep-controller);
 /// a standstill lasts as much longer as the shaper is long: a ZV of 40 Hz, a box of 10 ms.
 const CARRIED: [(&str, f64, f64); 3] =
     [("blends", 0.98e-3, 0.0), ("with ZV", 1.64e-3, 12.5e-3), ("with a box", 3.6e-3, 10e-3)];

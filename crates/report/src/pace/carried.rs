@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn moves_that_come_too_fast_take_as_long_as_their_planning() {
         let program = format!("G91 G1 F6000\n{}", "X0.04\n".repeat(5_000));
-        let expected_s = 5_000.0 / BOARD_MOVES_PER_S - 5_000.0 * isostep_motion::STRAIGHT_S;
+        let expected_s = 5_000.0 / BOARD_MOVES_PER_S - 5_000.0 * Config::default().least_times.straight_s;
         assert!((longer(&program) - expected_s).abs() < 0.05, "{} for {expected_s}", longer(&program));
     }
 }

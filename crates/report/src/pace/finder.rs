@@ -6,7 +6,7 @@
 //! explain is assigned to the look-ahead. With a curved speed profile it is assigned to the speed profile instead, because the
 //! speed profile has separate ramps in each move.
 
-use isostep_motion::{AXES, BLEND_S, JOIN_S, STRAIGHT_S, TOGETHER_S, shaped_s};
+use isostep_motion::AXES;
 use isostep_profile::SpeedProfile;
 
 use super::asked::{Asked, Limit, SAME};
@@ -337,12 +337,13 @@ impl<'a> Finder<'a> {
     fn is_brief(&self, (index, asked): (usize, &Asked), mm_s: f64) -> bool {
         let record = &self.outcome.moves[index];
         let length_mm = record.plan.distance_steps() * asked.mm_per_step;
-        let plain_s = record.blend.map_or(STRAIGHT_S, |_| BLEND_S);
+        let times = &self.outcome.config.least_times;
+        let plain_s = record.blend.map_or(times.straight_s, |_| times.blend_s);
         let together_s = match record.marks_steps.len() {
             0 => 0.0,
-            marks => TOGETHER_S + marks as f64 * JOIN_S,
+            marks => times.together_s + marks as f64 * times.join_s,
         };
-        length_mm <= mm_s * (plain_s.max(shaped_s(record.shaping.as_deref())) + together_s) * BRIEF
+        length_mm <= mm_s * (plain_s.max(times.of_shaping_s(record.shaping.as_deref())) + together_s) * BRIEF
     }
 
     /// The speed at which such a move may start and stop without a ramp, mm/s.

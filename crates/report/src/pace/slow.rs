@@ -29,8 +29,8 @@ pub enum Why {
     Stop,
     /// A curved speed profile has separate ramps in each move, so it changes the speed little over short moves: `$940`.
     SpeedProfile,
-    /// The moves are so short that the board takes longer to plan them: each lasts [`STRAIGHT_S`](isostep_motion::STRAIGHT_S), or
-    /// with a blend [`BLEND_S`](isostep_motion::BLEND_S), and if it is made of several, as much longer as they take.
+    /// The moves are so short that the board takes longer to plan them: each lasts as long as its
+    /// [`LeastTimes`](isostep_motion::LeastTimes) say.
     ShortMoves,
     /// The moves behind it were not known early enough: the moves are so short that the whole look-ahead is needed for braking,
     /// or the sender was late. Also an override.

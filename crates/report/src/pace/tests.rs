@@ -327,7 +327,7 @@ fn a_blend_is_the_corner_that_it_bends_round() {
 fn short_moves_with_blends_last_as_long_as_the_board_takes() {
     let curve: String = (0..400).map(|k| format!("X0.05 Y{}\n", 1e-4 * f64::from(k % 3))).collect();
     let pace = pace(&format!("G91 G64 P0.02 Q0 G1 F6000\n{curve}"));
-    let fastest_mm_s = 0.05 / isostep_motion::BLEND_S;
+    let fastest_mm_s = 0.05 / machine().least_times.blend_s;
     let distance_s = pace.distance_mm / fastest_mm_s;
     let shares = pace.shares;
     assert!(shares.short_moves_s > 0.8 * distance_s && shares.look_ahead_s < 0.1 * distance_s, "{shares:?}");
@@ -339,7 +339,7 @@ fn short_moves_with_blends_last_as_long_as_the_board_takes() {
 #[test]
 fn short_moves_without_blends_last_as_long_as_the_board_takes() {
     let pace = pace(&format!("G91 G61 G1 F6000\n{}", "X0.03\n".repeat(400)));
-    let distance_s = pace.distance_mm / 0.03 * isostep_motion::STRAIGHT_S;
+    let distance_s = pace.distance_mm / 0.03 * machine().least_times.straight_s;
     let shares = pace.shares;
     assert!(shares.short_moves_s > 0.8 * distance_s && shares.look_ahead_s < 0.1 * distance_s, "{shares:?}");
     assert_sums(&pace);

@@ -1,6 +1,6 @@
 //! Tables of how the time of a program is spent, and where it is lost.
 
-use isostep_motion::{AXES, BLEND_S, JOIN_S, STRAIGHT_S, TOGETHER_S};
+use isostep_motion::{AXES, LeastTimes};
 
 use super::chart::{Axis, Chart, Curve, Scale, picture};
 use super::document::{Picture, Section, Table};
@@ -150,13 +150,14 @@ fn what_is_lost(pace: &Pace) -> String {
         text += " Where the look-ahead ends the moves that were known were too short to brake on from a higher speed, or came too late.";
     }
     if pace.slow.of(Why::ShortMoves).count > 0 {
+        let LeastTimes { straight_s, blend_s, together_s, join_s, .. } = pace.least_times;
         text += &format!(
             " A short move lasts {:.2} ms, with a blend {:.2}, which the board takes for it; several that are taken together last {:.2} ms \
              longer, and {:.2} ms for each of them: longer moves are faster.",
-            STRAIGHT_S * 1e3,
-            BLEND_S * 1e3,
-            TOGETHER_S * 1e3,
-            JOIN_S * 1e3
+            straight_s * 1e3,
+            blend_s * 1e3,
+            together_s * 1e3,
+            join_s * 1e3
         );
     }
     text

@@ -54,6 +54,7 @@ pub(super) fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Con
     });
     spawn_tool(executor, world, &machine);
     let (enable, world, coordinated) = (Output::new(world, Wire::Enable), world.clone(), machine.clone());
+    let least_times = config.least_times;
     executor.spawn("coordinator", async move {
         let mut path = Box::new(PlanMemory::new());
         let on_event = |event| {
@@ -62,7 +63,7 @@ pub(super) fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Con
             config.into_iter().for_each(|config| world.on_config(config));
             world.on_event(event);
         };
-        coordinator::run(&coordinated, &mut path, enable, on_event).await;
+        coordinator::run(&coordinated, &mut path, &least_times, enable, on_event).await;
     });
     machine
 }

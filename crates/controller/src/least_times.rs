@@ -1,0 +1,28 @@
+//! The times that moves last at least, of boards: so the firmware of one and the machine that is simulated like it have the same.
+
+use isostep_motion::{LeastTimes, RampTimes};
+
+/// An RP2040 of 125 MHz: measured on the emulated board with moves of 4 to 360 steps of three axes from corner to corner, `flow.*`
+/// of `cargo xtask bench`.
+pub const RP2040: LeastTimes = LeastTimes {
+    straight_s: 0.5e-3,
+    blend_s: 1.0e-3,
+    join_s: 0.25e-3,
+    together_s: 0.75e-3,
+    shaped_s: 1.64e-3,
+    box_s: 3.6e-3,
+    queued_s: 0.6e-3,
+    curved: [
+        // S-curve, sine, linear, quadratic, sinusoidal, and the logarithmic one, which costs most.
+        of_ms(1.0, 2.3),
+        of_ms(2.0, 2.5),
+        of_ms(1.0, 2.2),
+        of_ms(1.0, 2.0),
+        of_ms(6.0, 2.6),
+        of_ms(14.0, 3.8),
+    ],
+};
+
+const fn of_ms(ramps_ms: f64, root_step_ms: f64) -> RampTimes {
+    RampTimes { ramps_s: ramps_ms * 1e-3, root_step_s: root_step_ms * 1e-3 }
+}
