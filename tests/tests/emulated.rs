@@ -7,6 +7,8 @@
 mod blends;
 #[path = "emulated/board_words.rs"]
 mod board_words;
+#[path = "emulated/boxes.rs"]
+mod boxes;
 #[path = "emulated/cached.rs"]
 mod cached;
 #[path = "emulated/contract.rs"]

@@ -36,8 +36,10 @@ pub struct LeastTimes {
     pub together_s: f64,
     /// A move in a shaped run: each impulse makes phases of its own of each move.
     pub shaped_s: f64,
-    /// The same with a box, whose steps take a root of a cubic each.
+    /// The same with a box, by which the acceleration changes all the time.
     pub box_s: f64,
+    /// In addition with a box, for more steps: this times the root of the steps of all axes.
+    pub box_root_step_s: f64,
     /// Reading, planning and queueing a move without ramps, where the processor makes the steps, beside the steps.
     pub queued_s: f64,
     /// The ramps of each curved speed profile, in the order of [`SpeedProfile::ALL`] without the trapezoid.
@@ -60,13 +62,15 @@ const PHASES_OF_A_MOVE: f64 = 3.0;
 const PHASES_KEPT: f64 = (PHASES - PHASES / 8) as f64;
 
 impl LeastTimes {
-    /// The time that a move lasts at least if its run is shaped like this, s; 0 if it is not.
+    /// The time that a move lasts at least if its run is shaped like this, s, and what more it lasts times the root of the steps of
+    /// all axes; 0 if it is not.
     #[must_use]
-    pub fn of_shaping_s(&self, shaping: Option<&Shaping>) -> f64 {
-        shaping.map_or(0.0, |shaping| {
+    pub fn of_shaping_s(&self, shaping: Option<&Shaping>) -> [f64; 2] {
+        shaping.map_or([0.0; 2], |shaping| {
             let has_box = shaping.impulses.iter().any(|impulses| impulses.box_ends_s().is_some());
-            let least_s = if has_box { self.box_s } else { self.shaped_s };
-            least_s.max(shaping.lasts_s * PHASES_OF_A_MOVE / PHASES_KEPT)
+            let [least_s, root_step_s] =
+                if has_box { [self.box_s, self.box_root_step_s] } else { [self.shaped_s, 0.0] };
+            [least_s.max(shaping.lasts_s * PHASES_OF_A_MOVE / PHASES_KEPT), root_step_s]
         })
     }
 
@@ -78,7 +82,7 @@ impl LeastTimes {
         wiring: &[Wiring; AXES],
         shaping: Option<&Shaping>,
     ) -> Effort {
-        let shaped_s = self.of_shaping_s(shaping);
+        let [shaped_s, shaped_root_step_s] = self.of_shaping_s(shaping);
         let by_core = ports.iter().flatten().zip(wiring).filter(|(port, _)| port.core_ns > 0);
         let step_ns = by_core.map(|(port, wiring)| port.core_ns + port.pulse_ns(*wiring)).max().unwrap_or(0);
         let curved = (speed_profile as usize).checked_sub(1).and_then(|index| self.curved.get(index));
@@ -94,6 +98,7 @@ impl LeastTimes {
             blend_s: if shaping.is_some() { 0.0 } else { self.blend_s },
             ramps_s,
             root_step_s,
+            shaped_root_step_s,
         }
     }
 }

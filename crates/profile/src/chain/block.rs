@@ -56,7 +56,7 @@ pub(super) struct ChainBlock<const N: usize, T> {
     pub(super) deviation_mm: f32,
     /// The length of it that its request has for the blend at that corner, mm; 0 if that may have half of it.
     pub(super) reach_mm: f32,
-    /// The time that it lasts at least, s; 0 for what the effort is.
+    /// The time that it lasts at least, s, beside what the effort is for its steps; 0 for what the effort is.
     least_s: f32,
     /// The squared speed at which the corner before it may be taken; `None` if the machine has to stop there.
     pub(super) corner: Option<NonZero<Square>>,
@@ -357,11 +357,12 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
     fn bearable_steps_s(&self, limits: &Limits, config: &ChainConfig<N>) -> f64 {
         let (top_steps_s, Effort { straight_s, blend_s, .. }) = (limits.top_speed_steps_s, config.effort);
         let more_s = if self.may_bend { blend_s } else { straight_s };
-        let least_s = match self.least_s.to_bits() {
+        let own_s = match self.least_s.to_bits() {
             0 if is_zero(more_s) => return top_steps_s,
-            0 => config.effort.cruise_s(&self.move_steps.steps) + more_s,
+            0 => config.effort.move_s + more_s,
             _ => f64::from(self.least_s),
         };
+        let least_s = own_s + config.effort.steps_s(&self.move_steps.steps);
         // A division takes a chip longer than a product.
         if top_steps_s * least_s <= self.distance_steps() { top_steps_s } else { self.distance_steps() / least_s }
     }

@@ -48,12 +48,21 @@ pub struct Effort {
     pub ramps_s: f64,
     /// The same, for the square root of its steps: ramps of four times the steps take twice the time.
     pub root_step_s: f64,
+    /// In addition, at any speed, for the square root of the steps of all axes: for one whose acceleration changes all the time.
+    pub shaped_root_step_s: f64,
 }
 
 impl Effort {
     /// No time at all.
-    pub const NONE: Self =
-        Self { step_s: 0.0, move_s: 0.0, straight_s: 0.0, blend_s: 0.0, ramps_s: 0.0, root_step_s: 0.0 };
+    pub const NONE: Self = Self {
+        step_s: 0.0,
+        move_s: 0.0,
+        straight_s: 0.0,
+        blend_s: 0.0,
+        ramps_s: 0.0,
+        root_step_s: 0.0,
+        shaped_root_step_s: 0.0,
+    };
 
     /// True if a move needs time even at constant speed.
     pub(super) fn needs_time(&self) -> bool {
@@ -62,21 +71,34 @@ impl Effort {
 
     /// The time for a move at constant speed.
     pub(super) fn cruise_s<const N: usize>(&self, steps: &[i32; N]) -> f64 {
-        if is_zero(self.step_s) {
-            return self.move_s;
+        self.move_s + self.steps_s(steps)
+    }
+
+    /// The part of it that is for its steps.
+    pub(super) fn steps_s<const N: usize>(&self, steps: &[i32; N]) -> f64 {
+        if is_zero(self.step_s) && is_zero(self.shaped_root_step_s) {
+            return 0.0;
         }
-        let share = |axis: usize| {
-            let is_together = steps[..axis].iter().any(|other| other.unsigned_abs() == steps[axis].unsigned_abs());
-            if is_together { 0.1 } else { 1.0 }
-        };
-        let all: f64 = (0..N).map(|axis| share(axis) * f64::from(steps[axis].unsigned_abs())).sum();
-        self.move_s + self.step_s * all
+        let [made, root] = made(steps);
+        self.step_s * made + self.shaped_root_step_s * root
     }
 
     /// The additional time for a move of `steps` that changes its speed.
     pub(super) fn change_s(&self, steps: f64) -> f64 {
         if is_zero(self.root_step_s) { self.ramps_s } else { self.ramps_s + self.root_step_s * sqrt(steps) }
     }
+}
+
+/// The number of steps that are made by themselves, of which those of another axis with as many count a tenth; and the square root of
+/// the number of all.
+#[cold]
+fn made<const N: usize>(steps: &[i32; N]) -> [f64; 2] {
+    let share = |axis: usize| {
+        let is_together = steps[..axis].iter().any(|other| other.unsigned_abs() == steps[axis].unsigned_abs());
+        if is_together { 0.1 } else { 1.0 }
+    };
+    let all = || steps.iter().map(|steps| f64::from(steps.unsigned_abs()));
+    [all().enumerate().map(|(axis, steps)| share(axis) * steps).sum(), sqrt(all().sum())]
 }
 
 /// The configuration of a chain: how its moves are planned.

@@ -40,18 +40,20 @@ pub(super) enum Formula {
 
 impl FixedPhase {
     /// The step with the number `step`, up to `reach`.
-    pub(super) fn sample(&self, step: u32) -> Sample {
+    pub(super) fn sample(&mut self, step: u32) -> Sample {
         let from_origin = if self.backwards { self.reach.wrapping_sub(step) } else { step };
         let half_steps = from_origin.wrapping_mul(2) | 1;
-        let Sample { instant, level } = match &self.formula {
-            Formula::ConstantSpeed(line) => Sample { instant: line.at(half_steps).upper(), level: 0 },
+        let Sample { instant, level, period_s } = match &mut self.formula {
+            Formula::ConstantSpeed(line) => Sample { instant: line.at(half_steps).upper(), level: 0, period_s: 0.0 },
             Formula::Ramp(ramp) => ramp.sample(half_steps),
-            Formula::SmallAccel(small_accel) => Sample { instant: small_accel.time(half_steps), level: 0 },
-            Formula::Cubic(cubic) => Sample { instant: cubic.time(half_steps), level: 0 },
+            Formula::SmallAccel(small_accel) => {
+                Sample { instant: small_accel.time(half_steps), level: 0, period_s: 0.0 }
+            }
+            Formula::Cubic(cubic) => cubic.sample(half_steps),
         };
         let instant =
             if self.backwards { self.origin.wrapping_sub(instant) } else { self.origin.wrapping_add(instant) };
-        Sample { instant, level }
+        Sample { instant, level, period_s }
     }
 
     /// The segment that begins at the step with the number `step`, and the step after that segment, if it is known.
@@ -75,8 +77,8 @@ impl FixedPhase {
             far = self.sample_after(step, fit.length);
             fit.rise = far.instant.wrapping_sub(first.instant);
         }
-        if let Formula::Cubic(cubic) = &self.formula {
-            far = self.shorten(step, cubic, &mut fit, far);
+        if let Formula::Cubic(_) = self.formula {
+            far = self.shorten(step, first, &mut fit, far);
         } else if fit.length > 0 && !matches!(self.formula, Formula::ConstantSpeed(_)) {
             let middle = self.sample_after(step, fit.length - 1);
             let half_rise = middle.instant.wrapping_sub(first.instant);
@@ -87,7 +89,7 @@ impl FixedPhase {
         (fit.segment(steps), Some(far))
     }
 
-    pub(super) fn sample_after(&self, step: u32, length: u32) -> Sample {
+    pub(super) fn sample_after(&mut self, step: u32, length: u32) -> Sample {
         self.sample(step.wrapping_add(1u32.wrapping_shl(length)))
     }
 
@@ -95,8 +97,12 @@ impl FixedPhase {
     /// that takes.
     fn length(&mut self, step: u32, level: i32, left: u32) -> u32 {
         let most = 32_u32.wrapping_sub(left.wrapping_sub(2).leading_zeros());
-        if let Formula::Ramp(ramp) = &self.formula {
-            self.length = ramp.length(self.length.into(), most, level, self.backwards) as u8;
+        match &self.formula {
+            Formula::Ramp(ramp) => {
+                self.length = ramp.length(self.length.into(), most, level, self.backwards) as u8;
+            }
+            Formula::Cubic(cubic) => self.length = cubic.length(level),
+            Formula::ConstantSpeed(_) | Formula::SmallAccel(_) => (),
         }
         let mut length = most.min(self.length.into());
         while 1u32.wrapping_shl(length) > self.reach.wrapping_sub(step) {

@@ -4,7 +4,7 @@ use super::root_and_log2::{LOG2_SHORT_MAX, Root};
 use super::u96::{Linear, exponent};
 
 /// Logarithms are in units of 2^-16.
-const ONE: i32 = 1 << 16;
+pub(super) const ONE: i32 = 1 << 16;
 /// Larger than any logarithm here.
 const EVERYTHING: i32 = 128 * ONE;
 /// log2 27.
@@ -32,6 +32,8 @@ pub(super) struct Sample {
     pub(super) instant: u64,
     /// log2 Q, which rises with the axis's speed there: see [`FixedRamp`].
     pub(super) level: i32,
+    /// The time that a step takes at the speed there, s; 0 where nobody asks.
+    pub(super) period_s: f32,
 }
 
 /// The time from standstill to the x-th half step from the slow end is √(start + slope x).
@@ -73,7 +75,7 @@ impl FixedRamp {
     #[inline(always)]
     pub(super) fn sample(&self, half_steps: u32) -> Sample {
         let Root { root, log2 } = Root::of(self.radicand.at(half_steps));
-        Sample { instant: root, level: log2 }
+        Sample { instant: root, level: log2, period_s: 0.0 }
     }
 
     /// log2 of the steps that a quadratic holds from a step of level `level` on, `most` at most. `length` is that of the

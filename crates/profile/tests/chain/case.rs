@@ -116,10 +116,12 @@ fn moves(all: Vec<(Follows, Option<f64>, bool)>) -> Vec<Request<AXES>> {
 /// None, or some milliseconds for a move, and more for its ramps.
 fn effort() -> impl Strategy<Value = Effort> {
     let time = || prop_oneof![1 => Just(0.0), 2 => log(1e-4, 3e-2)];
-    let some =
-        (time(), time(), time(), time(), time()).prop_map(|(step_s, move_s, straight_s, ramps_s, root_step_s)| {
-            Effort { step_s: 0.01 * step_s, move_s, straight_s, blend_s: 0.0, ramps_s, root_step_s }
-        });
+    let some = (time(), time(), time(), time(), [time(), time()]).prop_map(
+        |(step_s, move_s, straight_s, ramps_s, roots_s)| {
+            let [root_step_s, shaped_root_step_s] = roots_s;
+            Effort { step_s: 0.01 * step_s, move_s, straight_s, blend_s: 0.0, ramps_s, root_step_s, shaped_root_step_s }
+        },
+    );
     prop_oneof![2 => Just(Effort::NONE), 1 => some]
 }
 

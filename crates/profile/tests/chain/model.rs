@@ -155,12 +155,13 @@ impl Move {
 
 /// The shortest time that a move may last at constant speed, and if it changes its speed, s.
 fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
-    let Effort { step_s, move_s, straight_s, ramps_s, root_step_s, .. } = case.effort;
+    let Effort { step_s, move_s, straight_s, ramps_s, root_step_s, shaped_root_step_s, .. } = case.effort;
     let mut steps = request.steps.map(i32::unsigned_abs);
     steps.sort_unstable();
     let [low, middle, high] = steps.map(f64::from);
     let share = |own: f64, above: f64| own * if own == above { 0.1 } else { 1.0 };
-    let cruise_s = move_s + step_s * (high + share(middle, high) + share(low, middle));
+    let shaped_s = shaped_root_step_s * (low + middle + high).sqrt();
+    let cruise_s = move_s + shaped_s + step_s * (high + share(middle, high) + share(low, middle));
     let longest = high;
     let is_curved = case.speed_profile != SpeedProfile::Trapezoid;
     let change_s = if is_curved { ramps_s + root_step_s * longest.sqrt() } else { 0.0 };

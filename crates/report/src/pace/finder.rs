@@ -343,7 +343,10 @@ impl<'a> Finder<'a> {
             0 => 0.0,
             marks => times.together_s + marks as f64 * times.join_s,
         };
-        length_mm <= mm_s * (plain_s.max(times.of_shaping_s(record.shaping.as_deref())) + together_s) * BRIEF
+        let [shaped_s, root_step_s] = times.of_shaping_s(record.shaping.as_deref());
+        let steps: u32 = record.plan.steps.iter().map(|steps| steps.unsigned_abs()).sum();
+        let shaped_s = shaped_s + root_step_s * f64::from(steps).sqrt();
+        length_mm <= mm_s * (plain_s.max(shaped_s) + together_s) * BRIEF
     }
 
     /// The speed at which such a move may start and stop without a ramp, mm/s.
