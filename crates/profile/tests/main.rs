@@ -1,7 +1,6 @@
 //! The tests of this package, in one executable.
 
 mod chain;
-mod corpus;
 mod examples;
 mod papers;
 mod phases;

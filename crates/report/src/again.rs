@@ -1,5 +1,5 @@
 //! The same program once more, beside the run that was asked for: by the other rule at corners, blends where it was run by
-//! Grbl's rule and Grbl's rule where it had blends; or without shapers.
+//! Grbl's rule and Grbl's rule where it had blends; without shapers; or with each move made by itself.
 
 use std::sync::Arc;
 
@@ -121,13 +121,51 @@ fn by_setting(line: &[u8]) -> Vec<u8> {
         _ => return line.to_vec(),
     };
     let words = words(&text);
-    let is_code = |word: &str, code: f64| word.starts_with('G') && word[1..].parse() == Ok(code);
-    let blends = words.iter().any(|word| is_code(word, 64.0));
-    if !blends && !words.iter().any(|word| is_code(word, 61.0)) {
+    let blends = words.iter().any(|word| is(word, 'G', 64.0));
+    if !blends && !words.iter().any(|word| is(word, 'G', 61.0)) {
         return line.to_vec();
     }
     let kept = words.into_iter().filter(|word| !(blends && word.starts_with('P')));
-    kept.map(|word| if is_code(word, 61.0) { "G64" } else { word }).collect::<String>().into_bytes()
+    kept.map(|word| if is(word, 'G', 61.0) { "G64" } else { word }).collect::<String>().into_bytes()
+}
+
+/// The program with no moves taken together (`Q0`). `deviation_mm` is `$904`, by which G64 alone leaves corners.
+pub fn one_by_one(program: &Program, deviation_mm: f32) -> Program {
+    let path = |inches: bool| {
+        let (units, per_unit) = if inches { (20, 25.4) } else { (21, 1.0) };
+        format!("G{units}G64P{}Q0", deviation_mm / per_unit).into_bytes()
+    };
+    let mut inches = false;
+    let mut lines = vec![path(inches)];
+    for line in program.iter() {
+        let text = stripped(line).ok().filter(|text| !text.starts_with('$')).unwrap_or_default();
+        let words = words(&text);
+        let has =
+            |letter: char, codes: &[f64]| words.iter().any(|word| codes.iter().any(|&code| is(word, letter, code)));
+        inches = has('G', &[20.0]) || inches && !has('G', &[21.0]);
+        let with_p = words.iter().any(|word| word.starts_with('P')) && !has('G', &[4.0, 10.0]);
+        match has('G', &[64.0]) {
+            true if with_p => {
+                let kept = words.into_iter().filter(|word| !word.starts_with('Q'));
+                lines.push(kept.chain(["Q0"]).collect::<String>().into_bytes());
+            }
+            true => {
+                // Its other words are for what it asks for in the way that it sets.
+                lines.push(path(inches));
+                lines.push(words.into_iter().filter(|word| !is(word, 'G', 64.0)).collect::<String>().into_bytes());
+            }
+            false => {
+                lines.push(line.clone());
+                lines.extend(has('M', &[2.0, 30.0]).then(|| path(inches)));
+            }
+        }
+    }
+    Arc::from(lines)
+}
+
+/// True if a word is this letter with this number.
+fn is(word: &str, letter: char, number: f64) -> bool {
+    word.strip_prefix(letter).is_some_and(|text| text.parse() == Ok(number))
 }
 
 /// The words of a line without blanks: each a letter and its number.
@@ -158,6 +196,18 @@ mod tests {
         ] {
             assert_eq!(String::from_utf8(by_setting(line.as_bytes())).unwrap(), expected, "{line}");
         }
+    }
+
+    #[test]
+    fn one_by_one_every_g64_has_no_q() {
+        let program = "G1 X1\nG64\nG20 G64 X1\ng64 p0.5 q.1 x2\nG64 G4 P2\nG61\nM30\nG21 G64 P1\n$N0=G64\nM02\n";
+        let lines = one_by_one(&program.lines().map(|line| line.as_bytes().to_vec()).collect(), 0.0127);
+        let [mm, inches] = ["G21G64P0.0127Q0", "G20G64P0.0005Q0"];
+        let expected = format!(
+            "{mm}\nG1 X1\n{mm}\n\n{inches}\nG20X1\nG64P0.5X2Q0\n{inches}\nG4P2\nG61\nM30\n{inches}\nG21G64P1Q0\n\
+             $N0=G64\nM02\n{mm}"
+        );
+        assert_eq!(String::from_utf8(lines.join(&b'\n')).unwrap(), expected);
     }
 
     fn other(program: &str, change: fn(&mut Config)) -> Option<Outcome> {

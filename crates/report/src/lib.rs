@@ -18,6 +18,7 @@
 pub mod again;
 pub mod check;
 pub mod compare;
+pub mod fastest;
 mod figures;
 pub mod kinematics;
 pub mod listing;

@@ -1,5 +1,6 @@
 //! The tests of this package, in one executable.
 
+mod corpus;
 mod engraving;
 mod equal_bytes;
 mod listing;

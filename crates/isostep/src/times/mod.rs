@@ -28,8 +28,17 @@ A time is from the start of the first move to the end of the last one's plan, pa
 the firmware's, in virtual time: it plans in no time, and its console's wire takes none, so a program is sent as fast as moves
 are taken, within Grbl's 128 unanswered bytes. No edge is made, so none is checked: `isostep sim --settings FILE` does that.
 A corner's jump is the most by which the speed of an axis jumps where a move follows another, as planned.
-The column of blends is the same program with $904 set by --blends: no axis exceeds its acceleration at a corner. A program's
-own G61, G64 P and G61.1 hold in both; no bound is asked of the blends.
+
+exact       corners are taken exactly, as Grbl does, by $11. The bounds are for this column
+one by one  corners are blends, $904 set by --blends, with each move by itself (Q0 in every G64)
+blends      the same with short moves taken together, as they are without a word
+fastest     the shortest time on the path of `one by one`: computed, with all moves known, no least time of a move, and speed that
+            changes within blends as the axes allow. Standstills, homing and probing take as long as they do, and a shaper is as long
+            as it is at each stop. There is none (-) with a curved speed profile, in thirds ($900=1) or with a start speed.
+            Moves taken together may be faster still: their path is another, within P
+together    how many of the program's moves were taken together with others
+beside      the farthest that a line made of several is from where one of them was to end
+A program's own G61, G64 P and G61.1 hold in all of them, and its Q in `blends`.
 
 The exit status is 0 if every ratio of the times is at most EACH, and their median, in each column and over all, at most MEDIAN.
 
@@ -60,7 +69,7 @@ pub struct Args {
     /// The most that each ratio may be
     #[arg(long, value_name = "RATIO", default_value_t = 1.05)]
     each: f64,
-    /// Distance by which the blends of their column may leave a corner, mm
+    /// Distance by which blends may leave a corner, mm
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     blends: f32,
     /// Programs that are simulated at a time

@@ -21,6 +21,9 @@ pub struct Report {
     pub columns: Vec<ColumnTimes>,
     /// Over all columns; null if no program reached its end.
     pub all: Option<Ratios>,
+    /// The same of times with blends divided by those of each move by itself, and by the shortest ones.
+    pub all_of_one_by_one: Option<Ratios>,
+    pub all_of_fastest: Option<Ratios>,
 }
 
 /// The times of a column.
@@ -36,6 +39,9 @@ pub struct ColumnTimes {
     pub ratios: Option<Ratios>,
     /// The same with blends.
     pub blends: Option<Ratios>,
+    /// Times with blends divided by those of each move by itself, and by the shortest ones.
+    pub of_one_by_one: Option<Ratios>,
+    pub of_fastest: Option<Ratios>,
 }
 
 /// The machine's settings that determine times.
@@ -58,6 +64,17 @@ pub struct Times {
     /// The time if corners are blends, and the same divided by Grbl's.
     pub blends_s: Option<f64>,
     pub blends_ratio: Option<f64>,
+    /// The time if corners are blends and each move is made by itself, and the time with blends divided by it.
+    pub one_by_one_s: Option<f64>,
+    pub of_one_by_one: Option<f64>,
+    /// The shortest time on that path, and the time with blends divided by it. Null where there are no blends.
+    pub fastest_s: Option<f64>,
+    pub of_fastest: Option<f64>,
+    /// Number of moves, how many of them were taken together with others, and the farthest that a line made of several is from
+    /// where one of them was to end, mm; 0 if there is none.
+    pub moves: Option<usize>,
+    pub together: Option<usize>,
+    pub beside_mm: Option<f64>,
     /// The largest jump of an axis's speed at a corner, without blends.
     pub jump_mm_s: Option<f64>,
     /// Why there is no time.
@@ -91,6 +108,8 @@ impl Report {
                     programs: Vec::new(),
                     ratios: None,
                     blends: None,
+                    of_one_by_one: None,
+                    of_fastest: None,
                 }
             })
             .collect();
@@ -98,11 +117,17 @@ impl Report {
             columns[job.column].programs.push(Times::of(job, made));
         }
         for column in &mut columns {
-            column.ratios = Ratios::of(column.programs.iter().filter_map(|times| times.ratio));
-            column.blends = Ratios::of(column.programs.iter().filter_map(|times| times.blends_ratio));
+            let ratios = |of: fn(&Times) -> Option<f64>| Ratios::of(column.programs.iter().filter_map(of));
+            (column.ratios, column.blends) = (ratios(|times| times.ratio), ratios(|times| times.blends_ratio));
+            (column.of_one_by_one, column.of_fastest) =
+                (ratios(|times| times.of_one_by_one), ratios(|times| times.of_fastest));
         }
-        let all = Ratios::of(columns.iter().flat_map(|column| &column.programs).filter_map(|times| times.ratio));
-        Self { bounds, columns, all }
+        let all = |of: fn(&Times) -> Option<f64>| {
+            Ratios::of(columns.iter().flat_map(|column| &column.programs).filter_map(of))
+        };
+        let all_of_one_by_one = all(|times| times.of_one_by_one);
+        let (all, all_of_fastest) = (all(|times| times.ratio), all(|times| times.of_fastest));
+        Self { bounds, columns, all, all_of_one_by_one, all_of_fastest }
     }
 
     /// Each bound that is exceeded, in words.
@@ -150,6 +175,13 @@ impl Times {
             ratio: ran.map(|made| made.s / grbl_s),
             blends_s: ran.map(|made| made.blends_s),
             blends_ratio: ran.map(|made| made.blends_s / grbl_s),
+            one_by_one_s: ran.map(|made| made.one_by_one_s),
+            of_one_by_one: ran.map(|made| made.blends_s / made.one_by_one_s),
+            fastest_s: ran.and_then(|made| made.fastest_s),
+            of_fastest: ran.and_then(|made| Some(made.blends_s / made.fastest_s?)),
+            moves: ran.map(|made| made.moves),
+            together: ran.map(|made| made.together.moves),
+            beside_mm: ran.map(|made| made.together.farthest_mm),
             jump_mm_s: ran.map(|made| made.jump_mm_s),
             failed: made.err(),
         }

@@ -1,11 +1,13 @@
 //! Runs programs in virtual time, only for their times.
 
 use isostep_console::Settings;
+use isostep_report::{again, fastest, timing};
+use isostep_sim::stream::Program;
+use isostep_sim::verify::Together;
 use isostep_sim::{Config, Outcome, corners, program};
 
 use crate::parallel;
 use crate::stopwatch::Stopwatch;
-use isostep_report::timing;
 
 /// A program to run on a machine.
 pub struct Job {
@@ -27,8 +29,15 @@ pub struct Job {
 pub struct Made {
     /// Its duration, s.
     pub s: f64,
-    /// Its duration if corners are blends, s.
+    /// Its duration if corners are blends and short moves are taken together, as they are without a word, s.
     pub blends_s: f64,
+    /// Its duration if corners are blends and each move is made by itself, s.
+    pub one_by_one_s: f64,
+    /// The shortest duration on that path, s.
+    pub fastest_s: Option<f64>,
+    /// The moves that were taken together, and the number of all.
+    pub together: Together,
+    pub moves: usize,
     /// The largest jump of an axis's speed at a corner, without blends.
     pub jump_mm_s: f64,
 }
@@ -52,15 +61,29 @@ fn one(job: &Job, of: usize) -> Result<Made, String> {
 
 /// Runs `program` on a machine with these settings, with corners by Grbl's rule and with blends.
 fn make(program: &[u8], settings: Settings, blend_mm: f32) -> Result<Made, String> {
-    let outcome = run(program, Settings { blend_deviation_mm: 0.0, ..settings })?;
+    let program: Program = program::lines(program).map_err(|error| error.to_string())?.into();
+    let outcome = run(program.clone(), Settings { blend_deviation_mm: 0.0, ..settings })?;
     let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
     let jump_mm_s = jumps.map(|jump| jump.mm_s).fold(0.0, f64::max);
-    let blended = run(program, Settings { blend_deviation_mm: blend_mm, ..settings })?;
-    Ok(Made { s: outcome.motion_s, blends_s: blended.motion_s, jump_mm_s })
+    let settings = Settings { blend_deviation_mm: blend_mm, ..settings };
+    let blended = run(program.clone(), settings)?;
+    let together = Together::of_several(&blended);
+    let one_by_one_s = match together.moves {
+        0 => blended.motion_s,
+        _ => run(again::one_by_one(&program, blend_mm), settings)?.motion_s,
+    };
+    Ok(Made {
+        s: outcome.motion_s,
+        blends_s: blended.motion_s,
+        one_by_one_s,
+        fastest_s: fastest::motion_s(&blended),
+        together,
+        moves: blended.program_moves().map(|record| record.asked.len()).sum(),
+        jump_mm_s,
+    })
 }
 
-fn run(program: &[u8], settings: Settings) -> Result<Outcome, String> {
+fn run(program: Program, settings: Settings) -> Result<Outcome, String> {
     let config = Config { settings, start_mm: timing::middle_mm(&settings), only_time: true, ..Config::default() };
-    let lines = program::lines(program).map_err(|error| error.to_string())?;
-    timing::made(lines.into(), &config)
+    timing::made(program, &config)
 }

@@ -4,6 +4,7 @@ use std::fs;
 
 use clap::Parser;
 
+use super::ratios::Times;
 use super::*;
 
 #[derive(Parser)]
@@ -55,6 +56,14 @@ fn programs_are_timed_beside_the_table() {
     // mm / 1,000 mm/s2.
     let times: Vec<_> = report.columns.iter().map(|column| column.programs[0].isostep_s.unwrap()).collect();
     assert!((times[0] - 1.01).abs() < 1e-6 && (times[1] - 0.2).abs() < 1e-6, "{times:?}");
+    // On a straight line nothing is faster, and there is nothing to take together.
+    for (column, s) in report.columns.iter().zip(times) {
+        let Times { fastest_s, one_by_one_s, blends_s, moves, together, .. } = column.programs[0];
+        for made_s in [fastest_s, one_by_one_s, blends_s] {
+            assert!((made_s.unwrap() - s).abs() < 1e-6, "{made_s:?}");
+        }
+        assert_eq!((moves, together), (Some(1), Some(0)));
+    }
     assert_eq!(report.broken(), [""; 0]);
     let text = print::text(&report);
     assert!(text.contains("MILL_max_feed: 50 steps/mm, 12000 mm/min, 1000 mm/s2, every feed F12000"), "{text}");
@@ -74,7 +83,79 @@ fn blends_have_a_column() {
     let (with_s, without_s) = (times.blends_s.unwrap(), times.isostep_s.unwrap());
     assert!(with_s < without_s - 1e-3 && with_s > 0.5 * without_s, "{with_s} s with blends, {without_s} s without");
     let text = print::text(&report);
-    assert!(text.contains("blends, s") && text.contains("MILL, blends"), "{text}");
+    assert!(text.contains("blends, s") && text.contains("blends/Grbl        median"), "{text}");
+}
+
+/// A program of one column, timed on the machine with these settings too.
+fn timed(name: &str, lines: &str, more: &[&str], settings: &str) -> Times {
+    let folder = Folder::new(name, "program,MILL_s\nmade.nc,1\n");
+    fs::write(folder.0.join("made.nc"), lines).unwrap();
+    let mill = fs::read_to_string(folder.0.join("mill.txt")).unwrap();
+    fs::write(folder.0.join("mill.txt"), mill + settings).unwrap();
+    report(&folder.args(more)).unwrap().columns.remove(0).programs.remove(0)
+}
+
+#[test]
+fn the_fastest_right_angle_has_the_speed_of_its_parabola() {
+    let lines = "G21 G90 G94\nG1 X10 F6000\nY10\n";
+    let Times { blends_s, one_by_one_s, fastest_s, of_fastest, .. } = timed("angle", lines, &["--blends", "0.05"], "");
+    // The blend reaches 4 x 0.05 mm/√2 to both sides, and there x turns into y at 1,000 mm/s2. The speed rises and falls
+    // between 0 and 100 mm/s else.
+    let corner_mm_s = f64::sqrt(2.0 * 4.0 * 0.05 / f64::sqrt(2.0) * 1_000.0);
+    let wanted_s = 4.0 * 0.1 - corner_mm_s / 1_000.0;
+    for made_s in [blends_s, one_by_one_s, fastest_s] {
+        assert!((made_s.unwrap() - wanted_s).abs() < 1e-6, "{made_s:?}, not {wanted_s}");
+    }
+    assert!((of_fastest.unwrap() - 1.0).abs() < 1e-5);
+}
+
+/// Points beside a line to either side in turn, by what a program rounds.
+#[test]
+fn what_the_chip_and_what_the_path_bounds_are_told_apart() {
+    const OFF_MM: f64 = 0.000_312_5;
+    let times = [2_000, 4_000].map(|chords| {
+        let point = |index: i32| format!("X{:.3}Y{:.7}\n", 0.05 * f64::from(index), f64::from(index % 2) * OFF_MM);
+        let lines = format!("G21 G90 G94\nG1 F6000\n{}", (1..=chords).map(point).collect::<String>());
+        timed(&format!("chords-{chords}"), &lines, &["--blends", "0.05"], "")
+    });
+    // What 2,000 more of them take: 1 ms each on the chip; by blends that reach to the middles of chords at the speed at which y
+    // has its 1,000 mm/s2; and straight on, at the feed.
+    let length_mm = f64::hypot(0.05, OFF_MM);
+    let path_mm_s = f64::sqrt(length_mm * 1_000.0 / (2.0 * OFF_MM / length_mm));
+    let wanted_s = [2_000.0 * 1e-3, 2_000.0 * length_mm / path_mm_s, 2_000.0 * 0.05 / 100.0];
+    let made_s =
+        times.each_ref().map(|times| [times.one_by_one_s, times.fastest_s, times.blends_s].map(Option::unwrap));
+    for (index, within) in [1e-3, 1e-3, 5e-3].into_iter().enumerate() {
+        let more_s = made_s[1][index] - made_s[0][index];
+        assert!((more_s / wanted_s[index] - 1.0).abs() < within, "{more_s}, not {}", wanted_s[index]);
+    }
+    let Times { moves, together, beside_mm, .. } = times[1];
+    assert_eq!(moves, Some(4_000));
+    assert!(
+        together > Some(3_900) && beside_mm > Some(0.4 * OFF_MM) && beside_mm < Some(1.6 * OFF_MM),
+        "{:?}",
+        times[1]
+    );
+}
+
+#[test]
+fn a_shaper_is_part_of_the_fastest_time_and_a_curved_speed_profile_has_none() {
+    let lines = "G21 G90 G94\nG1 X10 F600\nG4 P0.5\nX0\n";
+    let plain_s = timed("plain", lines, &[], "").fastest_s.unwrap();
+    let Times { blends_s, fastest_s, .. } = timed("shaped", lines, &[], "$950=1\n$960=40\n");
+    // Each of both moves ends when the last impulse has passed, half a period later.
+    let shaped_s = fastest_s.unwrap();
+    assert!((shaped_s - blends_s.unwrap()).abs() < 1e-6, "{shaped_s} {blends_s:?}");
+    assert!((shaped_s - plain_s - 2.0 * 0.0125).abs() < 1e-4, "{shaped_s} {plain_s}");
+    let curved = timed("curved", lines, &[], "$940=1\n");
+    assert!(curved.fastest_s.is_none() && curved.blends_s > Some(plain_s), "{curved:?}");
+    let text = print::text(&Report::new(
+        &Table::read(&Folder::new("none", "program,MILL_s\nslow.nc,1\n").0.join("table.csv")).unwrap(),
+        vec![],
+        vec![],
+        Bounds { median: 1.0, each: 1.0 },
+    ));
+    assert!(text.contains("blends/fastest     no program has both times"), "{text}");
 }
 
 #[test]

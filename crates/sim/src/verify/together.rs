@@ -1,10 +1,13 @@
 //! How far lines that are made for several moves are from where these moves were to end.
 
+use std::fmt;
+
 use isostep_motion::{AXES, Move};
 use isostep_profile::OFFSET_PARTS;
 
 use super::Verdict;
 use crate::moves::MoveRecord;
+use crate::outcome::Outcome;
 
 /// Lines that are made for several moves, or that end beside where the last one was to end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,6 +45,13 @@ impl Together {
         })
     }
 
+    /// Of all lines of a program that are made for several moves.
+    pub fn of_several(outcome: &Outcome) -> Self {
+        let several = outcome.program_moves().filter(|record| record.asked.len() > 1);
+        let each = several.map(|record| Self::of(record, &outcome.config_of(record).steps_per_mm));
+        each.fold(Self::default(), Self::and)
+    }
+
     /// Of these lines and others.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
@@ -56,7 +66,7 @@ impl Together {
 
     /// The promise about them; `None` if no moves were taken together.
     pub(super) fn verdict(&self) -> Option<Verdict> {
-        let Self { moves, lines, farthest_mm, allowed_mm, beyond } = *self;
+        let Self { lines, beyond, .. } = *self;
         let detail = match beyond {
             0 => String::new(),
             _ => format!(", {beyond} farther than they may be"),
@@ -64,10 +74,15 @@ impl Together {
         (lines > 0 || beyond > 0).then(|| Verdict {
             promise: "moves taken together near enough",
             kept: beyond == 0,
-            detail: format!(
-                "{moves} as {lines} lines, {farthest_mm:.4} mm beside their ends at most, of {allowed_mm:.4}{detail}"
-            ),
+            detail: format!("{self}{detail}"),
         })
+    }
+}
+
+impl fmt::Display for Together {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { moves, lines, farthest_mm, allowed_mm, .. } = self;
+        write!(f, "{moves} as {lines} lines, {farthest_mm:.4} mm beside their ends at most, of {allowed_mm:.4}")
     }
 }
 

@@ -2,23 +2,27 @@
 //! same path, and whether every axis keeps its limits. The programs are not part of the project: `ISOSTEP_CORPUS` names a
 //! folder with `grbl_times.csv` and `lines/`. Without it there is nothing to test.
 
-mod offline;
+mod two_passes;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use isostep_console::Settings;
+use isostep_motion::{AXES, Config, Move};
 use isostep_profile::chain::{Chain, ChainConfig, Chunk, Effort, Plan, Request};
-use offline::Path;
-
 use isostep_profile::{IntervalSplit, Limits, OFFSET_PARTS, SpeedProfile};
+use isostep_report::fastest::Path;
 
-const AXES: usize = 3;
+/// The distance by which blends may leave a corner, mm.
+const DEVIATION_MM: f32 = 0.01;
 /// The least time that a move lasts on the emulated board with shapers, and with boxes, s (`least_times` of isostep-controller);
 /// a standstill lasts as much longer as the shaper is long: a ZV of 40 Hz, a box of 10 ms.
 const CARRIED: [(&str, f64, f64); 3] =
     [("blends", 0.98e-3, 0.0), ("with ZV", 1.64e-3, 12.5e-3), ("with a box", 3.6e-3, 10e-3)];
-/// The number of moves of a program that are planned offline.
+/// The number of moves of a program that are planned offline, and in a chain that knows all of them.
 const OFFLINE_MOVES: usize = 700;
+/// The number of moves that the controller knows ahead.
+const KNOWN: usize = 64;
 
 /// A machine of `grbl_times.csv`; its axes are alike.
 pub struct Machine {
@@ -34,11 +38,25 @@ const MACHINES: [Machine; 3] = [
     Machine { name: "C", steps_per_mm: 80.0, top_mm_s: 200.0, accel_mm_s2: 2000.0 },
 ];
 
-/// Steps, offsets from the place that is meant, and feed.
-pub type OneMove = ([i32; AXES], [i8; AXES], Option<f64>);
+impl Machine {
+    fn limits(&self) -> Limits {
+        Limits {
+            start_speed_steps_s: 0.0,
+            top_speed_steps_s: self.top_mm_s * self.steps_per_mm,
+            accel_steps_s2: self.accel_mm_s2 * self.steps_per_mm,
+            decel_steps_s2: self.accel_mm_s2 * self.steps_per_mm,
+            jerk_steps_s3: f64::INFINITY,
+        }
+    }
+
+    fn config(&self) -> Config {
+        let config = isostep_controller::config(&Settings::DEFAULT);
+        Config { limits: [self.limits(); AXES], steps_per_mm: [self.steps_per_mm; AXES], ..config }
+    }
+}
 
 /// The moves of a program of G0 and G1 lines, with every feed, or with that of 12,000 mm/min.
-fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<OneMove> {
+fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<Move> {
     let (mut at, mut target, mut feed, mut is_rapid) = ([0; AXES], [0.0; AXES], 0.0, true);
     let mut moves = Vec::new();
     for line in text.lines() {
@@ -59,9 +77,9 @@ fn moves(text: &str, steps_per_mm: f64, is_top: bool) -> Vec<OneMove> {
         let steps = target.map(|mm| (mm * steps_per_mm).round() as i32);
         let offsets = target
             .map(|mm| ((mm * steps_per_mm - (mm * steps_per_mm).round()) * f64::from(OFFSET_PARTS)).round() as i8);
-        let by = std::array::from_fn(|axis| steps[axis] - at[axis]);
-        if moves_on && by != [0; AXES] {
-            moves.push((by, offsets, (!is_rapid).then_some(feed)));
+        if moves_on && steps != at {
+            let feed_mm_s = if is_rapid { f64::INFINITY } else { feed };
+            moves.push(Move { offsets, feed_mm_s, deviation_mm: DEVIATION_MM, ..Move::to(steps) });
             at = steps;
         }
     }
@@ -118,31 +136,32 @@ impl Watch<'_> {
     }
 }
 
-fn make(machine: &Machine, moves: &[OneMove], deviation_mm: f32) -> Made {
-    make_carried(machine, moves, deviation_mm, 0.0)
+fn make(machine: &Machine, moves: &[Move], deviation_mm: f32) -> Made {
+    make_carried::<KNOWN>(machine, moves, deviation_mm, 0.0)
 }
 
-/// The same where no move may last less than `move_s`.
-fn make_carried(machine: &Machine, moves: &[OneMove], deviation_mm: f32, move_s: f64) -> Made {
+/// The same where no move may last less than `move_s`, and so many are known ahead.
+fn make_carried<const AHEAD: usize>(machine: &Machine, moves: &[Move], deviation_mm: f32, move_s: f64) -> Made {
     let per_mm = machine.steps_per_mm;
-    let limits = Limits {
-        start_speed_steps_s: 0.0,
-        top_speed_steps_s: machine.top_mm_s * per_mm,
-        accel_steps_s2: machine.accel_mm_s2 * per_mm,
-        decel_steps_s2: machine.accel_mm_s2 * per_mm,
-        jerk_steps_s3: f64::INFINITY,
-    };
-    let config =
-        ChainConfig::new([limits; AXES], [1.0 / per_mm; AXES], 0.01, IntervalSplit::Fastest, SpeedProfile::Trapezoid);
+    let config = ChainConfig::new(
+        [machine.limits(); AXES],
+        [1.0 / per_mm; AXES],
+        0.01,
+        IntervalSplit::Fastest,
+        SpeedProfile::Trapezoid,
+    );
     let effort = Effort { move_s, ..Effort::NONE };
-    let mut chain = Chain::<AXES, 64>::new(if move_s > 0.0 { config.with_effort(effort) } else { config });
+    let mut chain = Chain::<AXES, AHEAD>::new(if move_s > 0.0 { config.with_effort(effort) } else { config });
     let mut watch = Watch { machine, made: Made::default(), speeds_mm_s: [0.0; AXES] };
-    let mut moves = moves.iter();
+    let (mut at, mut moves) = ([0; AXES], moves.iter());
     loop {
         while !chain.is_full()
-            && let Some((steps, offsets, feed_mm_s)) = moves.next()
+            && let Some(&Move { target_steps, offsets, feed_mm_s, .. }) = moves.next()
         {
-            let request = Request { offsets: *offsets, feed_mm_s: *feed_mm_s, deviation_mm, ..Request::new(*steps) };
+            let steps = std::array::from_fn(|axis| target_steps[axis] - at[axis]);
+            let feed_mm_s = feed_mm_s.is_finite().then_some(feed_mm_s);
+            let request = Request { offsets, feed_mm_s, deviation_mm, ..Request::new(steps) };
+            at = target_steps;
             chain.push(request).unwrap();
         }
         let from_s = chain.at_s();
@@ -184,10 +203,12 @@ fn programs_take_hardly_longer_than_without_limits_at_corners() {
                 let grbl_s: f64 = row[&format!("{}{suffix}", machine.name)].parse().unwrap();
                 let text = std::fs::read_to_string(folder.join("lines").join(name)).unwrap();
                 let moves = moves(&text, machine.steps_per_mm, is_top);
-                let [sharp, bent] = [0.0, 0.01].map(|deviation_mm| make(machine, &moves, deviation_mm));
-                let path = Path::new(machine, &moves[..moves.len().min(OFFLINE_MOVES)], 0.01);
-                let first_s = make(machine, &moves[..moves.len().min(OFFLINE_MOVES)], 0.01).total_s;
-                let (by_roots, by_reach) = (first_s / path.by_two_passes_s(), first_s / path.by_reachability_s());
+                let [sharp, bent] = [0.0, DEVIATION_MM].map(|deviation_mm| make(machine, &moves, deviation_mm));
+                let firsts = &moves[..moves.len().min(OFFLINE_MOVES)];
+                let path = Path::new(&machine.config(), [0; AXES], firsts);
+                let first_s = make_carried::<OFFLINE_MOVES>(machine, firsts, DEVIATION_MM, 0.0).total_s;
+                let by_roots = first_s / two_passes::time_s(&path, machine.accel_mm_s2);
+                let by_reach = first_s / path.fastest_s();
                 println!(
                     "{}{suffix} {name:34} {:5} moves {:5} blends: {:8.3} s, {:.4} of Grbl's, {:.4} of that to the corners; {by_roots:.4} of passes by roots, {by_reach:.4} of the fastest; of the limits {:.5}, {:.5}, a jump of {:.1e} mm/s",
                     machine.name,
@@ -202,11 +223,13 @@ fn programs_take_hardly_longer_than_without_limits_at_corners() {
                 );
                 assert!(bent.accel < 1.0 && bent.speed < 1.0 + 1e-9 && bent.jump_mm_s < 1e-5 * machine.top_mm_s);
                 assert!(by_roots < 1.02, "{by_roots}");
+                assert!(by_reach > 0.9999, "faster than the fastest: {by_reach}");
                 roots.push(by_roots);
                 reached.push(by_reach);
                 ratios.push(bent.total_s / grbl_s);
                 for (ratios, (_, move_s, stop_s)) in carried.iter_mut().zip(CARRIED) {
-                    ratios.push((make_carried(machine, &moves, 0.01, move_s).total_s + stop_s) / grbl_s);
+                    ratios
+                        .push((make_carried::<KNOWN>(machine, &moves, DEVIATION_MM, move_s).total_s + stop_s) / grbl_s);
                 }
             }
             let most = reached.iter().copied().fold(0.0, f64::max);
