@@ -19,5 +19,6 @@ mod speed;
 mod strokes;
 pub mod theme;
 mod time;
+mod together;
 
 pub use page::{BothRules, page};

@@ -112,7 +112,8 @@ fn of_moves(outcome: &Outcome, both: &BothRules, figures: &Figures, engraved: Op
         with("Engraving", Picture::new("engraving", image, caption))
     });
     let seconds = [figures.pace.slowest_second, figures.pace.busiest_second];
-    let caption = "The line is the mean of each span of time, the band its lowest to highest.";
+    let caption = "The line is the mean of each span of time, the band its lowest to highest. A strip at the bottom is where moves were \
+                   taken together.";
     let speed = Picture::new("speed", speed::picture(outcome, &sources, seconds), caption);
     let speed = with("Speed along the program", speed);
     let shaping = figures.shaping.as_ref().map(|shaping| Section::new("Shaping").with_text(format!("{shaping}.")));
@@ -141,6 +142,10 @@ fn path_of(axes: plane::Axes, path: path::Picture, figures: &Figures) -> Picture
         (path.with_rapids, " Dashed lines are rapids."),
         (path.with_dots, " Dots end lines of the program."),
         (figures.homing_ns > 0, " The dashed frame is the travel."),
+        (
+            path.with_together,
+            " The wide band is where short moves were taken together: each made as a part of a longer line.",
+        ),
     ] {
         caption += if holds { text } else { "" };
     }

@@ -8,6 +8,7 @@ use super::plane::{Axes, FINE, Plane, Room, XY, letters, moves_in};
 use super::scales::{Made, SpeedScale};
 use super::strokes::{self, Piece};
 use super::theme;
+use super::together::{self, Band};
 use crate::pace::phases::{Change, Phase, phases};
 use isostep_motion::AXES;
 use isostep_sim::MoveRecord;
@@ -52,6 +53,8 @@ pub struct Picture {
     pub simplified: Option<String>,
     /// True if there are rapids, drawn as dashes.
     pub with_rapids: bool,
+    /// True if a band marks where moves were taken together.
+    pub with_together: bool,
     /// The least and greatest positions on both axes, mm.
     pub extent_mm: [(f64, f64); 2],
 }
@@ -61,7 +64,10 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Pic
     let phases_of = || phases(outcome, sources);
     let moves = outcome.program_moves().count();
     let rapids = rapids(sources);
-    let plane = Plane::new(outcome, axes, if axes == XY { ROOM } else { SIDE_ROOM });
+    let together = together::key(outcome);
+    let room = if axes == XY { ROOM } else { SIDE_ROOM };
+    let above = room.above + together.as_ref().map_or(0, |_| together::KEY);
+    let plane = Plane::new(outcome, axes, Room { above, ..room });
     let with_rapids = rapids.contains(&true);
     let by_edges = moves <= MOVES_BY_EDGES && !outcome.edges.is_empty();
     let with_dots = moves <= MOVES_WITH_DOTS;
@@ -78,12 +84,22 @@ pub fn picture(outcome: &Outcome, sources: &[Option<Source>], axes: Axes) -> Pic
     });
     let (strokes, simplified) = drawn;
     let ends = if with_dots { ends(outcome, sources, &plane) } else { String::new() };
-    let lines = strokes.finish(width) + &ends + &plane.start(outcome, "--y");
+    let band = together.as_ref().map_or(String::new(), |_| {
+        let several = || phases_of().filter(|phase| together::is_several(outcome, phase));
+        let (strokes, _) = strokes::bounded(Band, [least, f64::from(FINE)], SIDE_BYTES_MAX, |take| {
+            pieces(outcome, several(), (&plane, &rapids), &mut |piece| take(&Band::piece(piece)));
+        });
+        together::band(strokes, width)
+    });
+    let lines = band + &strokes.finish(width) + &ends + &plane.start(outcome, "--y");
     let title = format!("Path in the {} plane, coloured by speed", letters(axes));
     let svg = theme::svg(plane.size(), &title, |area| plane.draw(area, outcome));
     let key = scale.key([120 * FINE, 14 * FINE]) + &if with_rapids { key_of_lines(width) } else { String::new() };
+    let with_together = together.is_some();
+    let place = [120 * FINE, (KEY + 12) * FINE];
+    let key = key + &together.map_or(String::new(), |words| together::key_of_band(place, width, &words));
     let svg = svg.replace("</svg>", &format!("{lines}{key}</svg>"));
-    Picture { svg, by_edges, with_dots, simplified, with_rapids, extent_mm: plane.extent_mm }
+    Picture { svg, by_edges, with_dots, simplified, with_rapids, with_together, extent_mm: plane.extent_mm }
 }
 
 /// The moves that are rapids. A move whose line is unknown counts as a cut.
@@ -283,6 +299,53 @@ mod tests {
         let [(planned_top, planned), (made_top, made)] = ends;
         assert!((planned_top - made_top).abs() < 1e-6, "{planned_top} {made_top}");
         assert!((0..2).all(|at| (planned[at] - made[at]).abs() < 1e-6), "{planned:?} {made:?}");
+    }
+
+    /// A line, the short chords of a quarter of a circle, and a line.
+    #[test]
+    fn the_band_is_where_moves_were_taken_together() {
+        const RADIUS_MM: f64 = 10.0;
+        let point = |index: u32| {
+            let (sin, cos) = (f64::from(index) * 0.005).sin_cos();
+            format!("X{:.4} Y{:.4}\n", RADIUS_MM * cos, RADIUS_MM * sin)
+        };
+        let program = format!("G1 F3000 X20\nX10\n{}X-20 Y10\n", (1..=314).map(point).collect::<String>());
+        let mut config = Config { only_time: true, ..Config::default() };
+        let settings = &mut config.settings;
+        (settings.soft_limits, settings.accel_mm_s2) = (false, [2_000.0; AXES]);
+        settings.max_rate_mm_min = [12_000.0; AXES];
+        let outcome = run(program.as_bytes(), &config).unwrap();
+        let picture = picture(&outcome, &lines_of_moves::of_moves(&outcome), XY);
+        let words = together::key(&outcome).unwrap();
+        assert!(picture.svg.contains(&words), "{words}");
+        let plane = Plane::new(&outcome, XY, Room { above: KEY + together::KEY, ..ROOM });
+        let drawn = picture.svg.split("<g class=\"together\"").nth(1).unwrap().split("</g>").next().unwrap();
+        let corners = |data: &str| {
+            let numbers = data.replace('-', " -").replace(['M', 'l'], " ");
+            let numbers: Vec<f64> = numbers.split_whitespace().map(|number| number.parse().unwrap()).collect();
+            let ways = numbers.chunks(2).scan([0.0; 2], |at, way| {
+                *at = [at[0] + way[0], at[1] + way[1]];
+                Some(*at)
+            });
+            ways.collect::<Vec<_>>()
+        };
+        let lines: Vec<_> =
+            drawn.split(" d=\"M").nth(1).unwrap().split('"').next().unwrap().split('M').map(corners).collect();
+        // All of it lies on the circle, within a pixel, and it goes round nearly all of it.
+        let centre = plane.point([0.0; AXES]);
+        let radius = RADIUS_MM * plane.fine_per_mm();
+        let mut around: Vec<_> = Vec::new();
+        for [x, y] in lines.iter().flatten().map(|at| [at[0] - centre[0], centre[1] - at[1]]) {
+            assert!((x.hypot(y) - radius).abs() < f64::from(2 * FINE), "{} of {radius}", x.hypot(y));
+            around.push(y.atan2(x).to_degrees());
+        }
+        let several = outcome.moves.iter().filter(|record| record.asked.len() > 1);
+        let ends = several.map(|record| [record.corner_steps(), record.next_corner_steps()].map(|at| outcome.mm(at)));
+        let ends = ends.flatten().map(|mm| mm[1].atan2(mm[0]).to_degrees());
+        let (drawn, wanted) = (theme::range(around.into_iter()), theme::range(ends));
+        assert!((drawn.0 - wanted.0).abs() < 0.2 && (drawn.1 - wanted.1).abs() < 0.2, "{drawn:?}, not {wanted:?}");
+        assert!(wanted.0 < 5.0 && wanted.1 > 85.0, "{wanted:?}");
+        assert!(!picture_of("G91 G1 F600 X10\nY5\n").svg.contains("together"));
     }
 
     #[test]

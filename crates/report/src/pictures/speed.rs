@@ -2,6 +2,7 @@
 
 use super::chart::{self, Axis, Band, Chart, Curve, Label, Place, Style};
 use super::theme::{AXIS, BOUND, CURVE, Colour};
+use super::together;
 use crate::pace::Second;
 use crate::pace::phases::{Phase, end_s, phases};
 use isostep_sim::Outcome;
@@ -19,15 +20,18 @@ const MARK: f64 = 0.25;
 
 /// Draws the picture; `sources` are those of all moves, `seconds` are the slowest and the busiest.
 pub fn picture(outcome: &Outcome, sources: &[Option<Source>], seconds: [Option<Second>; 2]) -> String {
-    let key = [
+    let mut key = vec![
         (AXIS[0], "planned speed along the path: mean, lowest to highest".to_owned()),
         (BOUND, "asked for: the feed, or what the top speeds allow".to_owned()),
     ];
-    let chart = chart(&samples(outcome, sources, SPANS), seconds);
+    key.extend(together::key(outcome).map(|words| (together::COLOUR, words)));
+    let gap_s = end_s(outcome).unwrap_or(0.0) / SPANS as f64;
+    let together_s = together::spans_s(outcome, phases(outcome, sources), gap_s);
+    let chart = chart(&samples(outcome, sources, SPANS), seconds, &together_s);
     chart::picture("Speed along the path over time", &key, 1, 340, &[chart])
 }
 
-fn chart(samples: &[Sample], extremes: [Option<Second>; 2]) -> Chart {
+fn chart(samples: &[Sample], extremes: [Option<Second>; 2], together_s: &[[f64; 2]]) -> Chart {
     let end_s = samples.last().map_or(1.0, |sample| sample.end_s);
     let highest_mm_s = samples.iter().map(|sample| sample.highest_mm_s).fold(1e-3, f64::max);
     let asked_mm_s = samples.iter().map(|sample| sample.asked_mm_s).fold(0.0, f64::max);
@@ -39,6 +43,7 @@ fn chart(samples: &[Sample], extremes: [Option<Second>; 2]) -> Chart {
     let below = samples.iter().rev().map(|sample| at(sample, sample.lowest_mm_s));
     let curves = vec![
         Curve::new(Style::Area, BOUND, asked).faint(0.3),
+        together::strip(together_s, top_mm_s),
         Curve::new(Style::Area, AXIS[0], above.chain(below)).faint(0.35),
         Curve::line(AXIS[0], samples.iter().map(|sample| at(sample, sample.mean_mm_s))),
     ];
@@ -140,9 +145,10 @@ mod tests {
         let outcome = run(b"G1 X20 F1200\n", &Config::default()).unwrap();
         let sources = lines_of_moves::of_moves(&outcome);
         let pace = Pace::of(&outcome);
-        let chart = chart(&samples(&outcome, &sources, SPANS), [pace.slowest_second, pace.busiest_second]);
-        let [asked, band, mean] = &chart.curves[..] else { panic!("{:?}", chart.curves) };
+        let chart = chart(&samples(&outcome, &sources, SPANS), [pace.slowest_second, pace.busiest_second], &[]);
+        let [asked, together, band, mean] = &chart.curves[..] else { panic!("{:?}", chart.curves) };
         assert!(asked.points[1..asked.points.len() - 1].iter().all(|point| (point.1 - 20.0).abs() < 1e-9));
+        assert!(together.points.is_empty());
         let highest = mean.points.iter().map(|point| point.1).fold(0.0, f64::max);
         assert!((highest - 20.0).abs() < 1e-6 && mean.points[0].1 < 0.2, "{highest}");
         assert_eq!(band.points.len(), 2 * mean.points.len());
@@ -150,6 +156,42 @@ mod tests {
         let way_mm = mean.points.iter().map(|point| point.1).sum::<f64>() * end_s / SPANS as f64;
         assert!((way_mm - 20.0).abs() < 0.01, "{way_mm}");
         assert!(chart.bands.iter().zip(&chart.labels).all(|(band, label)| band.to == label.at.0), "{:?}", chart.labels);
+    }
+
+    /// A line, short moves of a circle, and a line.
+    #[test]
+    fn the_strip_is_where_moves_were_taken_together() {
+        let point = |index: u32| {
+            let (sin, cos) = (f64::from(index) * 0.005).sin_cos();
+            format!("X{:.4} Y{:.4}\n", 10.0 * cos, 10.0 * sin)
+        };
+        let program = format!("G1 F3000 X20\nX10\n{}X-20 Y0\n", (1..400).map(point).collect::<String>());
+        let mut config = Config { only_time: true, ..Config::default() };
+        let settings = &mut config.settings;
+        (settings.soft_limits, settings.accel_mm_s2) = (false, [2_000.0; AXES]);
+        settings.max_rate_mm_min = [12_000.0; AXES];
+        let outcome = run(program.as_bytes(), &config).unwrap();
+        let sources = lines_of_moves::of_moves(&outcome);
+        let spans_s = together::spans_s(&outcome, phases(&outcome, &sources), 0.0);
+        let chart = chart(&samples(&outcome, &sources, SPANS), [None; 2], &spans_s);
+        // Where lines of several moves are one behind the other, from the middle of a corner to that of another.
+        let start_s = outcome.moves[0].begin_s();
+        let corner_s = |index: usize| {
+            let blend = outcome.moves[index].blend.unwrap();
+            let [p, q] = [blend.corner_begins_s(), blend.end_s()].map(|t_s| outcome.blend_mm_s(&blend, t_s).sqrt());
+            blend.corner_begins_s() + blend.corner_s() * p / (p + q) - start_s
+        };
+        let several: Vec<_> = outcome.moves.iter().map(|record| record.asked.len() > 1).collect();
+        let changes = (1..several.len()).filter(|&index| several[index] != several[index - 1]);
+        let wanted_s: Vec<_> = changes.map(corner_s).collect();
+        let drawn_s: Vec<_> = chart.curves[1].points.iter().map(|point| point.0).collect();
+        assert_eq!(drawn_s.len(), wanted_s.len(), "{drawn_s:?} {wanted_s:?}");
+        assert!(drawn_s.iter().zip(&wanted_s).all(|(drawn_s, wanted_s)| (drawn_s - wanted_s).abs() < 1e-6));
+        let whole_s: f64 = drawn_s.chunks(2).map(|span| span[1] - span[0]).sum();
+        assert!((whole_s - 2.0 * 10.0 / 50.0).abs() < 0.05, "the chords of 20 mm at 50 mm/s take 0.4 s, not {whole_s}");
+        let picture = picture(&outcome, &sources, [None; 2]);
+        let words = format!("moves taken together: {}", isostep_sim::verify::Together::of_several(&outcome));
+        assert!(picture.contains(&words) && words.contains("mm beside their ends at most, of 0.0050"), "{words}");
     }
 
     #[test]
