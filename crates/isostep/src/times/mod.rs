@@ -33,7 +33,7 @@ exact       corners are taken exactly, as Grbl does, by $11. The bounds are for 
 one by one  corners are blends, $904 set by --blends, with each move by itself (Q0 in every G64)
 blends      the same with short moves taken together, as they are without a word
 fastest     the shortest time on the path of `one by one`: computed, with all moves known, no least time of a move, and speed that
-            changes within blends as the axes allow. Standstills, homing and probing take as long as they do, and a shaper is as long
+            changes within blends as the axes allow. Standstills and probing take as long as they do, and a shaper is as long
             as it is at each stop. There is none (-) with a curved speed profile, in thirds ($900=1) or with a start speed.
             Moves taken together may be faster still: their path is another, within P
 together    how many of the program's moves were taken together with others
