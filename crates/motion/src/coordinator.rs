@@ -78,33 +78,7 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    let PlanMemory { chain, chunks, marks } = memory;
-    let mut coordinator = Coordinator {
-        machine,
-        chain,
-        chunks,
-        marks,
-        least_times,
-        overrides: SpeedOverrides::NONE,
-        planned_steps: [0; AXES],
-        begin: Begin::WHOLE,
-        group_rule: GroupRule::NONE,
-        group: None,
-        used_mm: 0.0,
-        course: Course::NONE,
-        refused: None,
-        next_number: 0,
-        is_curved: false,
-        chunk_s: CHUNK_S,
-        taken: 0,
-        contact_steps: None,
-        waiting: None,
-        enable,
-        energised: true,
-        standstill: Instant::MIN,
-        reported: State::Idle,
-        on_event,
-    };
+    let mut coordinator = Coordinator::new(machine, memory, least_times, enable, on_event);
     coordinator.energise(false);
     // An axis may still be in a run of a coordinator that was dropped, waiting for more items.
     machine.take_over();
@@ -191,6 +165,50 @@ pub(crate) struct Coordinator<'a, E, F> {
     /// The state that was reported last as an event.
     reported: State,
     pub(crate) on_event: F,
+}
+
+impl<'a, E, F> Coordinator<'a, E, F>
+where
+    E: OutputPin<Error = Infallible>,
+    F: FnMut(Event),
+{
+    /// A coordinator that has done nothing yet.
+    #[cold]
+    fn new(
+        machine: &'a Machine,
+        memory: &'a mut PlanMemory,
+        least_times: &'a LeastTimes,
+        enable: E,
+        on_event: F,
+    ) -> Self {
+        let PlanMemory { chain, chunks, marks } = memory;
+        Self {
+            machine,
+            chain,
+            chunks,
+            marks,
+            least_times,
+            overrides: SpeedOverrides::NONE,
+            planned_steps: [0; AXES],
+            begin: Begin::WHOLE,
+            group_rule: GroupRule::NONE,
+            group: None,
+            used_mm: 0.0,
+            course: Course::NONE,
+            refused: None,
+            next_number: 0,
+            is_curved: false,
+            chunk_s: CHUNK_S,
+            taken: 0,
+            contact_steps: None,
+            waiting: None,
+            enable,
+            energised: true,
+            standstill: Instant::MIN,
+            reported: State::Idle,
+            on_event,
+        }
+    }
 }
 
 impl<E, F> Coordinator<'_, E, F>
