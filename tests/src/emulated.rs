@@ -152,6 +152,18 @@ impl Board {
         }
     }
 
+    /// Has this image in place of its firmware.
+    ///
+    /// # Panics
+    /// When it cannot be written.
+    #[must_use]
+    pub fn with_image(mut self, image: &[u8]) -> Self {
+        let elf = self.folder.join("image.elf");
+        fs::write(&elf, image).expect("the image");
+        self.options[0] = format!("--elf={}", elf.display());
+        self
+    }
+
     /// Adds options of the emulator.
     #[must_use]
     pub fn with(mut self, options: &[&str]) -> Self {

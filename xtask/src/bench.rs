@@ -3,10 +3,11 @@
 use std::fs;
 
 use anyhow::{Context, Result};
+use isostep_bench::least_times::{self, Words};
 use isostep_bench::{Candidate, Images, Model};
 
 use crate::variant::{Driver, Port, Variant};
-use crate::{build, node, workspace};
+use crate::{board_words, build, node, workspace};
 
 pub use isostep_bench::Args;
 
@@ -23,7 +24,12 @@ pub fn run(args: Args) -> Result<()> {
         build::build_firmware(workspace::BENCH_FIRMWARE)?;
     }
     let mathematics = workspace::elf(workspace::BENCH_FIRMWARE);
-    isostep_bench::run(&args, &Images { candidates, mathematics, emulator: workspace::emulator() }, &folder)
+    let images = Images { candidates, mathematics, emulator: workspace::emulator() };
+    if args.least_times() {
+        let words = Words { read: board_words::least_times, write: board_words::with_least_times };
+        return least_times::run(&images, &words, &folder);
+    }
+    isostep_bench::run(&args, &images, &folder)
 }
 
 /// Builds the firmware with each of `ports`, or its proving image. Builds the default variant last, because every other

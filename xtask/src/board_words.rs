@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use isostep_motion::LeastTimes;
+use isostep_motion::{LeastTimes, RampTimes};
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSection};
 
@@ -40,12 +40,51 @@ impl BoardWords {
     }
 
     fn patch(self, elf: &mut [u8]) -> Result<()> {
-        let words = place(elf)?;
+        let [words, _] = places(elf)?;
         let values = [self.contact as u32, self.driver as u32];
         let bytes = values.into_iter().flat_map(u32::to_le_bytes).collect::<Vec<_>>();
         elf[words].copy_from_slice(&bytes);
         Ok(())
     }
+}
+
+/// The times that moves last at least by the ELF file at `path`.
+///
+/// # Errors
+/// The file has no words of this layout.
+pub fn least_times(path: &Path) -> Result<LeastTimes> {
+    let elf = read(path)?;
+    let [_, place] = places(&elf).with_context(|| format!("{} has no least times", path.display()))?;
+    let mut doubles = elf[place].as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
+    let mut next = || doubles.next().unwrap_or_default();
+    Ok(LeastTimes {
+        straight_s: next(),
+        blend_s: next(),
+        join_s: next(),
+        together_s: next(),
+        shaped_s: next(),
+        box_s: next(),
+        queued_s: next(),
+        curved: std::array::from_fn(|_| RampTimes { ramps_s: next(), root_step_s: next() }),
+    })
+}
+
+/// Writes the ELF file at `from` to `to` with other times that moves last at least.
+///
+/// # Errors
+/// The file has no words of this layout.
+pub fn with_least_times(from: &Path, times: &LeastTimes, to: &Path) -> Result<()> {
+    let mut elf = read(from)?;
+    let [_, place] = places(&elf).with_context(|| format!("{} has no least times", from.display()))?;
+    elf[place].copy_from_slice(&doubles(times).flat_map(f64::to_le_bytes).collect::<Vec<_>>());
+    write(&elf, to)
+}
+
+/// In the order in which they are in memory.
+fn doubles(times: &LeastTimes) -> impl Iterator<Item = f64> {
+    let &LeastTimes { straight_s, blend_s, join_s, together_s, shaped_s, box_s, queued_s, curved } = times;
+    let curved = curved.into_iter().flat_map(|RampTimes { ramps_s, root_step_s }| [ramps_s, root_step_s]);
+    [straight_s, blend_s, join_s, together_s, shaped_s, box_s, queued_s].into_iter().chain(curved)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
@@ -59,8 +98,8 @@ fn write(elf: &[u8], path: &Path) -> Result<()> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The places of contact and driver in the file.
-fn place(elf: &[u8]) -> Result<Range<usize>> {
+/// The places of contact and driver in the file, and of the least times.
+fn places(elf: &[u8]) -> Result<[Range<usize>; 2]> {
     const REMEDY: &str = "take an image of `cargo xtask build` of the same sources";
     let file = ElfFile32::<Endianness>::parse(elf)?;
     let section = file.section_by_name(SECTION).with_context(|| format!("it has no section {SECTION}: {REMEDY}"))?;
@@ -72,7 +111,7 @@ fn place(elf: &[u8]) -> Result<Range<usize>> {
     ensure!(version == VERSION, "{SECTION} is of version {version}, not {VERSION}: {REMEDY}");
     let start = start as usize;
     let words = start + MAGIC.len() + WORD_BYTES;
-    Ok(words..words + 2 * WORD_BYTES)
+    Ok([words..words + 2 * WORD_BYTES, start + TIMES_AT..start + SECTION_BYTES])
 }
 
 #[cfg(test)]
@@ -83,7 +122,8 @@ mod tests {
 
     /// The words read back, as the firmware does: from the address at which the section is loaded.
     fn words(elf: &[u8]) -> [u32; 2] {
-        let bytes = &elf[place(elf).unwrap()];
+        let [words, _] = places(elf).unwrap();
+        let bytes = &elf[words];
         [0, WORD_BYTES].map(|at| u32::from_le_bytes(bytes[at..at + WORD_BYTES].try_into().unwrap()))
     }
 
@@ -100,7 +140,7 @@ mod tests {
             BoardWords { contact: Contact::Nc, driver: Driver::Tmc2209 }.patch(&mut patched).unwrap();
             BoardWords { contact, driver }.patch(&mut patched).unwrap();
             assert_eq!(words(&patched), expected);
-            patched[place(&linked).unwrap()].fill(0);
+            patched[places(&linked).unwrap()[0].clone()].fill(0);
             assert!(patched == linked);
         }
     }
@@ -138,5 +178,26 @@ mod tests {
         let [linked, shown] = [linked, shown].map(|path| words(&fs::read(path).unwrap()));
         fs::remove_dir_all(&folder).unwrap();
         assert_eq!((linked, shown), ([0, 0], [1, 0]));
+    }
+
+    #[test]
+    fn least_times_are_read_back_and_the_linked_file_stays() {
+        let folder = std::env::temp_dir().join(format!("isostep-least-times-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let [linked, trial] = ["linked", "trial"].map(|name| folder.join(name));
+        let elf = elf(b"code", WORDS);
+        fs::write(&linked, &elf).unwrap();
+        let mut times = LeastTimes { straight_s: 0.4e-3, box_s: 7e-3, ..isostep_controller::least_times::RP2040 };
+        times.curved[5].root_step_s = 8e-3;
+        with_least_times(&linked, &times, &trial).unwrap();
+        let (found, mut patched) = (least_times(&trial).unwrap(), fs::read(&trial).unwrap());
+        let is_same = fs::read(&linked).unwrap() == elf;
+        fs::remove_dir_all(&folder).unwrap();
+        assert!(is_same && found == times, "{found:?}");
+        let [words, place] = places(&elf).unwrap();
+        assert_eq!(words.end + WORD_BYTES, place.start);
+        assert_eq!(patched[place.start..place.start + 8], 0.4e-3_f64.to_le_bytes());
+        patched[place.clone()].copy_from_slice(&elf[place]);
+        assert!(patched == elf);
     }
 }

@@ -2,8 +2,9 @@
 
 use isostep_motion::{LeastTimes, RampTimes};
 
-/// An RP2040 of 125 MHz: measured on the emulated board with moves of 4 to 360 steps of three axes from corner to corner, `flow.*`
-/// of `cargo xtask bench`.
+/// An RP2040 of 125 MHz, emulated: `cargo xtask bench --least-times` measures all but those of the curved speed profiles and of moves
+/// whose steps the processor makes. These are from the cycles of moves of 4 to 360 steps of three axes from corner to corner, `flow.*` of
+/// `cargo xtask bench`.
 pub const RP2040: LeastTimes = LeastTimes {
     straight_s: 0.5e-3,
     blend_s: 1.0e-3,

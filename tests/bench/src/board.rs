@@ -265,7 +265,7 @@ fn delays(moves: &[PlannedMove], summary: &Summary, edges: &[Edge]) -> Measured<
 
 /// When the moves of a stream were over, by the first edge of the next one, if they made all their steps. The queue may grow
 /// or shrink meanwhile, so answers say less.
-fn carried_s(stream: &Stream, edges: &[Edge]) -> Measured<Vec<f64>> {
+pub fn carried_s(stream: &Stream, edges: &[Edge]) -> Measured<Vec<f64>> {
     let (made, all) = (edges.len(), stream.steps.last().map_or(0, |steps| *steps as usize));
     if made == 0 || if stream.leaves_out { made * 100 <= all * 99 } else { made != all } {
         return Err(format!("{made} edges of {all} steps"));

@@ -11,6 +11,8 @@
 //! All of this is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with costly misses.
 //! Nothing is asserted: a missed target is only marked in the figures. An error is returned only if a run cannot be
 //! made.
+//!
+//! `least_times` is another measurement, made by itself: how short moves may be planned.
 
 #![forbid(unsafe_code)]
 
@@ -23,6 +25,7 @@ mod candidate;
 mod chip;
 mod edges;
 mod effort;
+pub mod least_times;
 mod levels;
 mod lines;
 mod mathematics;
@@ -98,6 +101,7 @@ Examples:
   cargo xtask bench                                  everything, half an hour or more
   cargo xtask bench --quick                          shorter moves, fewer rates, some five minutes
   cargo xtask bench --port timer --json timer.json
+  cargo xtask bench --least-times                    how short moves may be, beside what the firmware is configured with
   cargo xtask bench --quick --prove                  of the image for `isostep prove`, whose figures have to be the same
   cargo xtask bench --report bench                   pictures: open bench/index.html")]
 pub struct Args {
@@ -119,6 +123,9 @@ pub struct Args {
     /// Measure the image that measures itself, to hold it beside the one that people use; without the mathematics
     #[arg(long)]
     prove: bool,
+    /// Find the times that moves have to last for the board to keep up, beside those of its image; nothing else
+    #[arg(long, conflicts_with_all = ["json", "report", "quick", "port", "prove"])]
+    least_times: bool,
 }
 
 impl Args {
@@ -133,7 +140,7 @@ impl Args {
     /// The ports that are measured, each of which needs a [`Candidate`].
     #[must_use]
     pub fn ports(&self) -> Vec<Port> {
-        self.port.map_or(Port::ALL.to_vec(), |port| vec![port])
+        if self.least_times { vec![Port::Pio] } else { self.port.map_or(Port::ALL.to_vec(), |port| vec![port]) }
     }
 
     /// The board that is measured.
@@ -145,7 +152,13 @@ impl Args {
     /// The mathematics is measured too.
     #[must_use]
     pub fn mathematics(&self) -> bool {
-        self.port.is_none() && !self.prove
+        self.port.is_none() && !self.prove && !self.least_times
+    }
+
+    /// The least times are measured, and nothing else.
+    #[must_use]
+    pub fn least_times(&self) -> bool {
+        self.least_times
     }
 
     /// It is the proving image that is measured.

@@ -2,6 +2,7 @@
 
 use std::{env, fs};
 
+use isostep_controller::least_times::RP2040;
 use isostep_tests::emulated::Board;
 use object::{Object, ObjectSection};
 
@@ -38,5 +39,53 @@ fn an_image_keeps_the_timing_of_the_drivers_that_its_word_says() {
         let shortest_ns = run.edges.windows(2).map(|edges| edges[1].t_ns - edges[0].t_ns).min().unwrap();
         let wanted_ns = 60_000_000_000 / (highest * 50);
         assert!(shortest_ns.abs_diff(wanted_ns) < 16, "{driver}: {shortest_ns} ns instead of {wanted_ns}");
+    }
+}
+
+/// The place of the least times in an image: behind 8 bytes of magic and four words.
+fn least_times_at(image: &[u8]) -> usize {
+    let elf = object::File::parse(image).unwrap();
+    elf.section_by_name(".board_words").and_then(|section| section.file_range()).unwrap().0 as usize + 24
+}
+
+/// How long each of 60 moves of a step lasts, straight on with G61 at a feed that no processor keeps, s, on a board with such an
+/// image.
+fn each_lasts_s(image: &[u8], name: &str) -> f64 {
+    let mut script =
+        "expect Grbl\nsend $120=10000\nexpect ok\nsend G61 G91 G1 F10000\nexpect ok\nsend G4 P0.3\n".to_owned();
+    script += &"send X0.02\n".repeat(60);
+    script += &"expect ok\n".repeat(61);
+    let run = Board::new(&format!("least-times-{name}")).with_image(image).script(&(script + "wait-idle\n"));
+    assert!(run.ok && run.edges.len() == 60, "{name}: {}", run.printed);
+    (run.edges[50].t_ns - run.edges[10].t_ns) as f64 * 1e-9 / 40.0
+}
+
+/// The first of them is that of moves without a blend.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn an_image_makes_moves_last_as_long_as_its_words_say() {
+    let linked = fs::read(env::var_os("ISOSTEP_ELF").expect("run these by `cargo xtask test`")).unwrap();
+    let at = least_times_at(&linked);
+    let times: Vec<f64> = linked[at..at + 56].as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+    let configured = [
+        RP2040.straight_s,
+        RP2040.blend_s,
+        RP2040.join_s,
+        RP2040.together_s,
+        RP2040.shaped_s,
+        RP2040.box_s,
+        RP2040.queued_s,
+    ];
+    assert_eq!(times, configured);
+    let each_s = |straight_s: f64, name: &str| {
+        let mut image = linked.clone();
+        image[at..at + 8].copy_from_slice(&straight_s.to_le_bytes());
+        each_lasts_s(&image, name)
+    };
+    let (linked_s, slower_s) = (each_s(RP2040.straight_s, "linked"), each_s(2e-3, "slower"));
+    assert!((slower_s / 2e-3 - 1.0).abs() < 1e-3 && (0.5e-3..1e-3).contains(&linked_s), "{slower_s} and {linked_s} s");
+    // Words that cannot be are none: those that it is linked with are in force.
+    for (name, straight_s) in [("nan", f64::NAN), ("negative", -2e-3), ("endless", 1e300), ("none", 0.0)] {
+        assert_eq!(each_s(straight_s, name), linked_s, "{name}");
     }
 }

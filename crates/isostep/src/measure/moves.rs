@@ -123,7 +123,7 @@ impl Stream {
 
 impl Carried {
     /// Lines a second in the middle half, where the board's queue stays full; none if they came at one instant.
-    fn rate_per_s(&self) -> Option<f64> {
+    pub fn rate_per_s(&self) -> Option<f64> {
         let middle = [self.at_s.len() / 4, self.at_s.len() * 3 / 4];
         let lasted_s = self.at_s.get(middle[1])? - self.at_s.get(middle[0])?;
         (lasted_s > 0.0).then(|| (middle[1] - middle[0]) as f64 / lasted_s)

@@ -335,6 +335,24 @@ fn short_moves_with_blends_last_as_long_as_the_board_takes() {
     assert_sums(&pace);
 }
 
+/// Moves that another board would not keep up with are as short as they are for it.
+#[test]
+fn what_is_short_is_up_to_the_board() {
+    let program = format!("G91 G61 G1 F6000\nX8\n{}X8\n", "X0.1\n".repeat(400));
+    let short_moves = |times: f64| {
+        let mut config = machine();
+        config.least_times.straight_s *= times;
+        let pace = Pace::of(&run(program.as_bytes(), &config).unwrap());
+        assert_sums(&pace);
+        (pace.slow.of(Why::ShortMoves).count, pace.shares.short_moves_s)
+    };
+    // 0.1 mm takes 1 ms at the feed asked for; 2 ms are half as fast, with a ramp before and after.
+    assert_eq!(short_moves(1.0), (0, 0.0));
+    let (places, lasts_s) = short_moves(4.0);
+    assert_eq!(places, 1);
+    assert_near(lasts_s, 400.0 * 2e-3 + 2.0 * 50.0 / 2_000.0);
+}
+
 /// The same straight on, where no blend leads to them.
 #[test]
 fn short_moves_without_blends_last_as_long_as_the_board_takes() {

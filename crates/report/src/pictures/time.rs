@@ -238,6 +238,19 @@ mod tests {
     }
 
     #[test]
+    fn how_long_a_short_move_lasts_is_that_of_the_board() {
+        let mut config = Config::default();
+        (config.settings.soft_limits, config.settings.accel_mm_s2) = (false, [2_000.0; AXES]);
+        let times = &mut config.least_times;
+        (times.straight_s, times.blend_s, times.together_s, times.join_s) = (1e-3, 2e-3, 3e-3, 0.25e-3);
+        let program = format!("G91 G61 G1 F3000\nX8\n{}X8\n", "X0.02\n".repeat(200));
+        let text = slow_places(&Pace::of(&run(program.as_bytes(), &config).unwrap())).unwrap().text.join(" ");
+        let words = "A short move lasts 1.00 ms, with a blend 2.00, which the board takes for it; several that are taken together last \
+                     3.00 ms longer, and 0.25 ms for each of them: longer moves are faster.";
+        assert!(text.contains(words), "{text}");
+    }
+
+    #[test]
     fn of_changed_limits_only_the_time_is_reported() {
         let pace = pace("G0 X20\nG4 P0\n$100=100\nG0 X0\n");
         let (section, slow) = (shares(&pace), slow_places(&pace));
