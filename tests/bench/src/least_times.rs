@@ -37,7 +37,7 @@ const AWAKE_MAX: f64 = 0.95;
 const AS_PLANNED: f64 = 0.98;
 /// The emulated boards that run at once.
 const AT_ONCE: usize = 2;
-/// The chips, and with the first of them the table's order.
+/// The chips, in the order of the columns.
 const CHIPS: [Chip; 2] = [Chip::AsItIs, Chip::CostlyMiss];
 
 /// What reads the least times of an image, and what writes it with others to another file.
@@ -65,7 +65,7 @@ impl Kind {
         match self {
             Self::Straight => "a move without a blend (G61)",
             Self::Blend => "a move with a blend (G64 Q0)",
-            Self::Together => "each of several taken together; all of them (G64)",
+            Self::Together => "each but the first of moves taken together; all of them beside that (G64)",
             Self::Shaped => "a move in a shaped run (ZV)",
             Self::Box => "a move in a run with a box",
         }
@@ -138,7 +138,7 @@ pub fn run(images: &Images, words: &Words, folder: &Path) -> Result<()> {
     println!(
         "Emulated: {}, {} MHz, a word of flash that the cache does not hold takes {miss_cycles} cycles, {}; {} moves of 0.2 mm of three axes \
          over USB, status polled at {POLL_HZ} Hz. Needed: the shortest time, in steps of {STEP_PERCENT} %, with which no move runs out and the \
-         core is awake for {:.0} % at most.",
+         core is awake for {:.0} % at most. Margin: by how much faster than configured that is.",
         candidate.model.name(),
         CLOCK_HZ / 1_000_000,
         candidate::build_options(),
