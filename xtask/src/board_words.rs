@@ -64,6 +64,7 @@ pub fn least_times(path: &Path) -> Result<LeastTimes> {
         together_s: next(),
         shaped_s: next(),
         box_s: next(),
+        box_root_step_s: next(),
         queued_s: next(),
         curved: std::array::from_fn(|_| RampTimes { ramps_s: next(), root_step_s: next() }),
     })
@@ -82,9 +83,10 @@ pub fn with_least_times(from: &Path, times: &LeastTimes, to: &Path) -> Result<()
 
 /// In the order in which they are in memory.
 fn doubles(times: &LeastTimes) -> impl Iterator<Item = f64> {
-    let &LeastTimes { straight_s, blend_s, join_s, together_s, shaped_s, box_s, queued_s, curved } = times;
+    let &LeastTimes { straight_s, blend_s, join_s, together_s, shaped_s, box_s, box_root_step_s, queued_s, curved } =
+        times;
     let curved = curved.into_iter().flat_map(|RampTimes { ramps_s, root_step_s }| [ramps_s, root_step_s]);
-    [straight_s, blend_s, join_s, together_s, shaped_s, box_s, queued_s].into_iter().chain(curved)
+    [straight_s, blend_s, join_s, together_s, shaped_s, box_s, box_root_step_s, queued_s].into_iter().chain(curved)
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
@@ -156,7 +158,7 @@ mod tests {
         };
         let remedy = "take an image of `cargo xtask build` of the same sources";
         assert_eq!(refusal(None), format!("it has no section .board_words: {remedy}"));
-        assert_eq!(refusal(Some(&WORDS[..16])), format!(".board_words has 16 bytes, not 176: {remedy}"));
+        assert_eq!(refusal(Some(&WORDS[..16])), format!(".board_words has 16 bytes, not 184: {remedy}"));
         let of_version_1 = [&WORDS[..8], &[1], &WORDS[9..]].concat();
         assert_eq!(refusal(Some(&of_version_1)), format!(".board_words is of version 1, not 2: {remedy}"));
         let other = [b"ISOSWORD", &WORDS[8..]].concat();

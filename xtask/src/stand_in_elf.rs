@@ -2,7 +2,7 @@
 
 /// The words of the board as they are linked.
 const WORDS: &[u8] = &{
-    let mut words = [0; 176];
+    let mut words = [0; 184];
     let (begin, _) = words.split_at_mut(9);
     begin.copy_from_slice(b"ISOWORDS\x02");
     words

@@ -67,7 +67,7 @@ impl Kind {
             Self::Blend => "a move with a blend (G64 Q0)",
             Self::Together => "each but the first of moves taken together; all of them beside that (G64)",
             Self::Shaped => "a move in a shaped run (ZV)",
-            Self::Box => "a move in a run with a box",
+            Self::Box => "a move in a run with a box; times the root of its steps beside that",
         }
     }
 
@@ -88,7 +88,7 @@ impl Kind {
             Self::Blend => vec![&mut times.blend_s],
             Self::Together => vec![&mut times.join_s, &mut times.together_s],
             Self::Shaped => vec![&mut times.shaped_s],
-            Self::Box => vec![&mut times.box_s],
+            Self::Box => vec![&mut times.box_s, &mut times.box_root_step_s],
         }
     }
 

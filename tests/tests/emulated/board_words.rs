@@ -66,7 +66,7 @@ fn each_lasts_s(image: &[u8], name: &str) -> f64 {
 fn an_image_makes_moves_last_as_long_as_its_words_say() {
     let linked = fs::read(env::var_os("ISOSTEP_ELF").expect("run these by `cargo xtask test`")).unwrap();
     let at = least_times_at(&linked);
-    let times: Vec<f64> = linked[at..at + 56].as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+    let times: Vec<f64> = linked[at..at + 64].as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
     let configured = [
         RP2040.straight_s,
         RP2040.blend_s,
@@ -74,6 +74,7 @@ fn an_image_makes_moves_last_as_long_as_its_words_say() {
         RP2040.together_s,
         RP2040.shaped_s,
         RP2040.box_s,
+        RP2040.box_root_step_s,
         RP2040.queued_s,
     ];
     assert_eq!(times, configured);
