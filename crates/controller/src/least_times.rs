@@ -11,8 +11,8 @@ pub const RP2040: LeastTimes = LeastTimes {
     join_s: 0.25e-3,
     together_s: 0.75e-3,
     shaped_s: 1.64e-3,
-    box_s: 3.2e-3,
-    box_root_step_s: 0.38e-3,
+    box_s: 3.6e-3,
+    box_root_step_s: 0.7e-3,
     queued_s: 0.6e-3,
     curved: [
         // S-curve, sine, linear, quadratic, sinusoidal, and the logarithmic one, which costs most.

@@ -38,7 +38,8 @@ pub struct LeastTimes {
     pub shaped_s: f64,
     /// The same with a box, by which the acceleration changes all the time.
     pub box_s: f64,
-    /// In addition with a box, for more steps: this times the root of the steps of all axes.
+    /// Instead with a box, if it is more: this times the root of the steps of all axes, of
+    /// [`SHAPED_STEPS_MAX`](isostep_profile::chain::SHAPED_STEPS_MAX) at most.
     pub box_root_step_s: f64,
     /// Reading, planning and queueing a move without ramps, where the processor makes the steps, beside the steps.
     pub queued_s: f64,
@@ -62,8 +63,7 @@ const PHASES_OF_A_MOVE: f64 = 3.0;
 const PHASES_KEPT: f64 = (PHASES - PHASES / 8) as f64;
 
 impl LeastTimes {
-    /// The time that a move lasts at least if its run is shaped like this, s, and what more it lasts times the root of the steps of
-    /// all axes; 0 if it is not.
+    /// The time that a move lasts at least if its run is shaped like this, s, and that for the root of its steps; 0 if it is not.
     #[must_use]
     pub fn of_shaping_s(&self, shaping: Option<&Shaping>) -> [f64; 2] {
         shaping.map_or([0.0; 2], |shaping| {

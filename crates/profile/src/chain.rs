@@ -72,7 +72,7 @@ mod plan;
 pub(crate) mod ring;
 
 use self::block::ChainBlock;
-pub use self::config::{ChainConfig, Effort};
+pub use self::config::{ChainConfig, Effort, SHAPED_STEPS_MAX};
 use self::corner::UnitVector;
 use self::plan::{Begun, UnderWay};
 use self::ring::Ring;

@@ -48,7 +48,8 @@ pub struct Effort {
     pub ramps_s: f64,
     /// The same, for the square root of its steps: ramps of four times the steps take twice the time.
     pub root_step_s: f64,
-    /// In addition, at any speed, for the square root of the steps of all axes: for one whose acceleration changes all the time.
+    /// For each move instead, if it is more: this times the square root of the steps of all axes, of [`SHAPED_STEPS_MAX`] at most, for
+    /// one whose acceleration changes all the time.
     pub shaped_root_step_s: f64,
 }
 
@@ -80,7 +81,7 @@ impl Effort {
             return 0.0;
         }
         let [made, root] = made(steps);
-        self.step_s * made + self.shaped_root_step_s * root
+        self.step_s * made + (self.shaped_root_step_s * root - self.move_s).max(0.0)
     }
 
     /// The additional time for a move of `steps` that changes its speed.
@@ -88,6 +89,10 @@ impl Effort {
         if is_zero(self.root_step_s) { self.ramps_s } else { self.ramps_s + self.root_step_s * sqrt(steps) }
     }
 }
+
+/// More steps than these of all axes of a move make it no dearer where the acceleration changes all the time: the faster an axis is,
+/// the more steps its segments hold.
+pub const SHAPED_STEPS_MAX: f64 = 160.0;
 
 /// The number of steps that are made by themselves, of which those of another axis with as many count a tenth; and the square root of
 /// the number of all.
@@ -98,7 +103,7 @@ fn made<const N: usize>(steps: &[i32; N]) -> [f64; 2] {
         if is_together { 0.1 } else { 1.0 }
     };
     let all = || steps.iter().map(|steps| f64::from(steps.unsigned_abs()));
-    [all().enumerate().map(|(axis, steps)| share(axis) * steps).sum(), sqrt(all().sum())]
+    [all().enumerate().map(|(axis, steps)| share(axis) * steps).sum(), sqrt(all().sum::<f64>().min(SHAPED_STEPS_MAX))]
 }
 
 /// The configuration of a chain: how its moves are planned.

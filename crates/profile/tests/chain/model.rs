@@ -1,7 +1,7 @@
 //! A second computation, in floats, of what the moves of a chain may do: shared limits, corners, and the fastest speeds
 //! between moves.
 
-use isostep_profile::chain::{Effort, Request};
+use isostep_profile::chain::{Effort, Request, SHAPED_STEPS_MAX};
 use isostep_profile::{IntervalSplit, Limits, SPEED_MIN_STEPS_S, SpeedProfile};
 
 use super::case::{AXES, Case};
@@ -160,8 +160,8 @@ fn least_s(case: &Case, request: &Request<AXES>) -> [f64; 2] {
     steps.sort_unstable();
     let [low, middle, high] = steps.map(f64::from);
     let share = |own: f64, above: f64| own * if own == above { 0.1 } else { 1.0 };
-    let shaped_s = shaped_root_step_s * (low + middle + high).sqrt();
-    let cruise_s = move_s + shaped_s + step_s * (high + share(middle, high) + share(low, middle));
+    let shaped_s = shaped_root_step_s * (low + middle + high).min(SHAPED_STEPS_MAX).sqrt();
+    let cruise_s = move_s.max(shaped_s) + step_s * (high + share(middle, high) + share(low, middle));
     let longest = high;
     let is_curved = case.speed_profile != SpeedProfile::Trapezoid;
     let change_s = if is_curved { ramps_s + root_step_s * longest.sqrt() } else { 0.0 };

@@ -8,6 +8,7 @@
 
 use isostep_motion::AXES;
 use isostep_profile::SpeedProfile;
+use isostep_profile::chain::SHAPED_STEPS_MAX;
 
 use super::asked::{Asked, Limit, SAME};
 use super::corner::{Corner, CornerLimit};
@@ -345,7 +346,7 @@ impl<'a> Finder<'a> {
         };
         let [shaped_s, root_step_s] = times.of_shaping_s(record.shaping.as_deref());
         let steps: u32 = record.plan.steps.iter().map(|steps| steps.unsigned_abs()).sum();
-        let shaped_s = shaped_s + root_step_s * f64::from(steps).sqrt();
+        let shaped_s = shaped_s.max(root_step_s * f64::from(steps).min(SHAPED_STEPS_MAX).sqrt());
         length_mm <= mm_s * (plain_s.max(shaped_s) + together_s) * BRIEF
     }
 
