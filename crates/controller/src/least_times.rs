@@ -7,10 +7,10 @@ use isostep_motion::{LeastTimes, RampTimes};
 /// `cargo xtask bench`.
 pub const RP2040: LeastTimes = LeastTimes {
     straight_s: 0.5e-3,
-    blend_s: 1.0e-3,
+    blend_s: 1.04e-3,
     join_s: 0.25e-3,
     together_s: 0.75e-3,
-    shaped_s: 1.64e-3,
+    shaped_s: 1.72e-3,
     box_s: 3.6e-3,
     box_root_step_s: 0.7e-3,
     queued_s: 0.6e-3,

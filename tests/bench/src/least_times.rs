@@ -67,7 +67,7 @@ impl Kind {
             Self::Blend => "a move with a blend (G64 Q0)",
             Self::Together => "each but the first of moves taken together; all of them beside that (G64)",
             Self::Shaped => "a move in a shaped run (ZV)",
-            Self::Box => "a move in a run with a box; times the root of its steps beside that",
+            Self::Box => "a move in a run with a box; instead, if it is more, times the root of its steps",
         }
     }
 
