@@ -44,7 +44,7 @@ const ALL: [Measurement; 11] = [
     }),
     (Part::Moves, "short moves", |board, found| {
         let curve = curve(board.how.effort.moves);
-        moves::measure(board, found, &curve, &[Corners::Exact, Corners::Blends])
+        moves::measure(board, found, &curve, &[Corners::Exact, Corners::Blends, Corners::Together, Corners::Zv])
     }),
     (Part::Load, "load of the core", |board, found| load::measure(board, found, &[10_000, 100_000, 1_000_000])),
     (Part::Cache, "flash and its cache", chip::cache),
