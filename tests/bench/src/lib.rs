@@ -291,8 +291,7 @@ fn machine(runs: Runs, port: Port, effort: &Effort, found: &mut Findings) -> Res
     // Those of the slower port take the longest of all, and a third of them shows the rate too.
     let is_figure = port == Port::Pio || (runs.chip == Chip::AsItIs && !runs.has_second);
     let curve = curve(if is_figure { effort.moves } else { effort.moves / 3 }, port.moves_feed_mm_min());
-    let ways = [Corners::Exact, Corners::Blends, Corners::Together, Corners::Zv, Corners::Box];
-    moves::measure(&mut board, found, &curve, &ways)?;
+    moves::measure(&mut board, found, &curve, &Corners::ALL)?;
     for (key, target) in port.targets() {
         found.promise(&key, target);
     }

@@ -22,10 +22,14 @@ pub enum Corners {
     Blends,
     /// By blends, and moves taken together.
     Together,
-    /// By blends, with a ZV shaper of the default frequency on every axis.
+    /// By blends, each move by itself, with a ZV shaper of the default frequency on every axis.
     Zv,
-    /// By blends, with a box of 10 ms on every axis.
+    /// The same, and moves taken together.
+    ZvTogether,
+    /// By blends, each move by itself, with a box of 10 ms on every axis.
     Box,
+    /// The same, and moves taken together.
+    BoxTogether,
 }
 
 /// A curve of short moves.
@@ -66,13 +70,19 @@ pub struct Carried {
 }
 
 impl Corners {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Exact, Self::Blends, Self::Together, Self::Zv, Self::ZvTogether, Self::Box, Self::BoxTogether];
+
     fn key(self) -> &'static str {
         match self {
             Self::Exact => "exact",
             Self::Blends => "blends",
             Self::Together => "together",
             Self::Zv => "zv",
+            Self::ZvTogether => "zv-together",
             Self::Box => "box",
+            Self::BoxTogether => "box-together",
         }
     }
 
@@ -82,7 +92,9 @@ impl Corners {
             Self::Blends => "with blends",
             Self::Together => "with blends and taken together",
             Self::Zv => "with blends and ZV",
+            Self::ZvTogether => "with blends and ZV and taken together",
             Self::Box => "with blends and a box",
+            Self::BoxTogether => "with blends and a box and taken together",
         }
     }
 
@@ -90,8 +102,8 @@ impl Corners {
     fn shaper(self) -> &'static [(u16, f64)] {
         match self {
             Self::Exact | Self::Blends | Self::Together => &[],
-            Self::Zv => &[(950, 1.0)],
-            Self::Box => &[(950, 5.0), (960, 100.0)],
+            Self::Zv | Self::ZvTogether => &[(950, 1.0)],
+            Self::Box | Self::BoxTogether => &[(950, 5.0), (960, 100.0)],
         }
     }
 }
@@ -106,7 +118,7 @@ impl Stream {
         let [x, y, z] = curve.begin_mm;
         let word = match corners {
             Corners::Exact => "G61".to_owned(),
-            Corners::Together => format!("G64P{BLEND_MM}"),
+            Corners::Together | Corners::ZvTogether | Corners::BoxTogether => format!("G64P{BLEND_MM}"),
             Corners::Blends | Corners::Zv | Corners::Box => format!("G64P{BLEND_MM}Q0"),
         };
         let begin = [
@@ -191,7 +203,9 @@ mod tests {
         let shaped = Stream::new(&curve, Corners::Zv);
         assert_eq!((shaped.before[9].as_str(), shaped.leaves_out), ("$950=1", true));
         assert!(shaped.before.last().unwrap().ends_with("G64P0.05Q0"));
-        let together = Stream::new(&curve, Corners::Together);
-        assert!(together.before.last().unwrap().ends_with("G64P0.05") && together.leaves_out);
+        for corners in [Corners::Together, Corners::ZvTogether, Corners::BoxTogether] {
+            let together = Stream::new(&curve, corners);
+            assert!(together.before.last().unwrap().ends_with("G64P0.05") && together.leaves_out);
+        }
     }
 }
