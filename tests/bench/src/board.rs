@@ -267,7 +267,12 @@ fn delays(moves: &[PlannedMove], summary: &Summary, edges: &[Edge]) -> Measured<
 /// or shrink meanwhile, so answers say less.
 pub fn carried_s(stream: &Stream, edges: &[Edge]) -> Measured<Vec<f64>> {
     let (made, all) = (edges.len(), stream.steps.last().map_or(0, |steps| *steps as usize));
-    if made == 0 || if stream.leaves_out { made * 100 <= all * 99 } else { made != all } {
+    if made == 0
+        || match stream.leaves_out_percent {
+            0 => made != all,
+            percent => made * 100 <= all * (100 - percent),
+        }
+    {
         return Err(format!("{made} edges of {all} steps"));
     }
     let edge = |steps: &u64| &edges[(*steps as usize * made / all).min(made - 1)];
@@ -334,11 +339,18 @@ mod tests {
     #[test]
     fn a_move_is_carried_when_its_last_edge_has_come_and_no_step_is_missing() {
         let edges: Vec<Edge> = (0..40).map(|step| Edge { cycle: step * 125, axis: 0, direction: 1 }).collect();
-        let stream =
-            Stream { before: Vec::new(), lines: vec![String::new(); 3], steps: vec![10, 30, 40], leaves_out: false };
+        let stream = Stream {
+            before: Vec::new(),
+            lines: vec![String::new(); 3],
+            steps: vec![10, 30, 40],
+            leaves_out_percent: 0,
+        };
         let us: Vec<f64> = carried_s(&stream, &edges).unwrap().iter().map(|s| (s * 1e6).round()).collect();
         assert_eq!(us, [10.0, 30.0, 39.0]);
         assert_eq!(carried_s(&stream, &edges[1..]).unwrap_err(), "39 edges of 40 steps");
-        assert!(carried_s(&Stream { leaves_out: true, ..stream }, &edges[1..]).is_err(), "one of 40 is more than 1 %");
+        assert!(
+            carried_s(&Stream { leaves_out_percent: 1, ..stream }, &edges[1..]).is_err(),
+            "one of 40 is more than 1 %"
+        );
     }
 }

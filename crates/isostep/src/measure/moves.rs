@@ -54,8 +54,9 @@ pub struct Stream {
     pub lines: Vec<String>,
     /// The steps of all axes up to the end of each line; empty where they are not known.
     pub steps: Vec<u64>,
-    /// The motion leaves some of the steps out where an axis turns within a few of them.
-    pub leaves_out: bool,
+    /// The most steps that the motion leaves out where an axis turns within a few of them, %: a shaper does, and so do moves that are
+    /// taken together, which end beside their places.
+    pub leaves_out_percent: usize,
 }
 
 /// The lines of a stream, carried.
@@ -127,9 +128,9 @@ impl Stream {
             format!("G21G90G94G1F{}{word}", curve.feed_mm_min),
         ];
         let (lines, steps) = (curve.lines.clone(), curve.steps.clone());
-        // Moves that are taken together end beside their places.
-        let leaves_out = corners == Corners::Together || !corners.shaper().is_empty();
-        Self { before: settings.chain(begin).collect(), lines, steps, leaves_out }
+        let is_together = matches!(corners, Corners::Together | Corners::ZvTogether | Corners::BoxTogether);
+        let leaves_out_percent = usize::from(is_together) + usize::from(!corners.shaper().is_empty());
+        Self { before: settings.chain(begin).collect(), lines, steps, leaves_out_percent }
     }
 }
 
@@ -199,13 +200,13 @@ mod tests {
         let exact = Stream::new(&curve, Corners::Exact);
         assert_eq!(exact.before[..4], ["$100=80", "$101=80", "$102=80", "$110=60000"]);
         assert_eq!(exact.before[9..], ["$11=1", "G92X500Y500Z500", "G21G90G94G1F60000G61"]);
-        assert_eq!((exact.lines.len(), exact.steps.len(), exact.leaves_out), (8, 8, false));
+        assert_eq!((exact.lines.len(), exact.steps.len(), exact.leaves_out_percent), (8, 8, 0));
         let shaped = Stream::new(&curve, Corners::Zv);
-        assert_eq!((shaped.before[9].as_str(), shaped.leaves_out), ("$950=1", true));
+        assert_eq!((shaped.before[9].as_str(), shaped.leaves_out_percent), ("$950=1", 1));
         assert!(shaped.before.last().unwrap().ends_with("G64P0.05Q0"));
         for corners in [Corners::Together, Corners::ZvTogether, Corners::BoxTogether] {
             let together = Stream::new(&curve, corners);
-            assert!(together.before.last().unwrap().ends_with("G64P0.05") && together.leaves_out);
+            assert!(together.before.last().unwrap().ends_with("G64P0.05") && together.leaves_out_percent > 0);
         }
     }
 }
