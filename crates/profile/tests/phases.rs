@@ -6,7 +6,8 @@ use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
 
-const TICK_HZ: u32 = 125_000_000;
+/// The clocks of boards, ticks/s: the slower one is, the longer segments may be.
+const CLOCKS_HZ: [u32; 2] = [125_000_000, 1_000_000];
 /// The error of rounding in an instant in fixed point, ticks, and in a place, steps.
 const ROUNDING_TICKS: f64 = 0.01;
 const ROUNDING_STEPS: f64 = 1e-8;
@@ -75,13 +76,17 @@ fn assert_at_their_instants(start: &Start) -> TestCaseResult {
 }
 
 fn assert_phase_at_its_instants(start: &Start, phase: &CountedPhase) -> TestCaseResult {
+    CLOCKS_HZ.into_iter().try_for_each(|tick_hz| assert_at_clock(start, phase, tick_hz))
+}
+
+fn assert_at_clock(start: &Start, phase: &CountedPhase, tick_hz: u32) -> TestCaseResult {
     let mut compiler = AxisCompiler::empty();
-    compiler.begin_phase(phase, TICK_HZ);
-    let bound_s = (fit_error_max_ticks(TICK_HZ) + 0.5 + ROUNDING_TICKS) / f64::from(TICK_HZ);
+    compiler.begin_phase(phase, tick_hz);
+    let bound_s = (fit_error_max_ticks(tick_hz) + 0.5 + ROUNDING_TICKS) / f64::from(tick_hz);
     let mut count = 0;
     while let Some(segment) = compiler.next_of_phase() {
         for tick in segment.ticks() {
-            let (t_s, edge) = (tick as f64 / f64::from(TICK_HZ), f64::from(count) + 0.5);
+            let (t_s, edge) = (tick as f64 / f64::from(tick_hz), f64::from(count) + 0.5);
             let around = [t_s - bound_s, t_s + bound_s].map(|t_s| start.place_steps(t_s) - edge);
             prop_assert!(
                 around[0] <= ROUNDING_STEPS && around[1] >= -ROUNDING_STEPS,

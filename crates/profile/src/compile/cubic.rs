@@ -32,8 +32,9 @@ const LOG2_6: i32 = 169_408;
 ///
 /// # Lengths
 /// At the speed v, the acceleration a and the jerk j the third derivative of the instants over the steps is (3 a² - j v)/v⁵. A
-/// quadratic over n steps deviates by that times n³/(72 √3) at most. (3 a² + |j| v)/v⁵ is the largest at one of a segment's ends, or
-/// where the axis is slowest between them. Where this bound is too coarse, the quadratic is compared with the cubic.
+/// quadratic over n steps deviates by that times n³/(72 √3) at most. (3 a² + |j| v)/v⁵ is the largest at one of a segment's ends. Where
+/// the axis is the slowest between them, it would be larger only if the ends were nearly twice as fast, and no segment within the bound
+/// is so long. Where this bound is too coarse, the quadratic is compared with the cubic.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cubic {
     /// Its speed at its beginning, half its acceleration there, and a sixth of its jerk, along its direction.
@@ -45,8 +46,6 @@ pub(super) struct Cubic {
     ahead: f64,
     /// The units of time in a second.
     unit_hz: f64,
-    /// The time after its beginning at which it is the slowest, if it is not at an end, in these units.
-    slowest: u64,
     /// The last place that was sought: the next one is not far from it.
     near: Near,
     /// The distance by which a segment may deviate, and that by which a brief one may, s.
@@ -150,12 +149,21 @@ impl Cubic {
         ((cubed(self.fit_s[1]) - level) / (3 * ONE)).clamp(1, LENGTH_MAX.into()) as u8
     }
 
-    /// True if a segment from one edge to another is near enough by its length and their levels. Instants are those after its
-    /// beginning.
-    fn is_bounded(&self, begin: Sample, end: Sample, length: u32) -> bool {
-        let has_slowest = begin.instant < self.slowest && self.slowest < end.instant;
-        let level = begin.level.max(end.level);
-        !has_slowest && level + 3 * ONE * length as i32 <= cubed(self.fit_s(end.instant.wrapping_sub(begin.instant)))
+    /// True if a quadratic is near enough by its length and by the levels at its ends.
+    fn is_bounded(&self, [begin, end]: [Sample; 2], fit: &Quadratic) -> bool {
+        begin.level.max(end.level) + 3 * ONE * fit.length as i32 <= cubed(self.fit_s(fit.rise))
+    }
+
+    /// The time to the step in the middle between two steps: where the speed hardly changes, the instants are a cubic over the steps,
+    /// with these periods at its ends. `None` elsewhere.
+    fn half_rise(&self, [begin, end]: [Sample; 2], fit: &Quadratic) -> Option<u64> {
+        let shorter_s = begin.period_s - end.period_s;
+        (shorter_s.abs() < EVEN * end.period_s).then(|| {
+            let later_s = f64::from(shorter_s.abs() * (1_u32 << fit.length) as f32 * 0.125);
+            let later = short_fixed(later_s * self.unit_hz, 0);
+            let half = fit.rise / 2;
+            if shorter_s < 0.0 { half.wrapping_sub(later) } else { half.wrapping_add(later) }
+        })
     }
 
     /// The distance by which a segment that lasts so long may deviate, s.
@@ -183,18 +191,14 @@ impl FixedPhase {
         let speed_steps_s = along(counted.phase.speed_steps_s);
         let half_accel_steps_s2 = 0.5 * along(counted.phase.accel_steps_s2);
         let sixth_jerk_steps_s3 = along(counted.jerk_steps_s3) * (1.0 / 6.0);
-        let slows_first = half_accel_steps_s2 < 0.0 && sixth_jerk_steps_s3 > 0.0;
-        let slowest_s = if slows_first { -half_accel_steps_s2 / (3.0 * sixth_jerk_steps_s3) } else { f64::INFINITY };
-        let lasts_s = counted.end_s - counted.phase.begin_s;
         let fit_s = FIT_ERROR_MAX_TICKS / clock.tick_hz;
         let cubic = Cubic {
             speed_steps_s,
             half_accel_steps_s2,
             sixth_jerk_steps_s3,
-            lasts_s,
+            lasts_s: counted.end_s - counted.phase.begin_s,
             ahead: along(counted.phase.place_steps - f64::from(begin)),
             unit_hz,
-            slowest: if slowest_s < lasts_s { short_fixed(slowest_s * unit_hz, 0) } else { u64::MAX },
             near: Near {
                 time_s: 0.0,
                 steps: 0.0,
@@ -211,15 +215,18 @@ impl FixedPhase {
     /// returns that of the shorter one.
     #[cold]
     pub(super) fn shorten(&mut self, step: u32, first: Sample, fit: &mut Quadratic, mut far: Sample) -> Sample {
-        while fit.length > 0 {
-            if let Some(half_rise) = self.half_rise(first, fit, far) {
-                fit.curvature = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
+        while let Formula::Cubic(cubic) = &self.formula
+            && fit.length > 0
+        {
+            let is_bounded = cubic.is_bounded([first, far], fit);
+            if let Some(half_rise) = cubic.half_rise([first, far], fit).filter(|_| is_bounded) {
+                fit.bend(half_rise);
                 return far;
             }
             let middle = self.sample_after(step, fit.length - 1);
             let half_rise = middle.instant.wrapping_sub(fit.first);
-            fit.curvature = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
-            if fit.length == 1 || self.is_near(step, first, fit, far) {
+            fit.bend(half_rise);
+            if fit.length == 1 || is_bounded || self.is_near(step, fit) {
                 return far;
             }
             (far, fit.rise, fit.curvature) = (middle, half_rise, 0);
@@ -228,30 +235,10 @@ impl FixedPhase {
         far
     }
 
-    /// The time to the step in the middle of a segment that is near enough by its length, if it is known without a root: where the
-    /// speed hardly changes, the instants are a cubic over the steps, with these periods at its ends.
-    #[cold]
-    fn half_rise(&self, first: Sample, fit: &Quadratic, far: Sample) -> Option<u64> {
-        let Formula::Cubic(cubic) = &self.formula else { return None };
-        let after_begin = |sample: Sample| Sample { instant: sample.instant.wrapping_sub(self.origin), ..sample };
-        let shorter_s = first.period_s - far.period_s;
-        let is_even = shorter_s.abs() < EVEN * far.period_s;
-        (is_even && cubic.is_bounded(after_begin(first), after_begin(far), fit.length)).then(|| {
-            let later_s = f64::from(shorter_s.abs() * (1_u32 << fit.length) as f32 * 0.125);
-            let later = short_fixed(later_s * cubic.unit_hz, 0);
-            let half = fit.rise / 2;
-            if shorter_s < 0.0 { half.wrapping_sub(later) } else { half.wrapping_add(later) }
-        })
-    }
-
     /// True if the quadratic through three steps of a cubic is as near as it has to be.
     #[cold]
-    fn is_near(&self, step: u32, first: Sample, fit: &Quadratic, far: Sample) -> bool {
+    fn is_near(&self, step: u32, fit: &Quadratic) -> bool {
         let Formula::Cubic(cubic) = &self.formula else { return true };
-        let after_begin = |sample: Sample| Sample { instant: sample.instant.wrapping_sub(self.origin), ..sample };
-        if cubic.is_bounded(after_begin(first), after_begin(far), fit.length) {
-            return true;
-        }
         // It is exact at the three. In between it is farthest from a cubic at 0.21 and 0.79 of the way, and from a fourth power at
         // 0.15 and 0.85. A half step is the finest that is tried.
         let sixteenths = if fit.length == 2 { 4 } else { 3 };

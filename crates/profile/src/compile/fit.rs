@@ -23,6 +23,11 @@ impl Quadratic {
         (self.rise >> 32) as u32 >= SPAN_MAX_TICKS.wrapping_shr(32 - self.point)
     }
 
+    /// Makes it one whose middle is so long after its beginning.
+    pub(super) fn bend(&mut self, half_rise: u64) {
+        self.curvature = self.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
+    }
+
     /// The segment of its first `steps` steps.
     pub(super) fn segment(&self, steps: u32) -> Segment {
         // The shift that converts to units of 2^-32 tick.

@@ -81,8 +81,7 @@ impl FixedPhase {
             far = self.shorten(step, first, &mut fit, far);
         } else if fit.length > 0 && !matches!(self.formula, Formula::ConstantSpeed(_)) {
             let middle = self.sample_after(step, fit.length - 1);
-            let half_rise = middle.instant.wrapping_sub(first.instant);
-            fit.curvature = fit.rise.wrapping_sub(half_rise).wrapping_sub(half_rise) as i64;
+            fit.bend(middle.instant.wrapping_sub(first.instant));
         }
         // The step at the far end is on the quadratic too.
         let steps = if left - 1 <= 1 << fit.length { left } else { 1 << fit.length };
