@@ -95,7 +95,7 @@ pub struct Block {
     /// N; 0 without one.
     pub line_number: u32,
     /// M6: before anything else, hold until a resume, so that this tool can be put in; 0 if no tool was named.
-    pub tool_change: Option<u8>,
+    pub tool_change: Option<u32>,
     /// M3, M4 or M5 changed the spindle's state; the new one is in the modal state.
     pub switches_spindle: bool,
     /// S changed; the new value is in the modal state, in rpm.
@@ -108,6 +108,8 @@ pub struct Block {
     pub via_pm: Option<[i64; AXES]>,
     /// The move of G0 to G3, G28 or G30.
     pub motion: Option<BlockMove>,
+    /// A canned cycle: holes instead of a move, [`Interpreter::cycle`](crate::Interpreter::cycle).
+    pub drills: bool,
     /// G38.2 to G38.5: a probe instead of a move.
     pub probe: Option<Probe>,
     /// M0: when the block is done, hold until a resume. Not set if M6 has held already and nothing else was done.

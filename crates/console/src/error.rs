@@ -29,17 +29,18 @@ codes! {
         RepeatedWord = 25, "A word stands twice on the line: keep one.";
         AxisWordsMissing = 26, "The code needs axis words: add X, Y or Z.";
         BadLineNumber = 27, "Line numbers end at N10000000: renumber, or leave N out.";
-        ValueMissing = 28, "A word is missing: G4 needs P, G10 needs L and P.";
+        ValueMissing = 28, "A word is missing: G4 needs P, G10 L and P, canned cycles R and Z, with pecks Q, G82 and G89 P.";
         UnsupportedSystem = 29, "The work coordinates are G54 to G59, G10 P1 to P6: choose one of them.";
         AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
-        UnusedAxisWords = 31, "G80 is in force, so nothing uses the axis words: add G0 or G1.";
-        PlaneAxesMissing = 32, "An arc needs an axis word of its plane: G17 wants X or Y, G18 X or Z, G19 Y or Z.";
+        UnusedAxisWords = 31, "G80 has ended an arc or a probe, so nothing uses the axis words: add G0 or G1.";
+        PlaneAxesMissing = 32, "An arc needs an axis word of its plane, or its centre alone: G17 wants X or Y, G18 X or Z, G19 Y or Z.";
         InvalidTarget = 33, "No arc or probe leads there, or it is over 10 m from zero: check G20, G21, G90, G91, I, J, K, R.";
         RadiusTooSmall = 34, "The target is farther than twice the radius: raise R.";
         OffsetsMissing = 35, "An arc needs its centre or its radius: G17 wants I or J, G18 I or K, G19 J or K, or R.";
         UnusedWords = 36, "No code on the line uses one of its words: remove it.";
         ToolAxis = 37, "G43.1 takes Z and no other axis: put the others on a line of their own.";
-        ToolNumber = 38, "Tool numbers end at T255: renumber.";
+        ToolNumber = 38, "Tool numbers end at T99999: renumber.";
+        BadCycle = 39, "No such holes can be made: do what the message before the refusal says.";
     }
 }
 

@@ -2,13 +2,17 @@
 
 mod arcs;
 mod coordinates;
+mod cycles;
 mod probes;
+
+pub use cycles::CycleFault;
 
 use crate::{
     AXES, Arc, Block, BlockMove, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, PathControl,
     Rate, Refusal, ReportedState, Settings, SpindleMode,
     axes::Z,
     command::Jog,
+    length,
     refusal::Unused,
     rotary,
     words::block::{AxisCommand, BlockWords, NonModal},
@@ -26,6 +30,7 @@ const INCH_MM: f32 = 25.4;
 pub struct Interpreter {
     coordinates: Coordinates,
     modal: Modal,
+    cycles: cycles::Cycles,
     position_pm: [i64; AXES],
     /// Offset of G92.
     shift_pm: [i64; AXES],
@@ -112,7 +117,8 @@ impl Interpreter {
     /// Resets the modal state to that of power-up and clears G92 and G43.1. Keeps the position, the coordinates and the
     /// result of the last probe.
     pub fn reset(&mut self) {
-        (self.modal, self.shift_pm, self.tool_length_pm) = (Modal::default(), [0; AXES], 0);
+        (self.modal, self.cycles) = (Modal::default(), cycles::Cycles::default());
+        (self.shift_pm, self.tool_length_pm) = ([0; AXES], 0);
     }
 
     /// Interprets a line from [`LineAssembler`](crate::LineAssembler), if `state` allows it. On success, takes over its
@@ -129,8 +135,7 @@ impl Interpreter {
     ) -> Result<Command<'l>, Error> {
         match line.strip_prefix('$') {
             Some(statement) => self.statement(statement, state, settings),
-            // % marks the beginning and the end of a program.
-            None if matches!(line.as_bytes(), [] | [b'%']) => Ok(Command::Block(Block::default())),
+            None if is_mark(line.as_bytes()) => Ok(Command::Block(Block::default())),
             #[cfg(feature = "trinamic")]
             None if line == "M122" => Ok(Command::ShowDrivers),
             None => {
@@ -159,8 +164,12 @@ impl Interpreter {
         // Only codes of group 0 change coordinates, and these are large.
         let coordinates = words.non_modal.is_some().then_some(self.coordinates);
         let before = (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm);
-        let result = self.block(&mut words, coordinates.as_ref(), block);
+        let cycles = words.modal.motion.is_of_cycles().then(|| self.begin_or_end_cycles(&mut words));
+        let result = self.block(&mut words, coordinates.as_ref(), settings, block);
         if result.is_err() {
+            if let Some(cycles) = cycles {
+                self.take_back_cycles(cycles);
+            }
             self.coordinates = coordinates.unwrap_or(self.coordinates);
             (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm) = before;
         }
@@ -176,6 +185,7 @@ impl Interpreter {
         }
         match error {
             Error::InvalidTarget | Error::RadiusTooSmall => self.misfit(line, settings).map(Explanation::Arc),
+            Error::BadCycle => self.cycle_fault(line, settings).map(Explanation::Cycle),
             Error::UnusedWords => self.unused(line, settings).map(Explanation::Unused),
             _ => None,
         }
@@ -187,7 +197,8 @@ impl Interpreter {
         words.read(&mut line.as_bytes()).ok()?;
         let (is_of_arc, has_radius) = (words.modal.motion.is_arc(), words.has_radius());
         let mut at_line = *self;
-        let refused = at_line.block(&mut words, None, &mut Block::default()).err()?;
+        at_line.begin_or_end_cycles(&mut words);
+        let refused = at_line.block(&mut words, None, settings, &mut Block::default()).err()?;
         let letter = words.unused().filter(|_| refused == Error::UnusedWords)?;
         Some(Unused { letter, is_of_arc, has_radius })
     }
@@ -215,24 +226,34 @@ impl Interpreter {
 
     /// Applies a block to this state, in Grbl's order of checking. On failure, the caller restores the state. `before`
     /// are the coordinates before the block, if it can change them.
-    fn block(&mut self, words: &mut BlockWords, before: Option<&Coordinates>, block: &mut Block) -> Result<(), Error> {
+    fn block(
+        &mut self,
+        words: &mut BlockWords,
+        before: Option<&Coordinates>,
+        settings: &Settings,
+        block: &mut Block,
+    ) -> Result<(), Error> {
         block.line_number = words.line_number()?;
         block.switches_spindle = words.modal.spindle != self.modal.spindle;
         block.switches_coolant = words.modal.coolant != self.modal.coolant;
         block.changes_speed = self.modes(words)?;
         // The P of G4 and of G10 is theirs.
         if words.blends && !matches!(words.non_modal, Some(NonModal::Dwell | NonModal::SetWorkOffset)) {
-            self.blend(words);
+            self.blend(words)?;
         }
         block.tool_change = words.changes_tool.then_some(self.modal.tool);
         if words.non_modal == Some(NonModal::Dwell) {
             block.dwell_s = Some(words.take(b'P').ok_or(Error::ValueMissing)?);
         }
-        self.tool_length(words)?;
+        if words.cancels_length || words.axis_command == Some(AxisCommand::ToolLength) {
+            self.tool_length(words)?;
+        }
         self.non_modal(words, block)?;
         block.changes_coordinates = before.is_some_and(|before| *before != self.coordinates);
         if self.modal.motion.probes() {
             self.probe(words, &mut block.probe)?;
+        } else if self.modal.motion.is_cycle() {
+            block.drills = self.drill(words, settings)?;
         } else {
             self.motion(words, &mut block.motion)?;
         }
@@ -240,13 +261,17 @@ impl Interpreter {
         if let Some(BlockMove { target_pm, .. }) = &block.motion {
             self.position_pm = *target_pm;
         }
+        if block.drills {
+            self.position_pm = self.cycle().end_pm();
+        }
         block.ends_program = words.ends_program;
         if words.ends_program {
             self.modal.end_program();
         }
         // If M6 has already held, M0 holds again only if something was done in between.
         let switches = block.switches_spindle || block.changes_speed || block.switches_coolant;
-        let acts = switches || block.dwell_s.is_some() || block.motion.is_some() || block.probe.is_some();
+        let acts =
+            switches || block.dwell_s.is_some() || block.motion.is_some() || block.probe.is_some() || block.drills;
         block.pauses = words.pauses && (block.tool_change.is_none() || acts);
         Ok(())
     }
@@ -267,20 +292,26 @@ impl Interpreter {
         // Compared only if S is present: most lines have none.
         let changes_speed = speed_rpm.is_some_and(|speed_rpm| speed_rpm != self.modal.speed_rpm);
         self.modal.speed_rpm = speed_rpm.unwrap_or(self.modal.speed_rpm);
-        self.modal.tool = words.take(b'T').map_or(self.modal.tool, |tool| tool as u8);
+        self.modal.tool = words.take(b'T').map_or(self.modal.tool, |tool| tool as u32);
         let feeds = words.axis_command == Some(AxisCommand::Motion) && self.modal.motion.feeds();
         if feeds && self.modal.inverse_time && given.is_none() { Err(Error::NoFeed) } else { Ok(changes_speed) }
     }
 
     /// The P and Q of G64, if there are any: how far the path may leave the corners, and the ends of short moves.
-    fn blend(&mut self, words: &mut BlockWords) {
+    fn blend(&mut self, words: &mut BlockWords) -> Result<(), Error> {
         if let Some(deviation) = words.take(b'P') {
-            let together_mm = words.take(b'Q').map(|together| in_mm_min(together, &self.modal));
+            let together_pm = words.take_length_pm(b'Q');
+            if together_pm.is_some_and(|pm| pm < 0) {
+                return Err(Error::Negative);
+            }
+            let together_mm = together_pm.map(|pm| length::to_mm(pm) as f32);
             self.modal.path = PathControl::BlendWithin { deviation_mm: in_mm_min(deviation, &self.modal), together_mm };
         }
+        Ok(())
     }
 
-    fn tool_length(&mut self, words: &BlockWords) -> Result<(), Error> {
+    #[cold]
+    fn tool_length(&mut self, words: &mut BlockWords) -> Result<(), Error> {
         if words.cancels_length {
             self.tool_length_pm = 0;
         }
@@ -306,8 +337,8 @@ impl Interpreter {
         if mode.feeds() {
             self.check_feed()?;
         }
-        if !words.has_axes() {
-            return if mode.is_arc() { Err(Error::AxisWordsMissing) } else { Ok(()) };
+        if !words.has_axes() && !mode.is_arc() {
+            return Ok(());
         }
         if mode.is_arc() {
             let arc = self.arc(words)?;
@@ -341,6 +372,16 @@ impl Interpreter {
     /// From here straight to `target_pm`.
     fn way_pm(&self, target_pm: [i64; AXES]) -> [i64; AXES] {
         core::array::from_fn(|axis| target_pm[axis] - self.position_pm[axis])
+    }
+}
+
+/// True if a line says nothing to the machine: it is empty, marks an end of a program (`%`, whatever is written behind it), or names
+/// the program (`O1234`, `:1234`).
+pub(crate) fn is_mark(line: &[u8]) -> bool {
+    match line {
+        [] | [b'%', ..] => true,
+        [b'O' | b':', number @ ..] => !number.is_empty() && number.iter().all(u8::is_ascii_digit),
+        _ => false,
     }
 }
 

@@ -14,8 +14,22 @@ pub enum MotionMode {
     ClockwiseArc = 2,
     /// G3.
     CounterClockwiseArc = 3,
-    /// G80: no motion mode; axis words are refused.
+    /// G80: no motion mode; axis words go on with the G0 or G1 before it, and are refused if there was another.
     Cancelled = 80,
+    /// G73: drill by pecks, and go up by a little after each.
+    BreakChips = 73,
+    /// G81: drill.
+    Drill = 81,
+    /// G82: drill, and dwell at the bottom.
+    DrillDwell = 82,
+    /// G83: drill by pecks, and go up to R after each.
+    Peck = 83,
+    /// G85: bore, and go up at the feed.
+    Bore = 85,
+    /// G86: bore, and go up with the spindle stopped.
+    BoreStop = 86,
+    /// G89: bore, dwell at the bottom, and go up at the feed.
+    BoreDwell = 89,
     /// G38.2: probe until the contact closes; it must close.
     ProbeToward = 140,
     /// G38.3: probe until the contact closes; it need not close.
@@ -29,6 +43,31 @@ pub enum MotionMode {
 impl MotionMode {
     pub(crate) const fn is_arc(self) -> bool {
         matches!(self, Self::ClockwiseArc | Self::CounterClockwiseArc)
+    }
+
+    /// G0, G1.
+    pub(crate) const fn is_straight(self) -> bool {
+        matches!(self, Self::Rapid | Self::Linear)
+    }
+
+    /// True if it is a canned cycle: G73, G81 to G83, G85, G86, G89.
+    pub const fn is_cycle(self) -> bool {
+        self.is_of_cycles() && !matches!(self, Self::Cancelled)
+    }
+
+    /// True for canned cycles and for G80, which ends them.
+    pub(crate) const fn is_of_cycles(self) -> bool {
+        matches!(self as u8, 73..=89)
+    }
+
+    /// G73, G83.
+    pub(crate) const fn pecks(self) -> bool {
+        matches!(self, Self::BreakChips | Self::Peck)
+    }
+
+    /// G82, G86, G89.
+    pub(crate) const fn dwells(self) -> bool {
+        matches!(self, Self::DrillDwell | Self::BoreStop | Self::BoreDwell)
     }
 
     /// True if its moves are made at the feed.
@@ -193,7 +232,7 @@ impl Coolant {
 /// The modal state. Its default is that after power-up or reset. G40 and G91.1 are always in force.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Modal {
-    /// G0 to G3, G38.2 to G38.5 or G80.
+    /// G0 to G3, G38.2 to G38.5, G73 to G89.
     pub motion: MotionMode,
     /// The work coordinate system: 0 for G54 to 5 for G59.
     pub system: u8,
@@ -206,6 +245,8 @@ pub struct Modal {
     /// G93 if true, G94 if false. With G93, F is the reciprocal of the duration of the move in minutes, and holds for
     /// its block only.
     pub inverse_time: bool,
+    /// G99 if true, G98 if false: canned cycles leave a hole at R, not where their series began.
+    pub retracts_to_r: bool,
     /// G61, G61.1 or G64.
     pub path: PathControl,
     /// F, in mm/min, or with G93 in 1/min; 0 until one is given.
@@ -217,7 +258,7 @@ pub struct Modal {
     /// M7, M8 or M9.
     pub coolant: Coolant,
     /// T: M6 asks the operator to put it in.
-    pub tool: u8,
+    pub tool: u32,
 }
 
 impl Modal {

@@ -2,7 +2,10 @@
 
 use core::{fmt, ops::Range};
 
-use crate::{Error, Misfit, Modal, rotary::Rotary, words::block::BlockWords, words::decimal::Decimal};
+use crate::{
+    CycleFault, Error, Misfit, Modal, interpreter::is_mark, rotary::Rotary, words::block::BlockWords,
+    words::decimal::Decimal,
+};
 
 /// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
 /// decimals, and what to do. Letters other than G and M count as number 0.
@@ -14,12 +17,15 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'G', 38, 38, "probing is G38.2 to G38.5: give one of them"),
     (b'G', 41, 42, CUTTER),
     (b'G', 43, 43, TOOLS),
-    (b'G', 73, 76, CYCLES),
-    (b'G', 81, 89, CYCLES),
+    (b'G', 73, 73, CYCLES),
+    (b'G', 74, 74, TAPPING),
+    (b'G', 76, 76, "no threads here, the spindle does not say where it stands: remove it"),
+    (b'G', 81, 83, CYCLES),
+    (b'G', 84, 84, TAPPING),
+    (b'G', 85, 89, CYCLES),
     (b'G', 90, 90, "arc centres are incremental here: use I J K from the start"),
-    (b'G', 98, 99, CYCLES),
     (b'M', 98, 99, "no subprograms here: let the post-processor write them out"),
-    (b'O', 0, 0, "no program numbers, no subprograms here: remove it"),
+    (b'O', 0, 0, "a program number stands alone on its line; subprograms are made into plain lines by isostep"),
     (b'A', 0, 0, AXES),
     (b'B', 0, 0, AXES),
     (b'C', 0, 0, AXES),
@@ -33,7 +39,11 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
 ];
 const CUTTER: &str = "no cutter compensation here: let the CAM program compensate";
 const TOOLS: &str = "no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in";
-const CYCLES: &str = "no canned cycles here: let the post-processor expand them";
+const CYCLES: &str = match crate::AXES {
+    2 => "no canned cycles without Z: let the post-processor expand them",
+    _ => "the canned cycles are G73 G81 G82 G83 G85 G86 G89: let the post-processor expand others",
+};
+const TAPPING: &str = "no tapping here, the spindle does not say where it stands: tap by hand, or mill the thread";
 const AXES: &str = match crate::AXES {
     2 => "two axes only, X Y: remove it",
     3 => "three axes only, X Y Z: remove it",
@@ -56,7 +66,7 @@ const EXPRESSIONS: &str = "no variables, expressions, checksums here: let the po
 /// ```
 pub fn stopped_at(line: &str) -> Option<Range<usize>> {
     let words = match line.strip_prefix('$') {
-        None if line == "%" => return None,
+        None if is_mark(line.as_bytes()) => return None,
         None => line,
         Some(statement) => statement.split_once('=').filter(|(name, _)| name.starts_with(['J', 'N']))?.1,
     };
@@ -127,6 +137,8 @@ pub enum Explanation<'l> {
     Word(Refusal<'l>),
     /// The words of an arc do not fit.
     Arc(Misfit),
+    /// A canned cycle cannot be made.
+    Cycle(CycleFault),
     /// A word is not used.
     Unused(Unused),
 }
@@ -136,6 +148,7 @@ impl fmt::Display for Explanation<'_> {
         match self {
             Self::Word(refusal) => refusal.fmt(f),
             Self::Arc(misfit) => misfit.fmt(f),
+            Self::Cycle(fault) => fault.fmt(f),
             Self::Unused(unused) => unused.fmt(f),
         }
     }
@@ -204,7 +217,7 @@ mod tests {
             ("G0X1G1", 24, "G1"),
             ("X1Y2X3", 25, "X3"),
             ("G59.1", 29, "G59.1"),
-            ("X1T256", 38, "T256"),
+            ("X1T100000", 38, "T100000"),
         ];
         for &(line, code, word) in rows {
             let answer = Interpreter::new().interpret(line, ReportedState::Idle, &Settings::DEFAULT);

@@ -143,7 +143,8 @@ pub fn modal(out: &mut impl Write, interpreter: &Interpreter, settings: &Setting
     let distance = 90 + u8::from(modal.incremental);
     let feed_mode = 94 - u8::from(modal.inverse_time);
     let path = modal.path.word(settings.blend_deviation_mm);
-    write!(out, "[GC:G{motion}{decimal} G{system} G{plane} G{units} G{distance} G{feed_mode}{path}")?;
+    let retract = if modal.retracts_to_r { " G99" } else { "" };
+    write!(out, "[GC:G{motion}{decimal} G{system} G{plane} G{units} G{distance} G{feed_mode}{path}{retract}")?;
     write!(out, " M{}", modal.spindle as u8)?;
     let (feed, speed) = (Fixed::rate(modal.feed, inches), Fixed { value: modal.speed_rpm, decimals: 0 });
     write!(out, " {} T{} F{feed} S{speed}]\r\n", modal.coolant.word(), modal.tool)

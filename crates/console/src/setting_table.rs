@@ -104,6 +104,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(25, "mm/min", "homing seek", 1.0, 1e5, field!(Float homing_seek_mm_min)),
     row(26, "ms", "homing debounce", 0.0, 1000.0, field!(Int homing_debounce_ms)),
     row(27, "mm", "homing pull-off", 0.1, 100.0, field!(Float homing_pull_off_mm)),
+    row(28, "mm", "peck clearance of G73 and G83", 0.0, 100.0, field!(Float peck_clearance_mm)),
     row(30, "rpm", "S at full duty", 0.0, 1e5, field!(Float spindle_max_rpm)),
     row(31, "rpm", "S at least duty", 0.0, 1e5, field!(Float spindle_min_rpm)),
     row(32, "", "laser mode", 0.0, 1.0, field!(Flag laser_mode)),

@@ -60,6 +60,8 @@ pub struct Settings {
     pub homing_debounce_ms: u16,
     /// `$27`: distance from the switch to the zero; below the travel of every axis.
     pub homing_pull_off_mm: f32,
+    /// `$28`: how far G73 goes up after a peck, and how far above the last depth the rapid of G83 ends.
+    pub peck_clearance_mm: f32,
     /// `$30`: the S at which spindle or laser have full duty, `$36`.
     pub spindle_max_rpm: f32,
     /// `$31`: the S up to which spindle or laser have least duty, `$35`; below `$30`.
@@ -176,6 +178,7 @@ impl Settings {
         homing_seek_mm_min: 600.0,
         homing_debounce_ms: 5,
         homing_pull_off_mm: 2.0,
+        peck_clearance_mm: 1.0,
         spindle_max_rpm: 1000.0,
         spindle_min_rpm: 0.0,
         laser_mode: false,

@@ -45,7 +45,7 @@ fn word(letter: u8, number: Decimal) -> Result<Word, Error> {
     match letter {
         b'G' => code().map(Word::G),
         b'M' => code().map(Word::M),
-        b'I'..=b'K' | b'R' | b'X' | b'Y' => length(),
+        b'I'..=b'K' | b'Q' | b'R' | b'X' | b'Y' => length(),
         b'Z' if AXES > axes::Z => length(),
         b'A' if AXES > axes::A => length(),
         b'L' | b'N' | b'T' if !number.is_whole() => Err(Error::IntegerRequired),

@@ -16,6 +16,7 @@ mod boot;
 mod commands;
 mod config;
 mod controller;
+mod cycles;
 #[cfg(feature = "trinamic")]
 mod drivers;
 mod intake;

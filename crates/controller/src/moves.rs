@@ -2,14 +2,14 @@
 
 use core::pin::pin;
 
-use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::messages;
-use isostep_console::{Arc, Block, BlockMove, Error, Jog, Overrides, Rate, SpindleMode};
+use isostep_console::{Arc, Block, BlockMove, Error, Jog, Overrides, Rate};
 use isostep_motion::{AXES, Axis, Busy, Motion, Move, cold_path};
 
 use crate::beyond::Beyond;
-use crate::controller::{Controller, Mode, Program};
+use crate::controller::{Controller, Mode};
+use crate::cycles::dwell;
 use crate::output::{Message, Output};
 
 /// The number of times that an axis is moved to and fro to check its wiring.
@@ -38,7 +38,7 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             self.go_to(&motion.target_pm, motion, block.line_number, checks, text).await?;
         }
-        if block.probe.is_some() || block.pauses || block.ends_program {
+        if block.drills || block.probe.is_some() || block.pauses || block.ends_program {
             cold_path(pin!(self.after_motion(block, checks, text))).await?;
         }
         Ok(())
@@ -61,8 +61,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let dwell_s = block.dwell_s.filter(|_| !checks);
         if let Some(dwell_s) = dwell_s {
-            let dwell = Motion::Dwell(Duration::from_micros((f64::from(dwell_s) * 1e6) as u64));
-            self.submit(dwell).await?;
+            self.submit(Motion::Dwell(dwell(dwell_s))).await?;
         }
         if dwell_s.is_some() || offset_pm != self.with(|program| program.work_offset_pm) {
             // A dwell is answered when it is over, because senders use it to wait for the end of motion. A new offset
@@ -73,8 +72,11 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Carries out what comes after the motion of a block: a probing, a pause, the end of the program.
+    /// Carries out what is seldom in a block: holes, a probing, a pause, the end of the program.
     async fn after_motion(&self, block: &Block, checks: bool, text: &mut Message) -> Result<(), Error> {
+        if block.drills {
+            self.drill(block.line_number, checks, text).await?;
+        }
         if let Some(probe) = &block.probe {
             self.probe(probe, block.line_number, checks, text).await?;
         }
@@ -98,7 +100,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// M6: when the moves before it have ended, holds the machine so that the tool can be put in, and sends a message
     /// about it at once. The answer to the line comes after the resume.
-    async fn change_tool(&self, tool: u8, text: &mut Message, out: &Output) -> Result<(), Error> {
+    async fn change_tool(&self, tool: u32, text: &mut Message, out: &Output) -> Result<(), Error> {
         self.settled().await?;
         match tool {
             0 => text.say(messages::CHANGE_TOOL),
@@ -114,10 +116,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// True for M3 to M5, M7 to M9, and the S of a spindle that turns: that of one that stands still waits for M3, and the S
     /// of a laser belongs to each move.
     fn switches(&self, block: &Block) -> bool {
-        let turns = |program: &mut Program| {
-            !program.settings.laser_mode && program.interpreter.modal().spindle != SpindleMode::Off
-        };
-        block.switches_spindle || block.switches_coolant || block.changes_speed && self.with(turns)
+        block.switches_spindle || block.switches_coolant || block.changes_speed && self.spindle_turns()
     }
 
     /// Holds until a resume, or a reset.
@@ -205,14 +204,28 @@ impl<F: NorFlash> Controller<'_, F> {
         checks: bool,
         text: &mut Message,
     ) -> Result<(), Error> {
-        let BlockMove { rate, arc, path, .. } = like;
-        let (target_steps, beyond) = self.target_steps(*target_pm, arc.as_ref());
+        let (target_steps, beyond) = self.target_steps(*target_pm, like.arc.as_ref());
         if let Some(beyond) = beyond {
-            return Err(cold_path(pin!(self.refuse_target(beyond, arc.is_some(), text))).await);
+            return Err(cold_path(pin!(self.refuse_target(beyond, like.arc.is_some(), text))).await);
         }
         if checks {
             return Ok(());
         }
+        let mut one = self.like(like, target_steps, line);
+        match &like.arc {
+            Some(arc) => cold_path(pin!(self.follow(arc, &one))).await,
+            None => {
+                if one.deviation_mm > 0.0 {
+                    one.offsets = self.with(|program| program.geometry.offsets(*target_pm));
+                }
+                self.submit(Motion::Move(one)).await
+            }
+        }
+    }
+
+    /// A move to a place, to be made as `like`, without the place's offsets.
+    pub(crate) fn like(&self, like: &BlockMove, target_steps: [i32; AXES], line: u32) -> Move {
+        let BlockMove { rate, arc, path, .. } = like;
         let deviation_mm = |setting_mm| match arc {
             Some(_) => path.chords_deviation_mm(setting_mm),
             None => path.deviation_mm(setting_mm),
@@ -223,7 +236,7 @@ impl<F: NorFlash> Controller<'_, F> {
         };
         let exact_stop = path.stops();
         let together_mm = |setting_mm| if arc.is_some() { 0.0 } else { path.together_mm(setting_mm) };
-        let mut one = self.with(|program| Move {
+        self.with(|program| Move {
             feed_mm_s,
             exact_stop,
             deviation_mm: deviation_mm(program.settings.blend_deviation_mm),
@@ -232,16 +245,7 @@ impl<F: NorFlash> Controller<'_, F> {
             line,
             source: program.source,
             ..Move::to(target_steps)
-        });
-        match arc {
-            Some(arc) => cold_path(pin!(self.follow(arc, &one))).await,
-            None => {
-                if one.deviation_mm > 0.0 {
-                    one.offsets = self.with(|program| program.geometry.offsets(*target_pm));
-                }
-                self.submit(Motion::Move(one)).await
-            }
-        }
+        })
     }
 
     /// The number of the line that is carried out.
@@ -260,7 +264,7 @@ impl<F: NorFlash> Controller<'_, F> {
         (target_steps, beyond)
     }
 
-    fn steps(&self, target_pm: [i64; AXES]) -> [i32; AXES] {
+    pub(crate) fn steps(&self, target_pm: [i64; AXES]) -> [i32; AXES] {
         self.with(|program| program.geometry.steps(target_pm))
     }
 

@@ -30,7 +30,6 @@ const ELSEWHERE: &[(RangeInclusive<u16>, &str)] = &[
         14..=19,
         "inputs are low when they are pressed, with a pull-up, and outputs are active high: only an emergency stop may open (--estop nc)",
     ),
-    (28..=28, "there are no canned cycles"),
     (29..=29, "the time from DIR to STEP is that of the driver (--driver)"),
     (34..=34, "S0 has no duty"),
     (37..=37, "$1=255 keeps all motors on, and nothing else keeps some of them on"),

@@ -15,8 +15,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use isostep_console::{
-    BlockMove, Command, Coordinates, Error, Interpreter, PathControl, Rate, ReportedState, Settings, SpindleMode,
-    Unfit, length,
+    BlockMove, Command, Coordinates, Cycle, CyclePart, Error, Interpreter, PathControl, Rate, ReportedState, Settings,
+    SpindleMode, Unfit, length,
 };
 use isostep_motion::{AXES, Axis, Direction};
 use serde::Serialize;
@@ -106,10 +106,10 @@ pub struct Survey {
     /// The numbers of these lines, at most [`LISTED_MAX`].
     pub dark_dwells: Vec<usize>,
     /// The tools that M6 asks for, each with the first line that does; 0 if no tool is named.
-    pub tools: BTreeMap<u8, usize>,
+    pub tools: BTreeMap<u32, usize>,
     /// The numbers of the tools that T has named.
     #[serde(skip)]
-    pub tool_numbers: BTreeSet<u8>,
+    pub tool_numbers: BTreeSet<u32>,
     /// Number of lines that tell the operator something, by `(MSG, ...)`.
     pub messages: usize,
     /// The bytes in comments that act at once if a sender does not strip them, in words, with the numbers of the first lines.
@@ -310,7 +310,12 @@ impl Reader {
                     path: PathControl::Exact,
                 });
                 let mut from_pm = from_pm;
-                for motion in via.into_iter().chain(block.motion) {
+                let cycle = block.drills.then(|| *self.interpreter.cycle());
+                let of_holes = cycle.iter().flat_map(Cycle::parts).filter_map(|part| match part {
+                    CyclePart::Move(one) => Some(one),
+                    _ => None,
+                });
+                for motion in via.into_iter().chain(block.motion).chain(of_holes) {
                     self.go(from_pm, &motion);
                     from_pm = motion.target_pm;
                 }

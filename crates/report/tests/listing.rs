@@ -27,7 +27,7 @@ fn said(listing: &Listing) -> Vec<String> {
 #[test]
 fn each_line_of_grbls_is_reported() {
     let expected: &[&str] = &[
-        "taken 31 as they are",
+        "taken 32 as they are",
         "otherwise 3, which mean something else here",
         "line 9 `$10=19`: taken as $10=3: machine position (1) and buffers (2) are a choice, and all other fields are always reported",
         "line 10 `$11=0.010`: it holds with G61; else corners are blends, by $904 and G64 P",
@@ -56,11 +56,10 @@ fn each_line_of_grblhals_is_reported() {
         "line 20 `$23=9`: taken as $23=1: there are no more axes than XYZ",
         "line 23 `$26=25`: a switch counts once it has been steady for so long; 5 is enough for most, and sooner",
         "line 38 `$44, $45, $46`: taken as $901=321: the axes home one after the other",
-        "unknown 20, left out",
+        "unknown 19, left out",
         "line 10 `$9=1`: the PWM output is on whenever the spindle is, and S0 has no duty",
         "line 15 `$14=64`: inputs are low when they are pressed, with a pull-up, and outputs are active high: only an emergency stop may open (--estop nc)",
         "line 16 `$15=0`: inputs are low when they are pressed, with a pull-up, and outputs are active high: only an emergency stop may open (--estop nc)",
-        "line 25 `$28=0.100`: there are no canned cycles",
         "line 26 `$29=0.0`: the time from DIR to STEP is that of the driver (--driver)",
         "line 31 `$34=0.0`: S0 has no duty",
         "line 34 `$37=0`: $1=255 keeps all motors on, and nothing else keeps some of them on",

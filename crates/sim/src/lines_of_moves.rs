@@ -84,7 +84,7 @@ pub fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
         match interpreter.interpret(&line, ReportedState::Idle, &outcome.config.settings) {
             Ok(Command::Block(block)) => {
                 let moves = |motion: BlockMove| motion.arc.is_some() || motion.target_pm != from_pm;
-                has_moved |= block.via_pm.is_some() || block.motion.is_some_and(moves);
+                has_moved |= block.drills || block.via_pm.is_some() || block.motion.is_some_and(moves);
                 false
             }
             Ok(Command::Jog(jog)) => {

@@ -5,9 +5,9 @@ use std::fmt::{self, Write};
 use crate::axes::xyz_a;
 use isostep_console::parameters::{STORED_LINE_CHARS, StoredLine};
 use isostep_console::{
-    Block, BlockMove, Command, Coordinates, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM, MIN_FEED_MM_MIN,
-    Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, SpindleMode, StatusReport,
-    StatusReporter, Unfit, length, realtime, report, stopped_at,
+    Block, BlockMove, Command, Coordinates, CyclePart, Error, Interpreter, Jog, LineAssembler, MAX_COORDINATE_PM,
+    MIN_FEED_MM_MIN, Overrides, Rate, Realtime, Refusal, ReportedState, SETTING_TABLE, Settings, SpindleMode,
+    StatusReport, StatusReporter, Unfit, length, realtime, report, stopped_at,
 };
 use isostep_sim::AXES;
 
@@ -165,10 +165,28 @@ impl Console {
         Ok(())
     }
 
+    /// The first parts of a cycle, and its end: all of them may be a hundred million.
+    fn holes(&self, drills: bool) {
+        if !drills {
+            return;
+        }
+        let cycle = self.interpreter.cycle();
+        cycle.bounds_pm().into_iter().for_each(is_a_place);
+        for part in cycle.parts().take(1_000) {
+            match part {
+                CyclePart::Move(one) => is_a_place(one.target_pm),
+                CyclePart::Dwell(dwell_s) => assert!(dwell_s > 0.0 && dwell_s.is_finite()),
+                CyclePart::SpindleOff | CyclePart::SpindleOn => {}
+            }
+        }
+        assert_eq!(self.interpreter.position_pm(), cycle.end_pm());
+    }
+
     fn block(&mut self, block: &Block) {
         self.line_number = block.line_number;
         assert!(block.dwell_s.is_none_or(|dwell_s| dwell_s >= 0.0 && dwell_s.is_finite()), "{block:?}");
         block.via_pm.into_iter().for_each(is_a_place);
+        self.holes(block.drills);
         if let Some(probe) = block.probe {
             is_a_place(probe.target_pm);
             is_a_feed(probe.mm_min);

@@ -68,7 +68,8 @@ impl Block {
                 _ => block.value(word)?,
             }
         }
-        if block.axes == Axes::Nobody && block.has("XYZ") {
+        let is_arc = matches!(block.modes.motion, 20 | 30);
+        if block.axes == Axes::Nobody && (block.has("XYZ") || is_arc && block.has("IJK")) {
             block.axes = Axes::Motion;
         }
         Ok(block)
@@ -76,8 +77,11 @@ impl Block {
 
     fn general(&mut self, tenths: i64) -> Result<(), Refused> {
         let group = match tenths {
-            0 | 10 | 20 | 30 | 382..=385 => {
-                self.claim(Axes::Motion)?;
+            0 | 10 | 20 | 30 | 382..=385 | 730 | 810 | 820 | 830 | 850 | 860 | 890 => {
+                // G0 and G1 may stand beside G28 and G30, which use the axis words.
+                if !matches!((tenths, self.once), (0 | 10, Some(280 | 300))) {
+                    self.claim(Axes::Motion)?;
+                }
                 self.modes.motion = tenths;
                 "motion"
             }
@@ -87,7 +91,14 @@ impl Block {
                 }
                 "end of motion"
             }
+            980 | 990 => {
+                self.modes.leaves_at_r = tenths == 990;
+                "retract"
+            }
             100 | 280 | 300 | 920 => {
+                if matches!((tenths, self.modes.motion), (280 | 300, 0 | 10)) && self.axes == Axes::Motion {
+                    self.axes = Axes::Nobody;
+                }
                 self.claim(Axes::Once)?;
                 self.once = Some(tenths);
                 "once"
@@ -166,9 +177,9 @@ impl Block {
 
     fn value(&mut self, word: Word) -> Result<(), Refused> {
         match word {
-            _ if !"FIJKLNPRSTXYZ".contains(word.letter) => Err(20),
+            _ if !"FIJKLNPQRSTXYZ".contains(word.letter) => Err(20),
             _ if "LNT".contains(word.letter) && word.value % ONE != 0 => Err(23),
-            Word { letter: 'T', value } if value > 255 * ONE => Err(38),
+            Word { letter: 'T', value } if value > 99_999 * ONE => Err(38),
             _ if self.get(word.letter).is_some() => Err(25),
             _ if "FNPST".contains(word.letter) && word.value < 0 => Err(4),
             _ => {

@@ -1,6 +1,7 @@
 //! The state of the machine, and the effect of each line and each byte.
 
 use super::block::{Axes, Block, Refused, near};
+use super::cycles::{Series, is_cycle};
 use super::modes::Modes;
 use super::settings::SettingValues;
 use super::words::{ONE, Word};
@@ -29,6 +30,10 @@ pub type Overrides = [i64; 3];
 pub struct Model {
     /// The modes.
     pub modes: Modes,
+    /// The motion mode before canned cycles and G80.
+    pub before_cycles: i64,
+    /// The series of a canned cycle that is under way.
+    pub series: Option<Series>,
     /// G54 to G59.
     pub systems: [Place; 6],
     /// Of G28 and G30.
@@ -80,6 +85,8 @@ impl Model {
     pub fn new(settings: SettingValues) -> Self {
         Self {
             modes: Modes::START,
+            before_cycles: 0,
+            series: None,
             systems: [[0; 3]; 6],
             places: [[0; 3]; 2],
             shift: [0; 3],
@@ -115,6 +122,7 @@ impl Model {
 
     /// The welcome, and what the start-up lines answer, after a reset.
     pub fn reset(&mut self) -> Vec<String> {
+        (self.before_cycles, self.series) = (0, None);
         (self.modes, self.shift, self.tool_length, self.overrides) = (Modes::START, [0; 3], 0, [100; 3]);
         self.follow_carriage();
         if self.state == State::Check {
@@ -203,7 +211,9 @@ impl Model {
         }
         let before = self.modes;
         self.modes = block.modes;
-        let feeds = matches!(self.modes.motion, 10..=30 | 382..=385);
+        self.begin_or_end_cycles(&block, before.motion);
+        let motion = self.modes.motion;
+        let feeds = matches!(motion, 10..=30 | 382..=385) || is_cycle(motion);
         self.modes.feed = match block.take('F') {
             Some(feed) if self.modes.inverse_time => feed,
             Some(feed) => self.modes.length(feed),
@@ -225,13 +235,16 @@ impl Model {
         }
         let places = self.act_once(&mut block)?;
         let is_motion = block.axes == Axes::Motion;
+        let holes = if is_motion && is_cycle(self.modes.motion) { self.drill(&mut block)? } else { Vec::new() };
         let (target, is_arc) = match self.modes.motion {
+            motion if is_cycle(motion) => (None, false),
             800 if is_motion => return Err(Stop::Refused(31)),
             800 | 0 if !is_motion || !block.has("XYZ") => (None, false),
             _ if !is_motion => (None, false),
             0 => (Some(self.target(&block)?), false),
             _ if self.modes.feed < if self.modes.inverse_time { 1 } else { ONE } => return Err(Stop::Refused(22)),
             10 if !block.has("XYZ") => (None, false),
+            20 | 30 if block.has("IJK") && !block.has("R") => (Some(self.arc(&mut block)?), true),
             _ if !block.has("XYZ") => return Err(Stop::Refused(26)),
             20 | 30 => (Some(self.arc(&mut block)?), true),
             382..=385 => (Some(self.probe_target(&block)?), false),
@@ -239,17 +252,27 @@ impl Model {
         };
         if block.groups().contains(&"path") {
             let deviation = block.take('P');
+            if deviation.is_some() {
+                block.take('Q');
+            }
             // The P of G4 and of G10 is theirs.
             let is_own = !matches!(block.once, Some(40 | 100));
             self.modes.blends &= !is_own || deviation.is_none_or(|deviation| deviation > 0);
         }
         block.all_used()?;
-        self.pause_for_tool(&block, &before, target.is_some() || places.is_some());
+        self.pause_for_tool(&block, &before, target.is_some() || places.is_some() || !holes.is_empty());
         let modes = self.modes;
         if block.ends {
             self.modes.end_program();
         }
         for place in places.into_iter().flatten() {
+            self.go_to(place, false)?;
+        }
+        // No hole is begun if one is outside.
+        if holes.iter().any(|&place| self.is_outside(place)) {
+            return Err(Stop::OutsideTravel);
+        }
+        for place in holes {
             self.go_to(place, false)?;
         }
         match target {
@@ -261,6 +284,22 @@ impl Model {
             self.overrides = [100; 3];
         }
         Ok(())
+    }
+
+    /// A series of cycles begins anew behind other motion. Axis words behind G80 go on with the G0 or G1 before it.
+    fn begin_or_end_cycles(&mut self, block: &Block, before: i64) {
+        let motion = self.modes.motion;
+        if !is_cycle(motion) && motion != 800 {
+            return;
+        }
+        if !is_cycle(before) {
+            self.series = None;
+            self.before_cycles = if before == 800 { self.before_cycles } else { before };
+        }
+        let moves = block.axes == Axes::Motion && block.once.is_none();
+        if motion == 800 && moves && matches!(self.before_cycles, 0 | 10) {
+            self.modes.motion = self.before_cycles;
+        }
     }
 
     /// M6 and M0. M0 does not wait a second time unless the line does something else.
@@ -362,7 +401,7 @@ impl Model {
             18 => ("XZ", "IK"),
             _ => ("YZ", "JK"),
         };
-        if !block.has(axes) {
+        if !block.has(axes) && (block.has("R") || !block.has("IJK")) {
             return Err(32);
         }
         let target = self.target(block)?;

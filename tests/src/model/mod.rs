@@ -8,6 +8,7 @@
 mod bench;
 mod block;
 mod bytes;
+mod cycles;
 mod line;
 mod machine;
 mod modes;
@@ -17,3 +18,4 @@ mod settings;
 mod words;
 
 pub use bench::run;
+pub use cycles::run_holes;

@@ -5,7 +5,7 @@ use super::words::{INCH_ANGSTROM, ONE};
 /// The modes of docs/console.md, as `$G` lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Modes {
-    /// The motion mode, tenths of its number: 0, 10, 20, 30, 382 to 385, 800.
+    /// The motion mode, tenths of its number: 0, 10, 20, 30, 382 to 385, 730 to 890.
     pub motion: i64,
     /// 0 for G54.
     pub system: usize,
@@ -19,6 +19,8 @@ pub struct Modes {
     pub inverse_time: bool,
     /// G61.1.
     pub exact_stop: bool,
+    /// G99.
+    pub leaves_at_r: bool,
     /// G64, alone or with a P above 0: the setting that is for G64 alone is above 0 here.
     pub blends: bool,
     /// 3, 4 or 5.
@@ -45,6 +47,7 @@ impl Modes {
         incremental: false,
         inverse_time: false,
         exact_stop: false,
+        leaves_at_r: false,
         blends: true,
         spindle: 5,
         flood: false,
@@ -90,6 +93,7 @@ impl Modes {
             (false, true) => " G64",
             (false, false) => " G61",
         };
+        let retract = if self.leaves_at_r { " G99" } else { "" };
         let coolant = match (self.mist, self.flood) {
             (false, false) => "M9",
             (true, false) => "M7",
@@ -97,7 +101,7 @@ impl Modes {
             (true, true) => "M7 M8",
         };
         format!(
-            "{motion} G{} G{} G{units} G{distance} G{feed_mode}{path} M{} {coolant} T{}",
+            "{motion} G{} G{} G{units} G{distance} G{feed_mode}{path}{retract} M{} {coolant} T{}",
             54 + self.system,
             self.plane,
             self.spindle,

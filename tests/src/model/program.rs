@@ -2,6 +2,7 @@
 
 use oorandom::Rand64;
 
+use super::cycles::is_cycle;
 use super::line::{Asked, Line};
 use super::machine::{Model, Place, Startup, State};
 use super::words::{INCH_ANGSTROM, ONE, Word, written};
@@ -113,7 +114,9 @@ impl Author {
 
     fn odd_line(&mut self) -> Line {
         let nothing = Asked::Block(Vec::new());
-        let (text, asked) = match self.below(5) {
+        let (text, asked) = match self.below(7) {
+            5 => ("O1234 (a name)".to_owned(), nothing),
+            6 => ("%wait".to_owned(), nothing),
             0 => (String::new(), nothing),
             1 => (" % ".to_owned(), nothing),
             2 => ("(nothing)".to_owned(), nothing),
@@ -124,7 +127,8 @@ impl Author {
     }
 
     fn block(&mut self, model: &Model, room: &Room) -> Vec<Word> {
-        let mut words = match self.below(25) {
+        let mut words = match self.below(30) {
+            25..=28 => self.cycle(model, room),
             0..=9 => self.straight(model, room),
             10 | 11 => self.arc(model),
             12..=14 => self.offset(model),
@@ -247,6 +251,63 @@ impl Author {
         words
     }
 
+    /// A line of a program that drills: holes, and what may come between them.
+    pub fn of_holes(&mut self, model: &Model, room: &Room) -> Vec<Word> {
+        match self.below(12) {
+            0 => self.straight(model, room),
+            1 => vec![Word::g(self.of(&[800, 0, 10]))],
+            2 => vec![Word::g(self.of(&[170, 180, 190, 200, 210, 900, 910]))],
+            3 => self.offset(model),
+            4 => {
+                let mut words = vec![Word::g(800)];
+                words.extend(self.axis_words(model, room, model.work_zero(), false, model.modes.inches));
+                words
+            }
+            _ => self.cycle(model, room),
+        }
+    }
+
+    /// A line of a canned cycle: one that begins a series, or goes on with it; some lack a word.
+    fn cycle(&mut self, model: &Model, room: &Room) -> Vec<Word> {
+        let (mut words, incremental, inches) = self.with_modes(model);
+        let code = self.of(&[730, 810, 820, 830, 850, 860, 890]);
+        let (motion, begins) = if is_cycle(model.modes.motion) && self.one_in(2) {
+            (model.modes.motion, false)
+        } else {
+            words.push(Word::g(code));
+            (code, true)
+        };
+        if self.one_in(3) {
+            words.push(Word::g(self.of(&[980, 990])));
+        }
+        if model.modes.feed < ONE || model.modes.inverse_time {
+            words.push(self.feed(model, inches));
+        }
+        let up = self.of(&['Z', 'Z', 'Z', 'Y', 'X']);
+        let axes = self.axis_words(model, room, model.work_zero(), incremental, inches);
+        words.extend(axes.into_iter().filter(|word| word.letter != up));
+        let unit = ONE / if inches { 25 } else { 1 };
+        if begins || self.one_in(3) {
+            let axis = ['X', 'Y', 'Z'].iter().position(|&letter| letter == up).unwrap_or_default();
+            let here = if incremental { 0 } else { (model.position[axis] - model.work_zero()[axis]) / ONE * unit };
+            let (above, depth) = (self.below(5) as i64 - 2, self.below(4) as i64);
+            let r = here + above * unit;
+            words.push(Word { letter: up, value: if incremental { -depth * unit } else { r - depth * unit } });
+            words.extend((!self.one_in(20)).then_some(Word { letter: 'R', value: r }));
+            let is_odd = self.one_in(20);
+            if matches!(motion, 730 | 830) != is_odd {
+                words.push(Word { letter: 'Q', value: unit / 2 * (1 + self.below(4) as i64) });
+            }
+            if matches!(motion, 820 | 860 | 890) != is_odd {
+                words.push(Word { letter: 'P', value: self.below(3) as i64 * ONE / 10 });
+            }
+        }
+        if self.one_in(3) {
+            words.push(Word::whole('L', self.of(&[1, 2, 3, 3, 0])));
+        }
+        words
+    }
+
     fn offset(&mut self, model: &Model) -> Vec<Word> {
         let mut words = match self.below(8) {
             0..=2 => {
@@ -281,7 +342,7 @@ impl Author {
     fn go_home(&mut self, model: &Model, room: &Room) -> Vec<Word> {
         let mut words = vec![Word::g(self.of(&[280, 300]))];
         if self.one_in(4) {
-            words.insert(0, Word::g(800));
+            words.insert(0, Word::g(self.of(&[800, 0, 10])));
         }
         if self.one_in(2) {
             let modes = &model.modes;
@@ -295,7 +356,7 @@ impl Author {
             0 => vec![Word::m(self.of(&[3, 4])), Word::whole('S', self.below(1_001) as i64)],
             1 => vec![Word::m(self.of(&[3, 4, 5]))],
             2 => vec![Word::whole('S', self.below(1_000) as i64)],
-            3 => vec![Word::whole('T', self.below(256) as i64)],
+            3 => vec![Word::whole('T', self.of(&[0, 1, 7, 255, 256, 606, 99_999]))],
             _ => vec![Word::m(self.of(&[7, 8, 9]))],
         }
     }
@@ -316,13 +377,13 @@ impl Author {
         match self.below(25) {
             22 => vec![half(self.of(&['T', 'N', 'L'])), x],
             23 => vec![Word::g(100), x, Word::whole('L', 2), half('P')],
-            24 => vec![Word::g(980), Word::g(0)],
+            24 => vec![Word::g(980), Word::g(990)],
             0 => vec![Word::g(0), Word::g(10), x],
             1 => vec![Word::g(900), Word::g(910)],
             2 => vec![Word::g(100), Word::g(920), x],
             3 => vec![x, x],
             4 => vec![Word::whole('F', -1)],
-            5 => vec![Word::whole('T', 256)],
+            5 => vec![Word::whole('T', 100_000)],
             6 => vec![Word::whole('N', 10_000_001)],
             7 => vec![Word::g(40)],
             8 => vec![Word::g(100), x, Word::whole('L', 2)],
@@ -421,7 +482,7 @@ impl Author {
 const OVERRIDES: [u8; 13] = [0x90, 0x91, 0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x99, 0x9A, 0x9B, 0x9C];
 
 /// Settings, and values of them; some are refused.
-const SETTINGS: [(u16, &[f64]); 18] = [
+const SETTINGS: [(u16, &[f64]); 19] = [
     (1, &[0.0, 25.0, 255.0]),
     (10, &[0.0, 1.0, 2.0, 3.0, 4.0]),
     (11, &[0.0, 0.01, 0.02, -1.0]),
@@ -431,6 +492,7 @@ const SETTINGS: [(u16, &[f64]); 18] = [
     (22, &[0.0, 1.0, 1.0]),
     (24, &[60.0, 100.0]),
     (27, &[1.0, 2.0, 2.5]),
+    (28, &[0.0, 1.0, 2.0]),
     (99, &[1.0]),
     (110, &[3_000.0, 5_000.0]),
     (121, &[300.0, 800.0]),

@@ -15,7 +15,7 @@ impl Interpreter {
             return Ok(None);
         }
         let ends = self.ends(words)?;
-        let arc = if let Some(radius_pm) = words.take_radius_pm() {
+        let arc = if let Some(radius_pm) = words.take_length_pm(b'R') {
             Arc::of_radius(ends, length::to_mm(radius_pm))?
         } else {
             Arc::around(ends, mm_or_0(offsets_pm(words)?))?
@@ -35,7 +35,7 @@ impl Interpreter {
         }
         let at_line = Self { modal: words.modal, ..*self };
         let ends = at_line.ends(&words).ok()?;
-        if let Some(radius_pm) = words.take_radius_pm() {
+        if let Some(radius_pm) = words.take_length_pm(b'R') {
             return Misfit::of_radius(ends, length::to_mm(radius_pm));
         }
         let offsets_pm = offsets_pm(&mut words).ok()?;
@@ -54,8 +54,10 @@ impl Interpreter {
     fn ends(&self, words: &BlockWords) -> Result<ArcEnds, Error> {
         let (mode, plane) = (words.modal.motion, words.modal.plane);
         let [first, second, ..] = PLANES[usize::from(plane)];
-        if [first, second].iter().all(|&axis| words.axes_pm()[axis].is_none()) {
-            return Err(Error::PlaneAxesMissing);
+        // Without them a centre makes a full circle, as does a target where the arc begins.
+        let has_target = [first, second].iter().any(|&axis| words.axes_pm()[axis].is_some());
+        if !has_target && (words.has_radius() || !words.has_offsets()) {
+            return Err(if words.has_axes() { Error::PlaneAxesMissing } else { Error::AxisWordsMissing });
         }
         let [start_mm, target_mm] =
             [self.position_pm, self.target_pm(words)?].map(|place_pm| place_pm.map(length::to_mm));

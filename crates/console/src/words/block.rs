@@ -11,16 +11,18 @@ use crate::{
 };
 
 /// Letters that Grbl reads as values, apart from lengths. Those that no code of the block uses end as [`Error::UnusedWords`].
-const VALUE_LETTERS: u32 = letters(b"FLNPQST");
+const VALUE_LETTERS: u32 = letters(b"FLNPST");
 const AXIS_LETTERS: u32 = letters(AXES_BYTES.as_slice());
 /// The letters of the axes.
 const AXES_BYTES: [u8; AXES] = of_each(*b"XYZA");
+const OFFSET_LETTERS: u32 = letters(b"IJK");
 /// Letters whose value must not be negative.
-const UNSIGNED_LETTERS: u32 = letters(b"FNPQST");
-/// The number of letters that give a length: I, J, K and R, and those of the axes.
-const LENGTHS: usize = 4 + AXES;
+const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
+/// The number of letters that give a length: I, J, K, Q and R, and those of the axes.
+const LENGTHS: usize = 5 + AXES;
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
-const MAX_TOOL: f32 = 255.0;
+/// The highest number of a tool, in T and wherever a tool is named.
+pub(crate) const MAX_TOOL: f32 = 99_999.0;
 
 /// A set of letters, one bit for each.
 const fn letters(mut those: &[u8]) -> u32 {
@@ -52,6 +54,7 @@ enum ModalGroup {
     ToolLength,
     CoordinateSystem,
     PathControl,
+    Retract,
     ProgramFlow,
     ToolChange,
     Spindle,
@@ -59,13 +62,13 @@ enum ModalGroup {
 }
 
 impl ModalGroup {
-    const fn bit(self) -> u16 {
-        1 << self as u16
+    const fn bit(self) -> u32 {
+        1 << self as u32
     }
 }
 
 /// The groups that a jog may use. Of group 0 it may only use G53.
-const JOG_GROUPS: u16 = ModalGroup::NonModal.bit() | ModalGroup::Distance.bit() | ModalGroup::Units.bit();
+const JOG_GROUPS: u32 = ModalGroup::NonModal.bit() | ModalGroup::Distance.bit() | ModalGroup::Units.bit();
 
 /// A code of group 0: it acts once and changes no mode. The `usize` is 0 for G28 and 1 for G30.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -100,7 +103,7 @@ pub(crate) enum AxisCommand {
 /// The words of a block, each letter at most once.
 #[derive(Debug)]
 pub(crate) struct BlockWords {
-    claimed_groups: u16,
+    claimed_groups: u32,
     /// The letters that were given a value which has not been used yet.
     given: u32,
     values: [f32; 26],
@@ -153,8 +156,8 @@ impl BlockWords {
             Word::Length(letter, value) => self.length(letter, value),
             Word::Value(letter, value) => self.value(letter, value),
         })?;
-        // Axis words without a code that uses them belong to the motion mode.
-        if self.has_axes() {
+        // Axis words without a code that uses them belong to the motion mode, and so does the centre of an arc.
+        if self.has_axes() || self.modal.motion.is_arc() && self.has_offsets() {
             self.axis_command.get_or_insert(AxisCommand::Motion);
         }
         Ok(())
@@ -184,11 +187,11 @@ impl BlockWords {
         core::array::from_fn(|axis| self.length_pm(AXES_BYTES[axis]))
     }
 
-    /// R, which then counts as used.
-    pub(crate) fn take_radius_pm(&mut self) -> Option<i64> {
-        let radius_pm = self.length_pm(b'R');
-        self.use_up(b'R');
-        radius_pm
+    /// The length that `letter` gives, which then counts as used.
+    pub(crate) fn take_length_pm(&mut self, letter: u8) -> Option<i64> {
+        let length_pm = self.length_pm(letter);
+        self.use_up(letter);
+        length_pm
     }
 
     pub(crate) fn has_radius(&self) -> bool {
@@ -200,6 +203,11 @@ impl BlockWords {
         let offsets_pm = b"IJK".map(|letter| self.length_pm(letter));
         b"IJK".iter().for_each(|&letter| _ = self.use_up(letter));
         offsets_pm
+    }
+
+    /// True if there is I, J or K.
+    pub(crate) fn has_offsets(&self) -> bool {
+        self.given & OFFSET_LETTERS != 0
     }
 
     pub(crate) fn has_axes(&self) -> bool {
@@ -234,15 +242,28 @@ impl BlockWords {
         self.claimed_groups & !JOG_GROUPS == 0 && matches!(self.non_modal, None | Some(NonModal::MachineCoordinates))
     }
 
+    /// The codes of moves; [`mode`](Self::mode) has the others.
     #[rustfmt::skip]
     fn general(&mut self, hundredths: u32) -> Result<(), Error> {
-        let modal = &mut self.modal;
-        let code = hundredths / 100;
         let group = match hundredths {
             0 => self.motion(MotionMode::Rapid)?,
             100 => self.motion(MotionMode::Linear)?,
             200 => self.motion(MotionMode::ClockwiseArc)?,
             300 => self.motion(MotionMode::CounterClockwiseArc)?,
+            9000 | 9100 => { self.modal.incremental = hundredths == 9100; ModalGroup::Distance }
+            _ => self.mode(hundredths)?,
+        };
+        self.claim(group)
+    }
+
+    /// The other codes. They are seldom, so on a chip this may lie in slow memory.
+    #[cold]
+    #[inline(never)]
+    #[rustfmt::skip]
+    fn mode(&mut self, hundredths: u32) -> Result<ModalGroup, Error> {
+        let modal = &mut self.modal;
+        let code = hundredths / 100;
+        Ok(match hundredths {
             3820 => self.motion(MotionMode::ProbeToward)?,
             3830 => self.motion(MotionMode::ProbeTowardIfAny)?,
             3840 => self.motion(MotionMode::ProbeAway)?,
@@ -269,13 +290,22 @@ impl BlockWords {
                 self.blends = code == 64;
                 ModalGroup::PathControl
             }
+            7300 | 8100 | 8200 | 8300 | 8500 | 8600 | 8900 if AXES > Z => self.motion(match code {
+                73 => MotionMode::BreakChips,
+                81 => MotionMode::Drill,
+                82 => MotionMode::DrillDwell,
+                83 => MotionMode::Peck,
+                85 => MotionMode::Bore,
+                86 => MotionMode::BoreStop,
+                _ => MotionMode::BoreDwell,
+            })?,
+            9800 | 9900 => { modal.retracts_to_r = code == 99; ModalGroup::Retract }
             8000 => {
                 if self.claimed_groups & ModalGroup::Motion.bit() == 0 {
                     modal.motion = MotionMode::Cancelled;
                 }
                 ModalGroup::MotionEnd
             }
-            9000 | 9100 => { modal.incremental = code == 91; ModalGroup::Distance }
             9110 => ModalGroup::ArcDistance,
             9200 => self.non_modal_with_axes(NonModal::Shift)?,
             9210 => self.non_modal(NonModal::Unshift),
@@ -284,8 +314,7 @@ impl BlockWords {
                 return Err(Error::IntegerRequired);
             }
             _ => return Err(Error::Unsupported),
-        };
-        self.claim(group)
+        })
     }
 
     /// M1, the optional stop, is accepted and does nothing.
@@ -310,7 +339,10 @@ impl BlockWords {
     }
 
     fn motion(&mut self, mode: MotionMode) -> Result<ModalGroup, Error> {
-        self.claim_axes(AxisCommand::Motion)?;
+        // Beside G28 or G30, G0 and G1 are modes that stay, and the axis words are those of G28 or G30.
+        if !(mode.is_straight() && matches!(self.non_modal, Some(NonModal::GoTo(_)))) {
+            self.claim_axes(AxisCommand::Motion)?;
+        }
         self.modal.motion = mode;
         Ok(ModalGroup::Motion)
     }
@@ -321,6 +353,9 @@ impl BlockWords {
     }
 
     fn non_modal_with_axes(&mut self, code: NonModal) -> Result<ModalGroup, Error> {
+        if matches!(code, NonModal::GoTo(_)) && self.modal.motion.is_straight() {
+            self.axis_command.take_if(|command| *command == AxisCommand::Motion);
+        }
         self.claim_axes(AxisCommand::NonModal)?;
         Ok(self.non_modal(code))
     }
@@ -372,8 +407,8 @@ impl BlockWords {
 const fn length_index(letter: u8) -> usize {
     match letter {
         b'I'..=b'K' => (letter - b'I') as usize,
-        b'R' => 3,
-        b'X'..=b'Z' => 4 + (letter - b'X') as usize,
+        b'Q' | b'R' => (letter - b'Q') as usize + 3,
+        b'X'..=b'Z' => 5 + (letter - b'X') as usize,
         _ => LENGTHS - 1,
     }
 }

@@ -109,9 +109,9 @@ fn what_is_no_arc_is_refused_in_grbls_order() {
             G2 X1 I1 -> error:22
             F600 -> ok
             G2 -> error:26
-            G2 I1 -> error:26
+            G2 I1 -> (arc 600.0 [0.0, 0.0, 0.0] of 6.283 in 0.000..2.000 -1.000..1.000 0.000..0.000) ok
             G2 Z1 -> error:32
-            G2 Z1 I1 -> error:32
+            G2 Z1 I1 -> (arc 600.0 [0.0, 0.0, 1.0] of 6.362 in 0.000..2.000 -1.000..1.000 0.000..1.000) ok
             G2 Z20000 -> error:32
             G18 G2 Y1 -> error:32
             G19 G2 X1 -> error:32
@@ -120,8 +120,8 @@ fn what_is_no_arc_is_refused_in_grbls_order() {
             G18 G2 X10 J5 -> error:35
             G19 G2 Z1 I1 -> error:35
             G2 X10 I4.994 -> [MSG:the start is 4.994 mm from the arc's centre, the target 5.006 mm: correct the target or I, J, K] error:33
-            G2 X10 I4.998 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.002 0.000..0.000) ok
-            G2 X0 Y0 R5 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 -5.000..0.000 0.000..0.000) ok
+            G2 X10 I4.998 -> (arc 600.0 [10.0, 0.0, 1.0] of 15.708 in 0.000..10.000 0.000..5.002 1.000..1.000) ok
+            G2 X0 Y0 R5 -> (arc 600.0 [0.0, 0.0, 1.0] of 15.708 in 0.000..10.000 -5.000..0.000 1.000..1.000) ok
             X10 -> error:35
             G2 X20 R4.9 -> [MSG:the target is 20.000 mm from the start, more than twice R 4.900 mm: correct it, or make R 10.000 mm] error:34
             G2 X20 R0 -> [MSG:the target is 20.000 mm from the start, more than twice R 0.000 mm: correct it, or make R 10.000 mm] error:34
@@ -190,7 +190,7 @@ fn arcs_are_modal_until_another_motion_or_the_end() {
         expect![[r#"
             G3 X10 I5 F600 -> (arc 600.0 [10.0, 0.0, 0.0] of 15.708 in 0.000..10.000 -5.000..0.000 0.000..0.000) ok
             X0 I-5 -> (arc 600.0 [0.0, 0.0, 0.0] of 15.708 in 0.000..10.000 0.000..5.000 0.000..0.000) ok
-            I5 -> [MSG:I: no code on the line uses it: remove it, or add the code that does] error:36
+            I5 -> (arc 600.0 [0.0, 0.0, 0.0] of 31.416 in 0.000..10.000 -5.000..5.000 0.000..0.000) ok
             X10 -> error:35
             G28 X0 -> (via [0.0, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
             $G -> [GC:G3 G54 G17 G21 G90 G94 G64 M5 M9 T0 F600 S0] ok

@@ -133,8 +133,8 @@ fn g28_goes_home_by_way_of_the_axes_named() {
             G28 Z5 -> (via [10.0, 20.0, 5.0]) (rapid [10.0, 20.0, 0.0]) ok
             G91 G28 X1 -> (via [11.0, 20.0, 0.0]) (rapid [0.0, 20.0, 0.0]) ok
             G28 -> (rapid [0.0, 0.0, 0.0]) ok
-            G28 G0 X1 -> error:24
-            G1 G28 X1 -> error:24
+            G28 G0 X1 -> (via [1.0, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
+            G1 G28 X1 -> (via [1.0, 0.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
             G28.1 -> ok
         "#]],
     );

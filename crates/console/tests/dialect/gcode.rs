@@ -9,19 +9,19 @@ fn motion_is_modal_and_needs_a_feed() {
     check(
         "G1 X1\nG0 X1 Y2\nZ3\nG1\nG1 F600\nX-4.5\nF0 X1\nF.5 X1\nF1 X1\nG80\nX1\nG0",
         expect![[r#"
-        G1 X1 -> error:22
-        G0 X1 Y2 -> (rapid [1.0, 2.0, 0.0]) ok
-        Z3 -> (rapid [1.0, 2.0, 3.0]) ok
-        G1 -> error:22
-        G1 F600 -> ok
-        X-4.5 -> (feed 600 [-4.5, 2.0, 3.0]) ok
-        F0 X1 -> error:22
-        F.5 X1 -> (feed 1 [1.0, 2.0, 3.0]) ok
-        F1 X1 -> (feed 1 [1.0, 2.0, 3.0]) ok
-        G80 -> ok
-        X1 -> error:31
-        G0 -> ok
-    "#]],
+            G1 X1 -> error:22
+            G0 X1 Y2 -> (rapid [1.0, 2.0, 0.0]) ok
+            Z3 -> (rapid [1.0, 2.0, 3.0]) ok
+            G1 -> error:22
+            G1 F600 -> ok
+            X-4.5 -> (feed 600 [-4.5, 2.0, 3.0]) ok
+            F0 X1 -> error:22
+            F.5 X1 -> (feed 1 [1.0, 2.0, 3.0]) ok
+            F1 X1 -> (feed 1 [1.0, 2.0, 3.0]) ok
+            G80 -> ok
+            X1 -> (feed 1 [1.0, 2.0, 3.0]) ok
+            G0 -> ok
+        "#]],
     );
 }
 
@@ -190,8 +190,8 @@ fn a_line_that_is_only_a_percent_sign_is_an_empty_line() {
         expect![[r#"
             % -> ok
              % (begin) -> ok
-            %1 -> error:1
-            %% -> error:1
+            %1 -> ok
+            %% -> ok
             X1 % -> error:1
             %;end -> ok
             N1 % -> error:1
@@ -250,7 +250,7 @@ fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
             M6.1 -> error:23
             $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T6 F0 S0] ok
             $J=M6 X1 F1 -> error:16
-            T256 M6 -> error:38
+            T256 M6 -> (tool 256) ok
             M61 D3 -> [MSG:M61: unknown here: remove it] error:20
         "#]],
     );
@@ -268,7 +268,7 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             G38.6 Z1 -> [MSG:G38.6: probing is G38.2 to G38.5: give one of them] error:20
             G38.25 Z1 -> [MSG:G38.25: probing is G38.2 to G38.5: give one of them] error:20
             A1 -> [MSG:A: three axes only, X Y Z: remove it] error:20
-            O100 -> [MSG:O: no program numbers, no subprograms here: remove it] error:20
+            O100 -> ok
             G43 H1 -> [MSG:G43: no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in] error:20
             G41 D1 -> [MSG:G41: no cutter compensation here: let the CAM program compensate] error:20
             G64.1 -> [MSG:G64.1: unknown here: remove it] error:20
@@ -276,18 +276,18 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             G90.1 -> [MSG:G90.1: arc centres are incremental here: use I J K from the start] error:20
             G92.3 -> [MSG:G92.3: unknown here: remove it] error:20
             G28.2 -> [MSG:G28.2: unknown here: remove it] error:20
-            G81 -> [MSG:G81: no canned cycles here: let the post-processor expand them] error:20
+            G81 -> error:22
             M62 -> [MSG:M62: unknown here: remove it] error:20
             G5 X1 -> [MSG:G5: no splines here: let the CAM program give lines and arcs] error:20
             G5.1 -> [MSG:G5.1: no splines here: let the CAM program give lines and arcs] error:20
             G33 K1 -> [MSG:G33: no threads here, the spindle does not say where it stands: remove it] error:20
             G42.1 -> [MSG:G42.1: no cutter compensation here: let the CAM program compensate] error:20
             G43.2 -> [MSG:G43.2: no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in] error:20
-            G73 -> [MSG:G73: no canned cycles here: let the post-processor expand them] error:20
-            G76 -> [MSG:G76: no canned cycles here: let the post-processor expand them] error:20
+            G73 -> error:22
+            G76 -> [MSG:G76: no threads here, the spindle does not say where it stands: remove it] error:20
             G80.1 -> error:23
-            G83 X1 R1 Q1 -> [MSG:G83: no canned cycles here: let the post-processor expand them] error:20
-            G99 -> [MSG:G99: no canned cycles here: let the post-processor expand them] error:20
+            G83 X1 R1 Q1 -> error:22
+            G99 -> ok
             M98 P1 -> [MSG:M98: no subprograms here: let the post-processor write them out] error:20
             M99 -> [MSG:M99: no subprograms here: let the post-processor write them out] error:20
             M100 -> [MSG:M100: unknown here: remove it] error:20
@@ -359,7 +359,7 @@ fn numbers_have_limits() {
             X1.2.3 -> error:1
             5 -> error:1
             T255 -> ok
-            T256 -> error:38
+            T256 -> ok
             F-1 -> error:4
             S-1 -> error:4
             G0 N5 X1 -> (N5) (rapid [1.0, 0.0, 0.0]) ok
@@ -380,7 +380,7 @@ fn a_refused_line_changes_nothing() {
         "G91 X1 X2",
         "G0 X99999",
         "G20 G4",
-        "G80 X1",
+        "G80 G53 X1",
         "G20 @",
     ] {
         assert!(talk.send(line).contains("error:"), "{line}");
@@ -463,13 +463,13 @@ fn axis_words_in_g80_are_those_of_the_code_that_takes_them() {
             G43.1 Z1 -> ok
             G28 X1 -> (via [6.0, 5.0, 0.0]) (rapid [0.0, 5.0, 0.0]) ok
             G28 -> (rapid [0.0, 0.0, 0.0]) ok
-            X1 -> error:31
-            G28.1 X1 -> error:31
-            G4 P1 X1 -> error:31
+            X1 -> (rapid [6.0, 0.0, 0.0]) ok
+            G28.1 X1 -> (rapid [6.0, 0.0, 0.0]) ok
+            G4 P1 X1 -> (wait 1 s) (rapid [6.0, 0.0, 0.0]) ok
             G92.1 -> ok
-            G80 G30 Y1 -> (via [0.0, 1.0, 0.0]) (rapid [0.0, 0.0, 0.0]) ok
+            G80 G30 Y1 -> (via [6.0, 1.0, 0.0]) (rapid [6.0, 0.0, 0.0]) ok
             G92 X1 G28 -> error:24
-            $# -> [G54:1.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:0.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:1.000] [PRB:0.000,0.000,0.000:0] ok
+            $# -> [G54:1.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:6.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:1.000] [PRB:0.000,0.000,0.000:0] ok
         "#]],
     );
 }
@@ -579,6 +579,27 @@ fn a_jog_takes_nothing_else() {
             $J=X F1 -> error:2
             $J=G20 G21 X1 F1 -> error:21
             $J=X1 F1 N10000001 -> error:27
+        "#]],
+    );
+}
+
+/// Marks and numbers of programs, and words that Grbl refuses.
+#[test]
+fn program_marks_and_numbers_are_passed_over() {
+    check(
+        "%\n%wait (text)\nO1234 (a name)\no0001\n:1234\nO\nO12X1\nO1 SUB\n:\nN1 O5\nO-1",
+        expect![[r#"
+            % -> ok
+            %wait (text) -> ok
+            O1234 (a name) -> ok
+            o0001 -> ok
+            :1234 -> ok
+            O -> error:2
+            O12X1 -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
+            O1 SUB -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
+            : -> error:1
+            N1 O5 -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
+            O-1 -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
         "#]],
     );
 }

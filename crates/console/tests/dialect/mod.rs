@@ -3,6 +3,7 @@
 mod arcs;
 mod bad_input;
 mod coordinates;
+mod cycles;
 #[cfg(feature = "trinamic")]
 mod drivers;
 mod gcode;

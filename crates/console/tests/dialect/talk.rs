@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use expect_test::Expect;
 use isostep_console::{
-    AXES, Block, BlockMove, Command, Coordinates, Interpreter, Jog, LineAssembler, Overrides, Probe, Rate, Realtime,
-    ReportedState, Settings, SpindleMode, StatusReport, StatusReporter, Unfit, length,
+    AXES, Block, BlockMove, Command, Coordinates, CyclePart, Interpreter, Jog, LineAssembler, Overrides, Probe, Rate,
+    Realtime, ReportedState, Settings, SpindleMode, StatusReport, StatusReporter, Unfit, length,
     parameters::{STARTUP_LINES, StoredLine},
     realtime, report,
 };
@@ -98,7 +98,7 @@ impl Talk {
     fn carry_out(&mut self, command: Command<'_>) {
         let Self { heard, interpreter, settings, startup, build_text, .. } = self;
         match command {
-            Command::Block(block) => describe(heard, &block),
+            Command::Block(block) => describe(heard, &block, interpreter),
             Command::Jog(Jog { target_pm, mm_min }) => {
                 write!(heard, "(jog {mm_min} {:?}) ", in_mm(target_pm)).unwrap();
                 interpreter.set_position_pm(target_pm);
@@ -129,7 +129,7 @@ impl Talk {
                 }
             }
             Command::SetStartup { index, block, line } => {
-                describe(heard, &block);
+                describe(heard, &block, interpreter);
                 startup[index] = line.try_into().unwrap();
             }
             Command::Restore { settings, parameters } => {
@@ -192,7 +192,7 @@ pub fn in_mm(place_pm: [i64; AXES]) -> [f64; AXES] {
     place_pm.map(length::to_mm)
 }
 
-fn describe(heard: &mut String, block: &Block) {
+fn describe(heard: &mut String, block: &Block, interpreter: &Interpreter) {
     if block.line_number > 0 {
         write!(heard, "(N{}) ", block.line_number).unwrap();
     }
@@ -225,6 +225,9 @@ fn describe(heard: &mut String, block: &Block) {
         }
         None => {}
     }
+    if block.drills {
+        interpreter.cycle().parts().for_each(|part| describe_part(heard, part));
+    }
     if let Some(Probe { target_pm, mm_min, away, must }) = block.probe {
         let (way, or) = (if away { "away" } else { "toward" }, if must { " or alarm" } else { "" });
         write!(heard, "(probe {way}{or} {mm_min} {:?}) ", in_mm(target_pm)).unwrap();
@@ -237,5 +240,19 @@ fn describe(heard: &mut String, block: &Block) {
     }
     if block.ends_program {
         heard.push_str("(end) ");
+    }
+}
+
+/// A part of a cycle: `X1,2,3` for a rapid, `F100:1,2,3` for a feed, and `|` behind a move that ends in a stop.
+fn describe_part(heard: &mut String, part: CyclePart) {
+    match part {
+        CyclePart::Move(BlockMove { target_pm, rate, path, .. }) => {
+            let place = in_mm(target_pm).map(|mm| mm.to_string()).join(",");
+            let rate = if let Rate::Feed { mm_min } = rate { format!("F{mm_min}:") } else { String::new() };
+            write!(heard, "{rate}{place}{} ", if path.stops() { "|" } else { "" }).unwrap();
+        }
+        CyclePart::Dwell(seconds) => write!(heard, "(wait {seconds} s) ").unwrap(),
+        CyclePart::SpindleOff => heard.push_str("(spindle off) "),
+        CyclePart::SpindleOn => heard.push_str("(spindle on) "),
     }
 }

@@ -195,10 +195,10 @@ mod tests {
 
     #[test]
     fn many_refusals_are_counted_by_word() {
-        let reported = refused(&outcome(&"G99\nM9.5\n".repeat(9)));
+        let reported = refused(&outcome(&"G41\nM9.5\n".repeat(9)));
         assert_eq!(reported.lines().count(), SHOWN_MAX + 2, "{reported}");
-        assert!(reported.contains("line 1 `G99`: error:20 G99: no canned cycles"), "{reported}");
-        assert!(reported.contains("\n  and 8 more: G99 x 4, M9.5 x 4\n"), "{reported}");
+        assert!(reported.contains("line 1 `G41`: error:20 G41: no cutter compensation"), "{reported}");
+        assert!(reported.contains("\n  and 8 more: G41 x 4, M9.5 x 4\n"), "{reported}");
     }
 
     #[test]

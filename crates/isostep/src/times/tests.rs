@@ -22,7 +22,7 @@ impl Folder {
         let folder = std::env::temp_dir().join(format!("isostep-times-{name}-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         fs::write(folder.join("slow.nc"), "G21 G90 G94\nG1 X10 F600\n").unwrap();
-        fs::write(folder.join("bad.nc"), "G21 G90\nG1 X1 F600\nG99\n").unwrap();
+        fs::write(folder.join("bad.nc"), "G21 G90\nG1 X1 F600\nG41\n").unwrap();
         fs::write(
             folder.join("mill.txt"),
             "$22=0\n$110=12000\n$111=12000\n$112=12000\n$120=1000\n$121=1000\n$122=1000\n",
@@ -168,7 +168,7 @@ fn what_takes_too_long_or_comes_to_no_end_fails() {
     assert!(failure.contains("the median of MILL, 2.000, is above 1.02 (--median)"), "{failure}");
     let report = report(&folder.args(&[])).unwrap();
     let why = report.columns[0].programs[1].failed.clone().unwrap();
-    assert!(why.starts_with("line 3 `G99` was refused: error:20"), "{why}");
+    assert!(why.starts_with("line 3 `G41` was refused: error:20"), "{why}");
     assert!(run(folder.args(&["--only", "slow.nc", "--median=2.1", "--each=2.1"])).is_ok());
 }
 

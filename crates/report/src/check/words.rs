@@ -67,7 +67,7 @@ fn refused(survey: &Survey, all: bool) -> Row {
 
 /// The places where a person has to act.
 fn persons(survey: &Survey) -> Vec<Row> {
-    let tool = |(tool, line): (&u8, &usize)| match tool {
+    let tool = |(tool, line): (&u32, &usize)| match tool {
         0 => format!("any (line {line})"),
         tool => format!("T{tool} (line {line})"),
     };

@@ -86,7 +86,7 @@ fn a_switch_that_never_opens_is_an_alarm() {
 #[test]
 fn a_refused_line_ends_the_program_there() {
     let outcome =
-        run(b"G0 X1\nG99\nG0 X2\n", &Config { streaming: crate::Streaming::SendAndWait, ..Config::default() }).unwrap();
+        run(b"G0 X1\nG41\nG0 X2\n", &Config { streaming: crate::Streaming::SendAndWait, ..Config::default() }).unwrap();
     assert_eq!((outcome.refusals[0].line, outcome.refusals[0].code), (2, 20));
     assert!(outcome.cut_short);
     assert_eq!(outcome.position_mm[0], 1.0);
