@@ -27,7 +27,7 @@ fn said(listing: &Listing) -> Vec<String> {
 #[test]
 fn each_line_of_grbls_is_reported() {
     let expected: &[&str] = &[
-        "taken 32 as they are",
+        "taken 31 as they are",
         "otherwise 3, which mean something else here",
         "line 9 `$10=19`: taken as $10=3: machine position (1) and buffers (2) are a choice, and all other fields are always reported",
         "line 10 `$11=0.010`: it holds with G61; else corners are blends, by $904 and G64 P",
@@ -45,7 +45,7 @@ fn each_line_of_grbls_is_reported() {
 #[test]
 fn each_line_of_grblhals_is_reported() {
     let expected: &[&str] = &[
-        "taken 31 as they are",
+        "taken 32 as they are",
         "otherwise 9, which mean something else here",
         "line 6 `$4=0`: taken as $4=1: grblHAL's 0 is an ENABLE that is active high",
         "line 7 `$5=15`: taken as $5=1: one setting is for all switches: wire all of them to open when they are pressed",

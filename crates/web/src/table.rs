@@ -120,6 +120,7 @@ fn group(number: u16) -> &'static str {
         11 | 12 | 904 => "Corners and arcs",
         900 | 910..=949 => "How speed changes",
         950..=979 => "Shapers",
+        28 => "Canned cycles",
         30..=36 | 394 => "Spindle and laser",
         6 | 902 => "Probe and door",
         8 | 170..=179 | 349 | 905 => "Second motor",
