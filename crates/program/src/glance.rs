@@ -12,6 +12,8 @@ pub(crate) enum Glance {
     Words,
     /// It begins with an O-word or a program number.
     Label,
+    /// It begins with an O-word that nobody can read.
+    Unread,
     /// A comment that ends the program with a message: `(ABORT, ...)`.
     Aborts,
 }

@@ -82,7 +82,7 @@ pub enum Problem {
     NeverSet(String),
     #[error("{0} can be read and not set: use another name")]
     ReadOnly(String),
-    #[error("`{0}` is no name: write #<name>")]
+    #[error("`{0}` is no name: write <name>")]
     BadName(String),
     #[error("= is missing before `{0}`: write #1=value")]
     NoEqualSign(String),

@@ -27,7 +27,7 @@ pub struct PlainLine<'s> {
 
 /// The plain lines of a program, one after another: see [`plain_lines`](crate::plain_lines).
 ///
-/// An error of a line that only moves passes that line over, and the next line follows. Behind any other error nothing follows.
+/// An error of a line that only moves, or that nobody can read, passes that line over, and the next line follows. Behind any other error nothing follows.
 pub struct PlainLines<'s, L> {
     source: &'s [L],
     structure: Structure,
@@ -110,6 +110,7 @@ impl<'s, L: AsRef<[u8]>> PlainLines<'s, L> {
                 Ok(Some(Cow::Borrowed(line)))
             }
             Glance::Aborts => Err(Problem::Aborted(aborted(line))),
+            Glance::Unread => Err(self.structure.unread[&index].clone()),
             Glance::Words => self.words(line),
             Glance::Label => self.label(index, line),
         }
@@ -293,9 +294,11 @@ impl<'s, L: AsRef<[u8]>> PlainLines<'s, L> {
     /// Says what is wrong at line `index`, and whether anything can follow.
     fn fail(&mut self, index: usize, problem: Problem) -> Option<LineError> {
         let line = self.line(index);
-        let only_moves =
-            self.structure.glances[index] == Glance::Words && !line.contains(&b'=') && self.at == index + 1;
-        self.is_over |= !only_moves || matches!(problem, Problem::Statements | Problem::Lines);
+        let passes_over = match self.structure.glances[index] {
+            Glance::Words => !line.contains(&b'=') && self.at == index + 1,
+            glance => glance == Glance::Unread,
+        };
+        self.is_over |= !passes_over || matches!(problem, Problem::Statements | Problem::Lines);
         let is_new = self.faulty.insert(index);
         is_new.then(|| LineError::new(index, line, problem))
     }

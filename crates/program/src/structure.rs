@@ -75,6 +75,8 @@ pub(crate) struct Structure {
     pub glances: Vec<Glance>,
     /// The lines with O-words, by index.
     pub steps: BTreeMap<usize, Step>,
+    /// What is wrong with O-words that nobody can read.
+    pub unread: BTreeMap<usize, Problem>,
     /// Where each subroutine begins.
     pub subs: BTreeMap<Label, usize>,
     /// Where each numbered program begins: at one line, if it can be called.
@@ -116,7 +118,7 @@ impl Structure {
     /// Every line goes to the machine as it is.
     pub fn is_plain(&self) -> bool {
         let has_flow = self.steps.values().any(|step| !matches!(step.flow, Flow::Number(_)));
-        !has_flow && !self.glances.contains(&Glance::Words)
+        !has_flow && self.unread.is_empty() && !self.glances.contains(&Glance::Words)
     }
 
     fn add(&mut self, index: usize, line: &[u8], open: &mut Vec<Open>) -> Result<Glance, Problem> {
@@ -124,9 +126,18 @@ impl Structure {
         if glance == Glance::Words {
             self.called.extend(called(line));
         }
-        let labelled = if glance == Glance::Label { Labelled::read(line)? } else { None };
-        let Some(Labelled { label, keyword, behind }) = labelled else {
-            return Ok(if glance == Glance::Label { Glance::Plain } else { glance });
+        if glance != Glance::Label {
+            return Ok(glance);
+        }
+        let Labelled { label, keyword, behind } = match Labelled::read(line) {
+            Ok(Some(labelled)) => labelled,
+            Ok(None) => return Ok(Glance::Plain),
+            // A block begins or ends there.
+            Err(problem @ Problem::Behind(_)) => return Err(problem),
+            Err(problem) => {
+                self.unread.insert(index, problem);
+                return Ok(Glance::Unread);
+            }
         };
         let flow = match &label {
             Some(label) => self.flow(index, keyword, label, open)?,

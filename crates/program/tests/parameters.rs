@@ -84,8 +84,8 @@ fn a_parameter_that_cannot_be_is_refused() {
         ("#1 5", "= is missing before ``: write #1=value"),
         ("#<_value> = 1", "#<_value> can be read and not set: use another name"),
         ("#<_x> = 1", "#<_x> can be read and not set: use another name"),
-        ("X#<>", "`<>` is no name: write #<name>"),
-        ("X#<a", "`<a` is no name: write #<name>"),
+        ("X#<>", "`<>` is no name: write <name>"),
+        ("X#<a", "`<a` is no name: write <name>"),
         (
             "X1 [2]",
             "`[2]` has no letter before it: write a word such as X[...], or a parameter to be set, such as #1=[...]",

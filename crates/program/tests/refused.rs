@@ -36,12 +36,6 @@ fn blocks_that_do_not_fit_are_refused_before_a_line_is_made() {
         ),
         ("o1 if [1]\no2 sub", "a subroutine cannot begin inside o1 if: put it before or behind that"),
         ("o1 sub\no1 endsub\no1 sub\no1 endsub", "line 3 `o1 sub`: o1 sub is in line 1 already: give it another label"),
-        ("o[1] if [1]", "`[1] if [1]`: only the label of a call can be computed: write a number or <name>"),
-        (
-            "o1 until [#1]",
-            "`1 until [#1]`: behind a label comes sub, endsub, return, call, if, elseif, else, endif, while, endwhile, do, repeat, \
-          endrepeat, break or continue",
-        ),
         ("o1 do [1]", "`[1]` stands behind the O-word: give it a line of its own"),
     ] {
         let source: Vec<&str> = program.lines().collect();
@@ -58,6 +52,13 @@ fn a_line_of_flow_that_cannot_be_carried_out_ends_the_program() {
             "line 1 `o1 call`: there is no o1 sub in this file, and no other file is read: copy it into this one",
         ),
         ("o<a> call [1]", "there is no o<a> sub in this file, and no other file is read: copy it into this one"),
+        ("o[1] if [1]", "`[1] if [1]`: only the label of a call can be computed: write a number or <name>"),
+        (
+            "o1 until [#1]",
+            "`1 until [#1]`: behind a label comes sub, endsub, return, call, if, elseif, else, endif, while, endwhile, do, repeat, \
+          endrepeat, break or continue",
+        ),
+        ("o<> sub\nX1", "`<> sub` is no name: write <name>"),
         ("o[1/2] call", "0.5 is no label: it is a whole number, 0 or more"),
         ("o1 if 1\no1 endif", "a value in brackets belongs before `1`: write [...]"),
         ("o1 if\no1 endif", "a value in brackets belongs before ``: write [...]"),
@@ -75,11 +76,14 @@ fn a_line_of_flow_that_cannot_be_carried_out_ends_the_program() {
 /// So that a check reports all of them.
 #[test]
 fn lines_that_only_move_are_passed_over_and_reported_once() {
-    let program = "o1 repeat [2]\nX[1/0]\nY1\no1 endrepeat\nX#0\n#1=[\nY2";
+    let program = "o1 repeat [2]\nX[1/0]\nY1\no1 endrepeat\nO[number]\nX#0\n#1=[\nY2";
     let source: Vec<&str> = program.lines().collect();
     let made = plain_lines(&source).unwrap().map(|line| match line {
         Ok(line) => String::from_utf8_lossy(&line.text).into_owned(),
         Err(error) => format!("error in line {}", error.line),
     });
-    assert_eq!(made.collect::<Vec<_>>(), ["error in line 2", "Y1", "Y1", "error in line 5", "error in line 6"]);
+    assert_eq!(
+        made.collect::<Vec<_>>(),
+        ["error in line 2", "Y1", "Y1", "error in line 5", "error in line 6", "error in line 7"]
+    );
 }

@@ -1,16 +1,13 @@
 //! The same program once more, beside the run that was asked for: by the other rule at corners, blends where it was run by
 //! Grbl's rule and Grbl's rule where it had blends; without shapers; or with each move made by itself.
 
-use std::sync::Arc;
-
 use isostep_motion::{AXES, State};
 use isostep_profile::SpeedProfile;
 
 use isostep_sim::Outcome;
 use isostep_sim::config::Config;
 use isostep_sim::corners;
-use isostep_sim::program::stripped;
-use isostep_sim::stream::Program;
+use isostep_sim::program::{Program, stripped};
 
 /// The distance by which blends leave corners where neither `$904` nor `$11` says so, mm.
 const DEVIATION_MM: f32 = 0.01;
@@ -24,7 +21,8 @@ fn again(outcome: &Outcome, change: impl FnOnce(&mut Config), line: fn(&[u8]) ->
     }
     let mut config = Config { keep_waves: false, ..outcome.config.clone() };
     change(&mut config);
-    Some((Arc::from_iter(outcome.program.iter().map(|text| line(text))), config))
+    let lines = outcome.program.iter().map(|text| line(text)).collect();
+    Some((outcome.program.with_lines(lines), config))
 }
 
 /// The program and the machine that show how the loads swing without shapers; `None` if nothing was shaped, there is no
@@ -160,7 +158,7 @@ pub fn one_by_one(program: &Program, deviation_mm: f32) -> Program {
             }
         }
     }
-    Arc::from(lines)
+    lines.into()
 }
 
 /// True if a word is this letter with this number.

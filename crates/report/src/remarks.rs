@@ -110,12 +110,12 @@ fn remedy(fit: Fit) -> String {
 #[cfg(test)]
 mod tests {
     use isostep_console::Settings;
-    use isostep_sim::program;
+    use isostep_sim::program::Program;
 
     use super::*;
 
     fn left(text: &str) -> String {
-        let lines = program::lines(text.as_bytes()).unwrap();
+        let lines = Program::read(text.as_bytes()).unwrap();
         outside(&Survey::of(&lines, &Settings::DEFAULT, [35.0, 40.0, 15.0]).outside.unwrap())
     }
 

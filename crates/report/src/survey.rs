@@ -6,6 +6,8 @@
 //! refused here is also refused there, with the same number. What only a machine can know is left out: switches, alarms
 //! and the flash.
 //!
+//! A line with parameters, expressions or O-words that cannot be carried out makes none for the controller, and counts as refused.
+//!
 //! A refused line changes nothing, neither here nor in the controller. A sender stops at it, but a survey continues as
 //! if the line had been removed.
 
@@ -23,8 +25,8 @@ use serde::Serialize;
 
 pub use room::{Bounds, Fit, Room};
 
-use isostep_sim::program::{ProgramError, acting, clean, message, stripped};
-use isostep_sim::stream::Program;
+use isostep_program::LineError;
+use isostep_sim::program::{Program, ProgramError, acting, clean, message, stripped};
 
 /// At most this many lines of one kind are listed one by one.
 pub const LISTED_MAX: usize = 1_000;
@@ -35,11 +37,11 @@ const SAME_MM: f64 = 0.5e-4;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Refused {
-    /// Line number in the program, from 1.
+    /// Line number in the file, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
-    /// The number after `error:`; 0 for a line that must not be sent.
+    /// The number after `error:`; 0 for a line that must not be sent, or cannot be carried out.
     pub code: u8,
     /// The word at which reading stopped, if it was a word.
     pub word: Option<String>,
@@ -71,8 +73,10 @@ pub struct Outside {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Survey {
-    /// Number of lines, including empty ones.
+    /// Number of lines for the controller, including empty ones.
     pub lines: usize,
+    /// Number of lines of the file, if those for the controller are made from them.
+    pub made_from: Option<usize>,
     /// Lines of G-code among them.
     pub blocks: usize,
     /// `$` lines among them.
@@ -83,7 +87,7 @@ pub struct Survey {
     pub refused_total: usize,
     /// The refused lines, at most [`LISTED_MAX`].
     pub refused: Vec<Refused>,
-    /// The numbers of all refused lines.
+    /// The indices of all refused lines.
     #[serde(skip)]
     refused_lines: Vec<usize>,
     /// Number of refused lines for each cause.
@@ -139,7 +143,7 @@ pub struct Survey {
 
 impl Survey {
     /// Reads a program for a machine with these settings whose carriages are at `start_mm` from their switches.
-    pub fn of(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES]) -> Self {
+    pub fn of(program: &Program, settings: &Settings, start_mm: [f64; AXES]) -> Self {
         let mut reader = read(program, settings, start_mm, Interpreter::new());
         if let Some(mut outside) = reader.survey.outside.take() {
             outside.fit = fit(program, settings, &reader, outside.homed);
@@ -151,14 +155,14 @@ impl Survey {
     /// The program as it is sent, with empty lines in place of the refused ones.
     pub fn accepted(&self, program: &Program) -> Program {
         let mut lines: Vec<_> = program.iter().map(|line| clean(0, line).unwrap_or_default()).collect();
-        self.refused_lines.iter().for_each(|line| lines[line - 1].clear());
-        lines.into()
+        self.refused_lines.iter().for_each(|index| lines[*index].clear());
+        program.with_lines(lines)
     }
 }
 
-fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpreter: Interpreter) -> Reader {
+fn read(program: &Program, settings: &Settings, start_mm: [f64; AXES], interpreter: Interpreter) -> Reader {
     let mut reader = Reader {
-        survey: Survey { lines: program.len(), ..Survey::default() },
+        survey: Survey { lines: program.len(), made_from: program.made_from(), ..Survey::default() },
         interpreter,
         settings: *settings,
         start_mm,
@@ -167,12 +171,18 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
         reach_mm: [[None; AXES]; 2],
         checks_from_pm: None,
         unfit: None,
+        index: 0,
         number: 0,
         text: String::new(),
     };
-    for (number, line) in (1..).zip(program) {
-        reader.take(number, line);
+    let mut errors = program.errors().peekable();
+    for (index, line) in program.iter().enumerate() {
+        while let Some((_, error)) = errors.next_if(|(before, _)| *before == index) {
+            reader.pass_over(error);
+        }
+        reader.take(index, program.number(index + 1), line);
     }
+    errors.for_each(|(_, error)| reader.pass_over(error));
     reader.survey.settings = reader.settings;
     reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != SpindleMode::Off;
     reader
@@ -180,7 +190,7 @@ fn read(program: &[Vec<u8>], settings: &Settings, start_mm: [f64; AXES], interpr
 
 /// The places where the program that `reader` has read would fit. Before homing, the carriages can be moved; after it, the
 /// origin.
-fn fit(program: &[Vec<u8>], settings: &Settings, reader: &Reader, homed: bool) -> Fit {
+fn fit(program: &Program, settings: &Settings, reader: &Reader, homed: bool) -> Fit {
     let start_mm = reader.start_mm;
     let room = if homed { Room::homed(&reader.settings) } else { Room::before_homing(&reader.settings, start_mm) };
     let shifts_mm = match room::shifts_mm(reader.reach_mm[usize::from(homed)], &room) {
@@ -250,14 +260,15 @@ struct Reader {
     checks_from_pm: Option<[i64; AXES]>,
     /// The error and the words of settings that do not work together, whichever step outputs there are.
     unfit: Option<(Error, String)>,
-    /// The line that is being read.
+    /// The line that is being read: its index, and the line of the file that it is made from.
+    index: usize,
     number: usize,
     text: String,
 }
 
 impl Reader {
-    fn take(&mut self, number: usize, bytes: &[u8]) {
-        self.number = number;
+    fn take(&mut self, index: usize, number: usize, bytes: &[u8]) {
+        (self.index, self.number) = (index, number);
         self.text.clear();
         self.text.push_str(&String::from_utf8_lossy(bytes));
         self.note_comments(bytes);
@@ -477,6 +488,7 @@ impl Reader {
             (None, None, None) => error.to_string(),
         };
         self.note_refused(kind(word.as_deref(), error), error.code(), word, remedy);
+        self.survey.refused_lines.push(self.index);
     }
 
     /// Notes a line that no sender sends, because it has a byte that would act at once, or that is no text.
@@ -488,12 +500,19 @@ impl Reader {
             _ => "no text".to_owned(),
         };
         self.note_refused(word, 0, None, remedy);
+        self.survey.refused_lines.push(self.index);
+    }
+
+    /// Notes a line of the file that cannot be carried out.
+    fn pass_over(&mut self, error: &LineError) {
+        self.number = error.line;
+        self.text.clone_from(&error.text);
+        self.note_refused("# [] O".to_owned(), 0, None, error.problem.to_string());
     }
 
     fn note_refused(&mut self, key: String, code: u8, word: Option<String>, remedy: String) {
         *self.survey.refused_by_word.entry(key).or_default() += 1;
         self.survey.refused_total += 1;
-        self.survey.refused_lines.push(self.number);
         if self.survey.refused.len() < LISTED_MAX {
             let text = self.text.clone();
             self.survey.refused.push(Refused { line: self.number, text, code, word, remedy });

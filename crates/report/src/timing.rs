@@ -1,7 +1,7 @@
 //! Runs programs in virtual time only to find how long they take.
 
 use isostep_console::{AXES, Settings};
-use isostep_sim::stream::Program;
+use isostep_sim::program::Program;
 use isostep_sim::{Config, Flash, Outcome};
 
 use crate::remarks::{meaning, shortened};

@@ -5,12 +5,12 @@ use isostep_motion::{Move, Power};
 
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
-use crate::program::stripped;
+use crate::program::{Program, stripped};
 
 /// The origin of a move in the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
-    /// Its line of the program, from 1.
+    /// Its line of the file, from 1.
     pub line: usize,
     /// The speed that the line asks for.
     pub rate: Rate,
@@ -26,12 +26,19 @@ pub struct Source {
 
 impl Source {
     /// The source of a move that was asked for; `None` if no line did.
-    fn of(asked: &Move) -> Option<Self> {
+    fn of(asked: &Move, program: &Program) -> Option<Self> {
         let &Move { source, feed_mm_s, exact_stop, deviation_mm, power, in_arc, .. } = asked;
         let is_rapid = feed_mm_s == f64::INFINITY;
         let rate = if is_rapid { Rate::Rapid } else { Rate::Feed { mm_min: (feed_mm_s * 60.0) as f32 } };
         let deviation_mm = deviation_mm.into();
-        (source > 0).then_some(Self { line: source as usize, rate, exact_stop, deviation_mm, in_arc, power })
+        (source > 0).then_some(Self {
+            line: program.number(source as usize),
+            rate,
+            exact_stop,
+            deviation_mm,
+            in_arc,
+            power,
+        })
     }
 }
 
@@ -48,37 +55,41 @@ pub struct Section {
 
 /// The source of each of [`Outcome::moves`]; of a move that is made for several lines, the first.
 pub fn of_moves(outcome: &Outcome) -> Vec<Option<Source>> {
-    outcome.moves.iter().map(|record| record.asked.first().and_then(Source::of)).collect()
+    outcome
+        .moves
+        .iter()
+        .map(|record| record.asked.first().and_then(|asked| Source::of(asked, &outcome.program)))
+        .collect()
 }
 
 /// All moves, divided where the lines begin that they are made for.
 pub fn sections(outcome: &Outcome) -> Vec<Section> {
-    outcome.moves.iter().enumerate().flat_map(|(index, record)| sections_of(index, record)).collect()
+    outcome.moves.iter().enumerate().flat_map(|(index, record)| sections_of(index, record, &outcome.program)).collect()
 }
 
-fn sections_of(index: usize, record: &MoveRecord) -> impl Iterator<Item = Section> + '_ {
+fn sections_of<'o>(index: usize, record: &'o MoveRecord, program: &'o Program) -> impl Iterator<Item = Section> + 'o {
     let begin_steps = if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() };
     let places_steps = std::iter::once(begin_steps).chain(record.marks_steps.iter().copied().map(f64::from));
-    let sources = record.asked.iter().map(Source::of).chain(std::iter::repeat(None));
+    let sources = record.asked.iter().map(|asked| Source::of(asked, program)).chain(std::iter::repeat(None));
     places_steps.zip(sources).map(move |(from_steps, source)| Section { index, from_steps, source })
 }
 
-/// The lines that were sent and not refused, in order, each with its number from 1.
-fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = (usize, &[u8])> {
-    let mut refusals = outcome.refusals.iter().map(|refusal| refusal.line).peekable();
-    let sent = (1..).zip(outcome.program.iter().map(Vec::as_slice)).take(outcome.lines_sent);
-    sent.filter(move |&(number, _)| refusals.next_if_eq(&number).is_none())
+/// The lines that were sent and not refused, in order.
+fn accepted_lines(outcome: &Outcome) -> impl Iterator<Item = &[u8]> {
+    let mut refusals = outcome.refusals.iter().map(|refusal| refusal.sent_before).peekable();
+    let sent = outcome.program.iter().enumerate().take(outcome.lines_sent);
+    sent.filter(move |(index, _)| refusals.next_if_eq(index).is_none()).map(|(_, line)| line.as_slice())
 }
 
 /// True if the program sets steps/mm or anything that limits speed after its first move (homing is not a move).
 pub fn sets_limits_on_the_way(outcome: &Outcome) -> bool {
     // Few programs set anything, and interpreting all lines takes time.
-    if !accepted_lines(outcome).any(|(_, text)| text.contains(&b'$')) {
+    if !accepted_lines(outcome).any(|text| text.contains(&b'$')) {
         return false;
     }
     let mut interpreter = Interpreter::new();
     let mut has_moved = false;
-    accepted_lines(outcome).any(|(_, text)| {
+    accepted_lines(outcome).any(|text| {
         let Ok(line) = stripped(text) else { return false };
         let from_pm = interpreter.position_pm();
         match interpreter.interpret(&line, ReportedState::Idle, &outcome.config.settings) {
@@ -106,7 +117,7 @@ fn is_limit(number: u16) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use embassy_time::Duration;
+    use embassy_time::{Duration, Instant};
     use isostep_motion::Level;
 
     use super::*;
@@ -123,6 +134,25 @@ mod tests {
     #[test]
     fn lines_that_move_nothing_are_passed_over() {
         assert_eq!(lines("G21\n; a comment\nG91 G1 X1 F600\nX0\n\nM5\nX-1 Y2\nG4 P0.1\nY-2\n"), [3, 7, 9].map(Some));
+    }
+
+    #[test]
+    fn a_move_is_of_the_line_of_the_file_that_it_is_made_from() {
+        let program = "G61 G91 F600\no1 repeat [2]\n#1=[#1+1]\nG1 X#1\no1 endrepeat\nY1\n";
+        assert_eq!(lines(program), [4, 4, 6].map(Some));
+        let mut pieces = crate::Streamed::new(Sim::new(&Config::default()), Program::read(program.as_bytes()).unwrap());
+        pieces.run_until(Instant::from_secs(60)).unwrap();
+        let found = of_moves(&pieces.take_piece()).into_iter().chain(of_moves(&pieces.end().unwrap()));
+        assert_eq!(found.map(|source| source.map(|source| source.line)).collect::<Vec<_>>(), [4, 4, 6].map(Some));
+    }
+
+    #[test]
+    fn a_refused_line_and_a_wait_are_of_the_line_of_the_file() {
+        let outcome = run(b"#1=1\nG0 X#1\nM0\n#2=2\nD[#2]\n", &Config::default()).unwrap();
+        assert_eq!((outcome.pauses[0].line, outcome.refusals[0].line, outcome.refusals[0].sent_before), (3, 5, 2));
+        assert_eq!(of_moves(&outcome).len(), 1);
+        let silenced = run(b"#1=1\n$SLP\n#2=2\nG0 X#2\n", &Config::default()).unwrap_err().to_string();
+        assert!(silenced.starts_with("line 4 `G0 X2` was never answered, as line 2 `$SLP` "), "{silenced}");
     }
 
     #[test]

@@ -6,8 +6,9 @@ use isostep_profile::{Blend, Limits, SpeedProfile};
 use crate::config::Config;
 use crate::driver::Violation;
 pub use crate::moves::MoveRecord;
+use crate::program::Program;
 use crate::record::{Edge, Loss, Record, Wave};
-use crate::stream::{Dialogue, Pause, Program, Refusal, Said};
+use crate::stream::{Dialogue, Pause, Refusal, Said};
 use crate::tool::ToolChange;
 use crate::world::World;
 

@@ -1,6 +1,115 @@
 //! A program as a sender reads it: its lines, after a check that nothing in them must not be sent.
 
+use std::ops::Deref;
+use std::sync::Arc;
+
 use isostep_console::{Error, LineAssembler, Realtime, realtime};
+use isostep_program::{LineError, plain_lines};
+
+/// The lines of a program as they are sent, without their line ends. Parameters, expressions and subroutines of the file have been
+/// carried out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Program {
+    lines: Arc<[Vec<u8>]>,
+    /// Their origin, if they are not those of the file.
+    origin: Option<Arc<Origin>>,
+}
+
+/// The file that lines are made from.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Origin {
+    /// The number of its lines.
+    lines: usize,
+    /// The line of the file that each is made from, from 1.
+    numbers: Vec<usize>,
+    /// The lines of the file that cannot be carried out, each with the number of lines that were made before it.
+    errors: Vec<(usize, LineError)>,
+}
+
+impl Program {
+    /// Reads a file that is to be sent.
+    ///
+    /// # Errors
+    /// [`ProgramError`] with the line at fault.
+    pub fn read(file: &[u8]) -> Result<Self, ProgramError> {
+        let program = Self::made(lines(file)?);
+        let first = program.errors().next().map(|(_, error)| error.clone());
+        first.map_or(Ok(program), |error| Err(error.into()))
+    }
+
+    /// Reads a file as it is written, for whoever looks at each of its lines: [`clean`] says which must not be sent, and
+    /// [`errors`](Self::errors) which cannot be carried out.
+    ///
+    /// # Errors
+    /// [`ProgramError`] if the file is empty or no text.
+    pub fn read_raw(file: &[u8]) -> Result<Self, ProgramError> {
+        raw_lines(file).map(Self::made)
+    }
+
+    fn made(source: Vec<Vec<u8>>) -> Self {
+        let (mut lines, mut origin) = (Vec::new(), Origin { lines: source.len(), ..Origin::default() });
+        match plain_lines(&source) {
+            Ok(plain) if plain.is_plain() => return source.into(),
+            Ok(made) => {
+                for line in made {
+                    match line {
+                        Ok(line) => {
+                            origin.numbers.push(line.number);
+                            lines.push(line.text.into_owned());
+                        }
+                        Err(error) => origin.errors.push((lines.len(), error)),
+                    }
+                }
+            }
+            Err(error) => origin.errors.push((0, error)),
+        }
+        Self { lines: lines.into(), origin: Some(origin.into()) }
+    }
+
+    /// These lines in place of as many others.
+    #[must_use]
+    pub fn with_lines(&self, lines: Vec<Vec<u8>>) -> Self {
+        Self { lines: lines.into(), origin: self.origin.clone() }
+    }
+
+    /// The line of the file that a line is made from. Both count from 1.
+    pub fn number(&self, line: usize) -> usize {
+        match &self.origin {
+            Some(origin) => origin.numbers.get(line.wrapping_sub(1)).copied().unwrap_or(origin.lines + 1),
+            None => line,
+        }
+    }
+
+    /// The number of lines of the file, if these are made from others.
+    pub fn made_from(&self) -> Option<usize> {
+        self.origin.as_ref().map(|origin| origin.lines)
+    }
+
+    /// The lines of the file that cannot be carried out, each with the number of lines that were made before it.
+    pub fn errors(&self) -> impl Iterator<Item = (usize, &LineError)> {
+        self.origin.iter().flat_map(|origin| origin.errors.iter().map(|(before, error)| (*before, error)))
+    }
+}
+
+impl Deref for Program {
+    type Target = [Vec<u8>];
+
+    fn deref(&self) -> &[Vec<u8>] {
+        &self.lines
+    }
+}
+
+impl From<Vec<Vec<u8>>> for Program {
+    fn from(lines: Vec<Vec<u8>>) -> Self {
+        Self { lines: lines.into(), origin: None }
+    }
+}
+
+impl FromIterator<Vec<u8>> for Program {
+    fn from_iter<I: IntoIterator<Item = Vec<u8>>>(lines: I) -> Self {
+        Vec::from_iter(lines).into()
+    }
+}
 
 /// The reason why a file is not a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,6 +133,9 @@ pub enum ProgramError {
         /// The byte.
         byte: u8,
     },
+    /// A line with parameters, expressions or O-words cannot be carried out.
+    #[error(transparent)]
+    Line(#[from] LineError),
 }
 
 /// The remedy for a byte that text cannot contain.
@@ -171,6 +283,29 @@ mod tests {
         assert_eq!(lines(b"G21\r\rG0X1\r$H\r").unwrap(), expected, "two of CR are two");
         assert_eq!(lines(b"\xef\xbb\xbfG21").unwrap(), [b"G21"]);
         assert_eq!(lines(b"G21\r\r\n?"), Err(ProgramError::RealTime { line: 2, byte: b'?' }));
+    }
+
+    #[test]
+    fn a_program_is_made_and_its_lines_keep_the_numbers_of_the_file() {
+        let file = b"#1=3 (what?)\no1 repeat [2]\nG0 X#1\n#1=[#1+1]\no1 endrepeat\nM2\n%\n";
+        let program = Program::read(file).unwrap();
+        assert_eq!(program.join(&b'\n'), b"G0 X3\nG0 X4\nM2");
+        assert_eq!((1..=4).map(|line| program.number(line)).collect::<Vec<_>>(), [3, 3, 6, 8]);
+        assert_eq!(program.made_from(), Some(7));
+        let plain = Program::read(b"G0 X1\nO7\nM2\n%\n").unwrap();
+        assert_eq!((plain.len(), plain.number(3), plain.made_from()), (4, 3, None));
+    }
+
+    #[test]
+    fn a_line_that_cannot_be_carried_out_is_an_error_or_is_passed_over() {
+        let file = b"G0 X1\nX[1\n?\nM2\n";
+        let error = Program::read(b"G0 X1\nX[1\nM2\n").unwrap_err();
+        assert_eq!(error.to_string(), "line 2 `X[1`: a bracket is not closed: add ]");
+        let raw = Program::read_raw(file).unwrap();
+        assert_eq!(raw.join(&b'\n'), b"G0 X1\n?\nM2");
+        assert_eq!(raw.errors().map(|(before, error)| (before, error.line)).collect::<Vec<_>>(), [(1, 2)]);
+        let unfit = Program::read_raw(b"G0 X1\no1 if [1]\n").unwrap();
+        assert!(unfit.is_empty() && unfit.errors().count() == 1);
     }
 
     #[test]

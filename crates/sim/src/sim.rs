@@ -20,9 +20,9 @@ use crate::link::{Lines, Pipe};
 use crate::outcome::Outcome;
 use crate::plant::SwitchFault;
 use crate::plate::Plate;
-use crate::program::{self, ProgramError};
+use crate::program::{Program, ProgramError};
 use crate::record::{Record, Wire};
-use crate::stream::{Dialogue, Program};
+use crate::stream::Dialogue;
 use crate::suffering;
 use crate::world::{self, Shared, World};
 
@@ -82,7 +82,7 @@ pub fn run(program: &[u8], config: &Config) -> Result<Outcome, SimError> {
 /// # Errors
 /// [`SimError`].
 pub fn run_with(program: &[u8], config: &Config, flash: Flash) -> Result<Outcome, SimError> {
-    run_watched(program::lines(program)?.into(), config, flash, &mut |_| {})
+    run_watched(Program::read(program)?, config, flash, &mut |_| {})
 }
 
 /// As [`run_with`], for the lines of a program. Calls `watch` every second of virtual time with the progress.
@@ -466,7 +466,7 @@ impl Sim {
 
     /// The reason why the line that waits for its answer has none.
     fn unanswered(&self, program: &Program, dialogue: &Dialogue) -> SimError {
-        let line = dialogue.answered + 1;
+        let line = program.number(dialogue.answered + 1);
         let text = String::from_utf8_lossy(&program[dialogue.answered]).into_owned();
         match streamed::silencer(program, dialogue) {
             Some(by) => SimError::Silenced { line, text, by },

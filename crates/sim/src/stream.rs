@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
-use std::sync::Arc;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::Timer;
@@ -11,17 +10,15 @@ use embedded_io_async::Read;
 
 use crate::config::{Config, Streaming};
 use crate::link::{Lines, Pipe};
+use crate::program::Program;
 use crate::time::Clock;
-
-/// The lines of a program, without their line ends.
-pub type Program = Arc<[Vec<u8>]>;
 
 /// The messages of the controller in addition to the answers to lines.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Said {
     /// When it was complete, ns since power-up.
     pub t_ns: u64,
-    /// The first line of the program that had not been answered then, from 1.
+    /// The line of the file that the first line without an answer was made from, from 1.
     pub line: usize,
     /// The text without its line end.
     pub text: String,
@@ -31,8 +28,11 @@ pub struct Said {
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Refusal {
-    /// Line number in the program, from 1.
+    /// Line number in the file, from 1.
     pub line: usize,
+    /// The lines that were sent before it.
+    #[serde(skip)]
+    pub sent_before: usize,
     /// Its text.
     pub text: String,
     /// The number after `error:`.
@@ -44,7 +44,7 @@ pub struct Refusal {
 /// A line at which the machine waited for the operator: M0 or M6.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Pause {
-    /// Line number in the program, from 1.
+    /// Line number in the file, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
@@ -96,10 +96,10 @@ impl Dialogue {
         self.alarm.is_some() || !self.refusals.is_empty()
     }
 
-    /// The line that is answered next.
+    /// The line of the file that the line answered next was made from, and that line.
     fn next_line(&self, program: &Program) -> (usize, String) {
         let text = program.get(self.answered).map_or(String::new(), |line| String::from_utf8_lossy(line).into_owned());
-        (self.answered + 1, text)
+        (program.number(self.answered + 1), text)
     }
 
     /// The messages about the line that is answered next. A message comes before the answer it belongs to.
@@ -112,12 +112,12 @@ impl Dialogue {
         let (line, text) = self.next_line(program);
         let words = self.words();
         if let Some(code) = refused {
-            self.refusals.push(Refusal { line, text, code, words });
+            self.refusals.push(Refusal { line, sent_before: self.answered, text, code, words });
         }
         self.answered += 1;
     }
 
-    fn take_note(&mut self, t_ns: u64, text: String) {
+    fn take_note(&mut self, program: &Program, t_ns: u64, text: String) {
         if let Some(code) = number_after(&text, "ALARM:") {
             self.alarm.get_or_insert(code);
             self.about_alarm = true;
@@ -126,7 +126,7 @@ impl Dialogue {
         {
             self.about_line.push(words.to_owned());
         }
-        self.said.push(Said { t_ns, line: self.answered + 1, text });
+        self.said.push(Said { t_ns, line: program.number(self.answered + 1), text });
     }
 }
 
@@ -219,7 +219,7 @@ impl Sender {
         let mut dialogue = self.dialogue.borrow_mut();
         let refused = number_after(&text, "error:");
         if text != "ok" && refused.is_none() {
-            dialogue.take_note(self.clock.now_ns(), text);
+            dialogue.take_note(&self.program, self.clock.now_ns(), text);
         } else if let Some(length) = self.in_flight.pop_front() {
             self.in_flight_bytes -= length;
             dialogue.answer(&self.program, refused);
@@ -300,7 +300,7 @@ mod tests {
         let (dialogue, _) = talk(&["good", "bad", "never"], Streaming::SendAndWait, None);
         assert!(dialogue.done && dialogue.cut_short);
         let words = Some("bad".to_owned());
-        assert_eq!(dialogue.refusals, [Refusal { line: 2, text: "bad".into(), code: 20, words }]);
+        assert_eq!(dialogue.refusals, [Refusal { line: 2, sent_before: 1, text: "bad".into(), code: 20, words }]);
         let (dialogue, _) = talk(&["crash", "never"], Streaming::SendAndWait, None);
         assert_eq!((dialogue.alarm, dialogue.cut_short), (Some(1), true));
     }

@@ -1,9 +1,10 @@
 //! A program that is run and looked at piece by piece is the same as the whole, and its memory stays bounded.
 
 use embassy_time::{Duration, Instant};
+use isostep_sim::program::Program;
 use isostep_sim::verify::{Gathered, moves, verdicts};
 use isostep_sim::world::Edge;
-use isostep_sim::{Config, Outcome, Sim, Streamed, program, run};
+use isostep_sim::{Config, Outcome, Sim, Streamed, run};
 use isostep_trials::cases;
 
 /// Programs with homing, arcs, blends, exact stops, a shaper, an alarm, a refusal, and one that waits for a person.
@@ -19,7 +20,7 @@ const PROGRAMS: [&[u8]; 7] = [
 
 /// All edges of a run that is cut after every `every`, and what was gathered from its pieces, with its end.
 fn in_pieces(program: &[u8], every: Duration) -> (Vec<Edge>, Gathered, Outcome, usize) {
-    let lines = program::lines(program).unwrap().into();
+    let lines = Program::read(program).unwrap();
     let mut streamed = Streamed::new(Sim::new(&Config::default()), lines);
     let (mut gathered, mut edges, mut most) = (Gathered::default(), Vec::new(), 0);
     let mut add = |piece: &Outcome| {

@@ -1,6 +1,7 @@
 //! Runs a program on a machine at power-up.
 
-use isostep_sim::{Sim, Streamed, program, time};
+use isostep_sim::program::Program;
+use isostep_sim::{Sim, Streamed, time};
 
 use crate::lines::Lines;
 use crate::motion::Motion;
@@ -49,10 +50,10 @@ impl Job {
     pub fn new(program: &[u8], settings: &str, kept: Kept) -> Result<Self, Trouble> {
         let mut config = config(settings)?;
         config.keep_waves = kept == Kept::Waves;
-        let lines = program::lines(program)?;
-        let count = lines.len();
-        let streamed = Streamed::new(Sim::new(&config), lines.into());
-        Ok(Self { streamed, lines: count, watch: Watch::new(kept) })
+        let program = Program::read(program)?;
+        let lines = program.len();
+        let streamed = Streamed::new(Sim::new(&config), program);
+        Ok(Self { streamed, lines, watch: Watch::new(kept) })
     }
 
     /// Runs until `until_us` since power-up, and returns whether the program has come to its end.

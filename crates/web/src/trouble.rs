@@ -32,9 +32,10 @@ impl Trouble {
 
 impl From<ProgramError> for Trouble {
     fn from(error: ProgramError) -> Self {
-        let line = match error {
+        let line = match &error {
             ProgramError::Empty => None,
-            ProgramError::Binary { line, .. } | ProgramError::RealTime { line, .. } => Some(line),
+            ProgramError::Binary { line, .. } | ProgramError::RealTime { line, .. } => Some(*line),
+            ProgramError::Line(error) => Some(error.line),
         };
         Self { line, words: error.to_string() }
     }

@@ -2,7 +2,8 @@
 
 use isostep_report::check::{Check, Stand, rows};
 use isostep_report::{Figures, remarks};
-use isostep_sim::{Flash, program, run_watched};
+use isostep_sim::program::Program;
+use isostep_sim::{Flash, run_watched};
 
 use crate::config;
 use crate::trouble::Trouble;
@@ -16,7 +17,7 @@ const REPORTED_LINES_MAX: usize = 50_000;
 /// [`Trouble`] with the line of the program, or of the settings, that cannot be.
 pub fn check(program: &[u8], settings: &str) -> Result<String, Trouble> {
     let config = config(settings)?;
-    let lines = program::raw_lines(program)?.into();
+    let lines = Program::read_raw(program)?;
     let check = Check::of(&lines, &config.settings, Stand::default(), &mut |_| {});
     Ok(serde_json::to_string(&rows(&check, false)).expect("texts have a form in JSON"))
 }
@@ -27,7 +28,7 @@ pub fn check(program: &[u8], settings: &str) -> Result<String, Trouble> {
 /// As [`check`], and if the program is too long.
 pub fn report(name: &str, program: &[u8], settings: &str) -> Result<String, Trouble> {
     let config = config(settings)?;
-    let lines: isostep_sim::stream::Program = program::lines(program)?.into();
+    let lines = Program::read(program)?;
     if lines.len() > REPORTED_LINES_MAX {
         let words = format!(
             "a report of {} lines takes more memory than a page has, which makes one of at most {REPORTED_LINES_MAX}: \

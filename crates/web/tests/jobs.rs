@@ -2,8 +2,9 @@
 
 use isostep_report::{Figures, check};
 use isostep_sim::measure::across;
+use isostep_sim::program::Program;
 use isostep_sim::tool::ToolOutput;
-use isostep_sim::{Config, Port, lines_of_moves, program, run, settings, trace, vcd};
+use isostep_sim::{Config, Port, lines_of_moves, run, settings, trace, vcd};
 use isostep_web::{COLUMNS, End, Job, Kept, Kind, LOADS, Motion, Trouble, whole};
 use serde_json::Value;
 
@@ -220,7 +221,7 @@ fn the_tools_power_is_what_its_output_is() {
 fn a_check_says_what_the_tool_says() {
     let program = b"G42\nG1 X10 F1200\nG61 Y10\nG0 X900\n";
     let rows: Value = serde_json::from_str(&whole::check(program, "$110=1200\n").unwrap()).unwrap();
-    let lines = program::lines(program).unwrap().into();
+    let lines = Program::read(program).unwrap();
     let settings = settings::read("settings", b"$110=1200\n", Port::Pio, Config::default().driver).unwrap();
     let expected = check::rows(&check::Check::of(&lines, &settings, check::Stand::default(), &mut |_| {}), false);
     assert_eq!(rows, serde_json::to_value(&expected).unwrap());

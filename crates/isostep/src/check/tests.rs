@@ -182,6 +182,31 @@ fn what_a_program_may_not_mean_is_remarked() {
     }
 }
 
+/// Three holes by a subroutine, which is called from a loop.
+#[test]
+fn a_program_with_subroutines_is_checked_as_the_lines_that_it_makes() {
+    let program = "G21 G90\no100 repeat [3]\nM98 P7\n#1=[#1+1]\no100 endrepeat\nX[1/0]\nM2\nO7 (a hole)\nG0 X[10*#1] Y#1\nG1 Z-1 F300\n\
+                   G0 Z1\nM99\n";
+    let reported = detail(&check("holes.nc", program, None));
+    for words in [
+        "  lines      11: 11 of G-code (9 that move, 0 of them arcs), 0 of $, 0 empty, % or comments\n",
+        "  made       from 12 lines of the file: parameters, expressions, O-words and M98 are carried out before the machine gets them\n",
+        "  refused    1\n    line 6 `X[1/0]`: 1 is divided by zero: test the divisor by an o-if before\n",
+        "  ends       by M2 or M30, line 7\n",
+        "  extents    X 0.000 to 20.000, Y 0.000 to 2.000, Z -1.000 to 1.000 mm",
+        "    line 9, at X",
+    ] {
+        assert!(reported.contains(words), "{words} in\n{reported}");
+    }
+    let good = check("good-holes.nc", &program.replace("X[1/0]\n", ""), None);
+    let by_hand: String = (0..3).map(|hole| format!("G0 X{}0 Y{hole}\nG1 Z-1 F300\nG0 Z1\n", hole)).collect();
+    let by_hand = check("by-hand.nc", &format!("G21 G90\n{by_hand}M2\n"), None);
+    assert!(good.is_good() && good.on[0].check.time_s == by_hand.on[0].check.time_s);
+    assert!(!detail(&by_hand).contains("  made  "), "{}", detail(&by_hand));
+    let endless = detail(&check("endless.nc", "o1 while [1]\n#1=2\no1 endwhile\n", None));
+    assert!(endless.contains("1000000 lines were carried out without one for the machine"), "{endless}");
+}
+
 #[test]
 fn dwells_before_the_first_move_and_after_the_last_count() {
     let plain = check("plain.nc", "G0 X5\nM2\n", None);

@@ -124,6 +124,7 @@ fn cleaned(line: &str) -> Result<Vec<u8>, String> {
     match program::lines(line.as_bytes()) {
         Ok(lines) => Ok(lines.concat()),
         Err(ProgramError::Empty) => Ok(Vec::new()),
+        Err(ProgramError::Line(error)) => Err(error.to_string()),
         Err(ProgramError::Binary { byte, .. }) => Err(format!("byte 0x{byte:02x} is not text: use plain ASCII")),
         Err(ProgramError::RealTime { byte, .. }) => {
             Err(format!("'{0}' acts at once wherever it stands: send {0} alone on a line", char::from(byte)))

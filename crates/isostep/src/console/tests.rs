@@ -161,6 +161,33 @@ fn refused_lines_are_passed_over_if_that_is_asked_for_and_where_nothing_moves() 
     assert_eq!((closing.state.as_str(), closing.position_mm), ("Idle", [30.0, 0.0, 40.0]));
 }
 
+/// The machine gets plain lines; a line that it refuses is named as it stands in the file.
+#[test]
+fn a_program_with_parameters_is_streamed_as_plain_lines() {
+    let text = "G91 (#1)\no1 repeat [40]\n#1=[#1+1]\nG1 X[#1/1000] F600\no1 endrepeat\nG90\n";
+    let (tally, closing) = while_running(SPEED, |path| {
+        assert_eq!(streamed(path, text, false).1, Ok(()));
+        let (printed, ended) = streamed(path, &format!("{text}D9\nG0 X5\nM2\n"), false);
+        let ended = ended.unwrap_err();
+        assert!(ended.contains(":7: `D9` was refused: error:20"), "{ended}");
+        assert!(ended.contains("lines 44 to 45 of the 45 made of it, sent by then, were not carried out"), "{ended}");
+        assert!(printed.contains("\n  line 8 `G0 X5`\n  line 9 `M2`\nno line is still to come\n"), "{printed}");
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm[0]), ("Idle", 1.64));
+    assert_eq!((tally.flight.times_over, tally.flight.refused), (0, 1));
+}
+
+#[test]
+fn a_program_that_cannot_be_carried_out_is_not_streamed() {
+    let bad = program("unfit", "G0 X1\nG0 X[1/0]\nM2\n");
+    let refused = format!("{:#}", stream::Program::read(&bad).err().unwrap());
+    assert!(
+        refused.ends_with(".nc: line 2 `G0 X[1/0]`: 1 is divided by zero: test the divisor by an o-if before"),
+        "{refused}"
+    );
+    fs::remove_file(bad).unwrap();
+}
+
 #[test]
 fn an_alarm_ends_the_stream_with_its_remedy() {
     let (_, closing) = while_running(SPEED, |path| {

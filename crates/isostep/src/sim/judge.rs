@@ -76,13 +76,13 @@ fn is_own(refusal: &Refusal, outcome: &Outcome) -> bool {
 /// Says which lines were carried out after the first refusal. A sender that counts characters has sent more lines
 /// before it receives the refusal.
 fn carried_on(outcome: &Outcome, first: &Refusal) -> String {
-    let refused = outcome.refusals.iter().filter(|refusal| refusal.line > first.line).count();
-    match outcome.lines_sent - first.line - refused {
+    let refused = outcome.refusals.iter().filter(|refusal| refusal.sent_before > first.sent_before).count();
+    match outcome.lines_sent - (first.sent_before + 1) - refused {
         0 => "  no line behind it was carried out\n".to_owned(),
         carried_out => format!(
             "  {} up to line {} had been sent by then and {} carried out: the machine stands where {} took it\n",
             lines(carried_out),
-            outcome.lines_sent,
+            outcome.program.number(outcome.lines_sent),
             if carried_out == 1 { "was" } else { "were" },
             if carried_out == 1 { "it" } else { "they" },
         ),
@@ -151,6 +151,16 @@ mod tests {
         let expected = "my.nc:1: `$100=-5` was refused: error:4 $100=-5 is negative: give 0 or more; `isostep check my.nc` \
                         lists every line that is";
         assert_eq!(verdict(&outcome), expected);
+    }
+
+    #[test]
+    fn lines_are_those_of_the_file() {
+        let outcome = outcome("G91\no1 repeat [2]\nD1\nG0 X[#1+1]\no1 endrepeat\n");
+        let reported = refused(&outcome);
+        assert!(reported.starts_with("  line 3 `D1`: error:20 D: "), "{reported}");
+        let behind = "  2 lines up to line 4 had been sent by then and were carried out: the machine stands where they took it\n";
+        assert!(reported.ends_with(behind), "{reported}");
+        assert!(verdict(&outcome).starts_with("my.nc:3: `D1` was refused"), "{}", verdict(&outcome));
     }
 
     #[test]

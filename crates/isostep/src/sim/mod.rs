@@ -15,8 +15,8 @@ use isostep_report::{Figures, Listed, again, timing};
 use isostep_sim::drive::{Load, MotorData};
 use isostep_sim::flash::FLASH_BYTES;
 use isostep_sim::plate::Plate;
+use isostep_sim::program::Program;
 use isostep_sim::springs::Springs;
-use isostep_sim::stream::Program;
 use isostep_sim::{
     AXES, Board, Config, Contact, Fault, Flash, NAMES_OF_AXES, Outcome, Port, SwitchFault, lines_of_moves, settings,
 };
@@ -188,7 +188,7 @@ pub fn run(args: Args) -> Result<()> {
 fn program(args: &Args) -> Result<(String, Program)> {
     match &args.program {
         Some(path) => Ok((project::shown(path), lines(path)?)),
-        None => Ok((PARKING.0.to_owned(), isostep_sim::program::lines(PARKING.1.as_bytes())?.into())),
+        None => Ok((PARKING.0.to_owned(), Program::read(PARKING.1.as_bytes())?)),
     }
 }
 
@@ -277,14 +277,14 @@ fn live(_args: &Args) -> Result<()> {
     pty::refuse()
 }
 
-/// Reads a program as lines.
+/// Reads a program as the lines that are sent.
 pub fn lines(path: &Path) -> Result<Program> {
-    Ok(isostep_sim::program::lines(&read(path)?).with_context(|| project::shown(path))?.into())
+    Program::read(&read(path)?).with_context(|| project::shown(path))
 }
 
 /// Reads a program as lines, each as it is written.
 pub fn raw_lines(path: &Path) -> Result<Program> {
-    Ok(isostep_sim::program::raw_lines(&read(path)?).with_context(|| project::shown(path))?.into())
+    Program::read_raw(&read(path)?).with_context(|| project::shown(path))
 }
 
 /// Reads a program as bytes.

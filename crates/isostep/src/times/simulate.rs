@@ -2,9 +2,9 @@
 
 use isostep_console::Settings;
 use isostep_report::{again, fastest, timing};
-use isostep_sim::stream::Program;
+use isostep_sim::program::Program;
 use isostep_sim::verify::Together;
-use isostep_sim::{Config, Outcome, corners, program};
+use isostep_sim::{Config, Outcome, corners};
 
 use crate::parallel;
 use crate::stopwatch::Stopwatch;
@@ -61,7 +61,7 @@ fn one(job: &Job, of: usize) -> Result<Made, String> {
 
 /// Runs `program` on a machine with these settings, with corners by Grbl's rule and with blends.
 fn make(program: &[u8], settings: Settings, blend_mm: f32) -> Result<Made, String> {
-    let program: Program = program::lines(program).map_err(|error| error.to_string())?.into();
+    let program = Program::read(program).map_err(|error| error.to_string())?;
     let outcome = run(program.clone(), Settings { blend_deviation_mm: 0.0, ..settings })?;
     let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
     let jump_mm_s = jumps.map(|jump| jump.mm_s).fold(0.0, f64::max);

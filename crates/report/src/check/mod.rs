@@ -4,7 +4,7 @@ mod words;
 
 use isostep_console::Settings;
 use isostep_sim::plate::Plate;
-use isostep_sim::stream::Program;
+use isostep_sim::program::Program;
 use isostep_sim::{AXES, Config, lines_of_moves};
 use serde::Serialize;
 

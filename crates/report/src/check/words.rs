@@ -34,7 +34,15 @@ pub fn fate(survey: &Survey, all: bool) -> Vec<Row> {
     let counts = format!(
         "{lines}: {blocks} of G-code ({moves} that move, {arcs} of them arcs), {statements} of $, {empty} empty, % or comments"
     );
-    let mut said = vec![row("lines", counts), refused(survey, all)];
+    let made = survey.made_from.map(|of| {
+        row(
+            "made",
+            format!("from {of} lines of the file: parameters, expressions, O-words and M98 are carried out before the machine gets them"),
+        )
+    });
+    let mut said = vec![row("lines", counts)];
+    said.extend(made);
+    said.push(refused(survey, all));
     said.extend(persons(survey));
     if let Some((least, most)) = survey.feeds_mm_min {
         let range = if least == most { format!("{least:.0}") } else { format!("{least:.0} to {most:.0}") };

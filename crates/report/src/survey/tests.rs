@@ -1,11 +1,12 @@
 //! Surveys of small programs.
 
 use super::*;
-use isostep_sim::{Config, program};
+use isostep_sim::Config;
+use isostep_sim::program::Program;
 
 fn survey(text: &str) -> Survey {
     let config = Config::default();
-    Survey::of(&program::raw_lines(text.as_bytes()).unwrap(), &config.settings, config.start_mm)
+    Survey::of(&Program::read_raw(text.as_bytes()).unwrap(), &config.settings, config.start_mm)
 }
 
 #[test]
@@ -41,8 +42,23 @@ fn refused_lines_are_named_and_change_nothing() {
     assert_eq!(counted, [("G42", 1), ("error:22", 1), ("error:25 X", 1), ("error:4", 1)]);
     let slicer: String = (0..20).map(|k| format!("G1 X{k} E{k}.5 F600\n")).collect();
     assert_eq!(survey(&slicer).refused_by_word, BTreeMap::from([("E".to_owned(), 20)]));
-    assert!(survey("G0 X[#1*2]\n").refused[0].remedy.contains("let the post-processor write plain numbers"));
     assert_eq!(found.extents_mm.unwrap().high_mm, [2.0, 0.0, 0.0]);
+}
+
+/// Lines of the file that cannot be carried out stand among those that the machine refuses.
+#[test]
+fn what_a_program_makes_is_reported_by_the_lines_of_the_file() {
+    let text = "G91\no1 repeat [2]\nX[1/0]\nG0 X[#1+1]\nD9\n#1=2\no1 endrepeat\nM0\nG0 X-90\n";
+    let found = survey(text);
+    assert_eq!((found.lines, found.made_from), (7, Some(9)));
+    let refused: Vec<_> = found.refused.iter().map(|one| (one.line, one.code, one.text.as_str())).collect();
+    assert_eq!(refused, [(3, 0, "X[1/0]"), (5, 20, "D9"), (5, 20, "D9")]);
+    assert_eq!(found.refused[0].remedy, "1 is divided by zero: test the divisor by an o-if before");
+    assert_eq!((found.pauses, found.outside.map(|outside| outside.line)), (vec![8], Some(9)));
+    let program = Program::read_raw(text.as_bytes()).unwrap();
+    let accepted = survey(text).accepted(&program);
+    assert_eq!(accepted.join(&b'\n'), b"G91\nG0 X1\n\nG0 X3\n\nM0\nG0 X-90");
+    assert_eq!((1..=7).map(|line| accepted.number(line)).collect::<Vec<_>>(), [1, 4, 5, 4, 5, 8, 9]);
 }
 
 #[test]
@@ -61,7 +77,7 @@ fn a_program_that_leaves_the_travel_is_told_where_it_fits() {
     assert_eq!((found.line, found.axis.as_str(), found.place_mm, found.homed), (2, "X", -40.0, false));
     assert_eq!(found.fit, Fit::StartAt([41.0, 40.0, 15.0]));
     let Fit::StartAt(start_mm) = found.fit else { unreachable!() };
-    let lines = program::lines(b"G0 X10\nG0 X-40 Z-5\n").unwrap();
+    let lines = Program::read(b"G0 X10\nG0 X-40 Z-5\n").unwrap();
     assert_eq!(Survey::of(&lines, &Settings::DEFAULT, start_mm).outside, None);
     let found = survey("G91 G0 X300\nX50\n").outside.unwrap();
     assert_eq!((found.place_mm, found.nearest_mm, found.fit), (350.0, 317.0, Fit::StartAt([1.0, 40.0, 15.0])));
@@ -82,7 +98,7 @@ fn behind_homing_the_origin_moves() {
 fn before_and_behind_homing_are_different_places() {
     let text = "G0 X-40\nG4 P0.1\n$H\nG0 X340\n";
     let Fit::StartAt(start_mm) = survey(text).outside.unwrap().fit else { panic!("it fits from somewhere") };
-    let lines = program::lines(text.as_bytes()).unwrap();
+    let lines = Program::read(text.as_bytes()).unwrap();
     assert_eq!(Survey::of(&lines, &Settings::DEFAULT, start_mm).outside, None);
 }
 

@@ -11,8 +11,8 @@ use isostep_motion::State;
 use super::{Progress, Sim, SimError};
 use crate::executor::{Priority, Rest, RunError};
 use crate::outcome::Outcome;
-use crate::program::stripped;
-use crate::stream::{Dialogue, Program, Refusal, Sender};
+use crate::program::{Program, stripped};
+use crate::stream::{Dialogue, Refusal, Sender};
 
 /// A machine to which a program is sent. If it waits for the operator, it is resumed at once.
 ///
@@ -78,7 +78,7 @@ impl Streamed {
     /// The record since it was asked last, of moves those that nothing can change any more: see
     /// [`verify::Gathered`](crate::verify::Gathered). The dialogue is not in it.
     pub fn take_piece(&mut self) -> Outcome {
-        self.sim.take_piece()
+        Outcome { program: self.program.clone(), ..self.sim.take_piece() }
     }
 
     /// The rest after the last piece, and how it ended. Follows the rotors until they stand still.
@@ -100,7 +100,7 @@ impl Streamed {
 /// A line after which lines are not answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Silencer {
-    /// Line number in the program, from 1.
+    /// Line number in the file, from 1.
     pub line: usize,
     /// Its text.
     pub text: String,
@@ -109,13 +109,13 @@ pub struct Silencer {
 }
 
 /// The last line that was answered and not refused, and that puts the console to sleep or resets it.
-pub fn silencer(program: &[Vec<u8>], dialogue: &Dialogue) -> Option<Silencer> {
-    let is_refused = |line: usize| dialogue.refusals.binary_search_by_key(&line, |refusal| refusal.line).is_ok();
-    let answered = (1..).zip(program).take(dialogue.answered).filter(|&(line, _)| !is_refused(line));
+pub fn silencer(program: &Program, dialogue: &Dialogue) -> Option<Silencer> {
+    let is_refused = |index: usize| dialogue.refusals.iter().any(|refusal| refusal.sent_before == index);
+    let answered = program.iter().enumerate().take(dialogue.answered).filter(|(index, _)| !is_refused(*index));
     let mut checks = false;
-    let silencers = answered.filter_map(|(line, text)| {
+    let silencers = answered.filter_map(|(index, text)| {
         let effect = effect(text, &mut checks)?;
-        Some(Silencer { line, text: String::from_utf8_lossy(text).into_owned(), effect })
+        Some(Silencer { line: program.number(index + 1), text: String::from_utf8_lossy(text).into_owned(), effect })
     });
     silencers.last()
 }

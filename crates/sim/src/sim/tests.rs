@@ -96,9 +96,8 @@ fn a_refused_line_ends_the_program_there() {
 #[test]
 fn dwells_and_pauses_are_played_through() {
     let mut reported = Vec::new();
-    let program: Vec<_> = program::lines(b"G4 P5\nG0 X1\nM0\nG4 P0.5\nG0 X2\n").unwrap();
-    let outcome =
-        run_watched(program.into(), &Config::default(), Flash::blank(), &mut |now| reported.push(now)).unwrap();
+    let program = Program::read(b"G4 P5\nG0 X1\nM0\nG4 P0.5\nG0 X2\n").unwrap();
+    let outcome = run_watched(program, &Config::default(), Flash::blank(), &mut |now| reported.push(now)).unwrap();
     assert_eq!((outcome.position_mm[0], outcome.pauses[0].line, outcome.pauses.len()), (2.0, 3, 1));
     assert!(
         reported.len() >= 5 && reported.is_sorted_by_key(|now| now.answered) && reported.last().unwrap().answered >= 1

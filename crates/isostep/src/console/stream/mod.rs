@@ -5,56 +5,29 @@
 //! behind it are on their way already. So the stream holds the machine and leaves the decision to the person
 //! (`refusal`). Without one it stops.
 
+mod program;
 mod refusal;
 
 use std::collections::VecDeque;
 use std::io::BufRead;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::SIGINT;
 use signal_hook::flag;
 
+pub use self::program::Program;
+use self::program::Sending;
 use self::refusal::Refused;
 use super::meaning::explained;
 use super::session::{Event, RESET, Session};
 use super::talk::{self, NOT_SENT, Typist};
-use crate::project;
 use crate::stopwatch::Stopwatch;
-use isostep_report::remarks::shortened;
 
 /// The longest time that a machine takes to brake after a reset and to send its welcome.
 const RESET_S: f64 = 10.0;
-
-/// A program to be sent.
-pub struct Program {
-    name: String,
-    lines: Vec<Vec<u8>>,
-}
-
-impl Program {
-    /// Reads the program, and refuses a program that must not be sent.
-    pub fn read(path: &Path) -> Result<Self> {
-        let name = project::shown(path);
-        let bytes = std::fs::read(path).with_context(|| format!("{name} cannot be read"))?;
-        let lines = isostep_sim::program::lines(&bytes).with_context(|| name.clone())?;
-        Ok(Self { name, lines })
-    }
-
-    /// The line of this number, counted from 1, as an error names it.
-    fn place(&self, number: usize) -> String {
-        format!("{}:{number}: `{}`", self.name, self.text(number))
-    }
-
-    /// The line of this number without its comments.
-    fn text(&self, number: usize) -> String {
-        let line = self.lines.get(number.wrapping_sub(1)).map_or(&[][..], Vec::as_slice);
-        shortened(&String::from_utf8_lossy(line))
-    }
-}
 
 /// The way in which a program is streamed.
 #[derive(Clone, Copy, Debug)]
@@ -83,10 +56,10 @@ pub fn run(
     let mut stream = Stream {
         session,
         program,
+        sending: program.sending()?,
         how,
         show,
         bar: &bar,
-        sent: 0,
         refused: Vec::new(),
         decided: 0,
         alarm: None,
@@ -119,16 +92,16 @@ pub fn run(
 fn bar(program: &Program) -> ProgressBar {
     let template = "{bar:20} {pos}/{len} lines, {elapsed} gone, {eta} left   {msg}";
     let style = ProgressStyle::with_template(template).expect("a template of ours");
-    ProgressBar::new(program.lines.len() as u64).with_style(style)
+    ProgressBar::new(program.total as u64).with_style(style)
 }
 
 struct Stream<'a, S> {
     session: &'a mut Session,
     program: &'a Program,
+    sending: Sending<'a>,
     how: How,
     show: S,
     bar: &'a ProgressBar,
-    sent: usize,
     refused: Vec<Refused>,
     /// The number of refused lines that the stream has gone on from.
     decided: usize,
@@ -171,12 +144,12 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     }
 
     fn verdict(&self) -> Result<()> {
-        let total = self.program.lines.len();
+        let (sent, total) = (self.sending.sent, self.program.total);
         let mut trouble: Vec<String> = self.alarm.iter().cloned().collect();
-        trouble.extend(refusal::listed(self.program, &self.refused, self.alarm.is_some()));
-        if self.sent < total && (self.is_over || !trouble.is_empty()) {
+        trouble.extend(refusal::listed(&self.refused, self.alarm.is_some()));
+        if sent < total && (self.is_over || !trouble.is_empty()) {
             let by = if trouble.is_empty() { "ended by Ctrl-C: " } else { "" };
-            trouble.push(format!("{by}lines {} to {total} were not sent", self.sent + 1));
+            trouble.push(format!("{by}{} were not sent", self.program.span(sent + 1, total)));
         }
         ensure!(trouble.is_empty(), "{}", trouble.join("\n  "));
         Ok(())
@@ -184,16 +157,27 @@ impl<S: FnMut(&str)> Stream<'_, S> {
 
     /// Sends the lines that there is room for. Returns whether more lines remain.
     fn fill(&mut self) -> Result<bool> {
+        self.sending.forget_before(self.first_in_question());
         while !self.is_over
-            && let Some(line) = self.program.lines.get(self.sent)
+            && let Some(line) = self.sending.next()
         {
             if !self.session.has_room(line) {
                 return Ok(true);
             }
             self.session.send_line(line)?;
-            self.sent += 1;
+            self.sending.go_on();
         }
         Ok(false)
+    }
+
+    /// The first line that may still be asked for: it has no answer yet, or what is to become of those behind it is not decided.
+    fn first_in_question(&self) -> usize {
+        self.refused.get(self.decided).map_or(self.answered() + 1, |refused| refused.number)
+    }
+
+    /// Lines answered.
+    fn answered(&self) -> usize {
+        self.session.flight().answered as usize
     }
 
     /// Waits a short while for the next event and notes it.
@@ -223,11 +207,12 @@ impl<S: FnMut(&str)> Stream<'_, S> {
 
     fn hear(&mut self, line: &str) -> Result<()> {
         if line.starts_with("Grbl") {
-            ensure!(self.reset.is_some(), "the machine was reset after line {} of the program", self.sent);
+            ensure!(self.reset.is_some(), "the machine was reset after line {} of the program", self.last_sent());
             self.reset = Some(true);
         } else if line.starts_with("error:") && self.reset.is_none() {
-            let number = self.session.flight().answered as usize;
-            self.refused.push(Refused { number, answer: line.to_owned() });
+            let number = self.answered();
+            let place = self.place(number).unwrap_or_default();
+            self.refused.push(Refused { number, place, answer: line.to_owned() });
         } else if line.starts_with("ALARM:") {
             self.alarm.get_or_insert_with(|| explained(line));
             self.is_over = true;
@@ -239,6 +224,16 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         Ok(())
     }
 
+    /// A line that was sent, as an error names it.
+    fn place(&self, number: usize) -> Option<String> {
+        self.sending.line(number).map(|line| self.program.place(&line))
+    }
+
+    /// The line of the file that was sent last, 0 for none.
+    fn last_sent(&self) -> usize {
+        self.sending.line(self.sending.sent).map_or(self.sending.sent, |(number, _)| number)
+    }
+
     fn say(&mut self, line: &str) {
         let show = &mut self.show;
         self.bar.suspend(|| show(line));
@@ -248,7 +243,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     fn act(&mut self) -> Result<()> {
         if self.interrupts > 1 {
             let stand = self.reset_machine()?;
-            bail!("reset by Ctrl-C after line {} of {}: {stand}", self.sent, self.program.lines.len());
+            bail!("reset by Ctrl-C after line {} of {}: {stand}", self.sending.sent, self.program.total);
         }
         if self.interrupts == 1 && !self.is_interrupt_reported {
             (self.is_interrupt_reported, self.is_over) = (true, true);
@@ -281,8 +276,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         }
         self.is_hold_reported = true;
         let state = self.session.status().map_or_else(String::new, |status| status.state.clone());
-        let next = self.session.flight().answered as usize + 1;
-        let place = if next <= self.sent { format!(" at {}", self.program.place(next)) } else { String::new() };
+        let place = self.place(self.answered() + 1).map_or(String::new(), |place| format!(" at {place}"));
         let how = match (self.how.typist, self.is_input_over) {
             (Typist::Person, false) => "type ~ and Enter to go on, Ctrl-C to end",
             (Typist::Pipe, false) => "a line that is ~ alone, or the cycle-start button, goes on",

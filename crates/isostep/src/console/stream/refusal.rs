@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 
-use super::{Program, Stream};
+use super::Stream;
 use crate::console::meaning::explained;
 use crate::console::talk::Typist;
 use isostep_report::remarks::SHOWN_MAX;
@@ -10,23 +10,25 @@ use isostep_report::remarks::SHOWN_MAX;
 /// A line that the machine has refused.
 #[derive(Clone, Debug)]
 pub struct Refused {
-    /// Its number in the program, from 1.
+    /// Its number among the lines that were sent, from 1.
     pub number: usize,
+    /// The line of the file that it was made from, as an error names it.
+    pub place: String,
     /// The answer to it: `error:N`.
     pub answer: String,
 }
 
 impl Refused {
-    fn words(&self, program: &Program) -> String {
-        format!("{} was refused: {}", program.place(self.number), explained(&self.answer))
+    fn words(&self) -> String {
+        format!("{} was refused: {}", self.place, explained(&self.answer))
     }
 }
 
 /// The refused lines in words: the first of them, then how many more. After an alarm every line is refused, so that
 /// only the first one matters.
-pub fn listed(program: &Program, refused: &[Refused], is_alarmed: bool) -> Vec<String> {
+pub fn listed(refused: &[Refused], is_alarmed: bool) -> Vec<String> {
     let most = if is_alarmed { 1 } else { SHOWN_MAX };
-    let mut words: Vec<_> = refused.iter().take(most).map(|one| one.words(program)).collect();
+    let mut words: Vec<_> = refused.iter().take(most).map(Refused::words).collect();
     if refused.len() > most {
         words.push(format!("and {} more lines were refused", refused.len() - most));
     }
@@ -51,7 +53,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
             return Ok(());
         }
         if self.how.keep_going || self.is_checking {
-            let words: Vec<_> = self.refused[self.decided..].iter().map(|one| one.words(self.program)).collect();
+            let words: Vec<_> = self.refused[self.decided..].iter().map(Refused::words).collect();
             words.iter().for_each(|words| self.say(words));
         } else if self.hold()? {
             self.tell();
@@ -90,16 +92,16 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     fn tell(&mut self) {
         let refused = &self.refused[self.decided..];
         let first = refused[0].number;
-        let mut words: Vec<_> = refused.iter().map(|one| one.words(self.program)).collect();
+        let mut words: Vec<_> = refused.iter().map(Refused::words).collect();
         words.push(match self.session.status() {
             Some(status) => format!("the machine holds: {status}"),
             None => "the machine holds".to_owned(),
         });
-        let answered = self.session.flight().answered as usize;
+        let (answered, sent) = (self.answered(), self.sending.sent);
         let is_refused = |number: &usize| refused.iter().any(|one| one.number == *number);
         let behind = |from: usize, to: usize| {
             let numbers = (from..=to).filter(|number| !is_refused(number));
-            let texts = numbers.map(|number| (number, self.program.text(number)));
+            let texts = numbers.filter_map(|number| self.sending.line(number));
             texts.filter(|(_, text)| !text.is_empty()).map(|(number, text)| format!("  line {number} `{text}`"))
         };
         let accepted: Vec<_> = behind(first + 1, answered).collect();
@@ -107,14 +109,14 @@ impl<S: FnMut(&str)> Stream<'_, S> {
             words.push("accepted behind it; carried out by now, or when it goes on:".to_owned());
             words.extend(accepted);
         }
-        let unread: Vec<_> = behind(answered.max(first) + 1, self.sent).collect();
+        let unread: Vec<_> = behind(answered.max(first) + 1, sent).collect();
         if !unread.is_empty() {
             words.push("sent behind it; not carried out before it goes on:".to_owned());
             words.extend(unread);
         }
-        words.push(match self.program.lines.len() - self.sent {
-            0 => "no line is still to come".to_owned(),
-            _ => format!("still to come: lines {} to {}", self.sent + 1, self.program.lines.len()),
+        words.push(match self.program.total {
+            total if total == sent => "no line is still to come".to_owned(),
+            total => format!("still to come: {}", self.program.span(sent + 1, total)),
         });
         words.iter().for_each(|line| self.say(line));
     }
@@ -142,19 +144,19 @@ impl<S: FnMut(&str)> Stream<'_, S> {
 
     /// Ends the stream: the machine forgets what it has not carried out.
     fn stop(&mut self) -> Result<()> {
-        let (first, sent, total) = (self.refused[self.decided].number, self.sent, self.program.lines.len());
-        let answered = self.session.flight().answered as usize;
-        let mut words = listed(self.program, &self.refused, false);
+        let (first, sent, total) = (self.refused[self.decided].number, self.sending.sent, self.program.total);
+        let answered = self.answered();
+        let mut words = listed(&self.refused, false);
         let stand = self.reset_machine()?;
         words.push(format!("the stream has stopped there, by a hold and a reset: {stand}"));
         if answered > first {
-            words.push(format!("it may have carried out lines {} to {answered} before the hold", first + 1));
+            words.push(format!("it may have carried out {} before the hold", self.program.span(first + 1, answered)));
         }
         if sent > answered {
-            words.push(format!("lines {} to {sent}, sent by then, were not carried out", answered + 1));
+            words.push(format!("{}, sent by then, were not carried out", self.program.span(answered + 1, sent)));
         }
         if total > sent {
-            words.push(format!("lines {} to {total} were not sent", sent + 1));
+            words.push(format!("{} were not sent", self.program.span(sent + 1, total)));
         }
         bail!("{}", words.join("\n  "))
     }
