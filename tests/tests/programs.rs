@@ -131,6 +131,32 @@ fn diagonal() {
     );
 }
 
+/// The holes of bolt_circle.nc as somebody writes them who has neither parameters nor subroutines.
+fn bolt_circle_by_hand() -> String {
+    let holes = [
+        (215.0, 200.0),
+        (195.0, 234.641_016),
+        (155.0, 234.641_016),
+        (135.0, 200.0),
+        (155.0, 165.358_984),
+        (195.0, 165.358_984),
+    ];
+    let hole = |(x, y): (f64, f64)| {
+        let pecks = [25, 20, 18].map(|z| format!("G1 Z{z} F600\nG0 Z32\n"));
+        format!("G0 X{x} Y{y}\n{}", pecks.concat())
+    };
+    format!("$H\nG21 G90 G17 G94\nG0 X175 Y200 Z32\n{}G0 X175 Y200\nM2\n", holes.map(hole).concat())
+}
+
+#[test]
+fn bolt_circle() {
+    let program = fs::read(root().join("programs/bolt_circle.nc")).unwrap();
+    let [made, by_hand] =
+        [&program, bolt_circle_by_hand().as_bytes()].map(|text: &[u8]| run(text, &Config::default()).unwrap());
+    kept("bolt_circle.nc", &made);
+    assert!(made.edges.len() > 10_000 && made.edges == by_hand.edges, "{} edges", made.edges.len());
+}
+
 /// Checks that every move that is long enough has its intervals measured, whatever its speed profile.
 fn kept_and_measured(name: &str, config: &Config, measured: usize) {
     let program = fs::read(root().join("programs").join(name)).unwrap();
