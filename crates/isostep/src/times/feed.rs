@@ -1,12 +1,12 @@
-//! Replaces the feeds of a program.
+//! Replaces the feeds of the lines of a program.
 
 /// The highest speed of any machine, for timing programs at the machine's top speed.
 const MAX_FEED: &[u8] = b"F12000";
 
-/// `program` with F12000 in place of every F word. Comments are not changed.
-pub fn at_max(program: &[u8]) -> Vec<u8> {
-    let mut out = Vec::with_capacity(program.len() + program.len() / 8);
-    let mut rest = program;
+/// Lines with F12000 in place of every F word. Comments are not changed.
+pub fn at_max(lines: &[u8]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(lines.len() + MAX_FEED.len());
+    let mut rest = lines;
     let mut comment = None;
     while let [byte, after @ ..] = rest {
         rest = after;

@@ -6,11 +6,12 @@ mod ratios;
 mod simulate;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use isostep_console::Settings;
 use isostep_sim::Config;
+use isostep_sim::program::Program;
 
 use self::ratios::{Bounds, Report};
 use self::simulate::Job;
@@ -116,15 +117,15 @@ fn files(args: &Args, table: &Table) -> Files {
 
 /// One run for each time in the table, column by column.
 fn jobs(args: &Args, table: &Table, machines: &[(String, Settings)]) -> Result<Vec<Job>> {
-    let programs: Vec<Vec<u8>> =
-        table.rows.iter().map(|row| sim::read(&args.folder.join(&row.program))).collect::<Result<_>>()?;
+    let programs: Vec<Result<Program, String>> =
+        table.rows.iter().map(|row| program(&args.folder.join(&row.program))).collect::<Result<_>>()?;
     let mut jobs = Vec::new();
     for (index, column) in table.columns.iter().enumerate() {
         let (_, settings) =
             machines.iter().find(|(name, _)| *name == column.machine).context("a machine has settings")?;
         for (row, program) in table.rows.iter().zip(&programs) {
             let Some(grbl_s) = row.grbl_s[index] else { continue };
-            let program = if column.is_max_feed { feed::at_max(program) } else { program.clone() };
+            let program = program.clone().map(|lines| if column.is_max_feed { at_max_feed(&lines) } else { lines });
             jobs.push(Job {
                 column: index,
                 name: row.program.clone(),
@@ -137,6 +138,15 @@ fn jobs(args: &Args, table: &Table, machines: &[(String, Settings)]) -> Result<V
         }
     }
     Ok(jobs)
+}
+
+/// The lines that are sent of a file, or why there are none.
+fn program(path: &Path) -> Result<Result<Program, String>> {
+    Ok(Program::read(&sim::read(path)?).map_err(|error| error.to_string()))
+}
+
+fn at_max_feed(program: &Program) -> Program {
+    program.with_lines(program.iter().map(|line| feed::at_max(line)).collect())
 }
 
 fn machine_settings(name: &str, given: &[(String, PathBuf)]) -> Result<Settings> {

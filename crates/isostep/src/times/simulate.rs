@@ -17,7 +17,8 @@ pub struct Job {
     pub name: String,
     /// The column's label.
     pub label: String,
-    pub program: Vec<u8>,
+    /// Its lines, or why there are none.
+    pub program: Result<Program, String>,
     pub settings: Settings,
     /// The distance by which blends may leave the corners, mm.
     pub blend_mm: f32,
@@ -50,7 +51,7 @@ pub fn all(jobs: &[Job], at_a_time: usize) -> Vec<Result<Made, String>> {
 
 fn one(job: &Job, of: usize) -> Result<Made, String> {
     let stopwatch = Stopwatch::start();
-    let made = make(&job.program, job.settings, job.blend_mm);
+    let made = job.program.clone().and_then(|program| make(program, job.settings, job.blend_mm));
     let reported = made.as_ref().map_or_else(Clone::clone, |made| {
         let Made { s, blends_s, .. } = made;
         format!("{s:.3} s, {:.3} of Grbl's, and {blends_s:.3} s with blends", s / job.grbl_s)
@@ -60,8 +61,7 @@ fn one(job: &Job, of: usize) -> Result<Made, String> {
 }
 
 /// Runs `program` on a machine with these settings, with corners by Grbl's rule and with blends.
-fn make(program: &[u8], settings: Settings, blend_mm: f32) -> Result<Made, String> {
-    let program = Program::read(program).map_err(|error| error.to_string())?;
+fn make(program: Program, settings: Settings, blend_mm: f32) -> Result<Made, String> {
     let outcome = run(program.clone(), Settings { blend_deviation_mm: 0.0, ..settings })?;
     let jumps = corners::largest_jumps(&outcome).into_iter().flatten();
     let jump_mm_s = jumps.map(|jump| jump.mm_s).fold(0.0, f64::max);

@@ -159,6 +159,19 @@ fn a_shaper_is_part_of_the_fastest_time_and_a_curved_speed_profile_has_none() {
     assert!(text.contains("blends/fastest     no program has both times"), "{text}");
 }
 
+/// The feed of the table's programs is replaced in the lines that are sent, where F is a word and no part of a name.
+#[test]
+fn a_program_with_parameters_is_timed_as_the_lines_that_it_makes() {
+    let folder = Folder::new("made", "program,MILL_s,MILL_max_feed_s\nslow.nc,1,1\nbad.nc,1,1\n");
+    fs::write(folder.0.join("slow.nc"), "#<feed>=[60*FIX[10.5]]\nG21 G90 G94\nG1 X[2*5] F#<feed>\n").unwrap();
+    fs::write(folder.0.join("bad.nc"), "G0 X1\nG1 X[#<far>] F600\n").unwrap();
+    let report = report(&folder.args(&[])).unwrap();
+    let times: Vec<_> = report.columns.iter().map(|column| column.programs[0].isostep_s.unwrap()).collect();
+    assert!((times[0] - 1.01).abs() < 1e-6 && (times[1] - 0.2).abs() < 1e-6, "{times:?}");
+    let why = report.columns[1].programs[1].failed.clone().unwrap();
+    assert!(why.starts_with("line 2 `G1 X[#<far>] F600`: #<far> has never been set"), "{why}");
+}
+
 #[test]
 fn what_takes_too_long_or_comes_to_no_end_fails() {
     let folder = Folder::new("fails", "program,MILL_s\nslow.nc,0.505\nbad.nc,0.1\n");
