@@ -7,6 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail, ensure};
 use isostep_report::compare::{self, Comparison, Jitter, MoveComparison};
 use isostep_sim::Config;
+use isostep_sim::program::Program;
 
 use crate::process::{self, announce};
 use crate::variant::{Port, Variant};
@@ -86,12 +87,12 @@ pub fn run(args: Args) -> Result<()> {
     let name = path.display();
     let program = fs::read(path)
         .with_context(|| format!("{name} cannot be read: name a G-code program, such as programs/parking.nc"))?;
-    isostep_sim::program::lines(&program).with_context(|| name.to_string())?;
+    let sent = sent(path, &program)?;
     node::prepare()?;
     build::firmware(args.variant)?;
     announce(&format!("{name} on the emulated board"));
     let mut command = command(&args);
-    command.arg("--program").arg(path).arg("--trace").arg(&trace);
+    command.arg("--program").arg(&sent).arg("--trace").arg(&trace);
     command.args(
         args.profile.settings().iter().flat_map(|(number, value)| ["--set".to_owned(), format!("{number}={value}")]),
     );
@@ -99,6 +100,17 @@ pub fn run(args: Args) -> Result<()> {
     let comparison = compare(&program, &trace, &args)?;
     print!("{}", table(&comparison));
     check_lasting(&comparison)
+}
+
+/// The file whose lines the board gets: of a program with parameters, expressions or O-words one with the lines that it makes.
+fn sent(path: &Path, file: &[u8]) -> Result<PathBuf> {
+    let program = Program::read(file).with_context(|| path.display().to_string())?;
+    if program.made_from().is_none() {
+        return Ok(path.to_owned());
+    }
+    let made = workspace::target_dir().join("emulated.nc");
+    fs::write(&made, program.join(&b'\n')).with_context(|| format!("{} cannot be written", made.display()))?;
+    Ok(made)
 }
 
 /// The files that are read and written. Every run writes a trace, which is compared with the simulation.

@@ -18,8 +18,9 @@ use crate::files::{self, Files};
 use crate::{parallel, sim};
 
 const HELP: &str = "\
-Each program is read as the controller reads it, and then made in virtual time without its edges. Nothing moves and nothing is
-written. Lines that would be refused are left out of extents and times; a program that waits for a person is resumed at once.
+Each program is read as the controller reads it, once parameters, expressions, O-words and M98 have been carried out
+(docs/programs.md), and then made in virtual time without its edges. Nothing moves and nothing is written.
+Lines that would be refused are left out of extents and times; a program that waits for a person is resumed at once.
 
 Extents are of its moves, from where it begins, or from zero if it homes. It fits if there is a place to begin at from which it
 stays within the travel: the middle of the travel, or another that is given; with --start it must stay within it from there.

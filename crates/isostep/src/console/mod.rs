@@ -51,7 +51,8 @@ A line of stdin that is ! or ~ or ? alone acts at once there too. Where the mach
 console says so, and ~ goes on; also while a program is streamed. A ~ in a pipe waits until the machine does. Without a
 terminal, and with --stream, it ends once the machine is at rest.
 
-When a line of a streamed program is refused, the machine is held, and the lines behind it that it already has are listed. At a
+Parameters, expressions, O-words and M98 of a streamed program are carried out here, all of them before the first line is sent
+(docs/programs.md). When a line of it is refused, the machine is held, and the lines behind it that it already has are listed. At a
 terminal you are asked whether to go on; otherwise it is reset, and the exit code is 1. --keep-going asks nothing.")]
 pub struct Args {
     /// The port: a device, or what it is called on Windows [default: the board on USB]
