@@ -126,7 +126,7 @@ pub enum Problem {
     NoProgram(u32),
     #[error("there is no line O{0} in this file: if it is to mean {times} times O{number}, write M98 P{number} L{times}", number = .0 % 10_000, times = .0 / 10_000)]
     NoProgramOfTimes(u32),
-    #[error("M98 and M99 stand once on a line: give each a line of its own")]
+    #[error("M98 and M99 stand once on a line, whose P and L are theirs: give each a line of its own")]
     TwoCalls,
     #[error("M99 P{0} goes on at a line by its number, which is not done: use an o-while or o-if")]
     ReturnToLine(String),

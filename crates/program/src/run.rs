@@ -140,7 +140,7 @@ impl<'s, L: AsRef<[u8]>> PlainLines<'s, L> {
                 };
                 self.call(&label, line, behind)?;
             }
-            Flow::EndSub | Flow::Return => self.end_sub(line, behind)?,
+            Flow::EndSub | Flow::Return => self.end_sub(label, line, behind)?,
             Flow::If { next } => self.branch(line, behind, next)?,
             Flow::Sub { end } | Flow::Break { end } => self.at = end + 1,
             // They are reached from the branch before them, which was carried out.
@@ -221,15 +221,18 @@ impl<'s, L: AsRef<[u8]>> PlainLines<'s, L> {
         Ok(())
     }
 
-    fn end_sub(&mut self, line: &[u8], behind: usize) -> Result<(), Problem> {
+    fn end_sub(&mut self, label: Option<Label>, line: &[u8], behind: usize) -> Result<(), Problem> {
         let has_value = !Cursor::new(line, behind).is_over();
         let value = if has_value { Some(self.value(line, behind)?) } else { None };
-        if let Kind::Numbered { number, .. } = self.frame().kind {
-            return Err(Problem::NoReturn { number });
+        match self.frame().kind {
+            Kind::Sub => {
+                self.parameters.returned(value);
+                self.leave();
+                Ok(())
+            }
+            Kind::Numbered { number, .. } => Err(Problem::NoReturn { number }),
+            Kind::Main => Err(Problem::NoSubAround(label.map_or(String::new(), |label| label.with(Keyword::EndSub)))),
         }
-        self.parameters.returned(value);
-        self.leave();
-        Ok(())
     }
 
     fn enter(&mut self, kind: Kind, begin: usize) -> Result<(), Problem> {

@@ -72,7 +72,11 @@ impl Words {
         if calls + returns == 0 {
             return Ok(());
         }
-        let of = |letter: u8| pieces.iter().find(|piece| piece.letter == letter).map(|piece| piece.value);
+        let all = |letter: u8| pieces.iter().filter(move |piece| piece.letter == letter);
+        if all(b'P').count() > 1 || all(b'L').count() > 1 {
+            return Err(Problem::TwoCalls);
+        }
+        let of = |letter: u8| all(letter).next().map(|piece| piece.value);
         if returns == 1 {
             if let Some(line) = of(b'P') {
                 return Err(Problem::ReturnToLine(crate::number::shown(line)));

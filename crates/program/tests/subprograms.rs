@@ -34,7 +34,9 @@ fn what_m98_and_m99_cannot_do_is_refused() {
         ("M98\nM2", "M98 does not say which program it calls: write M98 P1234 for that of the line O1234"),
         ("M98 P1.5", "P1.5 is no count: it is a whole number from 0 to 4294967295"),
         ("M98 P1 L-1\nM2\nO1\nM99", "L-1 is no count: it is a whole number from 0 to 1000000"),
-        ("M98 P1 M98 P2", "M98 and M99 stand once on a line: give each a line of its own"),
+        ("M98 P1 M99", "M98 and M99 stand once on a line, whose P and L are theirs: give each a line of its own"),
+        ("G4 P1 M98 P2", "M98 and M99 stand once on a line, whose P and L are theirs: give each a line of its own"),
+        ("M98 P5\nM2\no1 sub\nO5\no1 endsub", "line 5 `o1 endsub`: O5 has no M99 before this line: end it with M99"),
         ("X1\nM99", "line 2 `M99`: M99 in the main program repeats it without an end: end it with M2 or M30"),
         (
             "M98 P1\nM2\nO1\nM99 P10",
