@@ -66,10 +66,15 @@ impl<'t> Cursor<'t> {
 
     /// True if nothing but comments comes.
     pub fn is_over(mut self) -> bool {
+        self.go_behind_comments();
+        matches!(self.peek(), None | Some(b';'))
+    }
+
+    /// Goes behind comments in parentheses.
+    pub fn go_behind_comments(&mut self) {
         while self.peek() == Some(b'(') {
             self.go_behind(b')');
         }
-        matches!(self.peek(), None | Some(b';'))
     }
 
     /// What comes, for a message.

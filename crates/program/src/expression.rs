@@ -83,8 +83,11 @@ impl<'t, 'p> Reader<'t, 'p> {
     fn function(&mut self, function: Function) -> Result<f64, Problem> {
         if function == Function::Exists {
             self.open()?;
-            let parameter = self.parameter()?;
-            let exists = f64::from(u8::from(self.parameters.exists(&parameter)));
+            let exists = match self.parameter() {
+                Err(Problem::NumberOutOfRange(_) | Problem::OfMachine(..)) => false,
+                parameter => self.parameters.exists(&parameter?),
+            };
+            let exists = f64::from(u8::from(exists));
             return if self.cursor.take(b']') { Ok(exists) } else { Err(Problem::NotClosed) };
         }
         let value = self.expression()?;

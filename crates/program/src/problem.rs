@@ -107,7 +107,7 @@ pub enum Problem {
     BehindElse(String),
     #[error("{0} is in no loop of this label: use the label of the while, do or repeat around it")]
     NoLoop(String),
-    #[error("{0} is in no subroutine of this label: use the label of the sub around it")]
+    #[error("{0} is in no subroutine: put it between a sub and its endsub")]
     NoSubAround(String),
     #[error("a subroutine cannot begin inside {0}: put it before or behind that")]
     NestedSub(String),

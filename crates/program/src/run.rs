@@ -206,8 +206,10 @@ impl<'s, L: AsRef<[u8]>> PlainLines<'s, L> {
         let begin = begin.ok_or_else(|| Problem::NoSub(label.with(Keyword::Number)))?;
         let mut reader = Reader::new(Cursor::new(line, behind), &self.parameters);
         let mut arguments = Vec::new();
+        reader.cursor.go_behind_comments();
         while reader.cursor.peek() == Some(b'[') {
             arguments.push(reader.expression()?);
+            reader.cursor.go_behind_comments();
         }
         if !reader.cursor.is_over() {
             return Err(Problem::NoBracket(reader.cursor.rest()));

@@ -198,9 +198,8 @@ impl Structure {
                 if keyword == Keyword::Break { Flow::Break { end: 0 } } else { Flow::Continue { end: 0 } }
             }
             Keyword::Return => {
-                let is_inside =
-                    open.first().is_some_and(|first| first.keyword == Keyword::Sub && first.label == *label);
-                if !is_inside {
+                // As in LinuxCNC, its label does not matter.
+                if open.first().is_none_or(|first| first.keyword != Keyword::Sub) {
                     return Err(Problem::NoSubAround(label.with(keyword)));
                 }
                 Flow::Return

@@ -70,6 +70,10 @@ fn every_function_has_its_value() {
         ("TAN[45]", "1"),
         ("EXISTS[#<_value>]", "1"),
         ("EXISTS[#<depth>]", "0"),
+        ("EXISTS[##1]", "1"),
+        ("EXISTS[#5420]", "0"),
+        ("EXISTS[#99999]", "0"),
+        ("EXISTS[#<_x>]", "0"),
     ] {
         assert_eq!(value(expression), expected, "{expression}");
     }

@@ -49,14 +49,14 @@ fn break_and_continue_leave_the_loop_of_their_label() {
 #[test]
 fn a_subroutine_has_its_own_arguments_and_names() {
     let program = "o<line> sub\n#<end>=[#1+#2]\n#1=9 #40=[#40+1]\nX#<end> Y#3\n#2=0\no<line> endsub\n\
-                   #1=5 #2=6 #3=7\nO <LINE> CALL [1] [#2]\no<line>call\nX#1 Y#2 Z#40";
+                   #1=5 #2=6 #3=7\nO <LINE> CALL [1] (the end) [#2] ; both\no<line>call\nX#1 Y#2 Z#40";
     assert_eq!(lines(program), ["X7 Y0", "X0 Y0", "X5 Y6 Z2"]);
     assert!(error(&format!("{program}\nX#<end>")).contains("#<end> has never been set"));
 }
 
 #[test]
 fn a_subroutine_returns_a_value_and_may_call_itself() {
-    let program = "o1 sub\no2 if [#1 LE 1]\no1 return [1]\no2 endif\no1 call [#1 - 1]\no1 endsub [#1 * #<_value>]\n\
+    let program = "o1 sub\no2 if [#1 LE 1]\no2 return [1]\no2 endif\no1 call [#1 - 1]\no1 endsub [#1 * #<_value>]\n\
                    X#<_value_returned>\no1 call [5]\nX#<_value> Y#<_value_returned>\no3 call\nX#<_value> Y#<_value_returned>\n\
                    M2\no3 sub\no3 endsub";
     assert_eq!(lines(program), ["X0", "X120 Y1", "X0 Y0", "M2"]);

@@ -29,11 +29,7 @@ fn blocks_that_do_not_fit_are_refused_before_a_line_is_made() {
             "o1 if [1]\no1 continue\no1 endif",
             "o1 continue is in no loop of this label: use the label of the while, do or repeat around it",
         ),
-        ("o1 return", "o1 return is in no subroutine of this label: use the label of the sub around it"),
-        (
-            "o1 sub\no2 return\no1 endsub",
-            "o2 return is in no subroutine of this label: use the label of the sub around it",
-        ),
+        ("o1 return", "o1 return is in no subroutine: put it between a sub and its endsub"),
         ("o1 if [1]\no2 sub", "a subroutine cannot begin inside o1 if: put it before or behind that"),
         ("o1 sub\no1 endsub\no1 sub\no1 endsub", "line 3 `o1 sub`: o1 sub is in line 1 already: give it another label"),
         ("o1 do [1]", "`[1]` stands behind the O-word: give it a line of its own"),
