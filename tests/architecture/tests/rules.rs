@@ -96,6 +96,7 @@ fn crates_depend_on_nothing_but_these() {
             ],
         ),
         ("console", no_io, &["heapless", "libm"]),
+        ("program", no_io, &["libm", "thiserror"]),
         (
             "controller",
             no_chip,
