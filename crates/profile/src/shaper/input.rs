@@ -71,9 +71,9 @@ impl ShaperInput {
         (self.index, self.is_begun) = (0, false);
         let is_move = match (&from.plan, &next.plan) {
             (_, Plan::Blend(_)) => true,
-            // What a hold left of a move begins as a move does, behind a blend or at a place within it.
-            (Plan::Blend(_), Plan::Line(_)) => false,
-            (Plan::Line(_), Plan::Line(line)) => next.kind == ChunkKind::Move && is_zero(line.begin_steps()),
+            // What is left of a move behind a blend or a hold begins at a place within it. A blend may have led to its end.
+            (Plan::Blend(_), Plan::Line(line)) => begins(next, line.begin_steps()) && !is_zero(from.until_steps),
+            (Plan::Line(_), Plan::Line(line)) => begins(next, line.begin_steps()),
         };
         if is_move {
             let steps = match &from.plan {
@@ -96,6 +96,11 @@ impl ShaperInput {
         };
         shaped.finish(place_steps, self.from_steps, self.from_steps.wrapping_add(made));
     }
+}
+
+/// True if a chunk with a line that begins at this place begins a move.
+fn begins<const N: usize, T>(chunk: &Chunk<N, T>, begin_steps: f64) -> bool {
+    chunk.kind == ChunkKind::Move && is_zero(begin_steps)
 }
 
 /// So many steps in the direction of a move of this many.

@@ -21,7 +21,7 @@ fn straighter(speed_profile: impl Strategy<Value = SpeedProfile>) -> impl Strate
 fn straightened(all: impl Strategy<Value = Case>) -> impl Strategy<Value = Case> {
     let goes_on = prop::collection::vec(prop_oneof![Just(None), (1..5i32).prop_map(Some)], 30);
     (all, goes_on).prop_map(|(mut case, goes_on)| {
-        (case.effort.step_s, case.effort.move_s) = (0.0, 0.0);
+        (case.effort.step_s, case.effort.move_s, case.effort.shaped_root_step_s) = (0.0, 0.0, 0.0);
         let mut unit = case.moves[0].steps;
         for (index, goes_on) in goes_on.iter().enumerate().take(case.moves.len()).skip(1) {
             match goes_on {

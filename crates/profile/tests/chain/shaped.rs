@@ -1,8 +1,8 @@
 //! Random chains, shaped: each edge is where the weighted sum of the motion has it, and none is too many or missing.
 
-use isostep_profile::chain::{Chunk, ChunkKind, Plan};
+use isostep_profile::chain::{Chunk, ChunkKind, Effort, Plan, Request};
 use isostep_profile::shaper::{Impulses, Shaped, Shaper, ShaperInput, ShaperKind};
-use isostep_profile::{AxisCompiler, CountedPhase, fit_error_max_ticks};
+use isostep_profile::{AxisCompiler, CountedPhase, IntervalSplit, Limits, SpeedProfile, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseResult;
@@ -265,5 +265,50 @@ proptest! {
     #[test]
     fn overrides_are_shaped(case in bent(40), shapers in shapers(), events in overrides()) {
         drive(&case, &shapers, &events)?;
+    }
+}
+
+/// No line is left between the blend and the move behind it, which the reader of the chunks must not take for what is left of the
+/// move that the blend has led to.
+#[test]
+fn a_blend_may_take_the_whole_of_a_move() {
+    let limits = Limits {
+        start_speed_steps_s: 0.0,
+        top_speed_steps_s: 200.0,
+        accel_steps_s2: 170.0,
+        decel_steps_s2: 170.0,
+        jerk_steps_s3: 100.0,
+    };
+    let to = |steps, tag| Request {
+        steps,
+        offsets: [0; 3],
+        feed_mm_s: None,
+        stops: false,
+        deviation_mm: 0.0,
+        reach_mm: 0.0,
+        least_s: 0.0,
+        tag,
+    };
+    // The move is 79 of 128 parts of a step long, and its blend reaches farther.
+    let bent = Request { offsets: [0, -49, 0], deviation_mm: 0.3, reach_mm: 0.07, ..to([0, 1, 0], 1) };
+    let case = Case {
+        limits: [limits; AXES],
+        mm_per_step: [0.1; AXES],
+        deviation_mm: 0.0,
+        interval_split: IntervalSplit::Fastest,
+        speed_profile: SpeedProfile::Trapezoid,
+        effort: Effort {
+            step_s: 0.0,
+            move_s: 0.0,
+            straight_s: 0.0,
+            blend_s: 0.0,
+            ramps_s: 0.0,
+            root_step_s: 0.0,
+            shaped_root_step_s: 0.0,
+        },
+        moves: vec![to([1, 1, 0], 0), bent, to([0, 1, 0], 2)],
+    };
+    for kind in ShaperKind::ALL {
+        drive(&case, &[Shaper { kind, natural_hz: 30.0, damping_ratio: 0.1 }; AXES], &[]).unwrap();
     }
 }
