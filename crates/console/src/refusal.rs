@@ -24,8 +24,13 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'G', 84, 84, TAPPING),
     (b'G', 85, 89, CYCLES),
     (b'G', 90, 90, "arc centres are incremental here: use I J K from the start"),
-    (b'M', 98, 99, "no subprograms here: let the post-processor write them out"),
-    (b'O', 0, 0, "a program number stands alone on its line; subprograms are made into plain lines by isostep"),
+    (b'M', 98, 99, "no subprograms here: isostep console --stream makes plain lines of them"),
+    (
+        b'O',
+        0,
+        0,
+        "a program number stands alone on its line; isostep console --stream makes plain lines of subprograms",
+    ),
     (b'A', 0, 0, AXES),
     (b'B', 0, 0, AXES),
     (b'C', 0, 0, AXES),
@@ -51,7 +56,8 @@ const AXES: &str = match crate::AXES {
 };
 const NESTED: &str = "a comment ends at its first ): leave brackets out of it";
 const COMMA: &str = "no commas here: write a decimal point, and nothing between words";
-const EXPRESSIONS: &str = "no variables, expressions, checksums here: let the post-processor write plain numbers";
+const EXPRESSIONS: &str =
+    "no variables, expressions, checksums here: isostep console --stream makes plain lines of the first two";
 
 /// The bytes of the word at which reading `line` from left to right stops. `line` is as from
 /// [`LineAssembler`](crate::LineAssembler): G-code, `$J=`, `$N0=` or `$N1=`.

@@ -288,8 +288,8 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             G80.1 -> error:23
             G83 X1 R1 Q1 -> error:22
             G99 -> ok
-            M98 P1 -> [MSG:M98: no subprograms here: let the post-processor write them out] error:20
-            M99 -> [MSG:M99: no subprograms here: let the post-processor write them out] error:20
+            M98 P1 -> [MSG:M98: no subprograms here: isostep console --stream makes plain lines of them] error:20
+            M99 -> [MSG:M99: no subprograms here: isostep console --stream makes plain lines of them] error:20
             M100 -> [MSG:M100: unknown here: remove it] error:20
             M104 S200 -> [MSG:M104: unknown here: remove it] error:20
             G0 X1 B2.5 C3 -> [MSG:B: three axes only, X Y Z: remove it] error:20
@@ -595,11 +595,11 @@ fn program_marks_and_numbers_are_passed_over() {
             o0001 -> ok
             :1234 -> ok
             O -> error:2
-            O12X1 -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
-            O1 SUB -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
+            O12X1 -> [MSG:O: a program number stands alone on its line; isostep console --stream makes plain lines of subprograms] error:20
+            O1 SUB -> [MSG:O: a program number stands alone on its line; isostep console --stream makes plain lines of subprograms] error:20
             : -> error:1
-            N1 O5 -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
-            O-1 -> [MSG:O: a program number stands alone on its line; subprograms are made into plain lines by isostep] error:20
+            N1 O5 -> [MSG:O: a program number stands alone on its line; isostep console --stream makes plain lines of subprograms] error:20
+            O-1 -> [MSG:O: a program number stands alone on its line; isostep console --stream makes plain lines of subprograms] error:20
         "#]],
     );
 }
