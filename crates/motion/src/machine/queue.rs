@@ -69,7 +69,9 @@ impl Move {
 }
 
 /// A motion. Motions are carried out in the order in which they are asked for.
+// Its kind is a word of its own. Otherwise it is a byte of a move, and the others are copied byte by byte, at seven cycles each.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(u32)]
 pub enum Motion {
     /// Go to a place in a straight line.
     Move(Move),

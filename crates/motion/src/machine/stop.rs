@@ -90,17 +90,19 @@ impl Machine {
     /// The first motor that `steps` would take further onto its switch. The switch has closed already, so no edge would
     /// report it.
     pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Motor> {
-        let Config { hard_limits, homing, squared, is_endless, .. } = self.config();
-        let is_towards = |motor: &Motor| {
-            let steps = steps[motor.axis as usize];
-            steps != 0
-                && !is_endless[motor.axis as usize]
-                && !homing.by_stall[motor.axis as usize]
-                && Direction::of(steps) == homing.towards[motor.axis as usize]
-        };
-        let second = squared.map(|squared| Motor::second(squared.axis));
-        let mut motors = Axis::ALL.into_iter().map(Motor::first).chain(second);
-        motors.find(|motor| hard_limits && self.switch_of(*motor).may_be_pressed() && is_towards(motor))
+        self.with(|inner| {
+            let Config { hard_limits, homing, squared, is_endless, .. } = &inner.config;
+            let is_towards = |motor: &Motor| {
+                let steps = steps[motor.axis as usize];
+                steps != 0
+                    && !is_endless[motor.axis as usize]
+                    && !homing.by_stall[motor.axis as usize]
+                    && Direction::of(steps) == homing.towards[motor.axis as usize]
+            };
+            let second = squared.map(|squared| Motor::second(squared.axis));
+            let mut motors = Axis::ALL.into_iter().map(Motor::first).chain(second);
+            motors.find(|motor| *hard_limits && self.switch_of(*motor).may_be_pressed() && is_towards(motor))
+        })
     }
 
     /// The port of `axis` has faulted, and is not inhibited yet: everything stops at once, in the context of its task. In
