@@ -256,11 +256,14 @@ impl<F: NorFlash> Controller<'_, F> {
     /// A target in steps, and a place on the path to it that is outside the travel, if there is one.
     pub(crate) fn target_steps(&self, target_pm: [i64; AXES], arc: Option<&Arc>) -> ([i32; AXES], Option<Beyond>) {
         let target_steps = self.steps(target_pm);
-        // A straight move is within the travel if its end is, an arc if its bounding box is.
-        let places_steps = arc.map_or([target_steps; 2], |arc| self.bounds_steps(arc));
-        let beyond = places_steps.into_iter().find_map(|place_steps| {
+        let beyond = |place_steps: [i32; AXES]| {
             self.beyond_travel(place_steps).map(|axis| Beyond { axis, place_steps: place_steps[axis as usize] })
-        });
+        };
+        // A straight move is within the travel if its end is, an arc if its bounding box is.
+        let beyond = match arc {
+            None => beyond(target_steps),
+            Some(arc) => self.bounds_steps(arc).into_iter().find_map(beyond),
+        };
         (target_steps, beyond)
     }
 

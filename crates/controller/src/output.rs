@@ -133,6 +133,11 @@ impl Output {
         self.drained.signal(());
         count
     }
+
+    /// Takes more bytes that are to leave with the last ones, if there are any.
+    pub fn read_more(&self, bytes: &mut [u8]) -> usize {
+        self.pipe.try_read(bytes).unwrap_or(0)
+    }
 }
 
 #[cfg(test)]

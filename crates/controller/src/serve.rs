@@ -332,7 +332,10 @@ impl<F: NorFlash> Controller<'_, F> {
 async fn transmit<W: Write>(output: &Output, mut tx: W) -> Result<Infallible, W::Error> {
     let mut bytes = [0; CHUNK_BYTES];
     loop {
-        let n = output.read(&mut bytes).await;
+        let mut n = output.read(&mut bytes).await;
+        // If the next line waits already, its answer leaves in the same packet.
+        yield_now().await;
+        n += output.read_more(&mut bytes[n..]);
         tx.write_all(&bytes[..n]).await?;
         tx.flush().await?;
     }

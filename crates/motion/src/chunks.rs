@@ -113,12 +113,12 @@ impl Chunks {
     }
 
     /// Adds a chunk, for which there is room. A continuation extends the last chunk.
-    pub fn push(&mut self, chunk: Chunk) {
+    pub fn push(&mut self, chunk: &Chunk) {
         match (chunk.kind, self.known.back_mut()) {
             (ChunkKind::Continuation, Some(last)) => {
                 (last.until_steps, last.until_s) = (chunk.until_steps, chunk.until_s)
             }
-            _ => _ = self.known.push_back(chunk),
+            _ => _ = self.known.push_back(*chunk),
         }
     }
 
@@ -192,7 +192,7 @@ mod tests {
         while chunks.has_room() {
             let until_s = chunks.end_s() + 1.0;
             let kind = ChunkKind::Move;
-            chunks.push(Chunk {
+            chunks.push(&Chunk {
                 plan,
                 until_steps: 0.0,
                 until_s,

@@ -170,7 +170,7 @@ where
     async fn prepare(&mut self, streams: &mut Streams<'_>) {
         let time = if self.is_curved { COMPILED_BEFORE_CURVED_START } else { COMPILED_BEFORE_START };
         let time_s = seconds(time);
-        while let Some(chunk) = self.next_chunk(time_s) {
+        while let Some(chunk) = &self.next_chunk(time_s) {
             self.chunks.push(chunk);
         }
         for stream in streams {
@@ -232,8 +232,9 @@ where
     /// Has the chain hand out some of its path up to `until_s`, as far as there is room, and reports the chunks as events.
     fn commit_until(&mut self, until_s: f64) {
         for _ in 0..COMMITTED_AT_ONCE {
-            let Some(chunk) = self.next_chunk(until_s) else { break };
-            self.report_chunk(&chunk);
+            // By reference: a chunk is large.
+            let Some(chunk) = &self.next_chunk(until_s) else { break };
+            self.report_chunk(chunk);
             self.chunks.push(chunk);
         }
     }
@@ -246,7 +247,11 @@ where
         // With a curved speed profile compiling is slow near standstill. So the moves after a standstill become another run,
         // which is prepared before it starts.
         let is_over = self.is_curved && self.chunks.last().is_some() && self.chain.is_at_rest();
-        let chunk = if is_over { None } else { self.chain.advance(self.chunk_s) };
+        if is_over {
+            self.chunks.close();
+            return None;
+        }
+        let chunk = self.chain.advance(self.chunk_s);
         if chunk.is_none() {
             self.chunks.close();
         }
@@ -254,15 +259,15 @@ where
     }
 
     fn report_chunk(&mut self, chunk: &Chunk) {
-        let begin_steps = match (chunk.kind, chunk.plan) {
+        let begin_steps = match (chunk.kind, &chunk.plan) {
             (ChunkKind::Continuation, _) => return,
-            (ChunkKind::Replan, Plan::Line(plan)) => return self.report(Event::Replan { plan }),
+            (ChunkKind::Replan, Plan::Line(plan)) => return self.report(Event::Replan { plan: *plan }),
             (_, Plan::Line(plan)) => {
-                self.report(Event::Move { plan, number: chunk.tag.number });
+                self.report(Event::Move { plan: *plan, number: chunk.tag.number });
                 plan.begin_steps()
             }
             (_, Plan::Blend(blend)) => {
-                self.report(Event::Blend { blend, end_steps: chunk.until_steps, number: chunk.tag.number });
+                self.report(Event::Blend { blend: *blend, end_steps: chunk.until_steps, number: chunk.tag.number });
                 0.0
             }
         };
