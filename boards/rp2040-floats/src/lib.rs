@@ -99,6 +99,8 @@ global_asm!(
     "function __aeabi_dmul",
     "go_on 2",
     "convert __aeabi_ui2d, 4",
+    "function __aeabi_i2d",
+    "asrs r1, r0, #31",
     "convert __aeabi_l2d, 5",
     "convert __aeabi_ul2d, 6",
     "convert __aeabi_d2lz, 7",

@@ -55,6 +55,12 @@ impl LineAssembler {
     /// Once per line, when the line ends: [`Error::LineTooLong`] above [`MAX_LINE_CHARS`], or
     /// [`Error::LetterMissing`] for a control character or a byte above 0x7E outside comments.
     pub fn take(&mut self, bytes: &mut &[u8]) -> Option<Result<&str, Error>> {
+        self.end(bytes).then(|| self.line())
+    }
+
+    /// Takes bytes off the front of `bytes` up to the end of a line, which is [`line`](Self::line) then; false if they end before it
+    /// does.
+    pub fn end(&mut self, bytes: &mut &[u8]) -> bool {
         if self.ended {
             self.reset();
         }
@@ -82,10 +88,10 @@ impl LineAssembler {
                 (Comment::None, _) => self.fail(Error::LetterMissing),
             }
         }
-        self.ended.then(|| self.line())
+        self.ended
     }
 
-    /// The line that [`take`](Self::take) has returned last, until it is called again.
+    /// The line that [`take`](Self::take) or [`end`](Self::end) has taken last, until one is called again.
     ///
     /// # Errors
     /// As [`take`](Self::take).
@@ -110,8 +116,7 @@ impl LineAssembler {
     fn keep(&mut self, bytes: &[u8]) {
         let before = self.text.len();
         let fits = bytes.len().min(MAX_LINE_CHARS - before);
-        let _ = self.text.extend_from_slice(&bytes[..fits]);
-        self.text[before..].make_ascii_uppercase();
+        self.text.extend(bytes[..fits].iter().map(u8::to_ascii_uppercase));
         if fits < bytes.len() {
             self.fail(Error::LineTooLong);
         }

@@ -255,7 +255,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let mut left = &bytes[..n];
             while !left.is_empty() {
                 let before = left.len();
-                let is_whole = assembler.take(&mut left).is_some();
+                let is_whole = assembler.end(&mut left);
                 length += before - left.len();
                 if !is_whole {
                     break;

@@ -1,8 +1,8 @@
 //! The chunks of a run that have been handed out and are still needed.
 
 use heapless::Deque;
-use isostep_profile::CountedPhase;
 use isostep_profile::chain::ChunkKind;
+use isostep_profile::{CountedPhase, TimedPlan};
 
 use crate::axes::Axis;
 use crate::shaping::{ShapedAxis, Shaping};
@@ -57,6 +57,11 @@ impl Chunks {
     pub fn get_with_sources(&mut self, number: u32) -> Option<(&Chunk, &mut Sources)> {
         let chunk = self.known.get(number.checked_sub(self.first)? as usize)?;
         Some((chunk, &mut self.sources))
+    }
+
+    /// The timed plan with which an axis has begun last, if the run is not shaped.
+    pub fn begun(&mut self, axis: Axis) -> Option<&mut TimedPlan> {
+        self.sources.begun(axis)
     }
 
     /// The shaping of the run, if it is shaped.

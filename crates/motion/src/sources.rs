@@ -77,9 +77,14 @@ impl Sources {
         }
     }
 
-    /// The timed plan by which `axis` compiles the line of the chunk with this number, at `tick_hz`; `None` if the run is
+    /// The timed plan with which `axis` has begun last; `None` if the run is shaped.
+    pub fn begun(&mut self, axis: Axis) -> Option<&mut TimedPlan> {
+        self.slots[self.last[axis as usize]].timed_plan()
+    }
+
+    /// The timed plan with which `axis` begins the line of the chunk with this number, at `tick_hz`; `None` if the run is
     /// shaped.
-    pub fn timed_plan(
+    pub fn begin(
         &mut self,
         axis: Axis,
         number: u32,
@@ -87,10 +92,6 @@ impl Sources {
         tick_hz: u32,
     ) -> Option<&mut TimedPlan> {
         let (key, user) = (Some((number, tick_hz)), 1 << axis as u8);
-        let last = self.last[axis as usize];
-        if self.slots[last].key == key && self.slots[last].users & user != 0 {
-            return self.slots[last].timed_plan();
-        }
         let known = self.slots.iter().position(|slot| slot.key == key);
         let index = known.unwrap_or_else(|| self.free(user));
         let slot = &mut self.slots[index];
@@ -98,11 +99,9 @@ impl Sources {
             line.convert_to_ticks(slot.timed_plan()?, tick_hz);
             slot.key = key;
         }
-        if slot.users & user == 0 {
-            self.slots.iter_mut().for_each(|slot| slot.users &= !user);
-            self.slots[index].users |= user;
-        }
-        self.last[axis as usize] = index;
+        let last = core::mem::replace(&mut self.last[axis as usize], index);
+        self.slots[last].users &= !user;
+        self.slots[index].users |= user;
         self.slots[index].timed_plan()
     }
 
@@ -138,7 +137,7 @@ mod tests {
             .expect("a plan");
         let mut sources = Sources::new();
         let mut compiles = |axis, number| {
-            sources.timed_plan(axis, number, &plan, 1_000_000).expect("no shaped run");
+            sources.begin(axis, number, &plan, 1_000_000).expect("no shaped run");
             let mut kept: Vec<_> = sources.slots.iter().filter_map(|slot| slot.key).map(|(number, _)| number).collect();
             kept.sort_unstable();
             kept

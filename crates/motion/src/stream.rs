@@ -251,7 +251,7 @@ impl<'a> SegmentStream<'a> {
                     // An axis that stands still is ahead of the others. It must not have timed plans computed that the others
                     // do not need yet.
                     let moves = line.steps[self.axis as usize] != 0;
-                    if moves && let Some(timed_plan) = sources.timed_plan(self.axis, self.chunk, line, self.ticks.hz) {
+                    if moves && let Some(timed_plan) = sources.begin(self.axis, self.chunk, line, self.ticks.hz) {
                         line.begin_compiler(self.axis as usize, timed_plan, &mut self.compiler);
                     }
                     PlanSteps::of_line(line, self.axis, moves.then_some(&self.compiler))
@@ -386,8 +386,7 @@ impl<'a> SegmentStream<'a> {
         let segment = if plan.is_phase {
             self.compiler.next_of_phase()?
         } else {
-            let (chunk, sources) = chunks.get_with_sources(self.chunk)?;
-            self.compiler.next(sources.timed_plan(self.axis, self.chunk, chunk.plan.line()?, self.ticks.hz)?)?
+            self.compiler.next(chunks.begun(self.axis)?)?
         };
         plan.compiled += segment.steps();
         Some(segment)

@@ -181,7 +181,8 @@ pub(crate) fn delta_v2(
     steps: f64,
     top_steps_s: impl Fn() -> f64,
 ) -> f64 {
-    let trapezoid = 2.0 * accel_steps_s2 * steps;
+    // A sum takes a chip two thirds of the time of a product.
+    let trapezoid = (accel_steps_s2 + accel_steps_s2) * steps;
     match speed_profile {
         SpeedProfile::Trapezoid => trapezoid,
         SpeedProfile::SCurve => s_curve_delta_v2(accel_steps_s2, jerk_steps_s3, steps, top_steps_s()),

@@ -132,9 +132,9 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         let lens = move_steps.lens();
         let limits = config.shared_limits_of(&lens, &steps);
         let distance_steps = lens[longest_of(&lens)].abs();
-        let mut mm = [0.0; N];
+        let mut mm = lens;
         for axis in (0..N).filter(|&axis| !is_zero(lens[axis])) {
-            mm[axis] = lens[axis] * config.mm_per_step[axis];
+            mm[axis] *= config.mm_per_step[axis];
         }
         let length_mm = length(&mm);
         let per_mm = 1.0 / length_mm;

@@ -120,10 +120,10 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         }
     }
 
-    /// The facts of it that the next block needs, if it has begun up to `place_steps`.
-    pub(super) fn end(&self, place_steps: f64) -> BlockEnd {
-        let left_mm = (self.distance_steps() - place_steps) * self.mm_per_step;
-        let [_, room_mm] = self.rooms_mm(left_mm);
+    /// The facts of it that the next block needs, if it has begun up to `place_steps`. There is room for a blend if one is asked for.
+    pub(super) fn end(&self, place_steps: f64, bends: bool) -> BlockEnd {
+        let left_mm = || (self.distance_steps() - place_steps) * self.mm_per_step;
+        let room_mm = if bends { self.rooms_mm(left_mm())[1] } else { 0.0 };
         BlockEnd { stops: self.stops(), room_mm, pace: self.pace(), fastest: self.fastest() }
     }
 

@@ -292,7 +292,7 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
         if let (Some(before), Some(block)) = (self.blocks.get(0), self.blocks.get(1))
             && !block.blend.is_none()
         {
-            let end = before.end(self.place_steps);
+            let end = before.end(self.place_steps, true);
             let directions = [before.direction(&self.config), block.direction(&self.config)];
             if let Some(block) = self.blocks.get_mut(1) {
                 let limits = self.config.shared_limits(&block.move_steps);
