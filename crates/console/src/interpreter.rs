@@ -140,8 +140,11 @@ impl Interpreter {
             None if line == "M122" => Ok(Command::ShowDrivers),
             None => {
                 state.takes_gcode()?;
-                let mut block = Block::default();
-                self.read(line, settings, &mut block).map(|()| Command::Block(block))
+                let mut command = Command::Block(Block::default());
+                if let Command::Block(block) = &mut command {
+                    self.read(line, settings, block)?;
+                }
+                Ok(command)
             }
         }
     }

@@ -66,10 +66,7 @@ impl LineAssembler {
         }
         loop {
             if self.comment == Comment::None {
-                let plain = bytes.iter().take_while(|&&byte| is_plain(byte)).count();
-                let (plain, rest) = bytes.split_at(plain);
-                self.keep(plain);
-                *bytes = rest;
+                *bytes = self.keep(bytes);
             }
             let [byte, rest @ ..] = *bytes else { break };
             *bytes = rest;
@@ -113,13 +110,17 @@ impl LineAssembler {
         self.take(&mut [byte].as_slice())
     }
 
-    fn keep(&mut self, bytes: &[u8]) {
-        let before = self.text.len();
-        let fits = bytes.len().min(MAX_LINE_CHARS - before);
-        self.text.extend(bytes[..fits].iter().map(u8::to_ascii_uppercase));
-        if fits < bytes.len() {
-            self.fail(Error::LineTooLong);
+    /// Keeps the bytes before the first one that is not plain, and returns the others.
+    fn keep<'b>(&mut self, mut bytes: &'b [u8]) -> &'b [u8] {
+        while let [byte, rest @ ..] = bytes
+            && is_plain(*byte)
+        {
+            bytes = rest;
+            if self.text.push(byte.to_ascii_uppercase()).is_err() {
+                self.fail(Error::LineTooLong);
+            }
         }
+        bytes
     }
 
     /// The kind of a comment, of which `count` characters are those of a message, after the next one.

@@ -293,8 +293,7 @@ where
 
     /// The group that begins with a move, if others may be taken together with it.
     fn group_of(&self, request: &Request, one: &Move) -> Option<MoveGroup> {
-        let feed_ratio = f32::from(self.overrides.feed_percent) / 100.0;
-        MoveGroup::of(request, one, self.begin, &self.group_rule, &self.course, feed_ratio)
+        MoveGroup::of(request, one, self.begin, &self.group_rule, &self.course, self.overrides.feed_percent)
     }
 
     fn steps_to(&self, one: &Move) -> [i32; AXES] {

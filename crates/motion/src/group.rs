@@ -155,14 +155,14 @@ impl MoveGroup {
         begin: Begin,
         rule: &GroupRule,
         course: &Course,
-        feed_ratio: f32,
+        feed_percent: u8,
     ) -> Option<Self> {
         let Move { exact_stop, together_mm: within_mm, feed_mm_s, .. } = *one;
         if exact_stop || within_mm.to_bits() == 0 || feed_mm_s == f64::INFINITY {
             return None;
         }
         let line = line(&request.steps, &request.offsets, &begin.beside)?;
-        let feed_mm_s = feed_mm_s as f32 * feed_ratio;
+        let feed_mm_s = feed_mm_s as f32 * (f32::from(feed_percent) / 100.0);
         let square_mm2 = rule.square_mm2(&line);
         let mut most_mm2_s2 = rule.top_mm2_s2.min(feed_mm_s * feed_mm_s);
         if square_mm2 >= NEARLY * most_mm2_s2 * rule.least_s * rule.least_s {

@@ -354,6 +354,13 @@ impl<const N: usize> MoveSteps<N> {
         core::array::from_fn(|axis| self.len(axis))
     }
 
+    /// The axis that goes farthest.
+    pub(crate) fn longest_axis(&self) -> usize {
+        let [begin, end] = self.offsets;
+        let parts = |axis: usize| (i64::from(self.steps[axis]) << OFFSET_PARTS.ilog2()) + i64::from(end[axis] - begin[axis]);
+        (0..N).max_by_key(|&axis| parts(axis).unsigned_abs()).unwrap_or(0)
+    }
+
     /// The distance of the axis that goes farthest, steps.
     pub(crate) fn longest(&self) -> f64 {
         if self.offsets == [[0; N]; 2] {
@@ -444,7 +451,8 @@ fn shared_limits<const N: usize>(
     path_speed_steps_s: Option<f64>,
 ) -> Result<Limits, PlanError> {
     check_moving(steps, |axis| limits[axis].check())?;
-    let mut shared = tightest(&steps.map(f64::from), limits, |_, _| false);
+    let lens = steps.map(f64::from);
+    let mut shared = tightest(longest_of(&lens), |axis| lens[axis], limits, |_, _| false);
     if let Some(asked) = path_speed_steps_s {
         shared.top_speed_steps_s = shared.top_speed_steps_s.min(path_speed(asked)?);
         shared.start_speed_steps_s = shared.start_speed_steps_s.min(shared.top_speed_steps_s);
@@ -462,18 +470,19 @@ pub(crate) fn check_moving<const N: usize>(
     moving.try_for_each(|axis| check(axis).map_err(|error| PlanError::Limits { axis, error }))
 }
 
-/// The tightest limits of the axes that move, as seen from the longest axis. `is_looser(a, b)` says that no limit of
+/// The tightest limits of the axes that move, as seen from the longest axis; `len` is how far each goes. `is_looser(a, b)` says that no limit of
 /// axis `a` is lower than that of axis `b`. If `b` is the longest axis, then `a` cannot tighten the limits.
 pub(crate) fn tightest<const N: usize>(
-    lens: &[f64; N],
+    longest: usize,
+    len: impl Fn(usize) -> f64,
     limits: &[Limits; N],
     is_looser: impl Fn(usize, usize) -> bool,
 ) -> Limits {
-    let longest = longest_of(lens);
     let mut shared = limits[longest];
-    for (axis, len) in lens.iter().enumerate() {
-        if !is_zero(*len) && axis != longest && !is_looser(axis, longest) {
-            shared = shared.tighter(&limits[axis].scaled(lens[longest].abs() / len.abs()));
+    for axis in (0..N).filter(|&axis| axis != longest && !is_looser(axis, longest)) {
+        let own = len(axis);
+        if !is_zero(own) {
+            shared = shared.tighter(&limits[axis].scaled(len(longest).abs() / own.abs()));
         }
     }
     shared

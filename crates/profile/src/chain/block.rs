@@ -130,7 +130,7 @@ impl<const N: usize, T: Copy> ChainBlock<N, T> {
         });
         let move_steps = MoveSteps { steps, offsets: [begin, end] };
         let lens = move_steps.lens();
-        let limits = config.shared_limits_of(&lens, &steps);
+        let limits = config.shared_limits(&move_steps);
         let distance_steps = lens[longest_of(&lens)].abs();
         let mut mm = lens;
         for axis in (0..N).filter(|&axis| !is_zero(lens[axis])) {

@@ -7,7 +7,7 @@ use crate::fixed::is_zero;
 use crate::limits::Limits;
 use crate::profile::DURATION_MAX_S;
 use crate::square_root::sqrt;
-use crate::sync::{MoveSteps, PlanError, check_moving, longest_of, tightest};
+use crate::sync::{MoveSteps, PlanError, check_moving, tightest};
 use crate::{IntervalSplit, SpeedProfile};
 
 /// The square of a speed along the path, in whole units, so that sums of them are exact.
@@ -257,12 +257,8 @@ impl<const N: usize> ChainConfig<N> {
 
     /// The limits of the longest axis of a move at which no axis exceeds its own, and which the caller can bear.
     pub(super) fn shared_limits(&self, move_steps: &MoveSteps<N>) -> Limits {
-        self.shared_limits_of(&move_steps.lens(), &move_steps.steps)
-    }
-
-    /// The same for axes that go so far.
-    pub(super) fn shared_limits_of(&self, lens: &[f64; N], steps: &[i32; N]) -> Limits {
-        let mut limits = tightest(lens, &self.limits, |axis, other| self.is_looser[axis][other]);
+        let (longest, len) = (move_steps.longest_axis(), |axis| move_steps.len(axis));
+        let mut limits = tightest(longest, len, &self.limits, |axis, other| self.is_looser[axis][other]);
         if self.least_s2_steps > 0.0 {
             for accel_steps_s2 in [&mut limits.accel_steps_s2, &mut limits.decel_steps_s2] {
                 if *accel_steps_s2 * self.least_s2_steps > 1.0 {
@@ -270,9 +266,9 @@ impl<const N: usize> ChainConfig<N> {
                 }
             }
         }
-        let cruise_s = self.effort.cruise_s(steps);
+        let cruise_s = self.effort.cruise_s(&move_steps.steps);
         if cruise_s > 0.0 {
-            let distance_steps = lens[longest_of(lens)].abs();
+            let distance_steps = len(longest).abs();
             if limits.top_speed_steps_s * cruise_s > distance_steps {
                 limits.top_speed_steps_s = distance_steps / cruise_s;
             }

@@ -464,9 +464,10 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     /// Makes `profile` the plan from the current place on. It ends at the goal of the block, if there is one.
     fn begin(&mut self, profile: Profile, goal: Option<Goal>) {
         let ends_block = goal.is_some();
-        let (exit, is_bent) = (self.exit(), self.bent().is_some());
-        let Goal { exit, onward, is_bent, .. } =
-            goal.unwrap_or(Goal { exit, onward: exit, is_bent, ..Goal::default() });
+        let Goal { exit, onward, is_bent, .. } = goal.unwrap_or_else(|| {
+            let exit = self.exit();
+            Goal { exit, onward: exit, is_bent: self.bent().is_some(), ..Goal::default() }
+        });
         let Some(block) = self.blocks.get(0) else { return };
         let (place_steps, origin_s) = (self.place_steps, self.at_s);
         let (MoveSteps { steps, offsets }, longest_steps) = (block.move_steps, block.distance_steps());
