@@ -468,13 +468,19 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
                 return self.hand_out_blend(blend);
             }
             self.look();
-            match self.sound_until_s() {
-                Some(sound_s) => {
-                    let most_s = self.at_s + most_s;
-                    return self.hand_out(if sound_s < most_s { sound_s } else { most_s });
+            let sound_s = match self.sound_until_s() {
+                Some(sound_s) => sound_s,
+                None => {
+                    self.replan();
+                    if !self.plan.is_made {
+                        continue;
+                    }
+                    // A plan that has just been made is right to its end.
+                    self.plan.end_s
                 }
-                None => self.replan(),
-            }
+            };
+            let most_s = self.at_s + most_s;
+            return self.hand_out(if sound_s < most_s { sound_s } else { most_s });
         }
         None
     }
