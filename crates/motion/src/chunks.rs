@@ -119,11 +119,13 @@ impl Chunks {
 
     /// Adds a chunk, for which there is room. A continuation extends the last chunk.
     pub fn push(&mut self, chunk: &Chunk) {
-        match (chunk.kind, self.known.back_mut()) {
-            (ChunkKind::Continuation, Some(last)) => {
-                (last.until_steps, last.until_s) = (chunk.until_steps, chunk.until_s)
-            }
-            _ => _ = self.known.push_back(*chunk),
+        if chunk.kind == ChunkKind::Continuation
+            && let Some(last) = self.known.back_mut()
+        {
+            (last.until_steps, last.until_s) = (chunk.until_steps, chunk.until_s);
+        } else if self.has_room() {
+            // It is copied once if there is room for certain.
+            let _ = self.known.push_back(*chunk);
         }
     }
 
