@@ -84,13 +84,7 @@ impl Sources {
 
     /// The timed plan with which `axis` begins the line of the chunk with this number, at `tick_hz`; `None` if the run is
     /// shaped.
-    pub fn begin(
-        &mut self,
-        axis: Axis,
-        number: u32,
-        line: &SyncMove<AXES>,
-        tick_hz: u32,
-    ) -> Option<&mut TimedPlan> {
+    pub fn begin(&mut self, axis: Axis, number: u32, line: &SyncMove<AXES>, tick_hz: u32) -> Option<&mut TimedPlan> {
         let (key, user) = (Some((number, tick_hz)), 1 << axis as u8);
         let known = self.slots.iter().position(|slot| slot.key == key);
         let index = known.unwrap_or_else(|| self.free(user));

@@ -321,9 +321,8 @@ impl<const N: usize, const LEN: usize, T: Copy> Chain<N, LEN, T> {
     pub fn push(&mut self, request: Request<N, T>) -> Result<(), PlanError> {
         let is_begun = self.blocks.len() == 1;
         let is_late = is_begun && !self.is_at_rest();
-        let before = self.blocks.last().map(|last| {
-            last.end(if is_begun { self.place_steps } else { 0.0 }, request.deviation_mm > 0.0)
-        });
+        let (place_steps, bends) = (if is_begun { self.place_steps } else { 0.0 }, request.deviation_mm > 0.0);
+        let before = self.blocks.last().map(|last| last.end(place_steps, bends));
         let begin = self.blocks.last().map_or(self.last_offsets, |last| last.move_steps.offsets[1]);
         // It is made in its place: a block is large.
         let block = self.blocks.next_place().ok_or(PlanError::NoRoom)?;

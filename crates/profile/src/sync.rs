@@ -357,7 +357,10 @@ impl<const N: usize> MoveSteps<N> {
     /// The axis that goes farthest.
     pub(crate) fn longest_axis(&self) -> usize {
         let [begin, end] = self.offsets;
-        let parts = |axis: usize| (i64::from(self.steps[axis]) << OFFSET_PARTS.ilog2()) + i64::from(end[axis] - begin[axis]);
+        let parts = |axis: usize| {
+            let steps = i64::from(self.steps[axis]) << OFFSET_PARTS.ilog2();
+            steps + i64::from(end[axis]) - i64::from(begin[axis])
+        };
         (0..N).max_by_key(|&axis| parts(axis).unsigned_abs()).unwrap_or(0)
     }
 
