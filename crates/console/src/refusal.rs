@@ -17,6 +17,8 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'G', 38, 38, "probing is G38.2 to G38.5: give one of them"),
     (b'G', 41, 42, CUTTER),
     (b'G', 43, 43, TOOLS),
+    (b'G', 51, 51, "no scaling here: let the CAM program scale"),
+    (b'G', 68, 68, "no rotation here: let the CAM program rotate"),
     (b'G', 73, 73, CYCLES),
     (b'G', 74, 74, TAPPING),
     (b'G', 76, 76, "no threads here, the spindle does not say where it stands: remove it"),

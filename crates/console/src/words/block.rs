@@ -51,6 +51,8 @@ enum ModalGroup {
     FeedMode,
     Units,
     CutterCompensation,
+    Scaling,
+    Rotation,
     ToolLength,
     CoordinateSystem,
     PathControl,
@@ -272,10 +274,14 @@ impl BlockWords {
             1000 => self.non_modal_with_axes(NonModal::SetWorkOffset)?,
             1800 | 1900 if AXES <= Z => return Err(Error::Unsupported),
             1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; ModalGroup::Plane }
-            2000 | 2100 => { modal.inches = code == 20; ModalGroup::Units }
+            // G70 and G71 are what some controls write for G20 and G21.
+            2000 | 2100 | 7000 | 7100 => { modal.inches = matches!(code, 20 | 70); ModalGroup::Units }
             2800 | 3000 => self.non_modal_with_axes(NonModal::GoTo(usize::from(code == 30)))?,
             2810 | 3010 => self.non_modal(NonModal::Keep(usize::from(code == 30))),
             4000 => ModalGroup::CutterCompensation,
+            // No scaling, no rotation: there is neither here.
+            5000 => ModalGroup::Scaling,
+            6900 => ModalGroup::Rotation,
             4310 => { self.claim_axes(AxisCommand::ToolLength)?; ModalGroup::ToolLength }
             4900 => { self.cancels_length = true; ModalGroup::ToolLength }
             5300 => self.non_modal(NonModal::MachineCoordinates),
@@ -310,7 +316,7 @@ impl BlockWords {
             9200 => self.non_modal_with_axes(NonModal::Shift)?,
             9210 => self.non_modal(NonModal::Unshift),
             9300 | 9400 => { modal.inverse_time = code == 93; ModalGroup::FeedMode }
-            _ if matches!(code, 0..=4 | 10 | 17..=21 | 40 | 49 | 53..=59 | 80 | 93 | 94) => {
+            _ if matches!(code, 0..=4 | 10 | 17..=21 | 40 | 50 | 69..=71 | 49 | 53..=59 | 80 | 93 | 94) => {
                 return Err(Error::IntegerRequired);
             }
             _ => return Err(Error::Unsupported),

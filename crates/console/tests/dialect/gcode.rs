@@ -172,12 +172,22 @@ fn the_end_of_a_program_puts_back_modes_but_not_units_and_feed() {
 #[test]
 fn codes_that_change_nothing_are_accepted() {
     check(
-        "G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9\nM1\nT3\n$G\nN12",
+        "G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9\nG90 G54 G64 G50 G17 G40 G80 G94 G91.1 G49 G69\nG61\nG50 G50\nG51 X2\nG68 R5\nG50.1\nG70 X1\nG71 G20\nG71\nX0\nM1\nT3\n$G\nN12",
         expect![[r#"
             G17 G21 G40 G49 G54 G61 G80 G90 G91.1 G94 M5 M9 -> ok
+            G90 G54 G64 G50 G17 G40 G80 G94 G91.1 G49 G69 -> ok
+            G61 -> ok
+            G50 G50 -> error:21
+            G51 X2 -> [MSG:G51: no scaling here: let the CAM program scale] error:20
+            G68 R5 -> [MSG:G68: no rotation here: let the CAM program rotate] error:20
+            G50.1 -> error:23
+            G70 X1 -> (rapid [25.4, 0.0, 0.0]) ok
+            G71 G20 -> error:21
+            G71 -> ok
+            X0 -> (rapid [0.0, 0.0, 0.0]) ok
             M1 -> ok
             T3 -> ok
-            $G -> [GC:G80 G54 G17 G21 G90 G94 G61 M5 M9 T3 F0 S0] ok
+            $G -> [GC:G0 G54 G17 G21 G90 G94 G61 M5 M9 T3 F0 S0] ok
             N12 -> (N12) ok
         "#]],
     );
