@@ -6,7 +6,7 @@ use isostep_motion::{LeastTimes, RampTimes};
 /// whose steps the processor makes. These are from the cycles of moves of 4 to 360 steps of three axes from corner to corner, `flow.*` of
 /// `cargo xtask bench`.
 pub const RP2040: LeastTimes = LeastTimes {
-    straight_s: 0.57e-3,
+    straight_s: 0.59e-3,
     blend_s: 1.04e-3,
     join_s: 0.25e-3,
     together_s: 0.75e-3,

@@ -9,9 +9,9 @@ use isostep_sim::Outcome;
 
 /// Short moves of three axes that the board carries out in a second, sent over USB: measured on the emulated board by
 /// `cargo xtask bench --quick`; docs/figures.md.
-pub const BOARD_MOVES_PER_S: f64 = 1_560.0;
+pub const BOARD_MOVES_PER_S: f64 = 1_640.0;
 /// Lines that go straight on with another power, each 0.1 mm, that it carries out in a second: measured in the same way.
-const BOARD_PIXELS_PER_S: f64 = 3_280.0;
+const BOARD_PIXELS_PER_S: f64 = 3_230.0;
 
 /// The time that the program takes longer than planned at least, because the board plans a move no faster than that, s. It
 /// plans ahead while the machine moves, as far as it has room, so that a short burst of moves costs nothing. Where it
