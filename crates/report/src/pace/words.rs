@@ -50,7 +50,7 @@ fn counted(why: Why, count: usize) -> String {
     let (one, many) = match why {
         Why::Corner => ("corner", "corners"),
         Why::Arc => ("arc", "arcs"),
-        Why::ExactStop => ("exact stop (G61.1)", "exact stops (G61.1)"),
+        Why::ExactStop => ("exact stop (G61.1, holes)", "exact stops (G61.1, holes)"),
         Why::Thirds => ("stop of the thirds split ($900)", "stops of the thirds split ($900)"),
         Why::Stop => ("stop", "stops"),
         Why::SpeedProfile => (
