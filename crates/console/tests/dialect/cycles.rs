@@ -28,17 +28,19 @@ fn g81_drills_from_r_at_the_feed_and_ends_where_the_series_began_or_at_r() {
     );
 }
 
-/// In one series with G99 first, G98 still ends at the height at which the series began, which grblHAL forgets.
+/// In one series with G99 first, G98 still ends at the height at which the series began, which grblHAL forgets; with another code too.
 #[test]
 fn g98_behind_g99_ends_where_the_series_began() {
     check(
-        "G0 Z10\nG99 G81 X1 Z-3 R2 F100\nG98 X2\nX3",
+        "G0 Z10\nG99 G81 X1 Z-3 R2 F100\nG98 X2\nX3\nG99 X4\nG98 G82 X5 Z-3 R2 P0",
         expect![[r#"
-        G0 Z10 -> (rapid [0.0, 0.0, 10.0]) ok
-        G99 G81 X1 Z-3 R2 F100 -> 1,0,10| 1,0,2 F100:1,0,-3| 1,0,2| ok
-        G98 X2 -> 2,0,2| F100:2,0,-3| 2,0,10| ok
-        X3 -> 3,0,10| 3,0,2 F100:3,0,-3| 3,0,10| ok
-    "#]],
+            G0 Z10 -> (rapid [0.0, 0.0, 10.0]) ok
+            G99 G81 X1 Z-3 R2 F100 -> 1,0,10| 1,0,2 F100:1,0,-3| 1,0,2| ok
+            G98 X2 -> 2,0,2| F100:2,0,-3| 2,0,10| ok
+            X3 -> 3,0,10| 3,0,2 F100:3,0,-3| 3,0,10| ok
+            G99 X4 -> 4,0,10| 4,0,2 F100:4,0,-3| 4,0,2| ok
+            G98 G82 X5 Z-3 R2 P0 -> 5,0,2| F100:5,0,-3| 5,0,10| ok
+        "#]],
     );
 }
 
