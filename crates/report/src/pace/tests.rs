@@ -339,16 +339,16 @@ fn short_moves_with_blends_last_as_long_as_the_board_takes() {
 #[test]
 fn what_is_short_is_up_to_the_board() {
     let program = format!("G91 G61 G1 F6000\nX8\n{}X8\n", "X0.1\n".repeat(400));
-    let short_moves = |times: f64| {
+    let short_moves = |straight_s: f64| {
         let mut config = machine();
-        config.least_times.straight_s *= times;
+        config.least_times.straight_s = straight_s;
         let pace = Pace::of(&run(program.as_bytes(), &config).unwrap());
         assert_sums(&pace);
         (pace.slow.of(Why::ShortMoves).count, pace.shares.short_moves_s)
     };
     // 0.1 mm takes 1 ms at the feed asked for; 2 ms are half as fast, with a ramp before and after.
-    assert_eq!(short_moves(1.0), (0, 0.0));
-    let (places, lasts_s) = short_moves(4.0);
+    assert_eq!(short_moves(machine().least_times.straight_s), (0, 0.0));
+    let (places, lasts_s) = short_moves(2e-3);
     assert_eq!(places, 1);
     assert_near(lasts_s, 400.0 * 2e-3 + 2.0 * 50.0 / 2_000.0);
 }
