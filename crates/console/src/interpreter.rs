@@ -135,7 +135,7 @@ impl Interpreter {
     ) -> Result<Command<'l>, Error> {
         match line.strip_prefix('$') {
             Some(statement) => self.statement(statement, state, settings),
-            None if is_mark(line.as_bytes()) => Ok(Command::Block(Block::default())),
+            None if Self::is_mark(line.as_bytes()) => Ok(Command::Block(Block::default())),
             #[cfg(feature = "trinamic")]
             None if line == "M122" => Ok(Command::ShowDrivers),
             None => {
@@ -146,6 +146,16 @@ impl Interpreter {
                 }
                 Ok(command)
             }
+        }
+    }
+
+    /// True if a line says nothing to the machine: it is empty, marks an end of a program (`%`, whatever is written behind it), or names
+    /// the program (`O1234`, `:1234`).
+    pub(crate) fn is_mark(line: &[u8]) -> bool {
+        match line {
+            [] | [b'%', ..] => true,
+            [b'O' | b':', number @ ..] => !number.is_empty() && number.iter().all(u8::is_ascii_digit),
+            _ => false,
         }
     }
 
@@ -375,16 +385,6 @@ impl Interpreter {
     /// From here straight to `target_pm`.
     fn way_pm(&self, target_pm: [i64; AXES]) -> [i64; AXES] {
         core::array::from_fn(|axis| target_pm[axis] - self.position_pm[axis])
-    }
-}
-
-/// True if a line says nothing to the machine: it is empty, marks an end of a program (`%`, whatever is written behind it), or names
-/// the program (`O1234`, `:1234`).
-pub(crate) fn is_mark(line: &[u8]) -> bool {
-    match line {
-        [] | [b'%', ..] => true,
-        [b'O' | b':', number @ ..] => !number.is_empty() && number.iter().all(u8::is_ascii_digit),
-        _ => false,
     }
 }
 

@@ -3,8 +3,7 @@
 use core::{fmt, ops::Range};
 
 use crate::{
-    CycleFault, Error, Misfit, Modal, interpreter::is_mark, rotary::Rotary, words::block::BlockWords,
-    words::decimal::Decimal,
+    CycleFault, Error, Interpreter, Misfit, Modal, rotary::Rotary, words::block::BlockWords, words::decimal::Decimal,
 };
 
 /// Words that many machines know but this one does not: the letter, the first and the last of its numbers without
@@ -74,7 +73,7 @@ const EXPRESSIONS: &str =
 /// ```
 pub fn stopped_at(line: &str) -> Option<Range<usize>> {
     let words = match line.strip_prefix('$') {
-        None if is_mark(line.as_bytes()) => return None,
+        None if Interpreter::is_mark(line.as_bytes()) => return None,
         None => line,
         Some(statement) => statement.split_once('=').filter(|(name, _)| name.starts_with(['J', 'N']))?.1,
     };
@@ -197,7 +196,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Interpreter, ReportedState, Settings};
+    use crate::{ReportedState, Settings};
 
     #[test]
     fn reading_stops_at_the_first_word_that_cannot_be() {

@@ -123,7 +123,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.session(&console),
             self.notify(&console.output),
             // It is polled last, so that a reply leaves in the poll that wrote it.
-            transmit(&console.output, tx),
+            transmit(&console, tx),
         );
         match ended.await {
             Either4::First(error) => error.map_err(|error| error.map_or(LinkError::Closed, LinkError::Read)),
@@ -329,13 +329,15 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 }
 
-async fn transmit<W: Write>(output: &Output, mut tx: W) -> Result<Infallible, W::Error> {
+async fn transmit<W: Write>(console: &Console, mut tx: W) -> Result<Infallible, W::Error> {
     let mut bytes = [0; CHUNK_BYTES];
     loop {
-        let mut n = output.read(&mut bytes).await;
-        // If the next line waits already, its answer leaves in the same packet.
-        yield_now().await;
-        n += output.read_more(&mut bytes[n..]);
+        let mut n = console.output.read(&mut bytes).await;
+        if !console.input.is_empty() {
+            // The next line waits already: its answer leaves in the same packet.
+            yield_now().await;
+            n += console.output.read_more(&mut bytes[n..]);
+        }
         tx.write_all(&bytes[..n]).await?;
         tx.flush().await?;
     }
