@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::{Interpreter, coordinates::given_pm, within};
 use crate::{
-    Coordinate, Cycle, Error, Fixed, MotionMode, Settings, length,
+    AXES, Coordinate, Cycle, Error, Fixed, MotionMode, Settings, length,
     words::block::{AxisCommand, BlockWords},
 };
 
@@ -187,8 +187,11 @@ impl Interpreter {
         }
         hole_pm[axis] = cycle.near_pm;
         cycle.hole_pm = hole_pm;
-        let places_pm = cycle.hole_pm.into_iter().chain(cycle.end_pm());
-        places_pm.map(within).try_for_each(|pm| pm.map(|_| ())).map_err(CycleFault::from)
+        // The first hole before the last: from one that is near no number of holes leads beyond what can be counted.
+        let are_within = |place_pm: [i64; AXES]| place_pm.into_iter().try_for_each(|pm| within(pm).map(|_| ()));
+        are_within(cycle.hole_pm)?;
+        are_within(cycle.end_pm())?;
+        Ok(())
     }
 }
 

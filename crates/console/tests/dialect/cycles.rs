@@ -180,6 +180,8 @@ fn a_cycle_that_cannot_be_is_refused_and_changes_nothing() {
         "G98 G99 X2",
         "X99999",
         "G91 X9 L9999",
+        "G91 X99999999 L9999",
+        "G20 G91 X-99999999 Y99999999 Z-99999999 R99999999 L9999",
         "R99999 X2",
         "$J=G81 X1 F1",
         "G84 X2 Z-1 R1",
@@ -219,6 +221,8 @@ fn a_cycle_that_cannot_be_is_refused_and_changes_nothing() {
         G98 G99 X2 -> error:21
         X99999 -> error:33
         G91 X9 L9999 -> error:33
+        G91 X99999999 L9999 -> error:33
+        G20 G91 X-99999999 Y99999999 Z-99999999 R99999999 L9999 -> error:33
         R99999 X2 -> error:33
         $J=G81 X1 F1 -> error:16
         G84 X2 Z-1 R1 -> [MSG:G84: no tapping here, the spindle does not say where it stands: tap by hand, or mill the thread] error:20

@@ -13,3 +13,4 @@ mod status;
 mod system;
 mod talk;
 mod tool;
+mod unknown;
