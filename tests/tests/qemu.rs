@@ -24,8 +24,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const IMAGE: &str = "ISOSTEP_QEMU_ELF";
 const TWO_AXES_IMAGE: &str = "ISOSTEP_QEMU_TWO_AXES_ELF";
 /// The place where the board's flash for settings begins, and its length.
-const FLASH_BEGIN: u32 = 0x3_D800;
-const FLASH_BYTES: u32 = 10 << 10;
+const FLASH_BEGIN: u32 = 0x3_C000;
+const FLASH_BYTES: u32 = 16 << 10;
 /// The board's clock.
 const TICKS_PER_US: f64 = 20.0;
 /// The emulated processor takes 8 ns an instruction, as an RP2040 does, and some hundred of them from the clock to the pin.

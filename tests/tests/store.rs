@@ -9,6 +9,8 @@ use std::task::{Context, Waker};
 
 use embassy_futures::block_on;
 use embassy_time::Duration;
+use isostep_console::parameters::WORK_SYSTEMS;
+use isostep_console::{RADIUS_MAX_NM, ToolEntry};
 use isostep_controller::store::{Item, Kept, Loss, Store};
 use isostep_controller::{Parameters, Settings};
 use isostep_motion::State;
@@ -18,6 +20,10 @@ use isostep_trials::{cases, window};
 use oorandom::Rand64;
 
 const CUTS_PER_CASE: u64 = 100;
+/// The fewest sectors of 4 KiB that a store takes.
+const FEW_SECTORS: usize = 6;
+/// The work offsets, and the positions of G28 and G30.
+const PLACES: u64 = WORK_SYSTEMS as u64 + 2;
 
 fn defaults() -> Kept {
     Kept { settings: Settings::DEFAULT, parameters: Parameters::default() }
@@ -44,11 +50,11 @@ fn saves_changes(store: &mut Store<Flash>, wanted: &mut Kept, random: &mut Rand6
     })
 }
 
-/// Bits that are chosen at random, in the first four sectors.
+/// Bits that are chosen at random, in the first sectors.
 fn flip_bits(flash: &Flash, random: &mut Rand64, bits: u64) {
     flash.change(|bytes| {
         for _ in 0..bits {
-            bytes[random.rand_range(0..4 * SECTOR_BYTES as u64) as usize] ^= 1 << random.rand_range(0..8);
+            bytes[random.rand_range(0..(FEW_SECTORS * SECTOR_BYTES) as u64) as usize] ^= 1 << random.rand_range(0..8);
         }
     });
 }
@@ -67,8 +73,16 @@ fn change(kept: &mut Kept, random: &mut Rand64) {
             }
         }
         2..=5 => {
-            let place = kept.parameters.coordinates.place_mut(random.rand_range(0..8) as usize);
-            *place = std::array::from_fn(|_| random.rand_range(0..1_000_000_000_000) as i64);
+            let place = random.rand_range(0..PLACES) as usize;
+            *kept.parameters.coordinates.iter_mut().nth(place).unwrap() =
+                std::array::from_fn(|_| random.rand_range(0..1_000_000_000_000) as i64);
+        }
+        6..=8 => {
+            let number = random.rand_range(1..40) as u32;
+            let length_pm = random.rand_range(0..1_000_000_000_000) as i64 - 500_000_000_000;
+            let radius_nm = random.rand_range(0..2) as u32 * RADIUS_MAX_NM;
+            // A tool for which there is no room stays away.
+            let _ = kept.parameters.tools.put(ToolEntry { number, length_pm, radius_nm });
         }
         _ => {
             let number = numbers[random.rand_range(0..numbers.len() as u64) as usize];
@@ -80,9 +94,9 @@ fn change(kept: &mut Kept, random: &mut Rand64) {
 /// The fewest sectors that have room for all items, by the length of a word.
 fn fewest_sectors<const WORD_BYTES: usize>() -> usize {
     match WORD_BYTES {
-        32 => 9,
-        16 => 6,
-        _ => 4,
+        32 => 11,
+        16 => 8,
+        _ => FEW_SECTORS,
     }
 }
 
@@ -162,7 +176,7 @@ fn power_cuts_leave_every_item_old_or_new() {
 #[test]
 fn a_faint_mark_is_not_programmed_again() {
     let (blank, mut wanted) = (Flash::blank(), defaults());
-    let mut store = opened(&blank, 4).0;
+    let mut store = opened(&blank, FEW_SECTORS).0;
     let mut value = 0.0;
     let before = loop {
         let (bytes, operations) = (blank.bytes(), blank.operations());
@@ -176,13 +190,13 @@ fn a_faint_mark_is_not_programmed_again() {
     };
     for (operations, seed) in (0..6).flat_map(|operation| window(cases(100, 1000)).map(move |seed| (operation, seed))) {
         let flash = Flash::with(before.clone());
-        let mut store = opened(&flash, 4).0;
+        let mut store = opened(&flash, FEW_SECTORS).0;
         flash.cut_power_after(operations, seed);
         assert!(!save(&mut store, &wanted), "the power fails after {operations} operations");
         flash.mend();
-        let mut store = opened(&flash, 4).0;
+        let mut store = opened(&flash, FEW_SECTORS).0;
         assert!(save(&mut store, &wanted));
-        assert_eq!(opened(&flash, 4).0.kept(), &wanted, "{operations} operations, seed {seed}");
+        assert_eq!(opened(&flash, FEW_SECTORS).0.kept(), &wanted, "{operations} operations, seed {seed}");
     }
 }
 
@@ -226,7 +240,7 @@ fn a_change_that_was_dropped_and_taken_back_is_taken_back_in_flash_too() {
     new.settings.set(110, 1234.0);
     for polls in 1..8 {
         let flash = Flash::blank();
-        let (mut store, _) = opened(&flash, 4);
+        let (mut store, _) = opened(&flash, FEW_SECTORS);
         let mut other = defaults();
         other.settings.set(111, 999.0);
         assert!(save(&mut store, &other));
@@ -236,18 +250,18 @@ fn a_change_that_was_dropped_and_taken_back_is_taken_back_in_flash_too() {
             (0..polls).any(|_| dropped.as_mut().poll(&mut context).is_ready());
         }
         assert!(save(&mut store, &old));
-        assert_eq!(opened(&flash, 4).0.kept(), &old, "after {polls} polls");
+        assert_eq!(opened(&flash, FEW_SECTORS).0.kept(), &old, "after {polls} polls");
     }
     for (operations, seed) in (0..4).flat_map(|operations| (0..200).map(move |seed| (operations, seed))) {
         let flash = Flash::blank();
-        let (mut store, _) = opened(&flash, 4);
+        let (mut store, _) = opened(&flash, FEW_SECTORS);
         assert!(save(&mut store, &old));
         // In some cases the change was stored completely before the power went.
         flash.cut_power_after(operations, seed);
         let _ = save(&mut store, &new);
         flash.mend();
         assert!(save(&mut store, &old));
-        assert_eq!(opened(&flash, 4).0.kept(), &old, "refused after {operations} operations, {seed}");
+        assert_eq!(opened(&flash, FEW_SECTORS).0.kept(), &old, "refused after {operations} operations, {seed}");
     }
 }
 
@@ -326,13 +340,13 @@ fn flipped_bits_never_panic_and_never_stop_a_change() {
     for seed in window(cases(5, 200)) {
         let mut random = Rand64::new(seed.into());
         let (flash, mut wanted) = (Flash::blank(), defaults());
-        let (mut store, _) = opened(&flash, 4);
+        let (mut store, _) = opened(&flash, FEW_SECTORS);
         assert!(saves_changes(&mut store, &mut wanted, &mut random, 100), "seed {seed}");
         let bits = random.rand_range(1..2000);
         flip_bits(&flash, &mut random, bits);
-        let (mut store, _) = opened(&flash, 4);
+        let (mut store, _) = opened(&flash, FEW_SECTORS);
         assert!(saves_changes(&mut store, &mut wanted, &mut random, 2000), "seed {seed}");
-        assert_eq!(opened(&flash, 4).0.kept(), &wanted, "seed {seed}");
+        assert_eq!(opened(&flash, FEW_SECTORS).0.kept(), &wanted, "seed {seed}");
     }
 }
 
@@ -409,7 +423,7 @@ fn refused_settings_stay_stored_until_others_are_set() {
     said(&flash, "G10 L2 P2 X1\n");
     let (store, _) = opened(&flash, 16);
     assert_eq!(store.kept().settings.get(100), Some(60.0));
-    assert_eq!(store.kept().parameters.coordinates.place(1), &[1_000_000_000, 0, 0]);
+    assert_eq!(store.kept().parameters.coordinates.work_offsets_pm[1], [1_000_000_000, 0, 0]);
 }
 
 /// The message after the welcome comes with every reset, until what it is about has been stored anew.
@@ -480,7 +494,7 @@ fn a_place_that_was_stored_in_floats_is_still_read() {
         bytes[place - 8..place - 4].copy_from_slice(&sum.to_le_bytes());
     });
     let (store, loaded) = opened(&flash, 16);
-    let place_pm = store.kept().parameters.coordinates.place(0);
+    let place_pm = &store.kept().parameters.coordinates.work_offsets_pm[0];
     assert_eq!((loaded, place_pm), (Ok(()), &[2_000_000_000, -12_015_686_035, 500_000_000]));
 }
 
@@ -490,8 +504,8 @@ fn an_offset_is_kept_exactly() {
     let flash = Flash::blank();
     said(&flash, "G20 G10 L2 P1 X9.00001 Y-0.3\nG21 G91 G0 X0.0375\nG28.1\n");
     let (store, _) = opened(&flash, 16);
-    assert_eq!(store.kept().parameters.coordinates.place(0), &[228_600_254_000, -7_620_000_000, 0]);
-    assert_eq!(store.kept().parameters.coordinates.place(6), &[37_500_000, 0, 0]);
+    assert_eq!(store.kept().parameters.coordinates.work_offsets_pm[0], [228_600_254_000, -7_620_000_000, 0]);
+    assert_eq!(store.kept().parameters.coordinates.places_pm[0], [37_500_000, 0, 0]);
 }
 
 /// The bits change while the machine is on. A change that finds the log damaged writes all of it anew.
@@ -500,7 +514,7 @@ fn bits_that_flip_under_a_running_machine_never_stop_a_change() {
     for seed in window(cases(20, 100)) {
         let mut random = Rand64::new(seed.into());
         let (flash, mut wanted) = (Flash::blank(), defaults());
-        let (mut store, _) = opened(&flash, 4);
+        let (mut store, _) = opened(&flash, FEW_SECTORS);
         assert!(saves_changes(&mut store, &mut wanted, &mut random, 20), "seed {seed}");
         flip_bits(&flash, &mut random, 2000);
         assert!(saves_changes(&mut store, &mut wanted, &mut random, 20), "seed {seed}");
@@ -513,7 +527,7 @@ const LAST_WORD_BYTES: usize = 8;
 /// A flash whose log goes on in the only sector that is not full, its store, and what is kept there.
 fn nearly_full() -> (Flash, Store<Flash>, Kept) {
     let (flash, mut wanted) = (Flash::blank(), defaults());
-    let mut store = opened(&flash, 4).0;
+    let mut store = opened(&flash, FEW_SECTORS).0;
     let mut value = 0.0;
     while open_ends(&flash).len() != 1 {
         value += 1.0;
@@ -526,7 +540,7 @@ fn nearly_full() -> (Flash, Store<Flash>, Kept) {
 /// The place of the last word of each sector that is not full.
 fn open_ends(flash: &Flash) -> Vec<usize> {
     let bytes = flash.bytes();
-    let ends = (1..=4).map(|sector| sector * SECTOR_BYTES - LAST_WORD_BYTES);
+    let ends = (1..=FEW_SECTORS).map(|sector| sector * SECTOR_BYTES - LAST_WORD_BYTES);
     ends.filter(|&end| bytes[end..end + LAST_WORD_BYTES] == [0xFF; LAST_WORD_BYTES]).collect()
 }
 
@@ -534,12 +548,12 @@ fn open_ends(flash: &Flash) -> Vec<usize> {
 /// force is stored again: the settings too, of which none has changed, and also if the flash refuses on the way.
 #[test]
 fn a_log_that_cannot_be_continued_is_written_again() {
-    // Erasing takes four operations, and so does the new log's first sector.
-    for refused_after in [None, Some(0), Some(2), Some(5), Some(7), Some(9), Some(11)] {
+    // Erasing takes six operations, and the new log's first sector four.
+    for refused_after in [None, Some(0), Some(2), Some(5), Some(7), Some(9), Some(11), Some(13)] {
         let (flash, mut store, mut wanted) = nearly_full();
         let end = open_ends(&flash)[0];
         flash.change(|bytes| bytes[end] ^= 1);
-        wanted.parameters.coordinates.place_mut(2)[0] = 7_000_000_000;
+        wanted.parameters.coordinates.work_offsets_pm[2][0] = 7_000_000_000;
         let save_places = |store: &mut Store<Flash>| block_on(store.save(false, |item| wanted.value(item)));
         if let Some(operations) = refused_after {
             flash.cut_power_after(operations, 1);
@@ -547,7 +561,7 @@ fn a_log_that_cannot_be_continued_is_written_again() {
             flash.mend();
         }
         assert_eq!(save_places(&mut store), Ok(()));
-        let (store, loaded) = opened(&flash, 4);
+        let (store, loaded) = opened(&flash, FEW_SECTORS);
         assert_eq!((loaded, store.kept()), (Ok(()), &wanted), "refused after {refused_after:?} operations");
     }
 }
@@ -568,7 +582,7 @@ fn nothing_is_stored_while_anything_moves() {
         seen = stored;
     }
     let (store, _) = opened(&flash, 16);
-    assert_eq!(store.kept().parameters.coordinates.place(1), &[5_000_000_000, 0, 0]);
+    assert_eq!(store.kept().parameters.coordinates.work_offsets_pm[1], [5_000_000_000, 0, 0]);
 }
 
 #[test]
@@ -580,5 +594,5 @@ fn what_a_reset_cut_short_is_stored_after_it() {
     assert_eq!(flash.operations(), 0);
     sim.send(b"\x18");
     sim.run_until_idle().unwrap();
-    assert_eq!(opened(&flash, 16).0.kept().parameters.coordinates.place(1), &[5_000_000_000, 0, 0]);
+    assert_eq!(opened(&flash, 16).0.kept().parameters.coordinates.work_offsets_pm[1], [5_000_000_000, 0, 0]);
 }

@@ -13,7 +13,8 @@ const STACK_RESERVE_BYTES: u64 = 16 * KIB;
 const FLASH_BUDGET_BYTES: u64 = 384 * KIB;
 /// The RP2040 has 264 KiB of RAM in total; the smaller budgets keep room for what is to come.
 const CODE_BUDGET_BYTES: u64 = 124 * KIB;
-const STATICS_BUDGET_BYTES: u64 = 81 * KIB;
+/// 1.5 KiB of it are the table of 32 tools and nine work coordinate systems, in force and as the flash has them.
+const STATICS_BUDGET_BYTES: u64 = 83 * KIB;
 /// The room that a fourth axis may take, of code and of statics.
 const FOURTH_AXIS_BUDGET_BYTES: [u64; 2] = [KIB, 14 * KIB];
 /// The room that an image that measures itself may take, of code and of statics.

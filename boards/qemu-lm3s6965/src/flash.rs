@@ -1,4 +1,4 @@
-//! Flash for settings: the last 10 KiB of the chip's. QEMU has no controller that would program it, so it refuses to be
+//! Flash for settings: the last 16 KiB of the chip's. QEMU has no controller that would program it, so it refuses to be
 //! written: a setting is in force until power-down, and `error:7` says so.
 //!
 //! QEMU's flash begins as zeros, where a chip's is erased. So it is read inverted.
@@ -11,9 +11,9 @@ use crate::chip::Register;
 /// Flash that can be read only.
 pub struct Flash;
 
-const BEGIN: u32 = 0x3_D800;
+const BEGIN: u32 = 0x3_C000;
 const SECTOR_BYTES: usize = 1024;
-const SECTORS: u32 = 10;
+const SECTORS: u32 = 16;
 
 /// Opens the store.
 pub fn open() -> Store<Flash> {

@@ -114,8 +114,8 @@ pub struct Block {
     pub probe: Option<Probe>,
     /// M0: when the block is done, hold until a resume. Not set if M6 has held already and nothing else was done.
     pub pauses: bool,
-    /// G10, G28.1, G30.1: work offsets or stored positions have changed.
-    pub changes_coordinates: bool,
+    /// G10, G28.1, G30.1: work offsets, stored positions or tools have changed.
+    pub changes_parameters: bool,
     /// M2, M30: the program ends (`[MSG:Pgm End]`); the modal state has already been reset to its defaults.
     pub ends_program: bool,
 }

@@ -29,8 +29,8 @@ codes! {
         RepeatedWord = 25, "A word stands twice on the line: keep one.";
         AxisWordsMissing = 26, "The code needs axis words: add X, Y or Z.";
         BadLineNumber = 27, "Line numbers end at N10000000: renumber, or leave N out.";
-        ValueMissing = 28, "A word is missing: G4 needs P, G10 L and P, canned cycles R and Z, with pecks Q, G82 and G89 P.";
-        UnsupportedSystem = 29, "The work coordinates are G54 to G59, G10 P1 to P6: choose one of them.";
+        ValueMissing = 28, "A word is missing: G4 needs P, G10 L and P, G43.2 H, canned cycles R and Z, with pecks Q, G82 and G89 P.";
+        UnsupportedSystem = 29, "The work coordinates are G54 to G59.3, G10 P1 to P9: choose one of them.";
         AbsoluteNeedsMotion = 30, "G53 works with G0 and G1 only: add one of them.";
         UnusedAxisWords = 31, "G80 has ended an arc or a probe, so nothing uses the axis words: add G0 or G1.";
         PlaneAxesMissing = 32, "An arc needs an axis word of its plane, or its centre alone: G17 wants X or Y, G18 X or Z, G19 Y or Z.";
@@ -38,9 +38,10 @@ codes! {
         RadiusTooSmall = 34, "The target is farther than twice the radius: raise R.";
         OffsetsMissing = 35, "An arc needs its centre or its radius: G17 wants I or J, G18 I or K, G19 J or K, or R.";
         UnusedWords = 36, "No code on the line uses one of its words: remove it.";
-        ToolAxis = 37, "G43.1 takes Z and no other axis: put the others on a line of their own.";
-        ToolNumber = 38, "Tool numbers end at T99999: renumber.";
+        ToolAxis = 37, "Tools have a length along Z alone: remove the other axes.";
+        ToolNumber = 38, "Tool numbers end at 99999: renumber.";
         BadCycle = 39, "No such holes can be made: do what the message before the refusal says.";
+        ToolTable = 43, "The table of tools has 32 places, from P1 on, for radii up to 1000 mm: free one by G10 L1 Pn Z0 R0, or correct P or R.";
     }
 }
 

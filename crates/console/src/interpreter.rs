@@ -4,12 +4,13 @@ mod arcs;
 mod coordinates;
 mod cycles;
 mod probes;
+mod tools;
 
 pub use cycles::CycleFault;
 
 use crate::{
     AXES, Arc, Block, BlockMove, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, PathControl,
-    Rate, Refusal, ReportedState, Settings, SpindleMode,
+    Rate, Refusal, ReportedState, Settings, SpindleMode, ToolTable,
     axes::Z,
     command::Jog,
     length,
@@ -34,8 +35,11 @@ pub struct Interpreter {
     position_pm: [i64; AXES],
     /// Offset of G92.
     shift_pm: [i64; AXES],
-    /// Offset of G43.1, along Z.
+    /// Offset of G43 to G43.2, along Z.
     tool_length_pm: i64,
+    tools: ToolTable,
+    /// The number of the tool in the spindle, the one of the last M6; 0 for none.
+    tool_in_spindle: u32,
     /// Position at which the last probe ended.
     touched_pm: [i64; AXES],
     /// True if the probe's contact changed there.
@@ -68,12 +72,27 @@ impl Interpreter {
         self.shift_pm
     }
 
-    /// The offset of G43.1, along Z.
+    /// The offset of G43 to G43.2, along Z.
     pub fn tool_length_pm(&self) -> i64 {
         self.tool_length_pm
     }
 
-    /// Work zero in machine coordinates: the work coordinate system, G92 and G43.1 together.
+    /// The table of tools.
+    pub fn tools(&self) -> &ToolTable {
+        &self.tools
+    }
+
+    /// Replaces the table of tools. The offset in force stays.
+    pub fn set_tools(&mut self, tools: &ToolTable) {
+        self.tools = *tools;
+    }
+
+    /// The number of the tool in the spindle, the one of the last M6; 0 for none.
+    pub fn tool_in_spindle(&self) -> u32 {
+        self.tool_in_spindle
+    }
+
+    /// Work zero in machine coordinates: the work coordinate system, G92 and the tool's length together.
     pub fn work_offset_pm(&self) -> [i64; AXES] {
         let system_pm = self.coordinates.work_offsets_pm[usize::from(self.modal.system)];
         let mut offset_pm = core::array::from_fn(|axis| system_pm[axis] + self.shift_pm[axis]);
@@ -114,8 +133,8 @@ impl Interpreter {
         self.modal.coolant = coolant;
     }
 
-    /// Resets the modal state to that of power-up and clears G92 and G43.1. Keeps the position, the coordinates and the
-    /// result of the last probe.
+    /// Resets the modal state to that of power-up and clears G92 and the tool's length in force. Keeps the position, the
+    /// coordinates, the tools and the result of the last probe.
     pub fn reset(&mut self) {
         (self.modal, self.cycles) = (Modal::default(), cycles::Cycles::default());
         (self.shift_pm, self.tool_length_pm) = ([0; AXES], 0);
@@ -176,7 +195,7 @@ impl Interpreter {
         words.read(&mut line.as_bytes())?;
         // Only codes of group 0 change coordinates, and these are large.
         let coordinates = words.non_modal.is_some().then_some(self.coordinates);
-        let before = (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm);
+        let before = (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm, self.tool_in_spindle);
         let cycles = words.modal.motion.is_of_cycles().then(|| self.begin_or_end_cycles(&mut words));
         let result = self.block(&mut words, coordinates.as_ref(), settings, block);
         if result.is_err() {
@@ -184,7 +203,7 @@ impl Interpreter {
                 self.take_back_cycles(cycles);
             }
             self.coordinates = coordinates.unwrap_or(self.coordinates);
-            (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm) = before;
+            (self.modal, self.position_pm, self.shift_pm, self.tool_length_pm, self.tool_in_spindle) = before;
         }
         result
     }
@@ -251,18 +270,21 @@ impl Interpreter {
         block.switches_coolant = words.modal.coolant != self.modal.coolant;
         block.changes_speed = self.modes(words)?;
         // The P of G4 and of G10 is theirs.
-        if words.blends && !matches!(words.non_modal, Some(NonModal::Dwell | NonModal::SetWorkOffset)) {
+        if words.blends && !matches!(words.non_modal, Some(NonModal::Dwell | NonModal::Set)) {
             self.blend(words)?;
         }
-        block.tool_change = words.changes_tool.then_some(self.modal.tool);
+        if words.changes_tool {
+            self.tool_in_spindle = self.modal.tool;
+            block.tool_change = Some(self.modal.tool);
+        }
         if words.non_modal == Some(NonModal::Dwell) {
             block.dwell_s = Some(words.take(b'P').ok_or(Error::ValueMissing)?);
         }
-        if words.cancels_length || words.axis_command == Some(AxisCommand::ToolLength) {
-            self.tool_length(words)?;
+        if let Some(length) = words.tool_length {
+            self.tool_length(length, words)?;
         }
         self.non_modal(words, block)?;
-        block.changes_coordinates = before.is_some_and(|before| *before != self.coordinates);
+        block.changes_parameters |= before.is_some_and(|before| *before != self.coordinates);
         if self.modal.motion.probes() {
             self.probe(words, &mut block.probe)?;
         } else if self.modal.motion.is_cycle() {
@@ -319,21 +341,6 @@ impl Interpreter {
             }
             let together_mm = together_pm.map(|pm| length::to_mm(pm) as f32);
             self.modal.path = PathControl::BlendWithin { deviation_mm: in_mm_min(deviation, &self.modal), together_mm };
-        }
-        Ok(())
-    }
-
-    #[cold]
-    fn tool_length(&mut self, words: &mut BlockWords) -> Result<(), Error> {
-        if words.cancels_length {
-            self.tool_length_pm = 0;
-        }
-        if words.axis_command == Some(AxisCommand::ToolLength) {
-            let mut given_pm = coordinates::given_pm(words);
-            self.tool_length_pm = match (given_pm.next(), given_pm.next()) {
-                (Some((Z, z_pm)), None) => within(z_pm)?,
-                _ => return Err(Error::ToolAxis),
-            };
         }
         Ok(())
     }

@@ -52,6 +52,7 @@ mod setting_table;
 mod settings;
 mod status;
 mod system;
+mod tools;
 mod words;
 
 pub use alarm::AlarmCode;
@@ -73,6 +74,7 @@ pub use setting_error::SettingError;
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};
 pub use settings::{Carries, Settings};
 pub use status::{StatusReport, StatusReporter};
+pub use tools::{RADIUS_MAX_NM, TOOLS, ToolEntry, ToolTable};
 
 /// The examples of the README are run as those here are.
 #[cfg(doctest)]

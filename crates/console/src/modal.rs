@@ -234,7 +234,7 @@ impl Coolant {
 pub struct Modal {
     /// G0 to G3, G38.2 to G38.5, G73 to G89.
     pub motion: MotionMode,
-    /// The work coordinate system: 0 for G54 to 5 for G59.
+    /// The work coordinate system: 0 for G54 to 5 for G59, 6 for G59.1 to 8 for G59.3.
     pub system: u8,
     /// The plane of arcs: 0 for G17, 1 for G18, 2 for G19.
     pub plane: u8,

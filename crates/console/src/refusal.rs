@@ -16,6 +16,7 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'G', 38, 38, "probing is G38.2 to G38.5: give one of them"),
     (b'G', 41, 42, CUTTER),
     (b'G', 43, 43, TOOLS),
+    (b'G', 44, 44, "no negative lengths here: give the length below 0, and G43"),
     (b'G', 51, 51, "no scaling here: let the CAM program scale"),
     (b'G', 68, 68, "no rotation here: let the CAM program rotate"),
     (b'G', 73, 73, CYCLES),
@@ -37,14 +38,13 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
     (b'C', 0, 0, AXES),
     (b'D', 0, 0, CUTTER),
     (b'E', 0, 0, "no extruder here, and numbers have no exponents: use a post-processor for mills"),
-    (b'H', 0, 0, TOOLS),
     (b'U', 0, 0, AXES),
     (b'V', 0, 0, AXES),
     (b'W', 0, 0, AXES),
     (b'Z', 0, 0, AXES),
 ];
 const CUTTER: &str = "no cutter compensation here: let the CAM program compensate";
-const TOOLS: &str = "no tool table here: remove G43 and its H, keep Z, and set work zero with the tool in";
+const TOOLS: &str = "no tools without Z here: remove G43 and its H";
 const CYCLES: &str = match crate::AXES {
     2 => "no canned cycles without Z: let the post-processor expand them",
     _ => "the canned cycles are G73 G81 G82 G83 G85 G86 G89: let the post-processor expand others",
@@ -116,12 +116,18 @@ impl<'l> Refusal<'l> {
             () => {}
         }
         if error == Error::IntegerRequired && stopped.is_none() && line.contains("G10") {
-            return Some(Self { word: "P", remedy: "G10 numbers systems by whole numbers: remove the fraction" });
+            return Some(Self {
+                word: "P",
+                remedy: "G10 numbers systems and tools by whole numbers: remove the fraction",
+            });
         }
         (error == Error::Unsupported).then(|| match stopped {
             Some(_) => Self::of_word(word),
             // All its words are known. G10 is the only code that refuses the values of its words with this error.
-            None => Self { word: "G10", remedy: "L2 or L20 here, without a rotation: correct L, remove R" },
+            None => Self {
+                word: "G10",
+                remedy: "L1, L2, L10, L11 or L20 here, without a rotation: correct L, remove R of L2",
+            },
         })
     }
 
@@ -172,6 +178,7 @@ pub struct Unused {
 impl fmt::Display for Unused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let remedy = match self.letter {
+            b'H' => "it names a tool for G43 and G43.2: add one of them, or remove it",
             b'P' if self.is_of_arc => "an arc has no turns here: write a line for each turn",
             b'I'..=b'K' if self.is_of_arc && self.has_radius => "R has given the arc: keep one of them",
             _ => "no code on the line uses it: remove it, or add the code that does",
@@ -214,8 +221,8 @@ mod tests {
             ("G1X1F-1", 4, "F-1"),
             ("G64P-1", 4, "P-1"),
             ("G1A1D2", 20, "A1"),
-            ("G43H1", 20, "G43"),
-            ("$N1=G0X1G43.2H1", 20, "G43.2"),
+            ("G43.3H1", 23, "G43.3"),
+            ("$N1=G0X1G44H1", 20, "G44"),
             ("$J=X1F1D5", 20, "D5"),
             ("G20X1G21", 21, "G21"),
             ("M6T1M6", 21, "M6"),
@@ -223,7 +230,7 @@ mod tests {
             ("M3.1S1", 23, "M3.1"),
             ("G0X1G1", 24, "G1"),
             ("X1Y2X3", 25, "X3"),
-            ("G59.1", 29, "G59.1"),
+            ("G59.4", 23, "G59.4"),
             ("X1T100000", 38, "T100000"),
         ];
         for &(line, code, word) in rows {

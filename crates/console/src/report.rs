@@ -4,9 +4,12 @@ use core::fmt::{Result, Write};
 
 use crate::status::write_coordinates;
 use crate::{
-    AXES, AlarmCode, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings,
-    parameters::StoredLine,
+    AXES, AlarmCode, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, TOOLS, ToolEntry,
+    axes::Z,
+    parameters::{StoredLine, WORK_SYSTEMS},
 };
+
+const NM_PM: i64 = 1_000;
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
@@ -138,23 +141,31 @@ pub fn setting(out: &mut impl Write, row: &crate::Setting, settings: &Settings) 
 pub fn modal(out: &mut impl Write, interpreter: &Interpreter, settings: &Settings) -> Result {
     let inches = settings.report_inches;
     let modal = interpreter.modal();
-    let ((motion, decimal), system, plane) = (modal.motion.number(), 54 + modal.system, 17 + modal.plane);
+    let ((motion, decimal), system, plane) =
+        (modal.motion.number(), system_name(modal.system.into()), 17 + modal.plane);
     let units = 21 - u8::from(modal.inches);
     let distance = 90 + u8::from(modal.incremental);
     let feed_mode = 94 - u8::from(modal.inverse_time);
     let path = modal.path.word(settings.blend_deviation_mm);
     let retract = if modal.retracts_to_r { " G99" } else { "" };
-    write!(out, "[GC:G{motion}{decimal} G{system} G{plane} G{units} G{distance} G{feed_mode}{path}{retract}")?;
+    write!(out, "[GC:G{motion}{decimal} {system} G{plane} G{units} G{distance} G{feed_mode}{path}{retract}")?;
     write!(out, " M{}", modal.spindle as u8)?;
     let (feed, speed) = (Fixed::rate(modal.feed, inches), Fixed { value: modal.speed_rpm, decimals: 0 });
     write!(out, " {} T{} F{feed} S{speed}]\r\n", modal.coolant.word(), modal.tool)
 }
 
 /// Number of lines that [`parameter`] has.
-pub const PARAMETERS: usize = PARAMETER_NAMES.len() + 2;
-const PARAMETER_NAMES: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"];
+pub const PARAMETERS: usize = PARAMETER_NAMES.len() + TOOLS + 2;
+/// The systems, then other places.
+const PARAMETER_NAMES: [&str; WORK_SYSTEMS + 3] =
+    ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", "G28", "G30", "G92"];
 
-/// Line `index`, below [`PARAMETERS`], of the reply to `$#`. `ok` follows the last one.
+/// The code of a work coordinate system.
+fn system_name(system: usize) -> &'static str {
+    PARAMETER_NAMES[system]
+}
+
+/// Line `index`, below [`PARAMETERS`], of the reply to `$#`; nothing if there are fewer tools. `ok` follows the last one.
 pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, settings: &Settings) -> Result {
     let Coordinates { work_offsets_pm, places_pm } = interpreter.coordinates();
     let coordinates_pm = work_offsets_pm.iter().chain(places_pm).copied();
@@ -165,12 +176,25 @@ pub fn parameter(out: &mut impl Write, index: usize, interpreter: &Interpreter, 
             coordinates_pm.chain([interpreter.shift_pm()]).nth(index).unwrap_or_default(),
             settings,
         )?;
-        out.write_str("]\r\n")
-    } else if index == PARAMETER_NAMES.len() {
-        write!(out, "[TLO:{}]\r\n", Coordinate { pm: interpreter.tool_length_pm(), inches: settings.report_inches })
-    } else {
-        probed(out, interpreter, settings)
+        return out.write_str("]\r\n");
     }
+    let inches = settings.report_inches;
+    match index - PARAMETER_NAMES.len() {
+        TOOLS => write!(out, "[TLO:{}]\r\n", Coordinate { pm: interpreter.tool_length_pm(), inches }),
+        place @ ..TOOLS => tool(out, place, interpreter, settings),
+        _ => probed(out, interpreter, settings),
+    }
+}
+
+/// `[T:n|x,y,z|radius]`, as grblHAL writes it, of the tool with the `place`-th number of the table.
+fn tool(out: &mut impl Write, place: usize, interpreter: &Interpreter, settings: &Settings) -> Result {
+    let tools = interpreter.tools();
+    let mut in_order = core::iter::successors(tools.next_above(0), |tool| tools.next_above(tool.number));
+    let Some(&ToolEntry { number, length_pm, radius_nm }) = in_order.nth(place) else { return Ok(()) };
+    write!(out, "[T:{number}|")?;
+    write_coordinates(out, core::array::from_fn(|axis| if axis == Z { length_pm } else { 0 }), settings)?;
+    let radius = Coordinate { pm: i64::from(radius_nm) * NM_PM, inches: settings.report_inches };
+    write!(out, "|{radius}]\r\n")
 }
 
 /// `[PRB:x,y,z:n]`: where the last probe ended, in machine coordinates, and 1 if its contact changed there. A line of

@@ -26,7 +26,7 @@ pub(crate) enum Word {
 ///
 /// # Errors
 /// [`Error::LetterMissing`] or [`Error::BadNumber`] where the line does not consist of words, [`Error::IntegerRequired`]
-/// where L, N or T have a fraction; otherwise the error of `take`.
+/// where H, L, N or T have a fraction; otherwise the error of `take`.
 pub(crate) fn for_each(line: &mut &[u8], mut take: impl FnMut(Word) -> Result<(), Error>) -> Result<(), Error> {
     while let [letter, number @ ..] = *line {
         if !letter.is_ascii_alphabetic() {
@@ -48,7 +48,7 @@ fn word(letter: u8, number: Decimal) -> Result<Word, Error> {
         b'I'..=b'K' | b'Q' | b'R' | b'X' | b'Y' => length(),
         b'Z' if AXES > axes::Z => length(),
         b'A' if AXES > axes::A => length(),
-        b'L' | b'N' | b'T' if !number.is_whole() => Err(Error::IntegerRequired),
+        b'H' | b'L' | b'N' | b'T' if !number.is_whole() => Err(Error::IntegerRequired),
         _ => number.value().map(|value| Word::Value(letter, value)).ok_or(Error::BadNumber),
     }
 }

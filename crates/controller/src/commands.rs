@@ -9,7 +9,8 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
 use isostep_console::{
-    Command, Conflict, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings, Unfit,
+    Command, Conflict, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings,
+    ToolTable, Unfit,
 };
 use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, cold_path};
 
@@ -338,6 +339,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if parameters {
             self.with(|program| {
                 program.interpreter.set_coordinates(Coordinates::default());
+                program.interpreter.set_tools(&ToolTable::default());
                 program.startup = Default::default();
                 if settings {
                     program.build_text.clear();

@@ -81,7 +81,7 @@ pub(crate) struct Program {
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Unsaved {
     pub settings: bool,
-    /// Work offsets, places, start-up lines, the user's text.
+    /// Work offsets, places, tools, start-up lines, the user's text.
     pub parameters: bool,
 }
 
@@ -153,6 +153,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.with(|program| {
             program.loss = loss;
             program.interpreter.set_coordinates(parameters.coordinates);
+            program.interpreter.set_tools(&parameters.tools);
             program.startup.clone_from(&parameters.startup);
             program.build_text.clone_from(&parameters.build_text);
             program.work_offset_pm = program.interpreter.work_offset_pm();
@@ -165,11 +166,12 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.with(|program| program.settings)
     }
 
-    /// Work offsets, places, start-up lines and the user's text, as they are now.
+    /// Work offsets, places, tools, start-up lines and the user's text, as they are now.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
         self.with(|program| Parameters {
             coordinates: *program.interpreter.coordinates(),
+            tools: *program.interpreter.tools(),
             startup: program.startup.clone(),
             build_text: program.build_text.clone(),
         })
@@ -337,6 +339,7 @@ impl Unsaved {
 impl Program {
     /// The value of an item, as it is now.
     pub fn value(&self, item: Item) -> Value {
-        item.value((&self.settings, self.interpreter.coordinates(), &self.startup, &self.build_text))
+        let (coordinates, tools) = (self.interpreter.coordinates(), self.interpreter.tools());
+        item.value((&self.settings, coordinates, tools, &self.startup, &self.build_text))
     }
 }

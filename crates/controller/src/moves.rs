@@ -25,7 +25,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// answer are left in it.
     pub(crate) async fn block(&self, block: &Block, text: &mut Message, out: &Output) -> Result<(), Error> {
         let (checks, offset_pm, has_new_offset) = self.with(|program| {
-            program.unsaved.parameters |= block.changes_coordinates;
+            program.unsaved.parameters |= block.changes_parameters;
             let offset_pm = program.interpreter.work_offset_pm();
             (program.mode == Mode::Check, offset_pm, offset_pm != program.work_offset_pm)
         });

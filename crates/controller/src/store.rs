@@ -1,4 +1,5 @@
-//! The values that survive a power cycle, in flash: settings, work offsets, places, start-up lines and a text of the user's.
+//! The values that survive a power cycle, in flash: settings, work offsets, places, tools, start-up lines and a text of the
+//! user's.
 //!
 //! # Design
 //! The data is a log, the queue of `sequential-storage`: each change appends one item, and the last value of an item
@@ -65,7 +66,7 @@ pub struct Store<F: NorFlash> {
 pub struct Kept {
     /// The settings, not yet checked.
     pub settings: Settings,
-    /// Work offsets, places, start-up lines, the user's text.
+    /// Work offsets, places, tools, start-up lines, the user's text.
     pub parameters: Parameters,
 }
 
@@ -96,8 +97,7 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Panics
     /// When `range` is not 4 to 32 whole sectors of the flash, or when half of them, less one, have no room for all items
-    /// twice. Four sectors of 4096 bytes have it; if units are of 32 bytes nine have, and ten for four axes (eight and nine
-    /// without the settings of drivers).
+    /// twice. Six sectors of 4096 bytes have it, and twelve if units are of 32 bytes.
     #[must_use]
     pub fn new(flash: F, range: Range<u32>, defaults: Settings) -> Self {
         let sectors = Sectors::new(flash, range);
@@ -246,8 +246,8 @@ impl Kept {
     /// The value of an item.
     #[must_use]
     pub fn value(&self, item: Item) -> Value {
-        let Parameters { coordinates, startup, build_text } = &self.parameters;
-        item.value((&self.settings, coordinates, startup, build_text))
+        let Parameters { coordinates, tools, startup, build_text } = &self.parameters;
+        item.value((&self.settings, coordinates, tools, startup, build_text))
     }
 
     fn set(&mut self, item: Item, value: &[u8]) -> bool {

@@ -5,7 +5,7 @@ use std::task::{Context, Poll, Waker};
 
 use arbitrary::{Result, Unstructured};
 use embassy_futures::block_on;
-use isostep_console::{SETTING_TABLE, Settings};
+use isostep_console::{SETTING_TABLE, Settings, ToolEntry};
 use isostep_controller::Parameters;
 use isostep_controller::store::{Item, Kept, Store};
 use isostep_sim::Flash;
@@ -27,7 +27,7 @@ pub fn run(bytes: &[u8]) {
 }
 
 fn live(bytes: &mut Unstructured<'_>) -> Result<()> {
-    let sectors = bytes.int_in_range(4..=6)?;
+    let sectors = bytes.int_in_range(6..=8)?;
     let flash = Flash::with(vec![ERASED; sectors * SECTOR_BYTES]);
     scribble(&flash, bytes)?;
     let mut life = Life::begin(flash);
@@ -188,9 +188,16 @@ fn change(kept: &mut Kept, bytes: &mut Unstructured<'_>) -> Result<()> {
                 index => kept.parameters.startup[index] = line,
             }
         }
-        2 | 3 => {
-            let place = kept.parameters.coordinates.place_mut(bytes.int_in_range(0..=7)?);
+        2 => {
+            let index = bytes.int_in_range(0..=10)?;
+            let place = kept.parameters.coordinates.iter_mut().nth(index).expect("eleven places");
             place.fill(i64::from(bytes.arbitrary::<i8>()?) * 1_000_000_000);
+        }
+        3 => {
+            let (number, length_pm) =
+                (bytes.int_in_range(1..=40)?, i64::from(bytes.arbitrary::<i8>()?) * 1_000_000_000);
+            // A tool for which there is no room stays away.
+            let _ = kept.parameters.tools.put(ToolEntry { number, length_pm, radius_nm: 0 });
         }
         // This changes many settings at once, so that a copy of everything is long.
         4 => {

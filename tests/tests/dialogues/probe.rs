@@ -53,7 +53,7 @@ fn g38_2_stops_at_the_contact() {
     assert_eq!(status(&mut sim), format!("<Idle|MPos:0.000,0.000,{:.3}", f64::from(behind) / 50.0));
     assert_eq!(say(&mut sim, "G91 G0 Z-1"), ["ok"]);
     assert_eq!(sim.counted_steps(), [0, 0, behind - 50]);
-    assert_eq!(say(&mut sim, "$13=1\n$#")[11], "[PRB:0.0000,0.0000,0.7874:1]");
+    assert_eq!(say(&mut sim, "$13=1\n$#")[14], "[PRB:0.0000,0.0000,0.7874:1]");
     assert_eq!(say(&mut sim, "$G")[0], "[GC:G0 G54 G17 G21 G91 G94 G64 M5 M9 T0 F11.8 S0]");
     assert_eq!(say(&mut sim, "G90 G0 Z0\nG38.2 Z40"), ["ok", "[PRB:0.0000,0.0000,0.7874:1]", "ok"]);
 }

@@ -120,7 +120,7 @@ fn bcnc_connects_streams_and_ends() {
     assert_eq!(hear(&mut sim, b"\n\n", Duration::from_millis(100)), ["ok", "ok"]);
     assert!(report(&mut sim).starts_with("<Idle|"));
     let parameters = hear(&mut sim, b"$#\n", Duration::from_millis(100));
-    assert_eq!((parameters.len(), parameters.last().unwrap().as_str()), (12, "ok"));
+    assert_eq!((parameters.len(), parameters.last().unwrap().as_str()), (15, "ok"));
     assert_eq!(hear(&mut sim, b"$G\n", Duration::from_millis(100)), [MODAL, "ok"]);
     Streamer { sim: &mut sim, window: 127, overshoots: false, end: "\n", poll_ms: 199 }.run(&job());
     done(&mut sim);
@@ -135,7 +135,7 @@ fn grbl_streamer_connects_and_overshoots() {
     let mut sim = machine();
     assert_eq!(hear(&mut sim, b"\x18", Duration::from_millis(10)), [WELCOME]);
     assert!(lists_settings(&hear(&mut sim, b"$$\n", Duration::from_millis(100))));
-    assert_eq!(hear(&mut sim, b"$#\n", Duration::from_millis(100)).len(), 12);
+    assert_eq!(hear(&mut sim, b"$#\n", Duration::from_millis(100)).len(), 15);
     assert_eq!(hear(&mut sim, b"$G\n", Duration::from_millis(100)), [MODAL, "ok"]);
     Streamer { sim: &mut sim, window: 128, overshoots: true, end: "\n", poll_ms: 99 }.run(&job());
     done(&mut sim);
@@ -178,7 +178,7 @@ fn candle_connects_and_streams() {
     let heard = hear(&mut sim, b"\x18", Duration::from_millis(100));
     assert!(heard[0].starts_with("Grbl"), "{heard:?}");
     assert!(lists_settings(&hear(&mut sim, b"$$\r", Duration::from_millis(100))));
-    assert_eq!(hear(&mut sim, b"$#\r", Duration::from_millis(100)).len(), 12);
+    assert_eq!(hear(&mut sim, b"$#\r", Duration::from_millis(100)).len(), 15);
     assert_eq!(hear(&mut sim, b"$G\r", Duration::from_millis(100)), [MODAL, "ok"]);
     Streamer { sim: &mut sim, window: 127, overshoots: false, end: "\r", poll_ms: 39 }.run(&job());
     done(&mut sim);

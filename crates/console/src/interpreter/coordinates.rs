@@ -1,6 +1,6 @@
 //! Work offsets, stored positions, and how axis words refer to them.
 
-use super::{Interpreter, within};
+use super::{Interpreter, tools::EntryMeaning, within};
 use crate::{
     AXES, Block, BlockMove, Error, MotionMode, Rate,
     axes::Z,
@@ -16,7 +16,7 @@ impl Interpreter {
     /// Executes a code of group 0. G28 and G30 move, perhaps via another point.
     pub(super) fn non_modal(&mut self, words: &mut BlockWords, block: &mut Block) -> Result<(), Error> {
         match words.non_modal {
-            Some(NonModal::SetWorkOffset) => self.set_work_offset(words)?,
+            Some(NonModal::Set) => self.set(words, block)?,
             Some(NonModal::Shift) => self.shift(words)?,
             Some(NonModal::Unshift) => self.shift_pm = [0; AXES],
             Some(NonModal::Keep(place)) => self.coordinates.places_pm[place] = self.position_pm,
@@ -31,12 +31,32 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G10. P0 is the work coordinate system in force.
-    fn set_work_offset(&mut self, words: &mut BlockWords) -> Result<(), Error> {
+    /// G10.
+    #[cold]
+    #[inline(never)]
+    fn set(&mut self, words: &mut BlockWords, block: &mut Block) -> Result<(), Error> {
+        let meaning = words.take(b'L');
+        let entry = match meaning.unwrap_or_default() as u32 {
+            1 => EntryMeaning::Length,
+            10 => EntryMeaning::Place,
+            11 => EntryMeaning::PlaceAtSetter,
+            _ => return self.set_work_offset(meaning, words),
+        };
+        if AXES <= Z {
+            return Err(Error::Unsupported);
+        }
+        let before = self.tools;
+        self.set_tool(entry, words)?;
+        block.changes_parameters = self.tools != before;
+        Ok(())
+    }
+
+    /// G10 L2 and L20. P0 is the work coordinate system in force.
+    fn set_work_offset(&mut self, meaning: Option<f32>, words: &mut BlockWords) -> Result<(), Error> {
         if !words.has_axes() {
             return Err(Error::AxisWordsMissing);
         }
-        let (Some(number), Some(meaning)) = (words.take(b'P'), words.take(b'L')) else {
+        let (Some(number), Some(meaning)) = (words.take(b'P'), meaning) else {
             return Err(Error::ValueMissing);
         };
         if number % 1.0 != 0.0 {

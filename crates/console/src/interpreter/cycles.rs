@@ -90,7 +90,9 @@ impl Interpreter {
         words.read(&mut line.as_bytes()).ok()?;
         at_line.begin_or_end_cycles(&mut words);
         at_line.modes(&mut words).ok()?;
-        at_line.tool_length(&mut words).ok()?;
+        if let Some(length) = words.tool_length {
+            at_line.tool_length(length, &mut words).ok()?;
+        }
         at_line.planned(&mut words, settings).err().filter(|fault| !matches!(fault, CycleFault::Other(_)))
     }
 

@@ -11,13 +11,13 @@ use crate::{
 };
 
 /// Letters that Grbl reads as values, apart from lengths. Those that no code of the block uses end as [`Error::UnusedWords`].
-const VALUE_LETTERS: u32 = letters(b"FLNPST");
+const VALUE_LETTERS: u32 = letters(b"FHLNPST");
 const AXIS_LETTERS: u32 = letters(AXES_BYTES.as_slice());
 /// The letters of the axes.
 const AXES_BYTES: [u8; AXES] = of_each(*b"XYZA");
 const OFFSET_LETTERS: u32 = letters(b"IJK");
 /// Letters whose value must not be negative.
-const UNSIGNED_LETTERS: u32 = letters(b"FNPST");
+const UNSIGNED_LETTERS: u32 = letters(b"FHNPST");
 /// The number of letters that give a length: I, J, K, Q and R, and those of the axes.
 const LENGTHS: usize = 5 + AXES;
 const MAX_LINE_NUMBER: f32 = 10_000_000.0;
@@ -78,7 +78,7 @@ pub(crate) enum NonModal {
     /// G4.
     Dwell,
     /// G10.
-    SetWorkOffset,
+    Set,
     /// G28, G30.
     GoTo(usize),
     /// G28.1, G30.1.
@@ -102,6 +102,19 @@ pub(crate) enum AxisCommand {
     ToolLength,
 }
 
+/// The length of a tool that comes into force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ToolLength {
+    /// G43: that of tool H, or of the tool in the spindle.
+    OfTool,
+    /// G43.1: that of the Z word.
+    Given,
+    /// G43.2: that of tool H, beside the one in force.
+    Added,
+    /// G49: none.
+    Zero,
+}
+
 /// The words of a block, each letter at most once.
 #[derive(Debug)]
 pub(crate) struct BlockWords {
@@ -117,8 +130,8 @@ pub(crate) struct BlockWords {
     pub(crate) modal: Modal,
     pub(crate) non_modal: Option<NonModal>,
     pub(crate) axis_command: Option<AxisCommand>,
-    /// G49.
-    pub(crate) cancels_length: bool,
+    /// G43 to G43.2 or G49.
+    pub(crate) tool_length: Option<ToolLength>,
     /// G64, which may have a P word, and then a Q word.
     pub(crate) blends: bool,
     /// M6.
@@ -141,7 +154,7 @@ impl BlockWords {
             modal,
             non_modal: None,
             axis_command: None,
-            cancels_length: false,
+            tool_length: None,
             blends: false,
             changes_tool: false,
             pauses: false,
@@ -271,7 +284,7 @@ impl BlockWords {
             3840 => self.motion(MotionMode::ProbeAway)?,
             3850 => self.motion(MotionMode::ProbeAwayIfAny)?,
             400 => self.non_modal(NonModal::Dwell),
-            1000 => self.non_modal_with_axes(NonModal::SetWorkOffset)?,
+            1000 => self.non_modal_with_axes(NonModal::Set)?,
             1800 | 1900 if AXES <= Z => return Err(Error::Unsupported),
             1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; ModalGroup::Plane }
             // G70 and G71 are what some controls write for G20 and G21.
@@ -282,11 +295,23 @@ impl BlockWords {
             // No scaling, no rotation: there is neither here.
             5000 => ModalGroup::Scaling,
             6900 => ModalGroup::Rotation,
-            4310 => { self.claim_axes(AxisCommand::ToolLength)?; ModalGroup::ToolLength }
-            4900 => { self.cancels_length = true; ModalGroup::ToolLength }
+            4300 | 4310 | 4320 | 4900 if AXES > Z => {
+                let length = match hundredths {
+                    4300 => ToolLength::OfTool,
+                    4310 => ToolLength::Given,
+                    4320 => ToolLength::Added,
+                    _ => ToolLength::Zero,
+                };
+                if length == ToolLength::Given {
+                    self.claim_axes(AxisCommand::ToolLength)?;
+                }
+                self.tool_length = Some(length);
+                ModalGroup::ToolLength
+            }
+            4900 => ModalGroup::ToolLength,
             5300 => self.non_modal(NonModal::MachineCoordinates),
             5400 | 5500 | 5600 | 5700 | 5800 | 5900 => { modal.system = code as u8 - 54; ModalGroup::CoordinateSystem }
-            5910 | 5920 | 5930 => return Err(Error::UnsupportedSystem),
+            5910 | 5920 | 5930 => { modal.system = 5 + (hundredths % 100 / 10) as u8; ModalGroup::CoordinateSystem }
             6100 | 6110 | 6400 => {
                 modal.path = match hundredths {
                     6100 => PathControl::Exact,
@@ -316,7 +341,7 @@ impl BlockWords {
             9200 => self.non_modal_with_axes(NonModal::Shift)?,
             9210 => self.non_modal(NonModal::Unshift),
             9300 | 9400 => { modal.inverse_time = code == 93; ModalGroup::FeedMode }
-            _ if matches!(code, 0..=4 | 10 | 17..=21 | 40 | 50 | 69..=71 | 49 | 53..=59 | 80 | 93 | 94) => {
+            _ if matches!(code, 0..=4 | 10 | 17..=21 | 40 | 43 | 50 | 69..=71 | 49 | 53..=59 | 80 | 93 | 94) => {
                 return Err(Error::IntegerRequired);
             }
             _ => return Err(Error::Unsupported),
@@ -386,7 +411,7 @@ impl BlockWords {
         if VALUE_LETTERS & bit == 0 {
             return Err(Error::Unsupported);
         }
-        if letter == b'T' && value > MAX_TOOL {
+        if matches!(letter, b'H' | b'T') && value > MAX_TOOL {
             return Err(Error::ToolNumber);
         }
         self.give(bit)?;

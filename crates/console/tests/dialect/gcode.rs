@@ -269,7 +269,7 @@ fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
 #[test]
 fn clashes_repeats_and_leftovers_are_refused() {
     check(
-        "G0 G1\nG20 G21\nG90 G91\nG17 G18\nG54 G55\nG93 G94\nM3 M5\nM8 M9\nM2 M30\nM0 M2\nG4 G28 P1\nX1 X2\nG0 X1 P1\nG0 X1 I1\nS1 S2\nM1.5\nG1.5\nG54.1\nG59.1\nG10 G0 L2 P1 X1\nG43.1 G0 Z1\nG92 G49 X1\nG92 G53 X1",
+        "G0 G1\nG20 G21\nG90 G91\nG17 G18\nG54 G55\nG93 G94\nM3 M5\nM8 M9\nM2 M30\nM0 M2\nG4 G28 P1\nX1 X2\nG0 X1 P1\nG0 X1 I1\nS1 S2\nM1.5\nG1.5\nG54.1\nG59.4\nG10 G0 L2 P1 X1\nG43.1 G0 Z1\nG92 G49 X1\nG92 G53 X1",
         expect![[r#"
             G0 G1 -> error:24
             G20 G21 -> error:21
@@ -289,7 +289,7 @@ fn clashes_repeats_and_leftovers_are_refused() {
             M1.5 -> error:23
             G1.5 -> error:23
             G54.1 -> error:23
-            G59.1 -> error:29
+            G59.4 -> error:23
             G10 G0 L2 P1 X1 -> error:24
             G43.1 G0 Z1 -> error:24
             G92 G49 X1 -> ok
@@ -423,7 +423,7 @@ fn axis_words_in_g80_are_those_of_the_code_that_takes_them() {
             G92.1 -> ok
             G80 G30 Y1 -> (via [6.0, 1.0, 0.0]) (rapid [6.0, 0.0, 0.0]) ok
             G92 X1 G28 -> error:24
-            $# -> [G54:1.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G28:6.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:1.000] [PRB:0.000,0.000,0.000:0] ok
+            $# -> [G54:1.000,0.000,0.000] [G55:0.000,0.000,0.000] [G56:0.000,0.000,0.000] [G57:0.000,0.000,0.000] [G58:0.000,0.000,0.000] [G59:0.000,0.000,0.000] [G59.1:0.000,0.000,0.000] [G59.2:0.000,0.000,0.000] [G59.3:0.000,0.000,0.000] [G28:6.000,0.000,0.000] [G30:0.000,0.000,0.000] [G92:0.000,0.000,0.000] [TLO:1.000] [PRB:0.000,0.000,0.000:0] ok
         "#]],
     );
 }

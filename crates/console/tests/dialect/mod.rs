@@ -13,4 +13,5 @@ mod status;
 mod system;
 mod talk;
 mod tool;
+mod tools;
 mod unknown;

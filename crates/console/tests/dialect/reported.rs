@@ -39,10 +39,10 @@ fn a_refused_line_is_told_what_to_do() {
             N1.5 X1 -> error:23
             N1.0 X1 -> (N1) (rapid [1.0, 0.0, 0.0]) ok
             T2.0 -> ok
-            G10 L2 P1.5 X1 -> [MSG:P: G10 numbers systems by whole numbers: remove the fraction] error:23
+            G10 L2 P1.5 X1 -> [MSG:P: G10 numbers systems and tools by whole numbers: remove the fraction] error:23
             G10 L2.5 P1 X1 -> error:23
             G10 L20.0 P1.000 X0 -> ok
-            $N0=G10 L2 P1.5 X1 -> [MSG:P: G10 numbers systems by whole numbers: remove the fraction] error:23
+            $N0=G10 L2 P1.5 X1 -> [MSG:P: G10 numbers systems and tools by whole numbers: remove the fraction] error:23
             T0.00000001 -> error:23
             N00000000000000000005.00000 -> error:2
         "#]],
