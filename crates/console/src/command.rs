@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::{AXES, AlarmCode, Arc, Error, PathControl};
+use crate::{AXES, AlarmCode, Arc, Catalogue, Error, PathControl};
 
 /// A line that has been interpreted; it borrows texts from the line (`'l`).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +44,8 @@ pub enum Command<'l> {
     Help,
     /// `$$`: list the settings.
     ShowSettings,
+    /// `$ES`, `$EG`, `$EE`, `$EA`: list what the numbers of settings, groups, errors or alarms mean.
+    ShowCatalogue(Catalogue),
     /// `$#`: list work offsets and stored positions.
     ShowParameters,
     /// M122, alone in a line: report what Trinamic drivers say.
@@ -63,8 +65,11 @@ pub enum Command<'l> {
         /// Restore the [`Parameters`](crate::Parameters): `#` and `*`.
         parameters: bool,
     },
-    /// `$I`: report the build.
-    ShowBuild,
+    /// `$I`, `$I+`: report the build.
+    ShowBuild {
+        /// `$I+`: with what grblHAL adds.
+        is_extended: bool,
+    },
     /// `$I=`: store a text that `$I` reports.
     SetBuild {
         /// At most [`STORED_LINE_CHARS`](crate::parameters::STORED_LINE_CHARS) long; empty for none.

@@ -21,10 +21,13 @@ pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $
     $BOOT makes way for new firmware]\r\n";
 /// The name of the build. Senders look for "grbl" in the reply to `$I`.
 const BUILD: &str = concat!("Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)");
+/// The name of the firmware. Senders that read `grblHAL` here go on to use what is not here, such as its stop byte and its tool
+/// table.
+pub(crate) const FIRMWARE: &str = "Isostep";
 /// The letters are Grbl's: V: variable spindle speed, N: line numbers, M: M7 works, Z: the position after homing reads
 /// 0, H: homing of single axes, L: not locked at power-up. Then the numbers of blocks and bytes that a sender may rely
 /// on.
-const OPTIONS: &str = "[OPT:VNMZHL,79,128]";
+const OPTIONS: &str = "[OPT:VNMZHL,79,128";
 
 /// Texts of `[MSG:...]` that senders recognise.
 pub mod messages {
@@ -59,15 +62,32 @@ pub mod messages {
     pub const NO_BOOT_LOADER: &str = "There is no boot loader here: $BOOT is for a board";
 }
 
-/// The reply to `$I`, before `ok`: Grbl's version and date, then our name or the user's text.
-pub fn build(out: &mut impl Write, text: &str) -> Result {
+/// The reply to `$I`, before `ok`: Grbl's version and date, then our name or the user's text. With `is_extended` the first lines of
+/// the reply to `$I+`: the options end with the numbers of axes and of tools in a table.
+pub fn build(out: &mut impl Write, text: &str, is_extended: bool) -> Result {
     let name = if text.is_empty() { BUILD } else { text };
-    write!(out, "[VER:1.1h.20190830:{name}]\r\n{OPTIONS}\r\n")?;
-    if AXES != 3 {
+    write!(out, "[VER:1.1h.20190830:{name}]\r\n{OPTIONS}")?;
+    if is_extended {
+        write!(out, ",{AXES},0")?;
+    }
+    out.write_str("]\r\n")?;
+    if is_extended || AXES != 3 {
         // As grblHAL says it; Grbl has three.
-        out.write_str(if AXES > 3 { "[AXS:4:XYZA]\r\n" } else { "[AXS:2:XY]\r\n" })?;
+        out.write_str(match AXES {
+            2 => "[AXS:2:XY]\r\n",
+            3 => "[AXS:3:XYZ]\r\n",
+            _ => "[AXS:4:XYZA]\r\n",
+        })?;
     }
     if text.is_empty() { Ok(()) } else { message(out, BUILD) }
+}
+
+/// What `$I+` adds, as grblHAL prints it. The options are its words. ENUMS: there are [catalogues](crate::Catalogue). RT+: `?`, `!`
+/// and `~` act wherever they stand. HOME: homing is switched on. Others are not true here: TC and ES promise its M61 and its
+/// letter E of `Pn:`, too.
+pub fn extended_build(out: &mut impl Write, settings: &Settings) -> Result {
+    let home = if settings.homing { ",HOME" } else { "" };
+    write!(out, "[NEWOPT:ENUMS,RT+{home}]\r\n[FIRMWARE:{FIRMWARE}]\r\n[NVS STORAGE:FLASH]\r\n")
 }
 
 /// `error:N`.

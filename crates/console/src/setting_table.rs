@@ -1,4 +1,4 @@
-//! The table that drives `$$`, `$n=v` and the documentation of the settings.
+//! The table that drives `$$`, `$n=v`, `$ES` and the documentation of the settings.
 
 use core::fmt;
 
@@ -86,12 +86,12 @@ const SECOND_MOTOR: &str = match AXES {
 const ROWS: &[(Setting, &str)] = &[
     row(0, "us", "step pulse; 0 as short as the driver takes", 0.0, 20.0, field!(Int pulse_us)),
     row(1, "ms", "motors stay energised after a move; 255 for ever", 0.0, 255.0, field!(Int idle_delay_ms)),
-    row(2, "", "step invert, mask (0: STEP is active high)", 0.0, 0.0, field!(Int step_invert_mask)),
+    row(2, "", "step invert; 0 alone: STEP is active high", 0.0, 0.0, field!(Int step_invert_mask)),
     row(3, "", "direction invert, mask", 0.0, ALL_AXES as f32, field!(Int direction_invert_mask)),
     row(4, "", "enable is active high", 0.0, 1.0, field!(Flag enable_invert)),
     row(5, "", "limit switches open when pressed", 0.0, 1.0, field!(Flag limit_invert)),
     row(6, "", "probe input, mask: 1 contact is high, 2 no pull-up", 0.0, 3.0, field!(Int probe_mask)),
-    row(8, "", "second motor: direction other than the first's, mask", 0.0, ALL_AXES as f32, field!(Int second_invert_mask)),
+    row(8, "", "direction of the second motor other than the first's, mask", 0.0, ALL_AXES as f32, field!(Int second_invert_mask)),
     row(10, "", "status report, mask: 1 machine position, 2 buffers", 0.0, 3.0, field!(Int report_mask)),
     row(11, "mm", "junction deviation; 0 stops at every corner", 0.0, 100.0, field!(Float junction_deviation_mm)),
     row(12, "mm", "arc tolerance, a quarter of a step at most", 0.001, 100.0, field!(Float arc_tolerance_mm)),
@@ -120,16 +120,16 @@ const ROWS: &[(Setting, &str)] = &[
     row(130, "mm", TRAVEL, TRAVEL_MIN_MM, 1e4, field!(PerAxis travel_mm)),
     #[cfg(feature = "trinamic")]
     row(140, "mA", "motor current, effective", 50.0, 1700.0, field!(IntPerAxis run_current_ma)),
-    row(170, "mm", "second motor: how much farther from its switch; below 0 the first", -5.0, 5.0, field!(PerAxis square_offset_mm)),
+    row(170, "mm", "how much farther the second motor is from its switch; below 0 the first", -5.0, 5.0, field!(PerAxis square_offset_mm)),
     #[cfg(feature = "trinamic")]
-    row(200, "", "stall threshold: half of the SG_RESULT of a stall; $STALL=X finds it", 0.0, 255.0, field!(IntPerAxis stall_threshold)),
+    row(200, "", "stall threshold, half of the SG_RESULT of a stall; $STALL=X finds it", 0.0, 255.0, field!(IntPerAxis stall_threshold)),
     #[cfg(feature = "trinamic")]
     row(210, "%", "motor current at standstill, of that at speed", 5.0, 100.0, field!(IntPerAxis hold_percent)),
     #[cfg(feature = "trinamic")]
     row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, field!(Int trinamic_mask)),
     #[cfg(feature = "trinamic")]
     row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, field!(Int stall_homing_mask)),
-    row(349, "mm", "second motor: how far one motor may go alone to its switch", 0.1, 100.0, field!(Float skew_max_mm)),
+    row(349, "mm", "how far one of two motors may go alone to its switch", 0.1, 100.0, field!(Float skew_max_mm)),
     #[cfg(feature = "four-axes")]
     row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, field!(Int rotary_mask)),
     row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, field!(Float spin_up_s)),
@@ -159,8 +159,9 @@ const ROWS: &[(Setting, &str)] = &[
 /// Every setting, by ascending number but for the microsteps, which come before the steps per millimetre, because these
 /// follow them: so a listing that is sent back in this order ends as it was, whatever was set before.
 pub static TABLE: &[Setting] = &settings();
-/// The meaning of each setting. Kept apart from the table, so that a controller that never prints it need not store it.
-static MEANINGS: [&str; ROWS.len()] = meanings();
+/// The meaning of each setting. Kept apart from the table, which is read with every `$n=v`, as a constant without a symbol
+/// name: so it stays in the chip's flash.
+const MEANINGS: &[&str; ROWS.len()] = &meanings();
 
 const fn settings() -> [Setting; ROWS.len()] {
     let mut settings = [ROWS[0].0; ROWS.len()];
@@ -190,6 +191,11 @@ pub(crate) fn find(number: u16) -> Option<(&'static Setting, usize)> {
         .map(|setting| (setting, usize::from(number - setting.number)))
 }
 
+/// The setting at `index` among all, and its number: those with a value for each axis have several.
+pub(crate) fn numbered(index: usize) -> Option<(&'static Setting, u16)> {
+    TABLE.iter().flat_map(|setting| setting.numbers().map(move |number| (setting, number))).nth(index)
+}
+
 impl Setting {
     /// The numbers that the row holds: one, or one for each axis.
     pub fn numbers(&self) -> core::ops::Range<u16> {
@@ -204,8 +210,8 @@ impl Setting {
 
     /// The meaning of the setting.
     pub fn meaning(&self) -> &'static str {
-        let rows = TABLE.iter().zip(MEANINGS);
-        rows.filter(|(row, _)| row.number == self.number).map(|(_, meaning)| meaning).next().unwrap_or("")
+        let mut rows = TABLE.iter().zip(MEANINGS);
+        rows.find(|(row, _)| row.number == self.number).map_or("", |(_, meaning)| *meaning)
     }
 
     /// The unit of setting `number` of this row: a rotary axis has degrees for millimetres.

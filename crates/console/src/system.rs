@@ -2,7 +2,8 @@
 
 use crate::axes::axis_named;
 use crate::{
-    AlarmCode, Command, Error, Interpreter, ReportedState, Settings, parameters::STARTUP_LINES, words::decimal::Decimal,
+    AlarmCode, Catalogue, Command, Error, Interpreter, ReportedState, Settings, parameters::STARTUP_LINES,
+    words::decimal::Decimal,
 };
 
 impl Interpreter {
@@ -30,10 +31,11 @@ impl Interpreter {
         }
         match statement {
             "" => Ok(Command::Help),
-            "$" if matches!(state, ReportedState::Run | ReportedState::Hold { .. } | ReportedState::Door(_)) => {
-                Err(Error::NotIdle)
-            }
-            "$" => Ok(Command::ShowSettings),
+            "$" => long_list(Command::ShowSettings, state),
+            "ES" => long_list(Command::ShowCatalogue(Catalogue::Settings), state),
+            "EG" => long_list(Command::ShowCatalogue(Catalogue::Groups), state),
+            "EE" => long_list(Command::ShowCatalogue(Catalogue::Errors), state),
+            "EA" => long_list(Command::ShowCatalogue(Catalogue::Alarms), state),
             "G" => Ok(Command::ShowModal),
             "X" => Ok(Command::Unlock),
             "C" if matches!(state, ReportedState::Idle | ReportedState::Check) => Ok(Command::ToggleCheck),
@@ -77,12 +79,19 @@ impl Interpreter {
     }
 }
 
+/// A list that would hold up the lines of a program.
+fn long_list(list: Command<'_>, state: ReportedState) -> Result<Command<'_>, Error> {
+    let runs = matches!(state, ReportedState::Run | ReportedState::Hold { .. } | ReportedState::Door(_));
+    if runs { Err(Error::NotIdle) } else { Ok(list) }
+}
+
 /// The statements that need a machine at rest.
 fn at_rest<'l>(statement: &'l str, settings: &Settings) -> Result<Command<'l>, Error> {
     match statement {
         "#" => Ok(Command::ShowParameters),
         "H" => home(None, settings),
-        "I" => Ok(Command::ShowBuild),
+        "I" => Ok(Command::ShowBuild { is_extended: false }),
+        "I+" => Ok(Command::ShowBuild { is_extended: true }),
         "SLP" => Ok(Command::Sleep),
         "BOOT" => Ok(Command::Boot),
         "RST=$" => Ok(Command::Restore { settings: true, parameters: false }),

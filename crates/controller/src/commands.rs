@@ -234,6 +234,14 @@ impl<F: NorFlash> Controller<'_, F> {
                 };
                 self.show(SETTING_TABLE.len(), show, text, out).await;
             }
+            Command::ShowCatalogue(catalogue) => {
+                let show = |program: &Program, index: usize, text: &mut Message| {
+                    if catalogue.setting(index).is_none_or(|setting| self.has(setting)) {
+                        text.print(|text| catalogue.print(text, index, &program.settings));
+                    }
+                };
+                self.show(catalogue.lines(), show, text, out).await;
+            }
             Command::ShowParameters => {
                 let show = |program: &Program, index: usize, text: &mut Message| {
                     text.print(|text| report::parameter(text, index, &program.interpreter, &program.settings));
@@ -251,7 +259,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 };
                 self.show(STARTUP_LINES, show, text, out).await;
             }
-            Command::ShowBuild => self.show_build(text),
+            Command::ShowBuild { is_extended } => self.show_build(is_extended, text, out).await,
             Command::SetSetting { number, value } => self.set(number, value, text)?,
             Command::SetStartup { index, ref block, line } => {
                 self.block(block, text, out).await?;
@@ -381,8 +389,18 @@ impl<F: NorFlash> Controller<'_, F> {
         core::future::pending().await
     }
 
-    fn show_build(&self, text: &mut Message) {
-        self.with(|program| text.print(|text| report::build(text, &program.build_text)));
+    async fn show_build(&self, is_extended: bool, text: &mut Message, out: &Output) {
+        self.with(|program| text.print(|text| report::build(text, &program.build_text, is_extended)));
+        if is_extended {
+            out.send(text).await;
+            text.clear();
+            self.with(|program| text.print(|text| report::extended_build(text, &program.settings)));
+        }
+        self.say_board(text);
+    }
+
+    /// What the board says of itself.
+    fn say_board(&self, text: &mut Message) {
         if !self.board.is_empty() {
             // As grblHAL says it.
             text.print(|text| write!(text, "[BOARD:{}]\r\n", self.board));

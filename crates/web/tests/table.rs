@@ -22,14 +22,13 @@ fn defaults_are_those_of_the_machine_and_work_together() {
 }
 
 #[test]
-fn every_row_has_a_group_a_name_and_a_value_in_its_range() {
+fn every_row_has_a_name_and_a_value_in_its_range() {
     let rows = rows();
     let numbers: BTreeSet<_> = rows.iter().map(|row| row.number).collect();
     assert_eq!(numbers.len(), rows.len());
     for row in &rows {
         let value: f32 = row.default.parse().unwrap();
         assert!((row.min..=row.max).contains(&value), "{row:?}");
-        assert_ne!(row.group, "Others", "{row:?}");
         assert!(!row.name.is_empty() && !row.name.contains("mask:"), "{row:?}");
         assert_eq!(matches!(row.kind, Kind::Mask | Kind::Choice), !row.options.is_empty(), "{row:?}");
     }

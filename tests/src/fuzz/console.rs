@@ -15,6 +15,8 @@ use isostep_sim::AXES;
 const MESSAGE_BYTES: usize = 256;
 const STATUS_BYTES: usize = 145;
 const SETTING_BYTES: usize = 64;
+/// The longest line of a catalogue.
+const CATALOGUE_BYTES: usize = 190;
 /// The number of chords of an arc that are checked. There may be very many.
 const CHORDS: usize = 32;
 
@@ -157,7 +159,9 @@ impl Console {
             Command::Buzz { axis } | Command::MeasureStall { axis } => assert!(axis < AXES),
             Command::ExplainError(error) => tells(report::message, error),
             Command::ExplainAlarm(alarm) => tells(report::message, alarm),
-            Command::ShowSettings | Command::ShowParameters | Command::ShowBuild => self.list(),
+            Command::ShowSettings | Command::ShowParameters | Command::ShowBuild { .. } => self.list(),
+            Command::ShowCatalogue(catalogue) => (0..catalogue.lines())
+                .for_each(|line| fits(CATALOGUE_BYTES, |out| catalogue.print(out, line, &self.settings))),
             Command::ShowModal | Command::ShowStartup | Command::Help => self.list(),
             Command::Unlock | Command::ToggleCheck | Command::Sleep | Command::Boot => {}
             Command::Prove { .. } | Command::ShowDrivers => {}
@@ -232,7 +236,8 @@ impl Console {
             fits(MESSAGE_BYTES, |out| report::parameter(out, line, &self.interpreter, &self.settings));
         }
         fits(MESSAGE_BYTES, |out| report::modal(out, &self.interpreter, &self.settings));
-        fits(MESSAGE_BYTES, |out| report::build(out, &self.build_text));
+        fits(MESSAGE_BYTES, |out| report::build(out, &self.build_text, true));
+        fits(MESSAGE_BYTES, |out| report::extended_build(out, &self.settings));
         for (index, line) in self.startup.iter().enumerate() {
             assert!(line.len() <= STORED_LINE_CHARS);
             fits(MESSAGE_BYTES, |out| report::startup(out, index, line));

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use isostep_console::{
-    AlarmCode, Command, DoorPhase, Error, Realtime, ReportedState, SETTING_TABLE, Settings, realtime,
+    AlarmCode, Catalogue, Command, DoorPhase, Error, Realtime, ReportedState, SETTING_TABLE, Settings, realtime,
 };
 use isostep_profile::SpeedProfile;
 use isostep_profile::shaper::{DAMPING_RATIO, NATURAL_HZ, ShaperKind};
@@ -90,7 +90,12 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Restore { settings: true, parameters: true } => "$RST=*",
         Command::Restore { settings: true, .. } => "$RST=$",
         Command::Restore { .. } => "$RST=#",
-        Command::ShowBuild => "$I",
+        Command::ShowBuild { is_extended: false } => "$I",
+        Command::ShowBuild { .. } => "$I+",
+        Command::ShowCatalogue(Catalogue::Settings) => "$ES",
+        Command::ShowCatalogue(Catalogue::Groups) => "$EG",
+        Command::ShowCatalogue(Catalogue::Errors) => "$EE",
+        Command::ShowCatalogue(Catalogue::Alarms) => "$EA",
         Command::SetBuild { .. } => "$I=text",
         Command::ShowModal => "$G",
         Command::ShowStartup => "$N",
@@ -114,8 +119,9 @@ fn every_command_has_a_row_with_its_states() {
         ReportedState::Sleep,
     ];
     let lines = [
-        "$", "$$", "$1=5", "$#", "$G", "$I", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1", "$BUZZ=Z",
-        "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1",
+        "$", "$$", "$1=5", "$#", "$G", "$I", "$I+", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1",
+        "$BUZZ=Z", "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1", "$ES",
+        "$EG", "$EE", "$EA",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

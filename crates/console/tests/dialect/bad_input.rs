@@ -102,7 +102,8 @@ proptest! {
 #[test]
 fn no_words_of_ours_read_like_an_answer() {
     let mut build = String::new();
-    report::build(&mut build, "").unwrap();
+    report::build(&mut build, "", true).unwrap();
+    report::extended_build(&mut build, &Settings::DEFAULT).unwrap();
     let mut texts: Vec<String> = vec![report::HELP.into(), build];
     texts.extend(Error::ALL.iter().map(ToString::to_string));
     texts.extend(AlarmCode::ALL.iter().map(ToString::to_string));

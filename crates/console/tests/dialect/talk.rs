@@ -116,7 +116,15 @@ impl Talk {
             #[cfg(feature = "trinamic")]
             Command::ShowDrivers => heard.push_str("(drivers) "),
             Command::Help => heard.push_str(report::HELP),
-            Command::ShowBuild => report::build(heard, build_text).unwrap(),
+            Command::ShowBuild { is_extended } => {
+                report::build(heard, build_text, is_extended).unwrap();
+                if is_extended {
+                    report::extended_build(heard, settings).unwrap();
+                }
+            }
+            Command::ShowCatalogue(catalogue) => {
+                (0..catalogue.lines()).for_each(|line| catalogue.print(heard, line, settings).unwrap());
+            }
             Command::SetBuild { text } => *build_text = text.try_into().unwrap(),
             Command::ShowSettings => report::settings(heard, settings).unwrap(),
             Command::ShowParameters => {
