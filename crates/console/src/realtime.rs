@@ -1,17 +1,22 @@
-//! Real-time bytes. They act as soon as they arrive, are never part of a line, and never get an `ok`.
+//! Real-time bytes. They act as soon as they arrive, are never part of a line, and never get an `ok`. Those from 0x80 to 0x87
+//! are grblHAL's, by which it has a second byte for each of `?`, `~` and `!`.
 
 /// The request of a real-time byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Realtime {
-    /// `?`: send a status report.
+    /// `?`, 0x80: send a status report.
     Status,
+    /// 0x87: send a status report with every field.
+    FullStatus,
+    /// 0x83: send the modal state, as `$G` does.
+    Modal,
     /// 0x18 (ctrl-x): stop, discard the queue and start again.
     Reset,
-    /// `!`: feed hold.
+    /// `!`, 0x82: feed hold.
     Hold,
     /// 0x84: act as if the safety door were opened.
     Door,
-    /// `~`: resume from a feed hold.
+    /// `~`, 0x81: resume from a feed hold.
     Resume,
     /// 0x85: end the jog.
     JogCancel,
@@ -33,10 +38,12 @@ pub enum Realtime {
 #[inline]
 pub const fn classify(byte: u8) -> Option<Realtime> {
     match byte {
-        b'?' => Some(Realtime::Status),
+        b'?' | 0x80 => Some(Realtime::Status),
         0x18 => Some(Realtime::Reset),
-        b'!' => Some(Realtime::Hold),
-        b'~' => Some(Realtime::Resume),
+        b'!' | 0x82 => Some(Realtime::Hold),
+        b'~' | 0x81 => Some(Realtime::Resume),
+        0x83 => Some(Realtime::Modal),
+        0x87 => Some(Realtime::FullStatus),
         0x84 => Some(Realtime::Door),
         0x85 => Some(Realtime::JogCancel),
         0x90..=0x97 | 0x99..=0x9D => Some(Realtime::Override(byte)),
@@ -61,6 +68,11 @@ mod tests {
         assert_eq!((0..0x80).filter(|&byte| classify(byte).is_some()).count(), 4);
         for byte in 0x80..=0xFF {
             let expected = match byte {
+                0x80 => Realtime::Status,
+                0x81 => Realtime::Resume,
+                0x82 => Realtime::Hold,
+                0x83 => Realtime::Modal,
+                0x87 => Realtime::FullStatus,
                 0x84 => Realtime::Door,
                 0x85 => Realtime::JogCancel,
                 0x90..=0x97 | 0x99..=0x9D => Realtime::Override(byte),

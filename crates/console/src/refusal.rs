@@ -33,7 +33,7 @@ const REMEDIES: &[(u8, u8, u8, &str)] = &[
         0,
         "a program number stands alone on its line; isostep console --stream makes plain lines of subprograms",
     ),
-    (b'A', 0, 0, AXES),
+    (b'A', 0, 0, FOURTH_AXIS),
     (b'B', 0, 0, AXES),
     (b'C', 0, 0, AXES),
     (b'D', 0, 0, CUTTER),
@@ -54,6 +54,12 @@ const AXES: &str = match crate::AXES {
     2 => "two axes only, X Y: remove it",
     3 => "three axes only, X Y Z: remove it",
     _ => "four axes only, X Y Z A: remove it",
+};
+/// An image of another number of axes has A.
+const FOURTH_AXIS: &str = match crate::AXES {
+    2 => "two axes only, X Y: remove it, or flash the firmware with 4-axes in its name",
+    3 => "three axes only, X Y Z: remove it, or flash the firmware with 4-axes in its name",
+    _ => AXES,
 };
 const NESTED: &str = "a comment ends at its first ): leave brackets out of it";
 const COMMA: &str = "no commas here: write a decimal point, and nothing between words";

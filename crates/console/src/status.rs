@@ -2,6 +2,7 @@
 
 use core::fmt::{Result, Write};
 
+use crate::report::FIRMWARE;
 use crate::{AXES, AXIS_NAMES, Coolant, Coordinate, Fixed, Overrides, ReportedState, Settings, SpindleMode};
 
 /// The content of a status report.
@@ -43,6 +44,8 @@ pub struct StatusReport {
     pub free_bytes: u16,
     /// The overrides in force.
     pub overrides: Overrides,
+    /// The axes that have been homed and whose zero is still known.
+    pub homed: [bool; AXES],
 }
 
 const REPORT_MACHINE_POSITION: u16 = 1;
@@ -72,26 +75,34 @@ impl StatusReporter {
 
     /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 146 bytes.
     pub fn write(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
-        let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
-        let offset_pm = status.work_offset_pm;
-        let work_pm = core::array::from_fn(|axis| status.position_pm[axis] - offset_pm[axis]);
-        write!(out, "<{}|{}Pos:", status.state, if machine { 'M' } else { 'W' })?;
-        write_coordinates(out, if machine { status.position_pm } else { work_pm }, settings)?;
-        if settings.report_mask & REPORT_BUFFERS != 0 {
-            write!(out, "|Bf:{},{}", status.free_blocks, status.free_bytes)?;
-        }
-        if status.line_number > 0 {
-            write!(out, "|Ln:{}", status.line_number)?;
-        }
-        let spindle_rpm = Fixed { value: status.spindle_rpm, decimals: 0 };
-        write!(out, "|FS:{},{spindle_rpm}", Fixed::rate(status.feed_mm_min, settings.report_inches))?;
-        write_pins(out, status)?;
+        write_always(out, status, settings)?;
         self.write_extra(out, status, settings)?;
         out.write_str(">\r\n")
     }
 
+    /// The same with every field, as grblHAL's: work offset, overrides, what is on even if nothing is, whether all axes that home are
+    /// homed, a mask of those that are, and the name of the firmware. At most 184 bytes, 207 with four axes.
+    #[cold]
+    pub fn write_full(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
+        write_always(out, status, settings)?;
+        let (offset_period, overrides_period) = periods(status.state);
+        (self.reports_to_offset, self.reports_to_overrides) = (offset_period - 1, overrides_period - 1);
+        self.offset_reported = (status.work_offset_pm, settings.report_inches);
+        self.overrides_reported = (status.overrides, status.spindle, status.coolant);
+        write_offset(out, status, settings)?;
+        write_overrides(out, status)?;
+        out.write_str("|A:")?;
+        write_accessories(out, "", status)?;
+        if settings.homing {
+            let all = settings.homing_order().into_iter().flatten().all(|axis| status.homed[axis]);
+            let mask: u8 = status.homed.iter().zip(0..).map(|(&is_homed, axis)| u8::from(is_homed) << axis).sum();
+            write!(out, "|H:{},{mask}", u8::from(all))?;
+        }
+        write!(out, "|FW:{FIRMWARE}>\r\n")
+    }
+
     fn write_extra(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
-        let (offset_period, overrides_period) = if status.state.at_rest() { (10, 10) } else { (30, 20) };
+        let (offset_period, overrides_period) = periods(status.state);
         let offset = (status.work_offset_pm, settings.report_inches);
         if self.offset_reported != offset {
             (self.reports_to_offset, self.offset_reported) = (0, offset);
@@ -102,13 +113,11 @@ impl StatusReporter {
         }
         if due(&mut self.reports_to_offset, offset_period) {
             self.reports_to_overrides = self.reports_to_overrides.max(1);
-            out.write_str("|WCO:")?;
-            write_coordinates(out, status.work_offset_pm, settings)?;
+            write_offset(out, status, settings)?;
         }
         if due(&mut self.reports_to_overrides, overrides_period) {
-            let Overrides { feed_percent, rapid_percent, spindle_percent } = status.overrides;
-            write!(out, "|Ov:{feed_percent},{rapid_percent},{spindle_percent}")?;
-            write_accessories(out, status)?;
+            write_overrides(out, status)?;
+            write_accessories(out, "|A:", status)?;
         }
         Ok(())
     }
@@ -118,6 +127,39 @@ impl Default for StatusReporter {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// What every report begins with.
+fn write_always(out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
+    let machine = settings.report_mask & REPORT_MACHINE_POSITION != 0;
+    let offset_pm = status.work_offset_pm;
+    let work_pm = core::array::from_fn(|axis| status.position_pm[axis] - offset_pm[axis]);
+    write!(out, "<{}|{}Pos:", status.state, if machine { 'M' } else { 'W' })?;
+    write_coordinates(out, if machine { status.position_pm } else { work_pm }, settings)?;
+    if settings.report_mask & REPORT_BUFFERS != 0 {
+        write!(out, "|Bf:{},{}", status.free_blocks, status.free_bytes)?;
+    }
+    if status.line_number > 0 {
+        write!(out, "|Ln:{}", status.line_number)?;
+    }
+    let spindle_rpm = Fixed { value: status.spindle_rpm, decimals: 0 };
+    write!(out, "|FS:{},{spindle_rpm}", Fixed::rate(status.feed_mm_min, settings.report_inches))?;
+    write_pins(out, status)
+}
+
+/// After how many reports the work offset follows again, and the overrides.
+fn periods(state: ReportedState) -> (u8, u8) {
+    if state.at_rest() { (10, 10) } else { (30, 20) }
+}
+
+fn write_offset(out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
+    out.write_str("|WCO:")?;
+    write_coordinates(out, status.work_offset_pm, settings)
+}
+
+fn write_overrides(out: &mut impl Write, status: &StatusReport) -> Result {
+    let Overrides { feed_percent, rapid_percent, spindle_percent } = status.overrides;
+    write!(out, "|Ov:{feed_percent},{rapid_percent},{spindle_percent}")
 }
 
 /// Counts down. Returns true once per `period` and then starts again.
@@ -147,8 +189,8 @@ fn write_pins(out: &mut impl Write, status: &StatusReport) -> Result {
     write_letters(out, "|Pn:", [(status.probe_touched, "P")].into_iter().chain(limits).chain(others))
 }
 
-/// Writes which of spindle and coolant are on.
-fn write_accessories(out: &mut impl Write, status: &StatusReport) -> Result {
+/// Writes which of spindle and coolant are on, after `prefix`.
+fn write_accessories(out: &mut impl Write, prefix: &str, status: &StatusReport) -> Result {
     let StatusReport { spindle, coolant, .. } = *status;
     let accessories = [
         (spindle == SpindleMode::Clockwise, "S"),
@@ -156,7 +198,7 @@ fn write_accessories(out: &mut impl Write, status: &StatusReport) -> Result {
         (coolant.flood(), "F"),
         (coolant.mist(), "M"),
     ];
-    write_letters(out, "|A:", accessories)
+    write_letters(out, prefix, accessories)
 }
 
 /// Writes the letters of what is on, after `prefix`; writes nothing if nothing is on.

@@ -232,10 +232,11 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             free_blocks: machine.queue_free as u8,
             free_bytes: free_bytes.min(status::ADVERTISED_BYTES) as u16,
             overrides,
+            homed: self.machine.homed(),
         }
     }
 
-    /// Obeys a real-time byte that is neither a status request nor a reset.
+    /// Obeys a real-time byte that is neither a request for a report nor a reset.
     #[cold]
     pub(crate) fn real_time(&self, realtime: Realtime) {
         match realtime {
@@ -248,7 +249,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             Realtime::JogCancel => self.machine.cancel_jog(),
             Realtime::Door => self.machine.open_door(),
             Realtime::SpindleStop | Realtime::Flood | Realtime::Mist => self.override_tool(realtime),
-            Realtime::Status | Realtime::Reset | Realtime::Ignored => {}
+            Realtime::Status | Realtime::FullStatus | Realtime::Modal | Realtime::Reset | Realtime::Ignored => {}
         }
     }
 

@@ -149,6 +149,8 @@ impl<F: NorFlash> Controller<'_, F> {
                 left = behind;
                 match realtime::classify(byte) {
                     Some(Realtime::Status) => self.offer_report(console),
+                    Some(Realtime::FullStatus) => self.offer_full_report(console),
+                    Some(Realtime::Modal) => self.offer_modal(console),
                     Some(Realtime::Reset) => {
                         self.machine.reset();
                         self.reset_by(console);
@@ -209,6 +211,20 @@ impl<F: NorFlash> Controller<'_, F> {
         let report = self.report(console.input.free_capacity());
         let mut reporter = console.reporter.borrow_mut();
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
+    }
+
+    #[cold]
+    fn offer_full_report(&self, console: &Console) {
+        let report = self.report(console.input.free_capacity());
+        let mut reporter = console.reporter.borrow_mut();
+        console.output.offer(|text| reporter.write_full(text, &report, &self.settings()));
+    }
+
+    #[cold]
+    fn offer_modal(&self, console: &Console) {
+        self.with(|program| {
+            console.output.offer(|text| report::modal(text, &program.interpreter, &program.settings));
+        });
     }
 
     /// Notes that this console has asked for a reset.

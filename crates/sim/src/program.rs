@@ -253,7 +253,7 @@ fn with_comments(bytes: &[u8]) -> impl Iterator<Item = (u8, bool)> {
 pub fn acting(bytes: &[u8]) -> Vec<(usize, &'static str)> {
     let act = |(place, (byte, in_comment)): (usize, (u8, bool))| {
         let does = match realtime::classify(byte).filter(|_| in_comment)? {
-            Realtime::Status | Realtime::Ignored => return None,
+            Realtime::Status | Realtime::FullStatus | Realtime::Modal | Realtime::Ignored => return None,
             Realtime::Reset => "resets",
             Realtime::Hold => "holds the machine",
             Realtime::Resume => "resumes a hold, M0 and M6",

@@ -14,6 +14,7 @@ use isostep_sim::AXES;
 /// Bytes that a controller has room for, which are the maximum lengths of the reports.
 const MESSAGE_BYTES: usize = 256;
 const STATUS_BYTES: usize = 145;
+const FULL_STATUS_BYTES: usize = 184;
 const SETTING_BYTES: usize = 64;
 /// The longest line of a catalogue.
 const CATALOGUE_BYTES: usize = 190;
@@ -31,7 +32,8 @@ pub fn run(bytes: &[u8]) {
     for &byte in bytes {
         console.byte(byte);
     }
-    console.report();
+    console.report(true);
+    console.report(false);
     let ends = bytes.iter().filter(|byte| matches!(byte, b'\r' | b'\n')).count();
     assert_eq!(console.answers, ends, "a line has one answer");
 }
@@ -77,7 +79,9 @@ impl Console {
 
     fn byte(&mut self, byte: u8) {
         match realtime::classify(byte) {
-            Some(Realtime::Status) => self.report(),
+            Some(Realtime::Status) => self.report(false),
+            Some(Realtime::FullStatus) => self.report(true),
+            Some(Realtime::Modal) => self.list(),
             Some(Realtime::Reset) => {
                 self.lines.reset();
                 self.interpreter.reset();
@@ -244,7 +248,7 @@ impl Console {
         }
     }
 
-    fn report(&mut self) {
+    fn report(&mut self, is_full: bool) {
         let [probe_touched, x, y, z, door_open, emergency_stop] =
             core::array::from_fn(|bit| self.inputs >> bit & 1 == 1);
         let modal = self.interpreter.modal();
@@ -268,8 +272,13 @@ impl Console {
             free_blocks: 15,
             free_bytes: 1024,
             overrides: self.overrides,
+            homed: xyz_a([x, y, z], y),
         };
-        fits(STATUS_BYTES, |out| self.reporter.write(out, &status, &self.settings));
+        if is_full {
+            fits(FULL_STATUS_BYTES, |out| self.reporter.write_full(out, &status, &self.settings));
+        } else {
+            fits(STATUS_BYTES, |out| self.reporter.write(out, &status, &self.settings));
+        }
     }
 }
 

@@ -64,7 +64,7 @@ fn a_jog_behind_a_cancelled_one_is_made() {
 /// The bytes come in the middle of a line and must leave it whole.
 #[test]
 fn bytes_without_a_meaning_are_dropped() {
-    let meaning = |byte: u8| matches!(byte, 0x84 | 0x85 | 0x90..=0x97 | 0x99..=0x9E | 0xA0 | 0xA1);
+    let meaning = |byte: u8| matches!(byte, 0x80..=0x85 | 0x87 | 0x90..=0x97 | 0x99..=0x9E | 0xA0 | 0xA1);
     let dropped: Vec<u8> = (0x80..=0xFF).filter(|&byte| !meaning(byte)).collect();
     let mut sim = within_a_line(&dropped);
     assert_eq!(field(&mut sim, "Ov"), "100,100,100");

@@ -8,8 +8,9 @@ use isostep_console::{
 };
 use proptest::prelude::*;
 
-/// The limit that [`StatusReporter::write`] documents.
+/// The limits that [`StatusReporter::write`] and [`StatusReporter::write_full`] document.
 const LONGEST_BYTES: usize = 146;
+const LONGEST_FULL_BYTES: usize = 184;
 
 /// A machine at rest, with nothing switched on and nothing pressed.
 const QUIET: StatusReport = StatusReport {
@@ -31,6 +32,7 @@ const QUIET: StatusReport = StatusReport {
     overrides: Overrides::DEFAULT,
     free_blocks: 15,
     free_bytes: 128,
+    homed: [false; 3],
 };
 
 #[test]
@@ -47,6 +49,37 @@ fn literals_are_grbls() {
 fn a_report_inside_a_line_leaves_the_line_whole() {
     let heard = Talk::new(ReportedState::Idle).bytes(b"G0 X1\x900.\xC2?5\n");
     expect!["<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000> (rapid [10.5, 0.0, 0.0]) ok"].assert_eq(&heard);
+}
+
+#[test]
+fn a_full_report_has_every_field_and_counts_as_both() {
+    let mut talk = Talk::new(ReportedState::Idle);
+    let mut heard = |sent: &[u8]| talk.bytes(sent);
+    expect!["<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000|Ov:100,100,100|A:|H:0,0|FW:Isostep> <Idle|MPos:0.000,0.000,0.000|FS:0,0> (rapid [1.0, 0.0, 0.0]) ok"].assert_eq(&heard(b"G0 X1\x87\x80\n"));
+    assert_eq!(heard(b"M4 S1 M8\n"), "(spindle) (speed) (coolant) ok");
+    expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000|Ov:100,100,100|A:CF|H:0,0|FW:Isostep>"].assert_eq(&heard(b"\x87"));
+    assert_eq!((0..9).filter(|_| heard(b"?").contains("WCO")).count(), 0);
+    expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000>"].assert_eq(&heard(b"?"));
+}
+
+#[test]
+fn a_full_report_says_which_axes_are_homed() {
+    let heard = |homed, settings: &Settings| {
+        let mut heard = String::new();
+        StatusReporter::new().write_full(&mut heard, &StatusReport { homed, ..QUIET }, settings).unwrap();
+        heard.split_once("|A:").unwrap().1.trim_end().to_owned()
+    };
+    let homes = Settings::DEFAULT;
+    assert_eq!(heard([false; 3], &homes), "|H:0,0|FW:Isostep>");
+    assert_eq!(heard([true, false, true], &homes), "|H:0,5|FW:Isostep>");
+    assert_eq!(heard([true; 3], &homes), "|H:1,7|FW:Isostep>");
+    assert_eq!(heard([false; 3], &Settings { homing: false, ..homes }), "|FW:Isostep>");
+}
+
+#[test]
+fn the_modal_state_is_printed_within_a_line() {
+    let heard = Talk::new(ReportedState::Run).bytes(b"G0 \x83X1\n");
+    expect!["[GC:G0 G54 G17 G21 G90 G94 G64 M5 M9 T0 F0 S0] (rapid [1.0, 0.0, 0.0]) ok"].assert_eq(&heard);
 }
 
 #[test]
@@ -124,6 +157,7 @@ fn the_longest_report_is_as_long_as_promised() {
         overrides: Overrides { feed_percent: 200, rapid_percent: 100, spindle_percent: 200 },
         free_blocks: 255,
         free_bytes: u16::MAX,
+        homed: [true; 3],
     };
     let mut heard = String::new();
     for report_inches in [false, true] {
@@ -141,12 +175,16 @@ fn the_longest_report_is_as_long_as_promised() {
     let before = heard.len();
     StatusReporter::new().write(&mut heard, &status, &settings).unwrap();
     assert_eq!(heard.len() - before, LONGEST_BYTES);
+    let before = heard.len();
+    StatusReporter::new().write_full(&mut heard, &status, &settings).unwrap();
+    assert_eq!(heard.len() - before, LONGEST_FULL_BYTES);
     expect![[r#"
         <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,30000.000,-30000.000>
         <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
         <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|WCO:-1181.1024,1181.1024,-1181.1024>
         <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
         <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000|Ov:200,100,200|A:CFM|H:1,7|FW:Isostep>
     "#]].assert_eq(&heard.replace('\r', ""));
 }
 

@@ -110,20 +110,27 @@ fn commands_in_alarm() {
 
 #[test]
 fn the_extended_build_says_what_is_true_here() {
-    check(ReportedState::Idle, "$I+\n$I=MILL 3\n$22=0\n$I+\n$I++\n$+I", expect![[r#"
+    check(
+        ReportedState::Idle,
+        "$I+\n$I=MILL 3\n$22=0\n$I+\n$I++\n$+I",
+        expect![[r#"
         $I+ -> [VER:1.1h.20190830:Isostep 0.2.0 (grbl dialect)] [OPT:VNMZHL,79,128,3,0] [AXS:3:XYZ] [NEWOPT:ENUMS,RT+,HOME] [FIRMWARE:Isostep] [NVS STORAGE:FLASH] ok
         $I=MILL 3 -> ok
         $22=0 -> ok
         $I+ -> [VER:1.1h.20190830:MILL3] [OPT:VNMZHL,79,128,3,0] [AXS:3:XYZ] [MSG:Isostep 0.2.0 (grbl dialect)] [NEWOPT:ENUMS,RT+] [FIRMWARE:Isostep] [NVS STORAGE:FLASH] ok
         $I++ -> error:3
         $+I -> error:3
-    "#]]);
+    "#]],
+    );
 }
 
 #[test]
 fn catalogues_are_listed_where_settings_are_and_codes_are_explained_as_ever() {
     let commands = "$EG\n$ESX\n$E1\n$A1\n$AS\n$E\n$EA1";
-    check(ReportedState::Alarm, commands, expect![[r#"
+    check(
+        ReportedState::Alarm,
+        commands,
+        expect![[r#"
         $EG -> [SETTINGGROUP:1|0|Motors] [SETTINGGROUP:2|0|Axes] [SETTINGGROUP:3|0|Drivers] [SETTINGGROUP:4|0|Second motor] [SETTINGGROUP:5|0|Limits and homing] [SETTINGGROUP:6|0|How speed changes] [SETTINGGROUP:7|0|Corners and arcs] [SETTINGGROUP:8|0|Shapers] [SETTINGGROUP:9|0|Canned cycles] [SETTINGGROUP:10|0|Spindle and laser] [SETTINGGROUP:11|0|Probe and door] [SETTINGGROUP:12|0|Reports] ok
         $ESX -> error:3
         $E1 -> [MSG:A word must begin with a letter: remove the stray character.] ok
@@ -131,7 +138,8 @@ fn catalogues_are_listed_where_settings_are_and_codes_are_explained_as_ever() {
         $AS -> error:3
         $E -> error:3
         $EA1 -> error:3
-    "#]]);
+    "#]],
+    );
     let answers = |state| {
         ["$$", "$ES", "$EG", "$EE", "$EA"].map(|line| {
             let heard = Talk::new(state).bytes(format!("{line}\n").as_bytes());

@@ -61,7 +61,9 @@ impl Talk {
         self.heard.clear();
         for &byte in bytes {
             match realtime::classify(byte) {
-                Some(Realtime::Status) => self.status(),
+                Some(Realtime::Status) => self.status(StatusReporter::write),
+                Some(Realtime::FullStatus) => self.status(StatusReporter::write_full),
+                Some(Realtime::Modal) => report::modal(&mut self.heard, &self.interpreter, &self.settings).unwrap(),
                 Some(Realtime::Override(byte)) => self.overrides.apply(byte),
                 Some(_) => {}
                 None => self.byte(byte),
@@ -169,7 +171,7 @@ impl Talk {
         self.heard.push_str(report::OK);
     }
 
-    fn status(&mut self) {
+    fn status(&mut self, write: fn(&mut StatusReporter, &mut String, &StatusReport, &Settings) -> std::fmt::Result) {
         let modal = self.interpreter.modal();
         let status = StatusReport {
             state: self.state,
@@ -190,8 +192,9 @@ impl Talk {
             free_blocks: 15,
             free_bytes: 128,
             overrides: self.overrides,
+            homed: [false; AXES],
         };
-        self.reporter.write(&mut self.heard, &status, &self.settings).unwrap();
+        write(&mut self.reporter, &mut self.heard, &status, &self.settings).unwrap();
     }
 }
 
