@@ -57,7 +57,8 @@ fn a_full_report_has_every_field_and_counts_as_both() {
     let mut heard = |sent: &[u8]| talk.bytes(sent);
     expect!["<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000|Ov:100,100,100|A:|H:0,0|FW:Isostep> <Idle|MPos:0.000,0.000,0.000|FS:0,0> (rapid [1.0, 0.0, 0.0]) ok"].assert_eq(&heard(b"G0 X1\x87\x80\n"));
     assert_eq!(heard(b"M4 S1 M8\n"), "(spindle) (speed) (coolant) ok");
-    expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000|Ov:100,100,100|A:CF|H:0,0|FW:Isostep>"].assert_eq(&heard(b"\x87"));
+    expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000|Ov:100,100,100|A:CF|H:0,0|FW:Isostep>"]
+        .assert_eq(&heard(b"\x87"));
     assert_eq!((0..9).filter(|_| heard(b"?").contains("WCO")).count(), 0);
     expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000>"].assert_eq(&heard(b"?"));
 }

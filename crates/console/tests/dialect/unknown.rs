@@ -15,7 +15,7 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             G38.1 Z1 -> [MSG:G38.1: probing is G38.2 to G38.5: give one of them] error:20
             G38.6 Z1 -> [MSG:G38.6: probing is G38.2 to G38.5: give one of them] error:20
             G38.25 Z1 -> [MSG:G38.25: probing is G38.2 to G38.5: give one of them] error:20
-            A1 -> [MSG:A: three axes only, X Y Z: remove it] error:20
+            A1 -> [MSG:A: three axes only, X Y Z: remove it, or flash the firmware with 4-axes in its name] error:20
             O100 -> ok
             G44 H1 -> [MSG:G44: no negative lengths here: give the length below 0, and G43] error:20
             G41 D1 -> [MSG:G41: no cutter compensation here: let the CAM program compensate] error:20
@@ -47,11 +47,11 @@ fn what_the_gantry_lacks_is_refused_by_name() {
             g0 d1 -> [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
             W-1 -> [MSG:W: three axes only, X Y Z: remove it] error:20
             G99999999 -> [MSG:G99999999: unknown here: remove it] error:20
-            G0 A1 B2 -> [MSG:A: three axes only, X Y Z: remove it] error:20
+            G0 A1 B2 -> [MSG:A: three axes only, X Y Z: remove it, or flash the firmware with 4-axes in its name] error:20
             X1 D1 G42 -> [MSG:D: no cutter compensation here: let the CAM program compensate] error:20
             G10 L3 P1 X1 -> [MSG:G10: L1, L2, L10, L11 or L20 here, without a rotation: correct L, remove R of L2] error:20
             G10 L2 P1 X1 R5 -> [MSG:G10: L1, L2, L10, L11 or L20 here, without a rotation: correct L, remove R of L2] error:20
-            $J=A1 F1 -> [MSG:A: three axes only, X Y Z: remove it] error:20
+            $J=A1 F1 -> [MSG:A: three axes only, X Y Z: remove it, or flash the firmware with 4-axes in its name] error:20
             $N0=G0 E1 -> [MSG:E: no extruder here, and numbers have no exponents: use a post-processor for mills] error:20
             G041 -> [MSG:G041: no cutter compensation here: let the CAM program compensate] error:20
             G12.25 -> [MSG:G12.25: unknown here: remove it] error:20
