@@ -179,7 +179,7 @@ mod tests {
         let rows = [
             "[SETTING:1|1|motors stay energised after a move|ms|5|##0|0|255|0|0]",
             "[SETTING:3|1|direction invert||4||||0|0]",
-            "[SETTING:6|11|probe input||1|contact is high,no pull-up|||0|0]",
+            "[SETTING:6|12|probe input||1|contact is high,no pull-up|||0|0]",
             "[SETTING:22|5|homing||0||||0|0]",
             "[SETTING:111|2|Y top speed|mm/min|6|#######0.000|1.000|90000000.000|0|0]",
             "[SETTING:170|4|X how much farther the second motor is from its switch|mm|6|-0.000|-5.000|5.000|0|0]",

@@ -29,6 +29,10 @@ pub enum Command<'l> {
     },
     /// `$X`: leave Alarm without homing; does nothing in any other state.
     Unlock,
+    /// `$TPW`: measure the tool below the spindle.
+    MeasureTool,
+    /// `$TLR`: the place of the last contact of the probe is that of a tool of length 0; without one, none is.
+    SetToolReference,
     /// `$C`: begin to check G-code without moving. In [`ReportedState::Check`]: end the check by a reset.
     ToggleCheck,
     /// `$SLP`: sleep until a reset.
@@ -99,7 +103,8 @@ pub enum Command<'l> {
 pub struct Block {
     /// N; 0 without one.
     pub line_number: u32,
-    /// M6: before anything else, hold until a resume, so that this tool can be put in; 0 if no tool was named.
+    /// M6: before anything else, hold until a resume, so that this tool can be put in; 0 if no tool was named. `None` also
+    /// if it is in the spindle already, and if `$341` says that nothing waits.
     pub tool_change: Option<u32>,
     /// M3, M4 or M5 changed the spindle's state; the new one is in the modal state.
     pub switches_spindle: bool,
@@ -211,11 +216,13 @@ pub enum ReportedState {
     Check,
     /// At rest until a reset.
     Sleep,
+    /// At rest in a change of the tool: jogs and lines by hand are taken, and `~` goes on with the program.
+    Tool,
 }
 
 impl ReportedState {
     /// Every state, with each of its details.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Idle,
         Self::Run,
         Self::Hold { stopping: false },
@@ -229,11 +236,12 @@ impl ReportedState {
         Self::Alarm,
         Self::Check,
         Self::Sleep,
+        Self::Tool,
     ];
 
     /// True if nothing moves and no motion is waiting.
     pub const fn at_rest(self) -> bool {
-        matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep)
+        matches!(self, Self::Idle | Self::Alarm | Self::Check | Self::Sleep | Self::Tool)
     }
 
     /// Success if the machine accepts G-code. That is queued behind a move, but not behind homing, which changes the meaning
@@ -243,7 +251,7 @@ impl ReportedState {
     /// [`Error::NotIdle`], or [`Error::Locked`] in Alarm and while jogging.
     pub const fn takes_gcode(self) -> Result<(), Error> {
         match self {
-            Self::Idle | Self::Run | Self::Hold { .. } | Self::Door(_) | Self::Check => Ok(()),
+            Self::Idle | Self::Run | Self::Hold { .. } | Self::Door(_) | Self::Check | Self::Tool => Ok(()),
             Self::Home | Self::Sleep => Err(Error::NotIdle),
             Self::Alarm | Self::Jog => Err(Error::Locked),
         }
@@ -266,6 +274,7 @@ impl fmt::Display for ReportedState {
             Self::Alarm => "Alarm",
             Self::Check => "Check",
             Self::Sleep => "Sleep",
+            Self::Tool => "Tool",
         })
     }
 }

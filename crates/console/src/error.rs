@@ -39,9 +39,11 @@ codes! {
         OffsetsMissing = 35, "An arc needs its centre or its radius: G17 wants I or J, G18 I or K, G19 J or K, or R.";
         UnusedWords = 36, "No code on the line uses one of its words: remove it.";
         ToolAxis = 37, "Tools have a length along Z alone: remove the other axes.";
-        ToolNumber = 38, "Tool numbers end at 99999: renumber.";
+        ToolNumber = 38, "Tools are 1 to 99999, 32 of them in the table, of 1000 mm radius at most: correct it, or free a place by G10 L1 Pn Z0 R0.";
         BadCycle = 39, "No such holes can be made: do what the message before the refusal says.";
-        ToolTable = 43, "The table of tools has 32 places, from P1 on, for radii up to 1000 mm: free one by G10 L1 Pn Z0 R0, or correct P or R.";
+        ToolChangePending = 40, "A tool is being changed: end that with ~, or reset (ctrl-x).";
+        HomingNeeded = 46, "M6 has to know where Z is up, and G59.3 ($341): home with $H, then send it again.";
+        ToolNotMeasured = 47, "The tool was not measured: do what the message before the refusal says.";
     }
 }
 

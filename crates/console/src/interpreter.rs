@@ -10,7 +10,7 @@ pub use cycles::CycleFault;
 
 use crate::{
     AXES, Arc, Block, BlockMove, Command, Coolant, Coordinates, Error, Explanation, Modal, MotionMode, PathControl,
-    Rate, Refusal, ReportedState, Settings, SpindleMode, ToolTable,
+    Rate, Refusal, ReportedState, Settings, SpindleMode, ToolChange, ToolEntry, ToolTable,
     axes::Z,
     command::Jog,
     length,
@@ -80,6 +80,20 @@ impl Interpreter {
     /// The table of tools.
     pub fn tools(&self) -> &ToolTable {
         &self.tools
+    }
+
+    /// Sets the tool in the spindle: 0 while it is being changed, or if nobody knows it.
+    pub fn set_tool_in_spindle(&mut self, number: u32) {
+        self.tool_in_spindle = number;
+    }
+
+    /// Puts a measured length in force, and into the table, as that of the tool of this number, 0 for one without a number.
+    ///
+    /// # Errors
+    /// [`Error::InvalidTarget`] for a length over 10 m, [`Error::ToolNumber`] if the table is full: then it is in force, but not in the table.
+    pub fn set_measured_length_pm(&mut self, number: u32, length_pm: i64) -> Result<(), Error> {
+        self.tool_length_pm = within(length_pm)?;
+        if number == 0 { Ok(()) } else { self.tools.put(ToolEntry { length_pm, ..self.tools.tool(number) }) }
     }
 
     /// Replaces the table of tools. The offset in force stays.
@@ -274,8 +288,7 @@ impl Interpreter {
             self.blend(words)?;
         }
         if words.changes_tool {
-            self.tool_in_spindle = self.modal.tool;
-            block.tool_change = Some(self.modal.tool);
+            block.tool_change = self.change_tool(settings);
         }
         if words.non_modal == Some(NonModal::Dwell) {
             block.dwell_s = Some(words.take(b'P').ok_or(Error::ValueMissing)?);
@@ -309,6 +322,16 @@ impl Interpreter {
             switches || block.dwell_s.is_some() || block.motion.is_some() || block.probe.is_some() || block.drills;
         block.pauses = words.pauses && (block.tool_change.is_none() || acts);
         Ok(())
+    }
+
+    /// M6. Returns the tool to wait for.
+    #[cold]
+    #[inline(never)]
+    fn change_tool(&mut self, settings: &Settings) -> Option<u32> {
+        let before = core::mem::replace(&mut self.tool_in_spindle, self.modal.tool);
+        // Without a number it may be any other.
+        let is_other = before != self.modal.tool || before == 0;
+        (is_other && settings.tool_change() != ToolChange::Ignore).then_some(self.modal.tool)
     }
 
     /// Takes over the modes of the block and the values that stay in force. Returns whether S changed.

@@ -67,7 +67,7 @@ pub use error::Error;
 pub use fixed::{Coordinate, Fixed};
 pub use interpreter::{CycleFault, Interpreter, MAX_COORDINATE_PM, MIN_FEED_MM_MIN};
 pub use line::{LineAssembler, MAX_LINE_CHARS};
-pub use modal::{Coolant, Modal, MotionMode, PathControl, SpindleMode};
+pub use modal::{Coolant, Modal, MotionMode, PathControl, SpindleMode, ToolChange};
 pub use overrides::Overrides;
 pub use parameters::{Coordinates, Parameters};
 pub use realtime::Realtime;

@@ -179,6 +179,38 @@ pub enum SpindleMode {
     Off = 5,
 }
 
+/// What M6 does, by the numbers of `$341`. Wherever it waits, `~` ends that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ToolChange {
+    /// 0: waits where it stands.
+    Wait,
+    /// 1: goes up and waits; the tool is measured where a person has jogged it, by `$TPW`.
+    Manual,
+    /// 2: goes to G59.3 and waits; the tool is measured there, by `$TPW`.
+    ManualAtSetter,
+    /// 3: goes up and waits, and then measures the tool at G59.3.
+    AutomaticAtSetter,
+    /// 4: does not wait.
+    Ignore,
+}
+
+impl ToolChange {
+    pub(crate) const fn of(number: u16) -> Self {
+        match number {
+            1 => Self::Manual,
+            2 => Self::ManualAtSetter,
+            3 => Self::AutomaticAtSetter,
+            4 => Self::Ignore,
+            _ => Self::Wait,
+        }
+    }
+
+    /// True if it moves to a place where the tool can be changed, and measures it.
+    pub const fn measures(self) -> bool {
+        matches!(self, Self::Manual | Self::ManualAtSetter | Self::AutomaticAtSetter)
+    }
+}
+
 /// The coolant that the program has switched on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coolant {

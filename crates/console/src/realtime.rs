@@ -28,6 +28,8 @@ pub enum Realtime {
     Flood,
     /// 0xA1: toggle mist coolant.
     Mist,
+    /// 0xA3: lines behind it are of a person who changes the tool; those before it wait until that is done.
+    ToolChange,
     /// Any other byte from 0x80 up, which is ignored silently. A sender that encodes real-time bytes as UTF-8 sends
     /// 0xC2 before each of them.
     Ignored,
@@ -50,6 +52,7 @@ pub const fn classify(byte: u8) -> Option<Realtime> {
         0x9E => Some(Realtime::SpindleStop),
         0xA0 => Some(Realtime::Flood),
         0xA1 => Some(Realtime::Mist),
+        0xA3 => Some(Realtime::ToolChange),
         0x80.. => Some(Realtime::Ignored),
         _ => None,
     }
@@ -79,6 +82,7 @@ mod tests {
                 0x9E => Realtime::SpindleStop,
                 0xA0 => Realtime::Flood,
                 0xA1 => Realtime::Mist,
+                0xA3 => Realtime::ToolChange,
                 _ => Realtime::Ignored,
             };
             assert_eq!(classify(byte), Some(expected), "0x{byte:02X}");

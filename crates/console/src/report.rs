@@ -46,6 +46,15 @@ pub mod messages {
     pub const CHECK_DOOR: &str = "Check Door";
     /// M6 when T has named no tool.
     pub const CHANGE_TOOL: &str = "M6: change the tool, then resume with ~";
+    /// `~` before the length of the new tool is known.
+    pub const MEASURE_FIRST: &str =
+        "M6: the length of the tool is not known: measure it by $TPW, or set Z by G10 L20 P0 Z or G43.1 Z, then ~";
+    /// A tool has been measured, and it is the one that others are compared with.
+    pub const REFERENCE: &str = "This tool counts as of length 0 from now on";
+    /// A tool was not measured.
+    pub const PROBE_TOUCHES: &str = "The probe touches already: free it, check $6";
+    /// A tool was not measured.
+    pub const PROBE_MISSED: &str = "The probe met nothing within $342: jog nearer, or raise $342";
     /// M2 or M30.
     pub const PROGRAM_END: &str = "Pgm End";
     /// `$C` has begun to check G-code.
@@ -181,7 +190,7 @@ const PARAMETER_NAMES: [&str; WORK_SYSTEMS + 3] =
     ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", "G28", "G30", "G92"];
 
 /// The code of a work coordinate system.
-fn system_name(system: usize) -> &'static str {
+pub(crate) fn system_name(system: usize) -> &'static str {
     PARAMETER_NAMES[system]
 }
 

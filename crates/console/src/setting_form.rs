@@ -29,6 +29,8 @@ pub enum SettingGroup {
     Cycles,
     /// Spindle and laser.
     Tool,
+    /// What M6 does.
+    ToolChange,
     /// The probe and the safety door.
     Inputs,
     /// What the console prints.
@@ -48,6 +50,7 @@ impl SettingGroup {
         Self::Shapers,
         Self::Cycles,
         Self::Tool,
+        Self::ToolChange,
         Self::Inputs,
         Self::Reports,
     ];
@@ -65,6 +68,7 @@ impl SettingGroup {
             Self::Shapers => "Shapers",
             Self::Cycles => "Canned cycles",
             Self::Tool => "Spindle and laser",
+            Self::ToolChange => "Change of the tool",
             Self::Inputs => "Probe and door",
             Self::Reports => "Reports",
         }
@@ -102,6 +106,7 @@ impl Setting {
             950..=979 => SettingGroup::Shapers,
             28 => SettingGroup::Cycles,
             30..=36 | 394 => SettingGroup::Tool,
+            341..=344 => SettingGroup::ToolChange,
             6 | 902 => SettingGroup::Inputs,
             _ => SettingGroup::Reports,
         }

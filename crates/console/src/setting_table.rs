@@ -129,6 +129,10 @@ const ROWS: &[(Setting, &str)] = &[
     row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, field!(Int trinamic_mask)),
     #[cfg(feature = "trinamic")]
     row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, field!(Int stall_homing_mask)),
+    row(341, "", "M6: 0 waits, 1 Z up and measure by $TPW, 2 the same at G59.3, 3 measures at G59.3 by itself, 4 does not wait", 0.0, 4.0, field!(Int tool_change_mode)),
+    row(342, "mm", "way down to measure a tool", 0.1, 1000.0, field!(Float tool_probe_mm)),
+    row(343, "mm/min", "tool latch", 1.0, 1e5, field!(Float tool_latch_mm_min)),
+    row(344, "mm/min", "tool seek", 1.0, 1e5, field!(Float tool_seek_mm_min)),
     row(349, "mm", "how far one of two motors may go alone to its switch", 0.1, 100.0, field!(Float skew_max_mm)),
     #[cfg(feature = "four-axes")]
     row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, field!(Int rotary_mask)),

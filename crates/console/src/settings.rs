@@ -2,7 +2,7 @@
 
 use crate::axes::{A, Z, of_each};
 use crate::rotary::Rotary;
-use crate::{AXES, Conflict, SettingError, axes, setting_table};
+use crate::{AXES, Conflict, SettingError, ToolChange, axes, setting_table};
 
 /// Maps a pulse width in us (0: as short as possible) to the highest step rate that the step outputs support, steps/s.
 pub type Carries<'a> = &'a dyn Fn(u16) -> f32;
@@ -105,6 +105,14 @@ pub struct Settings {
     /// `$339`: axes that have no limit switch, but home by a stall of their motor (grblHAL's number).
     #[cfg(feature = "trinamic")]
     pub stall_homing_mask: u16,
+    /// `$341`: what M6 does (grblHAL's number), see [`ToolChange`](crate::ToolChange).
+    pub tool_change_mode: u16,
+    /// `$342`: how far a tool goes down to be measured (grblHAL's number, as the next two).
+    pub tool_probe_mm: f32,
+    /// `$343`: the slow approach that measures it.
+    pub tool_latch_mm_min: f32,
+    /// `$344`: the fast approach before it, and the way back.
+    pub tool_seek_mm_min: f32,
     /// `$349`: how far one motor of an axis with two motors may go alone to its switch.
     pub skew_max_mm: f32,
     /// `$376`: bit 0 makes A a rotary axis: a degree stands wherever a millimetre does.
@@ -202,6 +210,10 @@ impl Settings {
         trinamic_mask: axes::ALL_AXES,
         #[cfg(feature = "trinamic")]
         stall_homing_mask: 0,
+        tool_change_mode: 0,
+        tool_probe_mm: 30.0,
+        tool_latch_mm_min: 25.0,
+        tool_seek_mm_min: 200.0,
         skew_max_mm: 10.0,
         #[cfg(feature = "four-axes")]
         rotary_mask: 1,
@@ -301,6 +313,11 @@ impl Settings {
         #[cfg(not(feature = "trinamic"))]
         let by_stall = false;
         self.homing_order().contains(&Some(axis)) && !by_stall
+    }
+
+    /// What M6 does.
+    pub fn tool_change(&self) -> ToolChange {
+        ToolChange::of(self.tool_change_mode)
     }
 
     /// The value of setting `number`, as `$$` prints it; flags are 0 or 1.

@@ -2,7 +2,7 @@
 
 use core::fmt::{Result, Write};
 
-use crate::report::FIRMWARE;
+use crate::report::{FIRMWARE, system_name};
 use crate::{AXES, AXIS_NAMES, Coolant, Coordinate, Fixed, Overrides, ReportedState, Settings, SpindleMode};
 
 /// The content of a status report.
@@ -46,6 +46,12 @@ pub struct StatusReport {
     pub overrides: Overrides,
     /// The axes that have been homed and whose zero is still known.
     pub homed: [bool; AXES],
+    /// The tool in the spindle; 0 if nobody knows it.
+    pub tool: u32,
+    /// The work coordinate system: 0 for G54.
+    pub system: u8,
+    /// There is a tool with which the lengths of others are compared.
+    pub has_tool_reference: bool,
 }
 
 const REPORT_MACHINE_POSITION: u16 = 1;
@@ -60,6 +66,16 @@ pub struct StatusReporter {
     /// The last reported work offset, and whether it was in inches.
     offset_reported: ([i64; AXES], bool),
     overrides_reported: (Overrides, SpindleMode, Coolant),
+    seldom_reported: Seldom,
+}
+
+/// What is added to a report if it has changed since the last one, as grblHAL does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Seldom {
+    homed: [bool; AXES],
+    tool: u32,
+    system: u8,
+    has_tool_reference: bool,
 }
 
 impl StatusReporter {
@@ -70,18 +86,25 @@ impl StatusReporter {
             reports_to_overrides: 0,
             offset_reported: ([0; AXES], false),
             overrides_reported: (Overrides::DEFAULT, SpindleMode::Off, Coolant::Off),
+            seldom_reported: Seldom { homed: [false; AXES], tool: 0, system: 0, has_tool_reference: false },
         }
     }
 
-    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 146 bytes.
+    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 176 bytes. What has changed of the work coordinate system,
+    /// of the homed axes and of the tool is added to the first report behind that.
     pub fn write(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         write_always(out, status, settings)?;
         self.write_extra(out, status, settings)?;
+        let (before, seldom) = (self.seldom_reported, Seldom::of(status));
+        if before != seldom {
+            self.seldom_reported = seldom;
+            seldom.write(out, settings, |same| !same(&before, &seldom))?;
+        }
         out.write_str(">\r\n")
     }
 
-    /// The same with every field, as grblHAL's: work offset, overrides, what is on even if nothing is, whether all axes that home are
-    /// homed, a mask of those that are, and the name of the firmware. At most 184 bytes, 207 with four axes.
+    /// The same with every field, as grblHAL's: work offset, overrides, what is on even if nothing is, what has changed seldom, and the
+    /// name of the firmware. At most 208 bytes, 232 with four axes.
     #[cold]
     pub fn write_full(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         write_always(out, status, settings)?;
@@ -93,11 +116,8 @@ impl StatusReporter {
         write_overrides(out, status)?;
         out.write_str("|A:")?;
         write_accessories(out, "", status)?;
-        if settings.homing {
-            let all = settings.homing_order().into_iter().flatten().all(|axis| status.homed[axis]);
-            let mask: u8 = status.homed.iter().zip(0..).map(|(&is_homed, axis)| u8::from(is_homed) << axis).sum();
-            write!(out, "|H:{},{mask}", u8::from(all))?;
-        }
+        self.seldom_reported = Seldom::of(status);
+        self.seldom_reported.write(out, settings, |_| true)?;
         write!(out, "|FW:{FIRMWARE}>\r\n")
     }
 
@@ -118,6 +138,40 @@ impl StatusReporter {
         if due(&mut self.reports_to_overrides, overrides_period) {
             write_overrides(out, status)?;
             write_accessories(out, "|A:", status)?;
+        }
+        Ok(())
+    }
+}
+
+impl Seldom {
+    fn of(status: &StatusReport) -> Self {
+        let StatusReport { homed, tool, system, has_tool_reference, .. } = *status;
+        Self { homed, tool, system, has_tool_reference }
+    }
+
+    /// The fields that are wanted: the work coordinate system, whether all axes that home are homed and a mask of those that are, the
+    /// tool, and whether there is one that others are compared with. `wanted` is asked with a function that says whether a field is the
+    /// same in two of these.
+    #[cold]
+    fn write(
+        &self,
+        out: &mut impl Write,
+        settings: &Settings,
+        wanted: impl Fn(fn(&Self, &Self) -> bool) -> bool,
+    ) -> Result {
+        if wanted(|one, other| one.system == other.system) {
+            write!(out, "|WCS:{}", system_name(self.system.into()))?;
+        }
+        if settings.homing && wanted(|one, other| one.homed == other.homed) {
+            let all = settings.homing_order().into_iter().flatten().all(|axis| self.homed[axis]);
+            let mask: u8 = self.homed.iter().zip(0..).map(|(&is_homed, axis)| u8::from(is_homed) << axis).sum();
+            write!(out, "|H:{},{mask}", u8::from(all))?;
+        }
+        if wanted(|one, other| one.tool == other.tool) {
+            write!(out, "|T:{}", self.tool)?;
+        }
+        if wanted(|one, other| one.has_tool_reference == other.has_tool_reference) {
+            write!(out, "|TLR:{}", u8::from(self.has_tool_reference))?;
         }
         Ok(())
     }

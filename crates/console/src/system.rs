@@ -38,6 +38,11 @@ impl Interpreter {
             "EA" => long_list(Command::ShowCatalogue(Catalogue::Alarms), state),
             "G" => Ok(Command::ShowModal),
             "X" => Ok(Command::Unlock),
+            "TPW" if state == ReportedState::Tool => Ok(Command::MeasureTool),
+            "TPW" => Err(Error::NotIdle),
+            "TLR" if matches!(state, ReportedState::Idle | ReportedState::Tool) => Ok(Command::SetToolReference),
+            "TLR" => Err(Error::NotIdle),
+            "#" if state == ReportedState::Tool => Ok(Command::ShowParameters),
             "C" if matches!(state, ReportedState::Idle | ReportedState::Check) => Ok(Command::ToggleCheck),
             "C" => Err(Error::NotIdle),
             _ => match statement.split_at_checked(1) {
@@ -52,7 +57,7 @@ impl Interpreter {
     }
 
     fn begin_jog<'l>(&self, jog: &str, state: ReportedState, settings: &Settings) -> Result<Command<'l>, Error> {
-        if !matches!(state, ReportedState::Idle | ReportedState::Jog) {
+        if !matches!(state, ReportedState::Idle | ReportedState::Jog | ReportedState::Tool) {
             return Err(Error::NotIdle);
         }
         self.jog(jog.strip_prefix('=').ok_or(Error::BadJog)?, settings).map(Command::Jog)

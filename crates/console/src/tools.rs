@@ -40,7 +40,7 @@ impl ToolTable {
     /// free.
     ///
     /// # Errors
-    /// [`Error::ToolTable`] if all places are taken by other tools.
+    /// [`Error::ToolNumber`] if all places are taken by other tools.
     pub fn put(&mut self, tool: ToolEntry) -> Result<(), Error> {
         let is_nothing = tool.length_pm == 0 && tool.radius_nm == 0;
         let own = self.0.iter().position(|other| other.number == tool.number);
@@ -49,7 +49,7 @@ impl ToolTable {
             Some(place) if is_nothing => self.0[place] = ToolEntry::default(),
             Some(place) => self.0[place] = tool,
             None if is_nothing => {}
-            None => return Err(Error::ToolTable),
+            None => return Err(Error::ToolNumber),
         }
         Ok(())
     }
@@ -97,7 +97,7 @@ mod tests {
             assert_eq!(table.put(of(number, 10)), Ok(()));
         }
         let full = table;
-        assert_eq!(table.put(of(33, 1)), Err(Error::ToolTable));
+        assert_eq!(table.put(of(33, 1)), Err(Error::ToolNumber));
         assert_eq!(table.put(of(33, 0)), Ok(()), "it is not in the table anyway");
         assert_eq!(table, full);
         assert_eq!(table.put(of(32, 11)), Ok(()));

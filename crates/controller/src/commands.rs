@@ -30,6 +30,8 @@ const PROBE: &str = "G38.";
 pub(crate) enum After {
     /// The next line.
     NextLine,
+    /// What is sent by hand, until the tool has been changed; then the same line once more.
+    ToolChange,
     /// The start-up lines, before the line is answered.
     StartUp,
     /// A reset of the console that sent it.
@@ -65,7 +67,17 @@ impl<F: NorFlash> Controller<'_, F> {
         if !message.is_empty() {
             cold_path(pin!(self.tell(message, out))).await;
         }
+        let waits = match line {
+            Ok(_) if fate == Fate::SentAgain => cold_path(pin!(self.end_change(&mut text))).await.map(|ended| !ended),
+            Ok(line) if self.measures_tools() => match self.tool_to_change(line) {
+                Some(Ok(tool)) => cold_path(pin!(self.begin_change(tool, &mut text))).await.map(|()| true),
+                Some(Err(error)) => Err(error),
+                None => Ok(false),
+            },
+            _ => Ok(false),
+        };
         let answer = match line {
+            _ if waits != Ok(false) => waits.map(|_| After::ToolChange),
             Ok(_) if is_jog && self.pauses.get() != pauses => Err(Error::NotIdle),
             Ok(_) if is_jog && fate == Fate::Cancelled => Ok(After::NextLine),
             Ok(line) => self.carry_out(line, &mut text, out).await,
@@ -92,7 +104,9 @@ impl<F: NorFlash> Controller<'_, F> {
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
         }
-        text.answer(answer.map(|_| ()));
+        if fate != Fate::SentAgain {
+            text.answer(answer.map(|_| ()));
+        }
         let after = answer.unwrap_or(After::NextLine);
         if after == After::Sleep {
             text.say(messages::SLEEPING);
@@ -101,7 +115,7 @@ impl<F: NorFlash> Controller<'_, F> {
         match after {
             After::Sleep => match cold_path(pin!(self.sleep())).await {},
             After::Boot => self.boot(),
-            After::NextLine | After::StartUp | After::Restart => {}
+            After::NextLine | After::StartUp | After::Restart | After::ToolChange => {}
         }
         self.with(|program| program.in_line = false);
         after
@@ -216,6 +230,8 @@ impl<F: NorFlash> Controller<'_, F> {
             #[cfg(feature = "trinamic")]
             Command::MeasureStall { axis } => self.measure_stall(Axis::ALL[axis], text).await?,
             Command::Unlock => self.unlock(state, text).await?,
+            Command::MeasureTool => self.measure_tool(text).await?,
+            Command::SetToolReference => self.set_tool_reference(),
             Command::ToggleCheck => return Ok(self.toggle_check(state, text)),
             Command::Sleep => return Ok(After::Sleep),
             Command::Boot if self.has_boot_loader => return Ok(After::Boot),
@@ -316,7 +332,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.closed_door()?;
         self.fit(text)?;
         self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
-        self.with(|program| program.mode = Mode::Normal);
+        self.with(|program| (program.mode, program.changing) = (Mode::Normal, None));
         self.stop_tool();
         self.follow_machine();
         text.say(messages::UNLOCKED);
@@ -335,7 +351,9 @@ impl<F: NorFlash> Controller<'_, F> {
             text.say(messages::NOT_CHECKING);
             return After::Restart;
         }
-        self.with(|program| program.mode = Mode::Check);
+        self.with(|program| {
+            (program.mode, program.tool_before_check) = (Mode::Check, program.interpreter.tool_in_spindle())
+        });
         text.say(messages::CHECKING);
         After::NextLine
     }
@@ -374,6 +392,7 @@ impl<F: NorFlash> Controller<'_, F> {
         self.submit(Motion::Home { axes }).await?;
         let result = self.settled().await;
         self.follow_machine();
+        self.forget_tool_reference(axes);
         #[cfg(feature = "trinamic")]
         if looking.is_some() && result.is_ok() {
             self.say_stalls(axes, text);

@@ -19,6 +19,7 @@ use crate::prove::Prove;
 use crate::resets::Resets;
 use crate::status::{self, position_pm};
 use crate::store::{Item, Kept, Loss, Store, Value};
+use crate::tool_change::Changing;
 
 /// Settings, modal state and the machine they move.
 ///
@@ -59,6 +60,14 @@ pub(crate) struct Program {
     /// The state of spindle or laser for the moves that are asked for. The interpreter is ahead: when a line
     /// contains M2 it has switched them off before the line's moves are asked for.
     pub spindle: Spindle,
+    /// The change of the tool that is under way.
+    pub changing: Option<Changing>,
+    /// The tool for which the line under way asks has just been put in.
+    pub has_changed: bool,
+    /// The height of Z, in machine coordinates, at which the end of a tool of length 0 touches where tools are measured.
+    pub reference_pm: Option<i64>,
+    /// The tool in the spindle before G-code was checked.
+    pub tool_before_check: u32,
     /// The last motion was a jog, which may have ended short of its target.
     pub jogged: bool,
     /// The start-up lines have not run since power-up or the last reset.
@@ -116,6 +125,10 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             work_offset_pm: [0; AXES],
             mode: Mode::Normal,
             spindle: Spindle::Off,
+            changing: None,
+            has_changed: false,
+            reference_pm: None,
+            tool_before_check: 0,
             jogged: false,
             startup_due: true,
             restarting: false,
@@ -191,9 +204,15 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             (State::Hold { .. } | State::Run, _) if self.machine.door().is_about() => ReportedState::Door(self.door()),
             (State::Run, _) => ReportedState::Run,
             (State::Hold { still }, _) => ReportedState::Hold { stopping: !still },
+            (State::Idle, Mode::Normal) if self.changes_tool() => ReportedState::Tool,
             (State::Idle, Mode::Normal) => ReportedState::Idle,
             (State::Idle, Mode::Check) => ReportedState::Check,
         }
+    }
+
+    /// True from when M6 waits until the tool has been changed, with `$341`.
+    pub(crate) fn changes_tool(&self) -> bool {
+        self.with(|program| program.changing.is_some())
     }
 
     /// The state of the safety door, in the console's terms.
@@ -212,8 +231,20 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let machine = self.machine.status();
         let (overrides, work_offset_pm, max_rpm) =
             self.with(|program| (program.overrides, program.work_offset_pm, program.settings.spindle_max_rpm));
+        let state = match self.state() {
+            // Senders would take Run for the end of the change.
+            ReportedState::Run if self.changes_tool() => ReportedState::Tool,
+            state => state,
+        };
+        let (tool, system, has_tool_reference) = self.with(|program| {
+            let interpreter = &program.interpreter;
+            (interpreter.tool_in_spindle(), interpreter.modal().system, program.reference_pm.is_some())
+        });
         StatusReport {
-            state: self.state(),
+            state,
+            tool,
+            system,
+            has_tool_reference,
             position_pm: position_pm(machine.position_steps, &self.machine.config()),
             work_offset_pm,
             line_number: machine.line,
@@ -236,7 +267,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         }
     }
 
-    /// Obeys a real-time byte that is neither a request for a report nor a reset.
+    /// Obeys a real-time byte that is for the machine, not for a console, and no reset.
     #[cold]
     pub(crate) fn real_time(&self, realtime: Realtime) {
         match realtime {
@@ -245,11 +276,13 @@ impl<'a, F: NorFlash> Controller<'a, F> {
                 self.override_machine();
             }
             Realtime::Hold => self.machine.hold(),
+            Realtime::Resume if self.machine.state() == State::Idle && self.changes_tool() => self.resume_change(),
             Realtime::Resume => self.machine.resume(),
             Realtime::JogCancel => self.machine.cancel_jog(),
             Realtime::Door => self.machine.open_door(),
             Realtime::SpindleStop | Realtime::Flood | Realtime::Mist => self.override_tool(realtime),
-            Realtime::Status | Realtime::FullStatus | Realtime::Modal | Realtime::Reset | Realtime::Ignored => {}
+            Realtime::Status | Realtime::FullStatus | Realtime::Modal => {}
+            Realtime::ToolChange | Realtime::Reset | Realtime::Ignored => {}
         }
     }
 
@@ -288,6 +321,10 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         self.with(|program| {
             (program.restarting, program.in_line, program.source) = (false, false, 0);
             program.interpreter.reset();
+            if program.mode == Mode::Check {
+                program.interpreter.set_tool_in_spindle(program.tool_before_check);
+            }
+            (program.changing, program.has_changed) = (None, false);
             program.overrides = Overrides::DEFAULT;
             program.startup_due = true;
             program.mode = match program.mode {

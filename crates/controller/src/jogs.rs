@@ -25,6 +25,8 @@ pub(crate) enum Fate {
     Cancelled,
     /// It is refused, as in a hold.
     Refused,
+    /// It is no jog, but a line with M6 that was put back until the tool had been changed.
+    SentAgain,
 }
 
 impl Jogs {

@@ -19,6 +19,7 @@ mod controller;
 mod cycles;
 #[cfg(feature = "trinamic")]
 mod drivers;
+mod input;
 mod intake;
 mod jogs;
 pub mod least_times;
@@ -31,6 +32,7 @@ mod serve;
 mod status;
 pub mod store;
 mod tool;
+mod tool_change;
 
 pub use config::{carries_steps_s, config};
 pub use controller::Controller;

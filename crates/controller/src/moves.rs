@@ -102,6 +102,9 @@ impl<F: NorFlash> Controller<'_, F> {
     /// about it at once. The answer to the line comes after the resume.
     async fn change_tool(&self, tool: u32, text: &mut Message, out: &Output) -> Result<(), Error> {
         self.settled().await?;
+        if self.with(|program| core::mem::take(&mut program.has_changed)) {
+            return Ok(());
+        }
         match tool {
             0 => text.say(messages::CHANGE_TOOL),
             _ => text.say(format_args!("M6: put in tool {tool}, then resume with ~")),
@@ -109,8 +112,12 @@ impl<F: NorFlash> Controller<'_, F> {
         out.send(text).await;
         text.clear();
         self.begin_pause();
+        // If a reset ends the wait, nobody knows which tool is in.
+        self.with(|program| program.interpreter.set_tool_in_spindle(0));
         self.machine.hold_for_tool_change();
-        self.settled().await
+        self.settled().await?;
+        self.with(|program| program.interpreter.set_tool_in_spindle(tool));
+        Ok(())
     }
 
     /// True for M3 to M5, M7 to M9, and the S of a spindle that turns: that of one that stands still waits for M3, and the S

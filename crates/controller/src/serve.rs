@@ -21,10 +21,8 @@ use core::convert::Infallible;
 use core::fmt;
 use core::pin::pin;
 
-use embassy_futures::select::{Either, Either3, Either4, select, select3, select4};
+use embassy_futures::select::{Either3, Either4, select, select3, select4};
 use embassy_futures::yield_now;
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use embassy_sync::pipe::Pipe;
 use embassy_time::{Duration, Timer};
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -35,12 +33,12 @@ use isostep_motion::{State, cold_path};
 
 use crate::commands::After;
 use crate::controller::{Controller, Mode};
+use crate::input::Input;
 use crate::intake::Intake;
-use crate::jogs::Jogs;
+use crate::jogs::{Fate, Jogs};
 use crate::output::{Message, Output};
+use crate::tool_change::Awaited;
 
-/// Four times the window that is advertised to senders.
-const INPUT_BYTES: usize = 512;
 const CHUNK_BYTES: usize = 64;
 /// The period at which a console whose pipe is full looks whether it must read on.
 const LOOK: Duration = Duration::from_millis(20);
@@ -68,7 +66,7 @@ pub enum LinkError<R, W> {
 
 struct Console {
     intake: Intake,
-    input: Pipe<NoopRawMutex, INPUT_BYTES>,
+    input: Input,
     output: Output,
     jogs: Jogs,
     /// The last pause that its jogs have heard of.
@@ -84,7 +82,7 @@ impl Console {
     fn new(known_reset: u32, flow_control: FlowControl) -> Self {
         Self {
             intake: Intake::new(),
-            input: Pipe::new(),
+            input: Input::new(),
             output: Output::new(),
             jogs: Jogs::new(),
             known_pause: Cell::new(0),
@@ -157,6 +155,7 @@ impl<F: NorFlash> Controller<'_, F> {
                         // The bytes behind it are the first that count again.
                         console.intake.begin_line();
                     }
+                    Some(Realtime::ToolChange) => console.input.read_behind(),
                     Some(realtime) => {
                         if realtime == Realtime::JogCancel {
                             console.jogs.cancel(console.input.len());
@@ -193,7 +192,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let is_held = matches!(self.machine.state(), State::Hold { still: true });
             !is_held && self.with(|program| program.mode != Mode::Sleep)
         };
-        while console.flow_control == FlowControl::Link && goes_on_by_itself() {
+        while console.flow_control == FlowControl::Link && goes_on_by_itself() && !console.input.waits_behind_line() {
             Timer::after(LOOK).await;
         }
     }
@@ -208,14 +207,14 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn offer_report(&self, console: &Console) {
-        let report = self.report(console.input.free_capacity());
+        let report = self.report(console.input.free_bytes());
         let mut reporter = console.reporter.borrow_mut();
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
     }
 
     #[cold]
     fn offer_full_report(&self, console: &Console) {
-        let report = self.report(console.input.free_capacity());
+        let report = self.report(console.input.free_bytes());
         let mut reporter = console.reporter.borrow_mut();
         console.output.offer(|text| reporter.write_full(text, &report, &self.settings()));
     }
@@ -257,34 +256,56 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Carries out lines, until one asks for a reset.
     async fn execute(&self, console: &Console) {
         cold_path(pin!(self.greet(console))).await;
-        let mut assembler = LineAssembler::new();
-        let (mut bytes, mut length) = ([0; CHUNK_BYTES], 0);
+        let (mut assembler, mut length) = (LineAssembler::new(), 0);
+        let mut fate = None;
         loop {
             console.jogs.hold(length);
-            let n = match select(console.input.read(&mut bytes), console.intake.lost_line()).await {
-                Either::First(n) => n,
-                Either::Second(()) => {
+            let awaited = select3(
+                console.input.read_line(&mut assembler, &mut length),
+                console.intake.lost_line(),
+                self.change_awaited(console),
+            );
+            match awaited.await {
+                Either3::First(()) => {}
+                Either3::Second(()) => {
                     cold_path(pin!(self.tell_lost_line(console))).await;
                     continue;
                 }
-            };
-            let mut left = &bytes[..n];
-            while !left.is_empty() {
-                let before = left.len();
-                let is_whole = assembler.end(&mut left);
-                length += before - left.len();
-                if !is_whole {
-                    break;
+                Either3::Third(()) => {
+                    // What has been typed of a line by hand is no beginning of the program's next one.
+                    (assembler, length, fate) = (LineAssembler::new(), 0, Some(Fate::SentAgain));
+                    console.input.open();
+                    continue;
                 }
-                console.jogs.hold(length + left.len());
-                self.refuse_jogs(console);
-                let fate = console.jogs.fate(core::mem::take(&mut length));
-                let (line, message) = (assembler.line(), assembler.message());
-                if self.line(line, message, fate, &console.output).await == After::Restart {
-                    return;
-                }
-                // The ports' queues are filled between lines, however many lines there are.
-                yield_now().await;
+            }
+            console.jogs.hold(length);
+            self.refuse_jogs(console);
+            let of_jog = console.jogs.fate(core::mem::take(&mut length));
+            let (line, message) = (assembler.line(), assembler.message());
+            match self.line(line, message, fate.take().unwrap_or(of_jog), &console.output).await {
+                After::Restart => return,
+                After::ToolChange => console.input.put_back(line.unwrap_or_default()),
+                _ => {}
+            }
+            // The ports' queues are filled between lines, however many lines there are.
+            yield_now().await;
+        }
+    }
+
+    /// Waits until the tool has been changed for which a line of this console was put back.
+    async fn change_awaited(&self, console: &Console) {
+        if !console.input.waits_behind_line() {
+            core::future::pending().await
+        }
+        cold_path(pin!(self.poll_change(console))).await;
+    }
+
+    async fn poll_change(&self, console: &Console) {
+        loop {
+            match self.awaited() {
+                Awaited::Line => break,
+                Awaited::Warning => console.output.send_written(|text| text.say(messages::MEASURE_FIRST)).await,
+                Awaited::Nothing => Timer::after(LOOK).await,
             }
         }
     }

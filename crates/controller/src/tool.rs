@@ -123,7 +123,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    fn report_probed(&self, text: &mut Message) {
+    pub(crate) fn report_probed(&self, text: &mut Message) {
         let probed = self.machine.probed();
         let place_pm = position_pm(probed.position_steps, &self.machine.config());
         self.with(|program| {

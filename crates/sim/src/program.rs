@@ -265,6 +265,7 @@ pub fn acting(bytes: &[u8]) -> Vec<(usize, &'static str)> {
             Realtime::SpindleStop => "stops the spindle in a hold",
             Realtime::Flood => "switches flood coolant",
             Realtime::Mist => "switches mist coolant",
+            Realtime::ToolChange => "parts lines by hand from the program in a change of the tool",
         };
         Some((place, does))
     };

@@ -167,7 +167,12 @@ impl Console {
             Command::ShowCatalogue(catalogue) => (0..catalogue.lines())
                 .for_each(|line| fits(CATALOGUE_BYTES, |out| catalogue.print(out, line, &self.settings))),
             Command::ShowModal | Command::ShowStartup | Command::Help => self.list(),
-            Command::Unlock | Command::ToggleCheck | Command::Sleep | Command::Boot => {}
+            Command::Unlock
+            | Command::MeasureTool
+            | Command::SetToolReference
+            | Command::ToggleCheck
+            | Command::Sleep
+            | Command::Boot => {}
             Command::Prove { .. } | Command::ShowDrivers => {}
         }
         Ok(())
@@ -273,6 +278,9 @@ impl Console {
             free_bytes: 1024,
             overrides: self.overrides,
             homed: xyz_a([x, y, z], y),
+            tool: 99_999,
+            system: 8,
+            has_tool_reference: true,
         };
         if is_full {
             fits(FULL_STATUS_BYTES, |out| self.reporter.write_full(out, &status, &self.settings));

@@ -52,7 +52,8 @@ fn every_state_has_a_row() {
         ReportedState::Home => Some(ReportedState::Alarm),
         ReportedState::Alarm => Some(ReportedState::Check),
         ReportedState::Check => Some(ReportedState::Sleep),
-        ReportedState::Sleep => None,
+        ReportedState::Sleep => Some(ReportedState::Tool),
+        ReportedState::Tool => None,
     };
     let known: BTreeSet<_> =
         std::iter::successors(Some(ReportedState::Idle), |&state| next(state)).map(|state| state.to_string()).collect();
@@ -78,6 +79,8 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Buzz { .. } => "$BUZZ=X, Y, Z",
         Command::MeasureStall { .. } => "$STALL=X, Y, Z",
         Command::Unlock => "$X",
+        Command::MeasureTool => "$TPW",
+        Command::SetToolReference => "$TLR",
         Command::ToggleCheck => "$C",
         Command::Sleep => "$SLP",
         Command::Boot => "$BOOT",

@@ -57,7 +57,7 @@ impl Interpreter {
             return Err(Error::IntegerRequired);
         }
         match number {
-            0.0 => return Err(Error::ToolTable),
+            0.0 => return Err(Error::ToolNumber),
             _ if number > MAX_TOOL => return Err(Error::ToolNumber),
             _ => {}
         }
@@ -71,9 +71,9 @@ impl Interpreter {
             tool.length_pm = within(self.length_of_entry_pm(entry, z_pm))?;
         }
         if let Some(radius_pm) = radius_pm {
-            let radius_nm = u32::try_from(radius_pm / NM_PM).map_err(|_| Error::ToolTable)?;
+            let radius_nm = u32::try_from(radius_pm / NM_PM).map_err(|_| Error::ToolNumber)?;
             tool.radius_nm =
-                Some(radius_nm).filter(|&nm| radius_pm >= 0 && nm <= RADIUS_MAX_NM).ok_or(Error::ToolTable)?;
+                Some(radius_nm).filter(|&nm| radius_pm >= 0 && nm <= RADIUS_MAX_NM).ok_or(Error::ToolNumber)?;
         }
         // Nothing behind it refuses the line, so the table needs no undoing.
         words.check_all_used()?;

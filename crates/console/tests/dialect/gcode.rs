@@ -248,14 +248,14 @@ fn a_tool_change_is_carried_out_before_the_rest_of_its_line() {
         expect![[r#"
             M6 -> (tool 0) ok
             T3 M6 -> (tool 3) ok
-            M6 -> (tool 3) ok
+            M6 -> ok
             T4 -> ok
             G0 X1 M6 -> (tool 4) (rapid [1.0, 0.0, 0.0]) ok
             M6 T5 G4 P1 -> (tool 5) (wait 1 s) ok
             T6 M6 M0 -> (tool 6) ok
-            M6 M0 X2 -> (tool 6) (rapid [2.0, 0.0, 0.0]) (pause) ok
-            M6 M0 G4 P1 -> (tool 6) (wait 1 s) (pause) ok
-            M6 M30 -> (tool 6) (end) ok
+            M6 M0 X2 -> (rapid [2.0, 0.0, 0.0]) (pause) ok
+            M6 M0 G4 P1 -> (wait 1 s) (pause) ok
+            M6 M30 -> (end) ok
             M6 M6 -> error:21
             M6.1 -> error:23
             $G -> [GC:G1 G54 G17 G21 G90 G94 G64 M5 M9 T6 F0 S0] ok

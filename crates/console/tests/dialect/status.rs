@@ -9,8 +9,8 @@ use isostep_console::{
 use proptest::prelude::*;
 
 /// The limits that [`StatusReporter::write`] and [`StatusReporter::write_full`] document.
-const LONGEST_BYTES: usize = 146;
-const LONGEST_FULL_BYTES: usize = 184;
+const LONGEST_BYTES: usize = 176;
+const LONGEST_FULL_BYTES: usize = 208;
 
 /// A machine at rest, with nothing switched on and nothing pressed.
 const QUIET: StatusReport = StatusReport {
@@ -33,6 +33,9 @@ const QUIET: StatusReport = StatusReport {
     free_blocks: 15,
     free_bytes: 128,
     homed: [false; 3],
+    tool: 0,
+    system: 0,
+    has_tool_reference: false,
 };
 
 #[test]
@@ -55,9 +58,9 @@ fn a_report_inside_a_line_leaves_the_line_whole() {
 fn a_full_report_has_every_field_and_counts_as_both() {
     let mut talk = Talk::new(ReportedState::Idle);
     let mut heard = |sent: &[u8]| talk.bytes(sent);
-    expect!["<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000|Ov:100,100,100|A:|H:0,0|FW:Isostep> <Idle|MPos:0.000,0.000,0.000|FS:0,0> (rapid [1.0, 0.0, 0.0]) ok"].assert_eq(&heard(b"G0 X1\x87\x80\n"));
+    expect!["<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000|Ov:100,100,100|A:|WCS:G54|H:0,0|T:0|TLR:0|FW:Isostep> <Idle|MPos:0.000,0.000,0.000|FS:0,0> (rapid [1.0, 0.0, 0.0]) ok"].assert_eq(&heard(b"G0 X1\x87\x80\n"));
     assert_eq!(heard(b"M4 S1 M8\n"), "(spindle) (speed) (coolant) ok");
-    expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000|Ov:100,100,100|A:CF|H:0,0|FW:Isostep>"]
+    expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000|Ov:100,100,100|A:CF|WCS:G54|H:0,0|T:0|TLR:0|FW:Isostep>"]
         .assert_eq(&heard(b"\x87"));
     assert_eq!((0..9).filter(|_| heard(b"?").contains("WCO")).count(), 0);
     expect!["<Idle|MPos:1.000,0.000,0.000|FS:0,1|WCO:0.000,0.000,0.000>"].assert_eq(&heard(b"?"));
@@ -71,10 +74,10 @@ fn a_full_report_says_which_axes_are_homed() {
         heard.split_once("|A:").unwrap().1.trim_end().to_owned()
     };
     let homes = Settings::DEFAULT;
-    assert_eq!(heard([false; 3], &homes), "|H:0,0|FW:Isostep>");
-    assert_eq!(heard([true, false, true], &homes), "|H:0,5|FW:Isostep>");
-    assert_eq!(heard([true; 3], &homes), "|H:1,7|FW:Isostep>");
-    assert_eq!(heard([false; 3], &Settings { homing: false, ..homes }), "|FW:Isostep>");
+    assert_eq!(heard([false; 3], &homes), "|WCS:G54|H:0,0|T:0|TLR:0|FW:Isostep>");
+    assert_eq!(heard([true, false, true], &homes), "|WCS:G54|H:0,5|T:0|TLR:0|FW:Isostep>");
+    assert_eq!(heard([true; 3], &homes), "|WCS:G54|H:1,7|T:0|TLR:0|FW:Isostep>");
+    assert_eq!(heard([false; 3], &Settings { homing: false, ..homes }), "|WCS:G54|T:0|TLR:0|FW:Isostep>");
 }
 
 #[test]
@@ -159,6 +162,9 @@ fn the_longest_report_is_as_long_as_promised() {
         free_blocks: 255,
         free_bytes: u16::MAX,
         homed: [true; 3],
+        tool: 99_999,
+        system: 8,
+        has_tool_reference: true,
     };
     let mut heard = String::new();
     for report_inches in [false, true] {
@@ -180,12 +186,12 @@ fn the_longest_report_is_as_long_as_promised() {
     StatusReporter::new().write_full(&mut heard, &status, &settings).unwrap();
     assert_eq!(heard.len() - before, LONGEST_FULL_BYTES);
     expect![[r#"
-        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,30000.000,-30000.000>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
         <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|WCO:-1181.1024,1181.1024,-1181.1024>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|WCO:-1181.1024,1181.1024,-1181.1024|WCS:G59.3|H:1,7|T:99999|TLR:1>
         <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000>
-        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000|Ov:200,100,200|A:CFM|H:1,7|FW:Isostep>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000|Ov:200,100,200|A:CFM|WCS:G59.3|H:1,7|T:99999|TLR:1|FW:Isostep>
     "#]].assert_eq(&heard.replace('\r', ""));
 }
 

@@ -131,14 +131,14 @@ fn catalogues_are_listed_where_settings_are_and_codes_are_explained_as_ever() {
         ReportedState::Alarm,
         commands,
         expect![[r#"
-        $EG -> [SETTINGGROUP:1|0|Motors] [SETTINGGROUP:2|0|Axes] [SETTINGGROUP:3|0|Drivers] [SETTINGGROUP:4|0|Second motor] [SETTINGGROUP:5|0|Limits and homing] [SETTINGGROUP:6|0|How speed changes] [SETTINGGROUP:7|0|Corners and arcs] [SETTINGGROUP:8|0|Shapers] [SETTINGGROUP:9|0|Canned cycles] [SETTINGGROUP:10|0|Spindle and laser] [SETTINGGROUP:11|0|Probe and door] [SETTINGGROUP:12|0|Reports] ok
-        $ESX -> error:3
-        $E1 -> [MSG:A word must begin with a letter: remove the stray character.] ok
-        $A1 -> [MSG:axis limit switch closed, steps may be lost: $X, move off it, then $H] ok
-        $AS -> error:3
-        $E -> error:3
-        $EA1 -> error:3
-    "#]],
+            $EG -> [SETTINGGROUP:1|0|Motors] [SETTINGGROUP:2|0|Axes] [SETTINGGROUP:3|0|Drivers] [SETTINGGROUP:4|0|Second motor] [SETTINGGROUP:5|0|Limits and homing] [SETTINGGROUP:6|0|How speed changes] [SETTINGGROUP:7|0|Corners and arcs] [SETTINGGROUP:8|0|Shapers] [SETTINGGROUP:9|0|Canned cycles] [SETTINGGROUP:10|0|Spindle and laser] [SETTINGGROUP:11|0|Change of the tool] [SETTINGGROUP:12|0|Probe and door] [SETTINGGROUP:13|0|Reports] ok
+            $ESX -> error:3
+            $E1 -> [MSG:A word must begin with a letter: remove the stray character.] ok
+            $A1 -> [MSG:axis limit switch closed, steps may be lost: $X, move off it, then $H] ok
+            $AS -> error:3
+            $E -> error:3
+            $EA1 -> error:3
+        "#]],
     );
     let answers = |state| {
         ["$$", "$ES", "$EG", "$EE", "$EA"].map(|line| {
@@ -203,6 +203,10 @@ fn settings_print_as_grbl_prints_them() {
         $170=0.000
         $171=0.000
         $172=0.000
+        $341=0
+        $342=30.000
+        $343=25.000
+        $344=200.000
         $349=10.000
         $394=0.000
         $900=0

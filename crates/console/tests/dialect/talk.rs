@@ -111,6 +111,8 @@ impl Talk {
             #[cfg(feature = "trinamic")]
             Command::MeasureStall { axis } => write!(heard, "(measure a stall of {axis}) ").unwrap(),
             Command::Unlock => heard.push_str("(unlock) "),
+            Command::MeasureTool => heard.push_str("(measure the tool) "),
+            Command::SetToolReference => heard.push_str("(tool reference) "),
             Command::ToggleCheck => heard.push_str("(check) "),
             Command::Sleep => heard.push_str("(sleep) "),
             Command::Boot => heard.push_str("(boot) "),
@@ -193,6 +195,9 @@ impl Talk {
             free_bytes: 128,
             overrides: self.overrides,
             homed: [false; AXES],
+            tool: self.interpreter.tool_in_spindle(),
+            system: modal.system,
+            has_tool_reference: false,
         };
         write(&mut self.reporter, &mut self.heard, &status, &self.settings).unwrap();
     }

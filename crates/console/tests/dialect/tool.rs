@@ -55,16 +55,17 @@ fn the_end_of_a_program_leaves_spindle_and_coolant_to_the_caller() {
 #[test]
 fn a_tool_change_comes_before_the_spindle_and_a_pause_after_both() {
     check(
-        "T1 M6 M3 S100\nM6 M0\nM6 M4 M0\nM6 S5 M0\nM6 M8 M0\nM6 M3 S5 M0\nG38.2 Z-1 F1 M6 M0",
+        "T1 M6 M3 S100\nM6 M0\nT2 M6 M0\nT3 M6 M4 M0\nT4 M6 S5 M0\nT5 M6 M8 M0\nT6 M6 M3 S5 M0\nG38.2 Z-1 F1 T7 M6 M0",
         expect![[r#"
-        T1 M6 M3 S100 -> (tool 1) (spindle) (speed) ok
-        M6 M0 -> (tool 1) ok
-        M6 M4 M0 -> (tool 1) (spindle) (pause) ok
-        M6 S5 M0 -> (tool 1) (speed) (pause) ok
-        M6 M8 M0 -> (tool 1) (coolant) (pause) ok
-        M6 M3 S5 M0 -> (tool 1) (spindle) (pause) ok
-        G38.2 Z-1 F1 M6 M0 -> (tool 1) (probe toward or alarm 1 [0.0, 0.0, -1.0]) (pause) ok
-    "#]],
+            T1 M6 M3 S100 -> (tool 1) (spindle) (speed) ok
+            M6 M0 -> (pause) ok
+            T2 M6 M0 -> (tool 2) ok
+            T3 M6 M4 M0 -> (tool 3) (spindle) (pause) ok
+            T4 M6 S5 M0 -> (tool 4) (speed) (pause) ok
+            T5 M6 M8 M0 -> (tool 5) (coolant) (pause) ok
+            T6 M6 M3 S5 M0 -> (tool 6) (spindle) (pause) ok
+            G38.2 Z-1 F1 T7 M6 M0 -> (tool 7) (probe toward or alarm 1 [0.0, 0.0, -1.0]) (pause) ok
+        "#]],
     );
 }
 

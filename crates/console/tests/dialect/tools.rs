@@ -143,7 +143,7 @@ fn wrong_entries_and_lengths_are_refused_and_change_nothing() {
          G43 H1 Z0 D1\nG43.1 Z1 H1\n$J=G43 H1 X1 F100\nG43 X1 X2 H1\n$#",
         expect![[r#"
             G10 L1 P1 Z10 -> ok
-            G10 L1 P0 Z1 -> error:43
+            G10 L1 P0 Z1 -> error:38
             G10 L1 P1.5 Z1 -> [MSG:P: G10 numbers systems and tools by whole numbers: remove the fraction] error:23
             G10 L1 P100000 Z1 -> error:38
             G10 L1 Z1 -> error:28
@@ -151,8 +151,8 @@ fn wrong_entries_and_lengths_are_refused_and_change_nothing() {
             G10 L10 P1 R1 -> error:26
             G10 L11 P1 -> error:26
             G10 L1 P1 X1 Z1 -> error:37
-            G10 L1 P1 Z1 R-1 -> error:43
-            G10 L1 P1 R1001 -> error:43
+            G10 L1 P1 Z1 R-1 -> error:38
+            G10 L1 P1 R1001 -> error:38
             G10 L1 P1 Z10001 -> error:33
             G10 L1 P1 Z1 Q2 -> [MSG:Q: no code on the line uses it: remove it, or add the code that does] error:36
             G10 L12 P1 Z1 -> [MSG:G10: L1, L2, L10, L11 or L20 here, without a rotation: correct L, remove R of L2] error:20
@@ -178,7 +178,7 @@ fn the_table_has_room_for_32_tools_and_says_what_to_do_about_more() {
         talk.send(&format!("G10 L1 P{} Z{number}", 100 * number));
     }
     let refused = talk.interpreter.gcode("G10L1P1Z1", &settings).unwrap_err();
-    assert_eq!((refused.code(), refused.to_string().contains("Z0 R0")), (43, true), "{refused}");
+    assert_eq!((refused.code(), refused.to_string().contains("Z0 R0")), (38, true), "{refused}");
     talk.send("G10 L1 P100 Z0\nG10 L1 P1 Z1");
     assert_eq!(talk.interpreter.tools().tool(1), ToolEntry { number: 1, length_pm: 1_000_000_000, radius_nm: 0 });
     assert_eq!(in_mm(talk.interpreter.work_offset_pm()), [0.0; 3]);
