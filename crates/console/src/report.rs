@@ -48,7 +48,7 @@ pub mod messages {
     pub const CHANGE_TOOL: &str = "M6: change the tool, then resume with ~";
     /// `~` before the length of the new tool is known.
     pub const MEASURE_FIRST: &str =
-        "M6: the length of the tool is not known: measure it by $TPW, or set Z by G10 L20 P0 Z or G43.1 Z, then ~";
+        "M6: the tool was not measured ($TPW), nor Z set (G10 L20 P0 Z): ~ again goes on as before";
     /// A tool has been measured, and it is the one that others are compared with.
     pub const REFERENCE: &str = "This tool counts as of length 0 from now on";
     /// A tool was not measured.

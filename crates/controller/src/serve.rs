@@ -297,15 +297,18 @@ impl<F: NorFlash> Controller<'_, F> {
         if !console.input.waits_behind_line() {
             core::future::pending().await
         }
-        cold_path(pin!(self.poll_change(console))).await;
+        cold_path(pin!(self.watch_change(console))).await;
     }
 
-    async fn poll_change(&self, console: &Console) {
+    async fn watch_change(&self, console: &Console) {
+        let mut states = self.machine.watch_state();
         loop {
-            match self.awaited() {
-                Awaited::Line => break,
-                Awaited::Warning => console.output.send_written(|text| text.say(messages::MEASURE_FIRST)).await,
-                Awaited::Nothing => Timer::after(LOOK).await,
+            match (self.awaited(), &mut states) {
+                (Awaited::Line, _) => break,
+                (Awaited::Warning, _) => console.output.send_written(|text| text.say(messages::MEASURE_FIRST)).await,
+                (Awaited::Nothing, Some(states)) => _ = select(self.resumed.wait(), states.changed()).await,
+                // If more watch the machine than it has room for, an alarm is noticed with the next resume.
+                (Awaited::Nothing, None) => self.resumed.wait().await,
             }
         }
     }

@@ -152,6 +152,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 };
             }
         });
+        self.resumed.signal(());
     }
 
     /// What a console that waits behind M6 does next. An alarm ends the change.

@@ -76,7 +76,7 @@ fn options(change: &With) -> Result<Vec<String>, String> {
             "diag",
             joined(Axis::ALL.into_iter().filter(|axis| diag[*axis as usize]).map(|axis| axis.to_string())),
         ),
-        With::Plate(mm) => option("probe-plate", format!("Z,{mm},above")),
+        With::Plate(place) => option("probe-plate", place.to_string()),
         With::Emulator(words) => Ok(words.split(' ').map(str::to_owned).collect()),
         _ => Err(format!("the emulated board cannot have {change:?}")),
     }
@@ -328,7 +328,7 @@ impl<const BY_TIMER: bool> Machine for Emulated<BY_TIMER> {
             Step::Press { wire: Wire::Start, pressed: down, .. } => format!("start {}", pressed(*down)),
             Step::Cut(is_cut) => format!("estop {}", if *is_cut { "cut" } else { "mended" }),
             Step::Plate(None) => "probe-plate none".to_owned(),
-            Step::Plate(Some(mm)) => format!("probe-plate Z {mm} above"),
+            Step::Plate(Some(place)) => format!("probe-plate {}", place.to_string().replace(',', " ")),
             Step::Driver(motor, None) => {
                 // A supply that was never off must not come again.
                 if self.unsupplied.iter().any(|other| other == motor) {

@@ -7,7 +7,7 @@ use isostep_sim::{Board, Config, Flash, Sim, State};
 
 use super::machine::{Counts, Machine};
 use super::run::is;
-use super::step::{Step, With, plate};
+use super::step::{PlatePlace, Step, With};
 
 /// A simulated machine, with what it keeps without power.
 pub struct Simulated {
@@ -152,7 +152,7 @@ impl Machine for Simulated {
             Step::Switch(motor, fault) => self.sim.set_switch(motor, fault),
             Step::Press { wire, pressed, .. } => self.sim.set_hand_input(wire, pressed),
             Step::Cut(is_cut) => self.sim.cut_emergency_stop(is_cut),
-            Step::Plate(place_mm) => self.sim.set_plate(place_mm.and_then(plate)),
+            Step::Plate(place_mm) => self.sim.set_plate(place_mm.and_then(PlatePlace::plate)),
             Step::Driver(motor, fault) => self.sim.set_driver(motor, fault),
             Step::Fault(fault) => self.sim.suffer(fault),
             Step::FlashRefuses(true) => self.flash.refuse(),

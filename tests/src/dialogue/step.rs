@@ -125,8 +125,8 @@ pub enum Step {
     Press { wire: Wire, pressed: bool, bounces: bool },
     /// The wire of the emergency stop.
     Cut(bool),
-    /// The plate that the probe touches, mm above the switch of Z.
-    Plate(Option<f64>),
+    /// The plate that the probe touches.
+    Plate(Option<PlatePlace>),
     /// The fault of a UART driver.
     Driver(Motor, Option<DriverFault>),
     /// The setup of a UART driver.
@@ -166,8 +166,8 @@ pub enum With {
     BounceUs(u32),
     /// A fault of a switch.
     Switch(Axis, SwitchFault),
-    /// A plate, mm above the switch of Z.
-    Plate(f64),
+    /// A plate.
+    Plate(PlatePlace),
     /// The axes whose limit input is wired to their driver.
     Jumpers([bool; AXES]),
     /// A fault from the start.
@@ -213,7 +213,7 @@ impl With {
                 let (motor, fault) = switch(rest)?;
                 Self::Switch(motor.axis, fault)
             }
-            ("plate", _) => Self::Plate(number(rest)?),
+            ("plate", _) => Self::Plate(PlatePlace::read(rest)?),
             ("jumpers", _) => Self::Jumpers(axes(rest)),
             ("fault", _) => Self::Fault(fault(rest)?),
             ("load", _) => Self::LoadNoise(number(rest.strip_prefix("noise ").unwrap_or(rest))?),
@@ -254,16 +254,36 @@ impl With {
             // A hand is no part of the configuration.
             Self::Pressed(_) => {}
             Self::Switch(axis, fault) => config.switches[axis as usize] = fault,
-            Self::Plate(place_mm) => config.plate = plate(place_mm),
+            Self::Plate(place) => config.plate = place.plate(),
         }
         Ok(())
     }
 }
 
-/// The plate so many mm above the switch of Z, which a machine of two axes has not.
-pub fn plate(place_mm: f64) -> Option<Plate> {
-    let axis = Axis::ALL.into_iter().nth(2)?;
-    Some(Plate { axis, place_mm, is_below: false })
+/// So many mm above the switch of Z, which a machine of two axes has not; the probe comes from above, or from below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlatePlace {
+    place_mm: f64,
+    /// The probe comes from above.
+    is_below: bool,
+}
+
+impl PlatePlace {
+    fn read(text: &str) -> Result<Self, String> {
+        let (place, is_below) = text.strip_suffix(" below").map_or((text, false), |place| (place, true));
+        Ok(Self { place_mm: number(place)?, is_below })
+    }
+
+    pub fn plate(self) -> Option<Plate> {
+        let axis = isostep_sim::Axis::ALL.get(2).copied()?;
+        Some(Plate { axis, place_mm: self.place_mm, is_below: self.is_below })
+    }
+}
+
+impl std::fmt::Display for PlatePlace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Z,{},{}", self.place_mm, if self.is_below { "below" } else { "above" })
+    }
 }
 
 fn number<T: std::str::FromStr>(text: &str) -> Result<T, String> {
@@ -502,7 +522,7 @@ impl Step {
             ("emergency", _) => press(word, rest.strip_prefix("stop ").unwrap_or(rest))?,
             ("probe" | "hold" | "start", _) => press(word, rest)?,
             ("plate", "none") => Self::Plate(None),
-            ("plate", _) => Self::Plate(Some(number(rest)?)),
+            ("plate", _) => Self::Plate(Some(PlatePlace::read(rest)?)),
             ("emulator", _) => Self::Emulator(rest.to_owned()),
             ("figure", _) => {
                 let (path, value) =

@@ -110,7 +110,7 @@ fn row(command: &Command<'_>) -> &'static str {
 
 #[test]
 fn every_command_has_a_row_with_its_states() {
-    const ALL: [ReportedState; 9] = [
+    const ALL: [ReportedState; 10] = [
         ReportedState::Idle,
         ReportedState::Run,
         ReportedState::Hold { stopping: false },
@@ -120,11 +120,12 @@ fn every_command_has_a_row_with_its_states() {
         ReportedState::Alarm,
         ReportedState::Check,
         ReportedState::Sleep,
+        ReportedState::Tool,
     ];
     let lines = [
-        "$", "$$", "$1=5", "$#", "$G", "$I", "$I+", "$I=A", "$N", "$N0=G21", "$C", "$X", "$H", "$HY", "$J=X1F1",
-        "$BUZZ=Z", "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1", "$A1", "$ES",
-        "$EG", "$EE", "$EA",
+        "$", "$$", "$1=5", "$#", "$G", "$I", "$I+", "$I=A", "$N", "$N0=G21", "$C", "$TPW", "$TLR", "$X", "$H", "$HY",
+        "$J=X1F1", "$BUZZ=Z", "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1",
+        "$A1", "$ES", "$EG", "$EE", "$EA",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

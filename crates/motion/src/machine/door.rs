@@ -1,6 +1,6 @@
 //! The safety door: a hold with all outputs off.
 
-use super::{Machine, Trigger};
+use super::{Machine, State, Trigger};
 
 /// The state of the safety door.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,8 +72,15 @@ impl Machine {
         self.tool.ask();
     }
 
-    /// Sets whether the button of the cycle start is pressed, for [`Status`](super::Status).
+    /// Sets whether the button of the cycle start is pressed, for [`Status`](super::Status). Who watches the state of a machine at
+    /// rest hears of it, by the same state: what the press means there is not the machine's to say.
     pub(crate) fn set_start_button(&self, is_pressed: bool) {
-        self.with(|inner| inner.buttons[1] = is_pressed);
+        self.with(|inner| {
+            inner.buttons[1] = is_pressed;
+            // In one critical section: an alarm that came between would be told as rest.
+            if inner.life.state == State::Idle {
+                self.state.dyn_sender().send(State::Idle);
+            }
+        });
     }
 }
