@@ -63,7 +63,7 @@ fn setting(out: &mut impl Write, row: &Setting, number: u16, settings: &Settings
         write!(out, "{} ", AXIS_NAMES[usize::from(number - row.number)])?;
     }
     let kind = row.kind();
-    write!(out, "{}|{}|{}|", row.name(), row.unit_of(number, settings), data_type(kind))?;
+    write!(out, "{}|{}|{}|", row.name(), row.unit_of(number, settings), kind as u8)?;
     match kind {
         SettingKind::Switch | SettingKind::AxisMask => out.write_str("||")?,
         SettingKind::Mask | SettingKind::Choice => {
@@ -75,18 +75,6 @@ fn setting(out: &mut impl Write, row: &Setting, number: u16, settings: &Settings
         SettingKind::Whole | SettingKind::Number => limits(out, row)?,
     }
     out.write_str("|0|0]\r\n")
-}
-
-/// grblHAL's number of the way to enter a setting.
-const fn data_type(kind: SettingKind) -> u8 {
-    match kind {
-        SettingKind::Switch => 0,
-        SettingKind::Mask => 1,
-        SettingKind::Choice => 3,
-        SettingKind::AxisMask => 4,
-        SettingKind::Whole => 5,
-        SettingKind::Number => 6,
-    }
 }
 
 /// `##0.000|0.000|100.000`: the digits of a number, its least and its greatest value.

@@ -56,40 +56,44 @@ impl SettingGroup {
     ];
 
     /// The name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Motors => "Motors",
-            Self::Axes => "Axes",
-            Self::Drivers => "Drivers",
-            Self::SecondMotor => "Second motor",
-            Self::Homing => "Limits and homing",
-            Self::SpeedChanges => "How speed changes",
-            Self::Corners => "Corners and arcs",
-            Self::Shapers => "Shapers",
-            Self::Cycles => "Canned cycles",
-            Self::Tool => "Spindle and laser",
-            Self::ToolChange => "Change of the tool",
-            Self::Inputs => "Probe and door",
-            Self::Reports => "Reports",
-        }
+    pub fn name(self) -> &'static str {
+        GROUP_NAMES[self as usize - 1]
     }
 }
 
-/// The way to enter a setting.
+// A constant: so it stays in the chip's flash, which the table of a `match` does not.
+const GROUP_NAMES: &[&str; SettingGroup::ALL.len()] = &[
+    "Motors",
+    "Axes",
+    "Drivers",
+    "Second motor",
+    "Limits and homing",
+    "How speed changes",
+    "Corners and arcs",
+    "Shapers",
+    "Canned cycles",
+    "Spindle and laser",
+    "Change of the tool",
+    "Probe and door",
+    "Reports",
+];
+
+/// The way to enter a setting, by grblHAL's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub enum SettingKind {
     /// On or off.
-    Switch,
+    Switch = 0,
     /// Some of the options, which are bits.
-    Mask,
-    /// Some of the axes.
-    AxisMask,
+    Mask = 1,
     /// One of the options.
-    Choice,
+    Choice = 3,
+    /// Some of the axes.
+    AxisMask = 4,
     /// A whole number.
-    Whole,
+    Whole = 5,
     /// Any number.
-    Number,
+    Number = 6,
 }
 
 impl Setting {

@@ -98,7 +98,7 @@ impl StatusReporter {
         let (before, seldom) = (self.seldom_reported, Seldom::of(status));
         if before != seldom {
             self.seldom_reported = seldom;
-            seldom.write(out, settings, |same| !same(&before, &seldom))?;
+            seldom.write(Some(&before), out, settings)?;
         }
         out.write_str(">\r\n")
     }
@@ -117,7 +117,7 @@ impl StatusReporter {
         out.write_str("|A:")?;
         write_accessories(out, "", status)?;
         self.seldom_reported = Seldom::of(status);
-        self.seldom_reported.write(out, settings, |_| true)?;
+        self.seldom_reported.write(None, out, settings)?;
         write!(out, "|FW:{FIRMWARE}>\r\n")
     }
 
@@ -149,28 +149,20 @@ impl Seldom {
         Self { homed, tool, system, has_tool_reference }
     }
 
-    /// The fields that are wanted: the work coordinate system, whether all axes that home are homed and a mask of those that are, the
-    /// tool, and whether there is one that others are compared with. `wanted` is asked with a function that says whether a field is the
-    /// same in two of these.
+    /// The fields that are not as they were `before`: the work coordinate system, whether all axes that home are homed and a mask of
+    /// those that are, the tool, and whether there is one that others are compared with.
     #[cold]
-    fn write(
-        &self,
-        out: &mut impl Write,
-        settings: &Settings,
-        wanted: impl Fn(fn(&Self, &Self) -> bool) -> bool,
-    ) -> Result {
-        if wanted(|one, other| one.system == other.system) {
+    fn write(&self, before: Option<&Self>, out: &mut impl Write, settings: &Settings) -> Result {
+        if before.is_none_or(|before| before.system != self.system) {
             write!(out, "|WCS:{}", system_name(self.system.into()))?;
         }
-        if settings.homing && wanted(|one, other| one.homed == other.homed) {
-            let all = settings.homing_order().into_iter().flatten().all(|axis| self.homed[axis]);
-            let mask: u8 = self.homed.iter().zip(0..).map(|(&is_homed, axis)| u8::from(is_homed) << axis).sum();
-            write!(out, "|H:{},{mask}", u8::from(all))?;
+        if settings.homing && before.is_none_or(|before| before.homed != self.homed) {
+            write_homed(out, self.homed, settings)?;
         }
-        if wanted(|one, other| one.tool == other.tool) {
+        if before.is_none_or(|before| before.tool != self.tool) {
             write!(out, "|T:{}", self.tool)?;
         }
-        if wanted(|one, other| one.has_tool_reference == other.has_tool_reference) {
+        if before.is_none_or(|before| before.has_tool_reference != self.has_tool_reference) {
             write!(out, "|TLR:{}", u8::from(self.has_tool_reference))?;
         }
         Ok(())
@@ -214,6 +206,19 @@ fn write_offset(out: &mut impl Write, status: &StatusReport, settings: &Settings
 fn write_overrides(out: &mut impl Write, status: &StatusReport) -> Result {
     let Overrides { feed_percent, rapid_percent, spindle_percent } = status.overrides;
     write!(out, "|Ov:{feed_percent},{rapid_percent},{spindle_percent}")
+}
+
+/// `|H:1,7`: 1 if all axes are homed that home, and a mask of those that are.
+fn write_homed(out: &mut impl Write, homed: [bool; AXES], settings: &Settings) -> Result {
+    // Loops, because the functions of iterators would run from RAM.
+    let (mut all, mut mask) = (true, 0);
+    for axis in settings.homing_order().into_iter().flatten() {
+        all &= homed[axis];
+    }
+    for (axis, &is_homed) in homed.iter().enumerate() {
+        mask |= u8::from(is_homed) << axis;
+    }
+    write!(out, "|H:{},{mask}", u8::from(all))
 }
 
 /// Counts down. Returns true once per `period` and then starts again.

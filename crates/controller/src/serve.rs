@@ -147,8 +147,7 @@ impl<F: NorFlash> Controller<'_, F> {
                 left = behind;
                 match realtime::classify(byte) {
                     Some(Realtime::Status) => self.offer_report(console),
-                    Some(Realtime::FullStatus) => self.offer_full_report(console),
-                    Some(Realtime::Modal) => self.offer_modal(console),
+                    Some(asked @ (Realtime::FullStatus | Realtime::Modal)) => self.offer_other(asked, console),
                     Some(Realtime::Reset) => {
                         self.machine.reset();
                         self.reset_by(console);
@@ -212,18 +211,17 @@ impl<F: NorFlash> Controller<'_, F> {
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
     }
 
+    /// Answers a byte that asks for more than a status report.
     #[cold]
-    fn offer_full_report(&self, console: &Console) {
+    fn offer_other(&self, asked: Realtime, console: &Console) {
+        if asked == Realtime::Modal {
+            return self.with(|program| {
+                console.output.offer(|text| report::modal(text, &program.interpreter, &program.settings));
+            });
+        }
         let report = self.report(console.input.free_bytes());
         let mut reporter = console.reporter.borrow_mut();
         console.output.offer(|text| reporter.write_full(text, &report, &self.settings()));
-    }
-
-    #[cold]
-    fn offer_modal(&self, console: &Console) {
-        self.with(|program| {
-            console.output.offer(|text| report::modal(text, &program.interpreter, &program.settings));
-        });
     }
 
     /// Notes that this console has asked for a reset.
