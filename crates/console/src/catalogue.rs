@@ -98,6 +98,7 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
+    use crate::report;
 
     const ALL: [Catalogue; 4] = [Catalogue::Settings, Catalogue::Groups, Catalogue::Errors, Catalogue::Alarms];
 
@@ -139,6 +140,24 @@ mod tests {
             }
             assert!(!text.to_ascii_lowercase().contains("grblhal"), "by this word gSender knows it: {line}");
         }
+    }
+
+    #[test]
+    fn every_setting_has_a_description_that_is_read() {
+        let said = |number| {
+            let mut said = String::new();
+            report::description(&mut said, number).unwrap();
+            said
+        };
+        for number in SETTING_TABLE.iter().flat_map(Setting::numbers) {
+            let said = said(number);
+            let text = said.strip_suffix("]\r\n").and_then(|said| said.split_once('|')).unwrap().1;
+            assert!(said.len() <= 190 && !text.contains(['|', ']', '\r', '\n']), "{said}");
+            assert!(["ok", "error", "ALARM"].iter().all(|word| !text.contains(word)), "{said}");
+        }
+        assert_eq!(said(0), "[SETTINGDESCR:0|0 as short as the driver takes]\r\n");
+        assert_eq!(said(922), "[SETTINGDESCR:922|0 for the acceleration]\r\n");
+        assert_eq!(said(940), "[SETTINGDESCR:940|]\r\n", "its names are in its list");
     }
 
     #[test]

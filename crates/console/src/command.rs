@@ -50,6 +50,11 @@ pub enum Command<'l> {
     ShowSettings,
     /// `$ES`, `$EG`, `$EE`, `$EA`: list what the numbers of settings, groups, errors or alarms mean.
     ShowCatalogue(Catalogue),
+    /// `$SED=n`: remark on a setting.
+    DescribeSetting {
+        /// The number of a setting that there is.
+        number: u16,
+    },
     /// `$#`: list work offsets and stored positions.
     ShowParameters,
     /// M122, alone in a line: report what Trinamic drivers say.

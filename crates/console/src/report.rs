@@ -2,6 +2,7 @@
 
 use core::fmt::{Result, Write};
 
+use crate::setting_table::find;
 use crate::status::write_coordinates;
 use crate::{
     AXES, AlarmCode, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, TOOLS, ToolEntry,
@@ -92,11 +93,11 @@ pub fn build(out: &mut impl Write, text: &str, is_extended: bool) -> Result {
 }
 
 /// What `$I+` adds, as grblHAL prints it. The options are its words. ENUMS: there are [catalogues](crate::Catalogue). RT+: `?`, `!`
-/// and `~` act wherever they stand. HOME: homing is switched on. Others are not true here: TC and ES promise its M61 and its
-/// letter E of `Pn:`, too.
+/// and `~` act wherever they stand. HOME: homing is switched on. SED: `$SED=n` is known. Others are not true here: TC and ES
+/// promise its M61 and its letter E of `Pn:`, too.
 pub fn extended_build(out: &mut impl Write, settings: &Settings) -> Result {
     let home = if settings.homing { ",HOME" } else { "" };
-    write!(out, "[NEWOPT:ENUMS,RT+{home}]\r\n[FIRMWARE:{FIRMWARE}]\r\n[NVS STORAGE:FLASH]\r\n")
+    write!(out, "[NEWOPT:ENUMS,RT+{home},SED]\r\n[FIRMWARE:{FIRMWARE}]\r\n[NVS STORAGE:FLASH]\r\n")
 }
 
 /// `error:N`.
@@ -164,6 +165,12 @@ pub fn settings(out: &mut impl Write, settings: &Settings) -> Result {
 /// The lines of one row of the table: one, or one for each axis; at most 64 bytes, and 86 with four axes.
 pub fn setting(out: &mut impl Write, row: &crate::Setting, settings: &Settings) -> Result {
     row.print(out, settings)
+}
+
+/// The reply to `$SED=n`, before `ok`: a remark on a setting, which may have none.
+pub fn description(out: &mut impl Write, number: u16) -> Result {
+    let remark = find(number).map_or("", |(setting, _)| setting.remark());
+    write!(out, "[SETTINGDESCR:{number}|{remark}]\r\n")
 }
 
 /// The reply to `$G`, before `ok`.

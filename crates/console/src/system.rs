@@ -1,6 +1,7 @@
 //! `$` lines, which are not G-code: what they ask for, and in which states they are allowed.
 
 use crate::axes::axis_named;
+use crate::setting_table::find;
 use crate::{
     AlarmCode, Catalogue, Command, Error, Interpreter, ReportedState, Settings, parameters::STARTUP_LINES,
     words::decimal::Decimal,
@@ -28,6 +29,11 @@ impl Interpreter {
         if let Some(axis) = statement.strip_prefix("STALL=").and_then(axis_named) {
             let is_idle = matches!(state, ReportedState::Idle);
             return if is_idle { Ok(Command::MeasureStall { axis }) } else { Err(Error::NotIdle) };
+        }
+        if let Some(text) = statement.strip_prefix("SED=") {
+            let known = number(text).filter(|&number| find(number).is_some());
+            let number = known.ok_or(Error::UnknownStatement)?;
+            return long_list(Command::DescribeSetting { number }, state);
         }
         match statement {
             "" => Ok(Command::Help),

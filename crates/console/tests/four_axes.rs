@@ -150,6 +150,24 @@ fn a_has_settings_and_statements_of_its_own() {
 }
 
 #[test]
+fn senders_of_grblhal_read_four_axes() {
+    let mut talk = Talk::new(ReportedState::Idle);
+    let settings = talk.bytes(b"$ES\n");
+    for line in [
+        "[SETTING:113|2|A top speed|degrees/min|6|#######0.000|1.000|90000000.000|0|0]",
+        "[SETTING:376|2|rotary axes||1|A|||0|0]",
+        "[SETTING:901|5|homing order, axis digits||5|###0|123|4321|0|0]",
+        "[SETTING:905|4|axis with a second motor||3|none,X,Y,Z,A|||0|0]",
+    ] {
+        assert!(settings.contains(line), "{line} is not in {settings}");
+    }
+    assert!(settings.split(" [").all(|line| line.len() <= 190));
+    assert!(talk.bytes(b"$I+\n").contains("[OPT:VNMZHL,79,128,4,0] [AXS:4:XYZA]"));
+    let report = talk.bytes(b"\x87");
+    assert!(report.ends_with("|H:0,0|FW:Isostep>"), "{report}");
+}
+
+#[test]
 fn what_the_listing_prints_can_be_sent_back() {
     let mut talk = Talk::new(ReportedState::Idle);
     let listing = talk.bytes(b"$$\n");

@@ -258,6 +258,10 @@ impl<F: NorFlash> Controller<'_, F> {
                 };
                 self.show(catalogue.lines(), show, text, out).await;
             }
+            Command::DescribeSetting { number } => {
+                self.check_drivers(number).map_err(|_| Error::UnknownStatement)?;
+                text.print(|text| report::description(text, number));
+            }
             Command::ShowParameters => {
                 let show = |program: &Program, index: usize, text: &mut Message| {
                     text.print(|text| report::parameter(text, index, &program.interpreter, &program.settings));

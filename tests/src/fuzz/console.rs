@@ -164,6 +164,7 @@ impl Console {
             Command::ExplainError(error) => tells(report::message, error),
             Command::ExplainAlarm(alarm) => tells(report::message, alarm),
             Command::ShowSettings | Command::ShowParameters | Command::ShowBuild { .. } => self.list(),
+            Command::DescribeSetting { number } => fits(CATALOGUE_BYTES, |out| report::description(out, number)),
             Command::ShowCatalogue(catalogue) => (0..catalogue.lines())
                 .for_each(|line| fits(CATALOGUE_BYTES, |out| catalogue.print(out, line, &self.settings))),
             Command::ShowModal | Command::ShowStartup | Command::Help => self.list(),

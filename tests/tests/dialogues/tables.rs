@@ -103,6 +103,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::ShowModal => "$G",
         Command::ShowStartup => "$N",
         Command::SetStartup { .. } => "$N0=line, $N1=line",
+        Command::DescribeSetting { .. } => "$SED=n",
         Command::ExplainError(_) => "$En",
         Command::ExplainAlarm(_) => "$An",
     }
@@ -125,7 +126,7 @@ fn every_command_has_a_row_with_its_states() {
     let lines = [
         "$", "$$", "$1=5", "$#", "$G", "$I", "$I+", "$I=A", "$N", "$N0=G21", "$C", "$TPW", "$TLR", "$X", "$H", "$HY",
         "$J=X1F1", "$BUZZ=Z", "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1",
-        "$A1", "$ES", "$EG", "$EE", "$EA",
+        "$A1", "$ES", "$SED=904", "$EG", "$EE", "$EA",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

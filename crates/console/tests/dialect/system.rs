@@ -114,13 +114,13 @@ fn the_extended_build_says_what_is_true_here() {
         ReportedState::Idle,
         "$I+\n$I=MILL 3\n$22=0\n$I+\n$I++\n$+I",
         expect![[r#"
-        $I+ -> [VER:1.1h.20190830:Isostep 0.2.0 (grbl dialect)] [OPT:VNMZHL,79,128,3,0] [AXS:3:XYZ] [NEWOPT:ENUMS,RT+,HOME] [FIRMWARE:Isostep] [NVS STORAGE:FLASH] ok
-        $I=MILL 3 -> ok
-        $22=0 -> ok
-        $I+ -> [VER:1.1h.20190830:MILL3] [OPT:VNMZHL,79,128,3,0] [AXS:3:XYZ] [MSG:Isostep 0.2.0 (grbl dialect)] [NEWOPT:ENUMS,RT+] [FIRMWARE:Isostep] [NVS STORAGE:FLASH] ok
-        $I++ -> error:3
-        $+I -> error:3
-    "#]],
+            $I+ -> [VER:1.1h.20190830:Isostep 0.2.0 (grbl dialect)] [OPT:VNMZHL,79,128,3,0] [AXS:3:XYZ] [NEWOPT:ENUMS,RT+,HOME,SED] [FIRMWARE:Isostep] [NVS STORAGE:FLASH] ok
+            $I=MILL 3 -> ok
+            $22=0 -> ok
+            $I+ -> [VER:1.1h.20190830:MILL3] [OPT:VNMZHL,79,128,3,0] [AXS:3:XYZ] [MSG:Isostep 0.2.0 (grbl dialect)] [NEWOPT:ENUMS,RT+,SED] [FIRMWARE:Isostep] [NVS STORAGE:FLASH] ok
+            $I++ -> error:3
+            $+I -> error:3
+        "#]],
     );
 }
 

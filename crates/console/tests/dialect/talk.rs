@@ -126,6 +126,7 @@ impl Talk {
                     report::extended_build(heard, settings).unwrap();
                 }
             }
+            Command::DescribeSetting { number } => report::description(heard, number).unwrap(),
             Command::ShowCatalogue(catalogue) => {
                 (0..catalogue.lines()).for_each(|line| catalogue.print(heard, line, settings).unwrap());
             }
