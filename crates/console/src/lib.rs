@@ -74,7 +74,7 @@ pub use realtime::Realtime;
 pub use refusal::{Explanation, Refusal, Unused, stopped_at};
 pub use relation::{Conflict, Unfit};
 pub use setting_error::SettingError;
-pub use setting_form::{SettingGroup, SettingKind};
+pub use setting_form::{NamedValues, SettingGroup, SettingKind};
 pub use setting_table::{Setting, TABLE as SETTING_TABLE};
 pub use settings::{Carries, Settings};
 pub use status::{StatusReport, StatusReporter};

@@ -141,12 +141,20 @@ impl Setting {
     }
 
     /// The values that have names, and their names; those of a mask are its bits.
-    pub fn options(&self) -> impl Iterator<Item = (u16, &'static str)> {
-        let texts = self.values().map(|(_, values)| values).filter(|values| {
-            // Otherwise they are not values of this setting: `1 X, 2 Y` of an order are its digits.
-            values.split(", ").all(|text| option(text).is_some_and(|(value, _)| self.is_within(value)))
-        });
-        texts.into_iter().flat_map(|values| values.split(", ").filter_map(option))
+    pub fn options(&self) -> NamedValues {
+        let text = self.values().map_or("", |(_, values)| values);
+        // Otherwise they are not values of this setting: `1 X, 2 Y` of an order are its digits.
+        if self.are_values(text) { NamedValues { left: text } } else { NamedValues { left: "" } }
+    }
+
+    fn are_values(&self, text: &'static str) -> bool {
+        let mut named = NamedValues { left: text };
+        while !named.left.is_empty() {
+            if named.next().is_none_or(|(value, _)| !self.is_within(value)) {
+                return false;
+            }
+        }
+        true
     }
 
     fn is_within(&self, value: u16) -> bool {
@@ -168,8 +176,20 @@ impl Setting {
 /// The end of a name of bits.
 const MASK: &str = ", mask";
 
-/// `0 one`: a value and its name.
-fn option(text: &'static str) -> Option<(u16, &'static str)> {
-    let (value, name) = text.split_once(' ')?;
-    Some((value.parse().ok()?, name))
+/// Values and their names, as a meaning has them: `0 one, 1 other`.
+// Not adapters of the core's, which would run from RAM.
+#[derive(Debug, Clone)]
+pub struct NamedValues {
+    left: &'static str,
+}
+
+impl Iterator for NamedValues {
+    type Item = (u16, &'static str);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (text, left) = self.left.split_once(", ").unwrap_or((self.left, ""));
+        self.left = left;
+        let (value, name) = text.split_once(' ')?;
+        Some((value.parse().ok()?, name))
+    }
 }
