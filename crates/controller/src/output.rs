@@ -29,6 +29,8 @@ impl Message {
         self.0.clear();
     }
 
+    // Inlined, so that what is printed stands with its command, and not with what every line passes through.
+    #[inline(always)]
     pub fn print<E>(&mut self, print: impl FnOnce(&mut String<MESSAGE_BYTES>) -> Result<(), E>) {
         let _ = print(&mut self.0);
     }
