@@ -1,6 +1,7 @@
 //! A block of G-code: which of its words go together (Grbl's order of checking), and what they mean.
 
 use super::modes::Modes;
+use super::tools::NUMBER_MAX;
 use super::words::{ONE, Word};
 
 /// The most that a place or an offset may be away from zero.
@@ -30,7 +31,7 @@ pub struct Block {
     pub axes: Axes,
     /// The code that acts once, tenths of its number: 40, 100, 280, 281, 300, 301, 530, 920, 921.
     pub once: Option<i64>,
-    /// 431, 490.
+    /// 430, 431, 432, 490.
     pub tool_length: Option<i64>,
     /// M6.
     pub changes_tool: bool,
@@ -107,7 +108,7 @@ impl Block {
                 self.once = Some(tenths);
                 "once"
             }
-            431 | 490 => {
+            430 | 431 | 432 | 490 => {
                 if tenths == 431 {
                     self.claim(Axes::ToolLength)?;
                 }
@@ -126,7 +127,10 @@ impl Block {
                 self.modes.system = (tenths / 10 - 54) as usize;
                 "system"
             }
-            591..=593 => return Err(29),
+            591..=593 => {
+                self.modes.system = (tenths - 585) as usize;
+                "system"
+            }
             610 | 611 | 640 => {
                 (self.modes.exact_stop, self.modes.blends) = (tenths == 611, tenths == 640);
                 "path"
@@ -177,11 +181,11 @@ impl Block {
 
     fn value(&mut self, word: Word) -> Result<(), Refused> {
         match word {
-            _ if !"FIJKLNPQRSTXYZ".contains(word.letter) => Err(20),
-            _ if "LNT".contains(word.letter) && word.value % ONE != 0 => Err(23),
-            Word { letter: 'T', value } if value > 99_999 * ONE => Err(38),
+            _ if !"FHIJKLNPQRSTXYZ".contains(word.letter) => Err(20),
+            _ if "HLNT".contains(word.letter) && word.value % ONE != 0 => Err(23),
+            Word { letter: 'H' | 'T', value } if value > NUMBER_MAX * ONE => Err(38),
             _ if self.get(word.letter).is_some() => Err(25),
-            _ if "FNPST".contains(word.letter) && word.value < 0 => Err(4),
+            _ if "FHNPST".contains(word.letter) && word.value < 0 => Err(4),
             _ => {
                 self.values.push(word);
                 Ok(())

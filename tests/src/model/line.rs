@@ -128,7 +128,8 @@ impl Model {
             self.state = State::Idle;
         }
         if what == '#' {
-            (self.systems, self.places, self.startup) = ([[0; 3]; 6], [[0; 3]; 2], Default::default());
+            (self.systems, self.places, self.startup) = ([[0; 3]; 9], [[0; 3]; 2], Default::default());
+            self.tools.clear();
         }
     }
 }

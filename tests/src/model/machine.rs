@@ -1,9 +1,12 @@
 //! The state of the machine, and the effect of each line and each byte.
 
+use std::collections::BTreeMap;
+
 use super::block::{Axes, Block, Refused, near};
 use super::cycles::{Series, is_cycle};
 use super::modes::Modes;
 use super::settings::SettingValues;
+use super::tools::Tool;
 use super::words::{ONE, Word};
 
 /// A place, angstroms, X, Y, Z.
@@ -34,14 +37,18 @@ pub struct Model {
     pub before_cycles: i64,
     /// The series of a canned cycle that is under way.
     pub series: Option<Series>,
-    /// G54 to G59.
-    pub systems: [Place; 6],
+    /// G54 to G59, G59.1 to G59.3.
+    pub systems: [Place; 9],
     /// Of G28 and G30.
     pub places: [Place; 2],
     /// Of G92.
     pub shift: Place,
-    /// Of G43.1.
+    /// Of G43, G43.1 and G43.2.
     pub tool_length: i64,
+    /// The tool table, by the numbers of its tools.
+    pub tools: BTreeMap<i64, Tool>,
+    /// The tool of the last M6; 0 for none.
+    pub in_spindle: i64,
     /// The place of the program, in machine coordinates.
     pub position: Place,
     /// The place of the carriages.
@@ -87,10 +94,12 @@ impl Model {
             modes: Modes::START,
             before_cycles: 0,
             series: None,
-            systems: [[0; 3]; 6],
+            systems: [[0; 3]; 9],
             places: [[0; 3]; 2],
             shift: [0; 3],
             tool_length: 0,
+            tools: BTreeMap::new(),
+            in_spindle: 0,
             position: [0; 3],
             carriage: [0; 3],
             probed: ([0; 3], false),
@@ -137,7 +146,7 @@ impl Model {
     pub fn power_cycle(&mut self) -> Vec<String> {
         (self.homed, self.carriage, self.state) = ([false; 3], [0; 3], State::Idle);
         self.judge_settings();
-        self.probed = ([0; 3], false);
+        (self.probed, self.in_spindle) = (([0; 3], false), 0);
         self.reset()
     }
 
@@ -226,12 +235,11 @@ impl Model {
         if block.once == Some(40) && block.take('P').is_none() {
             return Err(Stop::Refused(28));
         }
+        if block.changes_tool {
+            self.in_spindle = self.modes.tool;
+        }
         if let Some(code) = block.tool_length {
-            self.tool_length = match block.lengths() {
-                _ if code == 490 => 0,
-                [None, None, Some(z)] => near(z)?,
-                _ => return Err(Stop::Refused(37)),
-            };
+            self.set_tool_length(code, &mut block)?;
         }
         let places = self.act_once(&mut block)?;
         let is_motion = block.axes == Axes::Motion;
@@ -352,6 +360,10 @@ impl Model {
     }
 
     fn set_system(&mut self, block: &mut Block) -> Result<(), Stop> {
+        if let Some(kind @ (1 | 10 | 11)) = block.get('L').map(|kind| kind / ONE) {
+            block.take('L');
+            return Ok(self.set_tool(kind, block)?);
+        }
         if !block.has("XYZ") {
             return Err(Stop::Refused(26));
         }
@@ -361,7 +373,7 @@ impl Model {
         }
         let system = match number / ONE {
             0 => self.modes.system,
-            number @ 1..=6 => number as usize - 1,
+            number @ 1..=9 => number as usize - 1,
             _ => return Err(Stop::Refused(29)),
         };
         for (axis, length) in block.lengths().into_iter().enumerate() {

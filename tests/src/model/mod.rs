@@ -15,6 +15,7 @@ mod modes;
 mod program;
 mod report;
 mod settings;
+mod tools;
 mod words;
 
 pub use bench::run;

@@ -7,7 +7,7 @@ use super::words::{INCH_ANGSTROM, ONE};
 pub struct Modes {
     /// The motion mode, tenths of its number: 0, 10, 20, 30, 382 to 385, 730 to 890.
     pub motion: i64,
-    /// 0 for G54.
+    /// 0 for G54, 6 for G59.1.
     pub system: usize,
     /// 17, 18 or 19.
     pub plane: i64,
@@ -93,6 +93,10 @@ impl Modes {
             (false, true) => " G64",
             (false, false) => " G61",
         };
+        let system = match self.system {
+            system @ 0..=5 => format!("G{}", 54 + system),
+            system => format!("G59.{}", system - 5),
+        };
         let retract = if self.leaves_at_r { " G99" } else { "" };
         let coolant = match (self.mist, self.flood) {
             (false, false) => "M9",
@@ -101,11 +105,8 @@ impl Modes {
             (true, true) => "M7 M8",
         };
         format!(
-            "{motion} G{} G{} G{units} G{distance} G{feed_mode}{path}{retract} M{} {coolant} T{}",
-            54 + self.system,
-            self.plane,
-            self.spindle,
-            self.tool
+            "{motion} {system} G{} G{units} G{distance} G{feed_mode}{path}{retract} M{} {coolant} T{}",
+            self.plane, self.spindle, self.tool
         )
     }
 }

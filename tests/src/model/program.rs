@@ -5,6 +5,7 @@ use oorandom::Rand64;
 use super::cycles::is_cycle;
 use super::line::{Asked, Line};
 use super::machine::{Model, Place, Startup, State};
+use super::tools::NUMBER_MAX;
 use super::words::{INCH_ANGSTROM, ONE, Word, written};
 
 /// The places between which each axis may move, angstroms.
@@ -57,6 +58,7 @@ impl Author {
             5 => return Item::Byte(self.of(&[0xA0, 0xA1, b'~', 0x85, 0xB5])),
             6 | 7 => return Item::Lines(vec![self.jog(model, room)], self.bytes_in_jog()),
             8..=11 => return Item::Lines(vec![self.system(model)], Vec::new()),
+            12 if self.one_in(8) => return Item::Lines(self.tool_entries(model), Vec::new()),
             _ => {}
         }
         let (mut lines, mut after) = (Vec::new(), model.clone());
@@ -132,7 +134,8 @@ impl Author {
             0..=9 => self.straight(model, room),
             10 | 11 => self.arc(model),
             12..=14 => self.offset(model),
-            15 => vec![Word::g(540 + 10 * self.below(6) as i64)],
+            15 if self.one_in(2) => self.tool_length(model),
+            15 => vec![self.work_system()],
             16 => vec![Word::g(self.of(&[170, 180, 190, 200, 210, 210, 900, 910, 930, 940, 940, 610, 611, 800]))],
             17 => vec![Word::g(self.of(&[281, 301]))],
             18 => self.go_home(model, room),
@@ -176,15 +179,86 @@ impl Author {
         if machine {
             words.push(Word::g(530));
         }
+        let mut offsets = Vec::new();
         if self.one_in(12) {
-            words.push(Word::g(540 + 10 * self.below(6) as i64));
+            offsets.push(self.work_system());
         }
+        if self.one_in(8) {
+            offsets.extend(self.tool_length(model));
+        }
+        // They count before the motion.
+        let mut after = model.clone();
+        let _ = after.block(&offsets);
+        words.extend(offsets);
         if motion != 0 && (model.modes.inverse_time || model.modes.feed < ONE || self.one_in(6)) && !self.one_in(20) {
             words.push(self.feed(model, inches));
         }
-        let zero = if machine { [0; 3] } else { model.work_zero() };
+        let zero = if machine { [0; 3] } else { after.work_zero() };
         words.extend(self.axis_words(model, room, zero, incremental && !machine, inches));
         words
+    }
+
+    /// The word of a work system.
+    fn work_system(&mut self) -> Word {
+        let number = self.below(9) as i64;
+        Word::g(if number < 6 { 540 + 10 * number } else { 585 + number })
+    }
+
+    /// A number of a tool; some numbers are more frequent.
+    fn tool_number(&mut self, model: &Model) -> i64 {
+        let known: Vec<i64> = model.tools.keys().copied().collect();
+        match self.below(4) {
+            0 | 1 if !known.is_empty() => self.of(&known),
+            2 => 1 + self.below(40) as i64,
+            _ => self.of(&[1, 2, 7, 606, NUMBER_MAX]),
+        }
+    }
+
+    /// The words of a tool's length: of the tool in the spindle, which may just have been put there, of another, or of none.
+    fn tool_length(&mut self, model: &Model) -> Vec<Word> {
+        let number = self.tool_number(model);
+        let h = Word::whole('H', number);
+        match self.below(9) {
+            0..=2 => vec![Word::g(430), h],
+            3 => vec![h, Word::g(430)],
+            4 => vec![Word::g(430)],
+            5 => vec![Word::whole('T', number), Word::m(6), Word::g(430)],
+            6 => vec![Word::g(432), h],
+            7 => vec![Word::g(430), Word::whole('H', 0)],
+            _ => vec![Word::g(490)],
+        }
+    }
+
+    /// A line of the tool table.
+    fn tool_entry(&mut self, model: &Model) -> Vec<Word> {
+        let (number, unit) = (self.tool_number(model), ONE / if model.modes.inches { 1_000 } else { 100 });
+        let mut words = vec![Word::g(100), Word::whole('L', self.of(&[1, 1, 10, 11])), Word::whole('P', number)];
+        let mut of = |letter, most: u64| Word { letter, value: self.below(most) as i64 * unit };
+        let (z, r) = (of('Z', 1_500), of('R', 500));
+        match self.below(8) {
+            0 => words.extend([z, r]),
+            1 => words.push(r),
+            2 => words.push(Word { value: -z.value, ..z }),
+            3 => words.extend([Word { value: 0, ..z }, Word { value: 0, ..r }]),
+            _ => words.push(z),
+        }
+        if self.one_in(6) {
+            words.extend(self.tool_length(model));
+        }
+        if self.one_in(6) {
+            words.insert(0, self.work_system());
+        }
+        words
+    }
+
+    /// More tools than the table has room for.
+    fn tool_entries(&mut self, model: &Model) -> Vec<Line> {
+        let first = self.tool_number(model).min(NUMBER_MAX - 40);
+        let entry = |number| {
+            let words = vec![Word::g(100), Word::whole('L', 1), Word::whole('P', number), Word::whole('Z', number % 7)];
+            Line { text: written(&words, &mut self.random), asked: Asked::Block(words) }
+        };
+        (first..first + 36).map(entry).collect()
     }
 
     fn feed(&mut self, model: &Model, inches: bool) -> Word {
@@ -309,10 +383,12 @@ impl Author {
     }
 
     fn offset(&mut self, model: &Model) -> Vec<Word> {
-        let mut words = match self.below(8) {
+        let mut words = match self.below(12) {
+            8 | 9 => return self.tool_entry(model),
+            10 | 11 => return self.tool_length(model),
             0..=2 => {
                 let kind = self.of(&[2, 20]);
-                vec![Word::g(100), Word::whole('L', kind), Word::whole('P', self.below(7) as i64)]
+                vec![Word::g(100), Word::whole('L', kind), Word::whole('P', self.below(10) as i64)]
             }
             3 => return vec![Word::g(921)],
             4 if self.one_in(2) => return [0, 400, 490, 800, 170].map(Word::g).to_vec(),
@@ -325,7 +401,7 @@ impl Author {
             words.insert(0, Word::g(800));
         }
         if self.one_in(4) {
-            words.push(Word::g(540 + 10 * self.below(6) as i64));
+            words.push(self.work_system());
         }
         let which = if words.contains(&Word::g(431)) { 4 } else { 1 + self.below(7) };
         for (_, letter) in ['X', 'Y', 'Z'].into_iter().enumerate().filter(|&(axis, _)| which >> axis & 1 == 1) {
@@ -374,7 +450,25 @@ impl Author {
         let x = self.length('X', model);
         let one = |letter| Word::whole(letter, 1);
         let half = |letter| Word { letter, value: 3 * ONE / 2 };
-        match self.below(25) {
+        let z = self.length('Z', model);
+        let [g43, g10, of_tool] = [Word::g(430), Word::g(100), Word::whole('L', self.of(&[1, 10, 11]))];
+        match self.below(41) {
+            25 => vec![g43, half('H')],
+            26 => vec![g43, Word::whole('H', -1)],
+            27 => vec![g43, Word::whole('H', 100_000)],
+            28 => vec![one('H'), self.of(&[Word::g(490), Word::g(0), Word::g(540)])],
+            29 => vec![g43, self.of(&[Word::g(490), Word::g(431), Word::g(432)]), one('H')],
+            30 => vec![Word::g(432), z],
+            31 => vec![g43, one('H'), one('H')],
+            32 => vec![g10, of_tool, z],
+            33 => vec![g10, of_tool, one('P')],
+            34 => vec![g10, of_tool, one('P'), z, x],
+            35 => vec![g10, of_tool, Word::whole('P', self.of(&[0, 100_000])), z],
+            36 => vec![g10, of_tool, half('P'), z],
+            37 => vec![g10, Word::whole('L', self.of(&[10, 11])), one('P'), one('R')],
+            38 => vec![g10, of_tool, one('P'), z, Word::whole('R', self.of(&[-1, 1_001]))],
+            39 => vec![g10, of_tool, one('P'), Word::whole('Z', 10_500)],
+            40 => vec![g10, of_tool, one('P'), z, self.of(&[one('I'), one('Q'), one('H')])],
             22 => vec![half(self.of(&['T', 'N', 'L'])), x],
             23 => vec![Word::g(100), x, Word::whole('L', 2), half('P')],
             24 => vec![Word::g(980), Word::g(990)],
@@ -387,8 +481,8 @@ impl Author {
             6 => vec![Word::whole('N', 10_000_001)],
             7 => vec![Word::g(40)],
             8 => vec![Word::g(100), x, Word::whole('L', 2)],
-            9 => vec![Word::g(100), x, Word::whole('L', 2), Word::whole('P', 7)],
-            10 => vec![Word::g(591)],
+            9 => vec![Word::g(100), x, Word::whole('L', 2), Word::whole('P', 10)],
+            10 => vec![Word::g(594)],
             11 => vec![Word::g(100), Word::whole('L', 2), one('P')],
             12 => vec![Word::g(920)],
             13 => vec![Word::g(431), x],
@@ -468,10 +562,11 @@ impl Author {
         let words: &[Word] = &[
             vec![],
             vec![Word::g(560)],
+            vec![Word::g(592)],
             vec![Word::g(910), Word::g(180)],
             vec![Word::m(8)],
             vec![Word::whole('F', 777)],
-        ][self.below(5) as usize];
+        ][self.below(6) as usize];
         let text: String = words.iter().map(ToString::to_string).collect();
         let startup = Startup { words: words.to_vec(), text: text.clone() };
         Line { text: format!("$N{index}={text}"), asked: Asked::Startup(index, startup) }

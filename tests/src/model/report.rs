@@ -126,10 +126,12 @@ pub fn compare_modes(heard: &[String], model: &Model) -> Result<(), Difference> 
 /// The difference.
 pub fn compare_parameters(heard: &[String], model: &Model) -> Result<(), Difference> {
     let mut expected: Vec<(String, Place)> = Vec::new();
-    expected.extend((54..).zip(model.systems).map(|(number, place)| (format!("G{number}"), place)));
+    let names = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
+    expected.extend(names.iter().map(ToString::to_string).zip(model.systems));
     expected.extend([28, 30].into_iter().zip(model.places).map(|(number, place)| (format!("G{number}"), place)));
     expected.push(("G92".to_owned(), model.shift));
-    if heard.len() != expected.len() + 3 {
+    let tools_at = expected.len();
+    if heard.len() != tools_at + model.tools.len() + 3 {
         return Err(format!("$#: {heard:?}"));
     }
     for (line, (name, place)) in heard.iter().zip(expected) {
@@ -140,9 +142,17 @@ pub fn compare_parameters(heard: &[String], model: &Model) -> Result<(), Differe
         let value = line.strip_prefix(begins).and_then(|line| line.strip_suffix(']'));
         value.map(str::to_owned).ok_or_else(|| format!("{line}, {begins} expected"))
     };
-    let length = value(&heard[9], "[TLO:")?;
+    let tools = &heard[tools_at..];
+    for (line, (number, tool)) in tools.iter().zip(&model.tools) {
+        let entry = value(line, &format!("[T:{number}|"))?;
+        let [place, radius, "", ""] = entry.split('|').collect::<Vec<_>>()[..] else { return Err(line.clone()) };
+        compare_place("T", place, [0, 0, tool.length], model)?;
+        compare_place("R", &format!("{radius},0,0"), [tool.radius, 0, 0], model)?;
+    }
+    let tools = &tools[model.tools.len()..];
+    let length = value(&tools[0], "[TLO:")?;
     compare_place("TLO", &format!("{length},0,0"), [model.tool_length, 0, 0], model)?;
-    let probed = value(&heard[10], "[PRB:")?;
+    let probed = value(&tools[1], "[PRB:")?;
     let (place, touched) = probed.rsplit_once(':').ok_or_else(|| probed.clone())?;
     same("PRB", touched, if model.probed.1 { "1" } else { "0" })?;
     compare_place("PRB", place, model.probed.0, model)
