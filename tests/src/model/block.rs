@@ -119,8 +119,8 @@ impl Block {
                 self.modes.plane = tenths / 10;
                 "plane"
             }
-            200 | 210 => {
-                self.modes.inches = tenths == 200;
+            200 | 210 | 700 | 710 => {
+                self.modes.inches = matches!(tenths, 200 | 700);
                 "units"
             }
             540 | 550 | 560 | 570 | 580 | 590 => {
@@ -145,6 +145,8 @@ impl Block {
                 "feed mode"
             }
             400 => "compensation",
+            500 => "scaling",
+            690 => "rotation",
             _ => return Err(20),
         };
         self.group(group)

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::arcs::Reach;
 use super::block::{Axes, Block, Refused, near};
 use super::cycles::{Series, is_cycle};
 use super::modes::Modes;
@@ -69,6 +70,8 @@ pub struct Model {
     pub build: String,
     /// The places to which the last line has led.
     pub path: Vec<Place>,
+    /// The reach of the last arc, and the difference of its radii, angstroms.
+    pub bend: Option<(Reach, f64)>,
     /// True if the program counts from where the carriages stand, which is a whole number of steps.
     pub on_steps: bool,
     /// The tool that M6 has the machine wait for.
@@ -110,6 +113,7 @@ impl Model {
             startup: Default::default(),
             build: String::new(),
             path: Vec::new(),
+            bend: None,
             on_steps: false,
             prompt: None,
             waits: 0,
@@ -407,7 +411,7 @@ impl Model {
     }
 
     /// The target of an arc. Its words are those of a whole arc, or lack something.
-    fn arc(&self, block: &mut Block) -> Result<Place, Refused> {
+    fn arc(&mut self, block: &mut Block) -> Result<Place, Refused> {
         let (axes, offsets) = match self.modes.plane {
             17 => ("XY", "IJ"),
             18 => ("XZ", "IK"),
@@ -425,7 +429,10 @@ impl Model {
         match () {
             () if turns && target == self.position => Err(33),
             () if !turns && !has_offsets => Err(35),
-            () => Ok(target),
+            () => {
+                self.bend = Some(self.arc_reach(block, target)?);
+                Ok(target)
+            }
         }
     }
 

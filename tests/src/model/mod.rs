@@ -5,10 +5,12 @@
 //! Lengths are whole numbers of angstroms (1e-7 mm), in which inches are exact too. The carriages may be away from a
 //! place by half a step.
 
+mod arcs;
 mod bench;
 mod block;
 mod bytes;
 mod cycles;
+mod job;
 mod line;
 mod machine;
 mod modes;
@@ -20,3 +22,4 @@ mod words;
 
 pub use bench::run;
 pub use cycles::run_holes;
+pub use job::{Followed, follow};

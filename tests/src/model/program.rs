@@ -136,7 +136,7 @@ impl Author {
             12..=14 => self.offset(model),
             15 if self.one_in(2) => self.tool_length(model),
             15 => vec![self.work_system()],
-            16 => vec![Word::g(self.of(&[170, 180, 190, 200, 210, 210, 900, 910, 930, 940, 940, 610, 611, 800]))],
+            16 => vec![Word::g(self.of(&MODES))],
             17 => vec![Word::g(self.of(&[281, 301]))],
             18 => self.go_home(model, room),
             19 => self.tool(),
@@ -391,7 +391,7 @@ impl Author {
                 vec![Word::g(100), Word::whole('L', kind), Word::whole('P', self.below(10) as i64)]
             }
             3 => return vec![Word::g(921)],
-            4 if self.one_in(2) => return [0, 400, 490, 800, 170].map(Word::g).to_vec(),
+            4 if self.one_in(2) => return [0, 400, 490, 500, 690, 800, 170].map(Word::g).to_vec(),
             4 => return vec![Word::g(490)],
             5 => vec![Word::g(431)],
             _ => vec![Word::g(920)],
@@ -572,6 +572,9 @@ impl Author {
         Line { text: format!("$N{index}={text}"), asked: Asked::Startup(index, startup) }
     }
 }
+
+/// Tenths of the numbers of modes, frequent ones more than once.
+const MODES: [i64; 18] = [170, 180, 190, 200, 210, 210, 700, 710, 710, 900, 910, 930, 940, 940, 610, 611, 800, 500];
 
 /// Bytes of overrides.
 const OVERRIDES: [u8; 13] = [0x90, 0x91, 0x91, 0x92, 0x93, 0x94, 0x95, 0x96, 0x97, 0x99, 0x9A, 0x9B, 0x9C];
