@@ -28,6 +28,7 @@ mod store;
 mod together;
 mod turns;
 mod whole_steps;
+mod words_corpus;
 
 // What the dialogues share, by the paths that they name.
 use dialogues::{drivers, heard, talk};
