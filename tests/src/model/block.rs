@@ -131,6 +131,7 @@ impl Block {
                 self.modes.system = (tenths - 585) as usize;
                 "system"
             }
+            541..=599 => return Err(23),
             610 | 611 | 640 => {
                 (self.modes.exact_stop, self.modes.blends) = (tenths == 611, tenths == 640);
                 "path"
