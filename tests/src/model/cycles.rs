@@ -123,6 +123,14 @@ impl Model {
     }
 }
 
+/// Compares how far an arc reaches. Radii that differ leave it open by as much.
+fn compare_reach(line: &str, bounds_mm: &[[f64; 2]], model: &Model) -> Result<(), Difference> {
+    let Some((reach, misfit)) = model.bend else { return Err(format!("{line}: no arc expected")) };
+    let near = |mm: f64, angstrom: f64| (mm * ONE as f64 - angstrom).abs() <= misfit + 20.0;
+    let is_same = bounds_mm.iter().zip(reach).all(|(made, (low, high))| near(made[0], low) && near(made[1], high));
+    if is_same { Ok(()) } else { Err(format!("{line}: reaches {bounds_mm:?}, {reach:?} expected")) }
+}
+
 /// Compares random lines of holes, each place in order, with what the console makes of them. Returns how many lines drilled.
 ///
 /// # Errors
@@ -148,6 +156,9 @@ pub fn run_holes(seed: u64) -> Result<usize, Difference> {
                     _ => None,
                 });
                 drilled += usize::from(block.drills);
+                if let Some(arc) = block.motion.as_ref().and_then(|motion| motion.arc.as_ref()) {
+                    compare_reach(line, &arc.bounds_mm(), &model)?;
+                }
                 let motion = block.motion.map(|motion| motion.target_pm);
                 Ok(block.via_pm.into_iter().chain(motion).chain(holes).collect::<Vec<_>>())
             }

@@ -28,7 +28,6 @@ pub fn follow(lines: &[Vec<u8>], settings: &[String]) -> Followed {
     for (index, line) in lines.iter().enumerate() {
         let begin = model.position;
         model.path.clear();
-        model.bend = None;
         if let Err(code) = read(line).and_then(|words| model.block(&words)) {
             refused.push((index, code));
             continue;

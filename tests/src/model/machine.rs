@@ -201,7 +201,7 @@ impl Model {
             return Err(9);
         }
         let mut after = self.clone();
-        (after.prompt, after.waits) = (None, 0);
+        (after.prompt, after.waits, after.bend) = (None, 0, None);
         match after.carry_out(words) {
             Ok(()) => {
                 *self = after;

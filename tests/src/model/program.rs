@@ -292,7 +292,7 @@ impl Author {
         words
     }
 
-    /// A quarter, a half, three quarters or a whole of a circle.
+    /// A quarter, a half, three quarters or a whole of a circle; some do not fit.
     fn arc(&mut self, model: &Model) -> Vec<Word> {
         let modes = &model.modes;
         let plane = if self.one_in(2) { 17 + self.below(3) as i64 } else { modes.plane };
@@ -309,7 +309,11 @@ impl Author {
         // G18 turns from Z to X.
         let (across, up) = [(0, 1), (2, 0), (1, 2)][plane as usize - 17];
         let unit = ONE / 1_000 * if modes.inches { 20 } else { 500 };
-        let offset: [i64; 2] = std::array::from_fn(|_| (self.below(9) as i64 - 4) * unit);
+        let by_radius = self.one_in(3);
+        let any: [i64; 2] = std::array::from_fn(|_| self.below(9) as i64 - 4);
+        let whole = self.of(&[([3, 4], 5), ([-4, 3], 5), ([0, 2], 2), ([-3, 0], 3), ([4, -3], 5)]);
+        let (offset, radius) = if by_radius { whole } else { (any, 0) };
+        let (offset, radius) = (offset.map(|units| units * unit), radius * unit);
         let turns = 1 + self.below(4);
         let mut from_centre = [-offset[0], -offset[1]];
         for _ in 0..turns {
@@ -320,7 +324,15 @@ impl Author {
             let by = offset[index] + from_centre[index];
             let value = by + if modes.inches { 0 } else { model.position[axis] - zero[axis] };
             words.push(Word { letter: ['X', 'Y', 'Z'][axis], value });
-            words.push(Word { letter: ['I', 'J', 'K'][axis], value: offset[index] });
+            words.extend((!by_radius).then_some(Word { letter: ['I', 'J', 'K'][axis], value: offset[index] }));
+        }
+        if by_radius {
+            words.push(Word { letter: 'R', value: if turns > 2 { -radius } else { radius } });
+        }
+        if self.one_in(12) {
+            // By less than what is allowed, or by more.
+            let last = words.last_mut().expect("an arc has words");
+            last.value += self.of(&[4, -4, 60, -60, 700]) * ONE / 1_000;
         }
         words
     }
@@ -328,7 +340,8 @@ impl Author {
     /// A line of a program that drills: holes, and what may come between them.
     pub fn of_holes(&mut self, model: &Model, room: &Room) -> Vec<Word> {
         match self.below(12) {
-            0 => self.straight(model, room),
+            0 if self.one_in(2) => self.straight(model, room),
+            0 => self.arc(model),
             1 => vec![Word::g(self.of(&[800, 0, 10]))],
             2 => vec![Word::g(self.of(&[170, 180, 190, 200, 210, 900, 910]))],
             3 => self.offset(model),
@@ -618,20 +631,19 @@ fn ends(line: &Line) -> bool {
     matches!(&line.asked, Asked::Block(words) if words.iter().any(ends))
 }
 
+/// The distance that arcs keep from the ends of the room: what is made of an arc may be outside of it by this.
+const ROUND_ANGSTROM: f64 = 0.1 * ONE as f64;
+
 /// True if a block leaves the machine in its room, or is clearly outside and refused for it.
 fn stays(model: &Model, words: &[Word], room: &Room) -> bool {
     let mut after = model.clone();
     after.path.clear();
-    let start = after.position;
     let refused = after.block(words).is_err();
-    // A circle with its centre where the words say is in the room.
-    let offset =
-        |letter| words.iter().find(|word| word.letter == letter).map_or(0, |word| after.modes.length(word.value));
-    let offsets = ['I', 'J', 'K'].map(offset);
-    let reach = offsets.iter().map(|offset| offset.abs()).sum::<i64>() * 2;
-    let is_arc_inside = (0..3).all(|axis| {
-        let (low, high) = room[axis];
-        reach == 0 || (low + reach..=high - reach).contains(&start[axis])
+    let is_arc_inside = after.bend.is_none_or(|(reach, _)| {
+        let is_inside = |((low, high), (from, to)): (&(f64, f64), &(i64, i64))| {
+            *low - ROUND_ANGSTROM >= *from as f64 && *high + ROUND_ANGSTROM <= *to as f64
+        };
+        reach.iter().zip(room).all(is_inside)
     });
     match after.state {
         // What lies beyond by less than a step may be rounded to a place within.
