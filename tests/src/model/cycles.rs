@@ -1,21 +1,8 @@
 //! Canned cycles, by LinuxCNC's rules: which words they need, and the places to which they lead, in order.
 
-use isostep_console::{Command, CyclePart, Interpreter, ReportedState, Settings, report};
-use oorandom::Rand64;
-
-use super::bench::Difference;
 use super::block::{Block, Refused, near};
 use super::machine::{Model, Place};
-use super::program::{Author, Room};
-use super::settings::SettingValues;
-use super::words::{ONE, written};
-
-/// Lines of a random program.
-const LINES: usize = 80;
-/// The room in which the holes are about to be, angstroms.
-const ROOM: Room = [(0, 100 * ONE), (0, 100 * ONE), (-20 * ONE, 20 * ONE)];
-/// An angstrom, pm.
-const ANGSTROM_PM: i64 = 100;
+use super::words::ONE;
 
 /// What a line leaves to the next of its series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,58 +108,4 @@ impl Model {
         places.dedup();
         Ok(places.split_off(1))
     }
-}
-
-/// Compares how far an arc reaches. Radii that differ leave it open by as much.
-fn compare_reach(line: &str, bounds_mm: &[[f64; 2]], model: &Model) -> Result<(), Difference> {
-    let Some((reach, misfit)) = model.bend else { return Err(format!("{line}: no arc expected")) };
-    let near = |mm: f64, angstrom: f64| (mm * ONE as f64 - angstrom).abs() <= misfit + 20.0;
-    let is_same = bounds_mm.iter().zip(reach).all(|(made, (low, high))| near(made[0], low) && near(made[1], high));
-    if is_same { Ok(()) } else { Err(format!("{line}: reaches {bounds_mm:?}, {reach:?} expected")) }
-}
-
-/// Compares random lines of holes, each place in order, with what the console makes of them. Returns how many lines drilled.
-///
-/// # Errors
-/// The difference, with the line.
-pub fn run_holes(seed: u64) -> Result<usize, Difference> {
-    let (mut author, mut random) = (Author::new(Rand64::new(seed.into()), false), Rand64::new((!seed).into()));
-    let (settings, mut listing) = (Settings::DEFAULT, String::new());
-    report::settings(&mut listing, &settings).expect("a text takes all");
-    let lines: Vec<String> = listing.lines().map(str::to_owned).collect();
-    let (mut model, mut interpreter) = (Model::new(SettingValues::from_listing(&lines)), Interpreter::new());
-    let mut drilled = 0;
-    for _ in 0..LINES {
-        let words = author.of_holes(&model, &ROOM);
-        let line = written(&words, &mut random).replace(' ', "").to_uppercase();
-        let line = line.split(['(', ';']).next().unwrap_or_default();
-        model.path.clear();
-        let expected = model.block(&words).map(|()| model.path.clone());
-        let made = match interpreter.interpret(line, ReportedState::Idle, &settings) {
-            Ok(Command::Block(block)) => {
-                let parts = interpreter.cycle().parts().filter(|_| block.drills);
-                let holes = parts.filter_map(|part| match part {
-                    CyclePart::Move(one) => Some(one.target_pm),
-                    _ => None,
-                });
-                drilled += usize::from(block.drills);
-                if let Some(arc) = block.motion.as_ref().and_then(|motion| motion.arc.as_ref()) {
-                    compare_reach(line, &arc.bounds_mm(), &model)?;
-                }
-                let motion = block.motion.map(|motion| motion.target_pm);
-                Ok(block.via_pm.into_iter().chain(motion).chain(holes).collect::<Vec<_>>())
-            }
-            Ok(other) => return Err(format!("{line}: {other:?}")),
-            Err(error) => Err(error.code()),
-        };
-        let in_pm = |places: Vec<Place>| places.into_iter().map(|place| place.map(|one| one * ANGSTROM_PM)).collect();
-        let expected: Result<Vec<_>, _> = expected.map(in_pm);
-        if made != expected {
-            return Err(format!("{line}: {made:?}, {expected:?} expected"));
-        }
-        if interpreter.position_pm() != model.position.map(|one| one * ANGSTROM_PM) {
-            return Err(format!("{line}: ends at {:?}, {:?} expected", interpreter.position_pm(), model.position));
-        }
-    }
-    Ok(drilled)
 }

@@ -9,6 +9,7 @@ mod arcs;
 mod bench;
 mod block;
 mod bytes;
+mod console;
 mod cycles;
 mod job;
 mod line;
@@ -21,5 +22,6 @@ mod tools;
 mod words;
 
 pub use bench::run;
-pub use cycles::run_holes;
+pub use console::{run_holes, run_lengths};
 pub use job::{Followed, follow};
+pub use tools::TOOLS_MAX;

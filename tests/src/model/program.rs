@@ -354,6 +354,25 @@ impl Author {
         }
     }
 
+    /// A line of a program about the lengths of tools. The table is filled, and emptied.
+    pub fn of_lengths(&mut self, model: &Model, room: &Room) -> Vec<Word> {
+        match self.below(16) {
+            0..=3 => self.straight(model, room),
+            4 | 5 => self.tool_length(model),
+            6 => self.offset(model),
+            7 => self.cycle(model, room),
+            8 => vec![Word::whole('T', self.tool_number(model)), Word::m(6)],
+            9 => vec![self.work_system()],
+            10 if self.one_in(3) => vec![Word::m(30)],
+            10 => self.faulty(model),
+            11 | 12 => self.tool_entry(model),
+            _ => {
+                let number = 1 + self.below(500) as i64;
+                vec![Word::g(100), Word::whole('L', 1), Word::whole('P', number), Word::whole('Z', number % 9)]
+            }
+        }
+    }
+
     /// A line of a canned cycle: one that begins a series, or goes on with it; some lack a word.
     fn cycle(&mut self, model: &Model, room: &Room) -> Vec<Word> {
         let (mut words, incremental, inches) = self.with_modes(model);
