@@ -17,7 +17,7 @@ pub(super) enum EntryMeaning {
     Length,
     /// L10: the place at which the tool's end is, in the work coordinate system in force.
     Place,
-    /// L11: the same in G59.3.
+    /// L11: the same in G59.3, whatever G92 shifts.
     PlaceAtSetter,
 }
 
@@ -81,13 +81,14 @@ impl Interpreter {
     }
 
     fn length_of_entry_pm(&self, entry: EntryMeaning, z_pm: i64) -> i64 {
-        let system = match entry {
-            EntryMeaning::Length => return z_pm,
-            EntryMeaning::Place => self.modal.system.into(),
-            EntryMeaning::PlaceAtSetter => TOOL_SETTER,
-        };
         let along_z_pm = |place_pm: &[i64; AXES]| place_pm.get(Z).copied().unwrap_or_default();
-        let zero_pm = along_z_pm(&self.coordinates.work_offsets_pm[system]) + along_z_pm(&self.shift_pm);
+        let offset_pm = |system: usize| along_z_pm(&self.coordinates.work_offsets_pm[system]);
+        let zero_pm = match entry {
+            EntryMeaning::Length => return z_pm,
+            EntryMeaning::Place => offset_pm(self.modal.system.into()) + along_z_pm(&self.shift_pm),
+            // What measures tools stays where it is.
+            EntryMeaning::PlaceAtSetter => offset_pm(TOOL_SETTER),
+        };
         along_z_pm(&self.position_pm) - zero_pm - z_pm
     }
 }
