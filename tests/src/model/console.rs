@@ -14,6 +14,8 @@ use super::words::{ONE, Word, written};
 const LINES: usize = 80;
 /// The room in which the program is about to be, angstroms.
 const ROOM: Room = [(0, 100 * ONE), (0, 100 * ONE), (-20 * ONE, 20 * ONE)];
+/// Lines before a difference that are shown.
+const SHOWN: usize = 30;
 /// An angstrom, pm.
 const ANGSTROM_PM: i64 = 100;
 
@@ -50,6 +52,7 @@ struct Pair {
     interpreter: Interpreter,
     settings: Settings,
     drilled: usize,
+    said: Vec<String>,
 }
 
 impl Pair {
@@ -58,12 +61,20 @@ impl Pair {
         report::settings(&mut listing, &settings).expect("a text takes all");
         let lines: Vec<String> = listing.lines().map(str::to_owned).collect();
         let (model, interpreter) = (Model::new(SettingValues::from_listing(&lines)), Interpreter::new());
-        Self { random: Rand64::new(seed.into()), model, interpreter, settings, drilled: 0 }
+        Self { random: Rand64::new(seed.into()), model, interpreter, settings, drilled: 0, said: Vec::new() }
     }
 
     fn compare(&mut self, words: &[Word]) -> Result<(), Difference> {
+        self.compare_line(words).map_err(|difference| {
+            let before = &self.said[self.said.len().saturating_sub(SHOWN)..];
+            format!("{}\n{difference}", before.join("\n"))
+        })
+    }
+
+    fn compare_line(&mut self, words: &[Word]) -> Result<(), Difference> {
         let line = written(words, &mut self.random).replace(' ', "").to_uppercase();
         let line = line.split(['(', ';']).next().unwrap_or_default();
+        self.said.push(line.to_owned());
         self.model.path.clear();
         let expected = self.model.block(words).map(|()| self.model.path.clone());
         let made = match self.interpreter.interpret(line, ReportedState::Idle, &self.settings) {

@@ -145,7 +145,7 @@ pub fn compare_parameters(heard: &[String], model: &Model) -> Result<(), Differe
     let tools = &heard[tools_at..];
     for (line, (number, tool)) in tools.iter().zip(&model.tools) {
         let entry = value(line, &format!("[T:{number}|"))?;
-        let [place, radius, "", ""] = entry.split('|').collect::<Vec<_>>()[..] else { return Err(line.clone()) };
+        let [place, radius] = entry.split('|').collect::<Vec<_>>()[..] else { return Err(line.clone()) };
         compare_place("T", place, [0, 0, tool.length], model)?;
         compare_place("R", &format!("{radius},0,0"), [tool.radius, 0, 0], model)?;
     }
