@@ -72,6 +72,7 @@ impl Model {
         if !(0..=LARGEST_ANGSTROM).contains(&tool.radius) {
             return Err(43);
         }
+        block.all_used()?;
         self.put_in(number, tool)
     }
 
