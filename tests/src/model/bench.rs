@@ -206,6 +206,11 @@ impl Bench {
         let mut heard = Vec::new();
         for &(ms, byte) in bytes {
             self.sim.run_for(Duration::from_millis(ms)).map_err(|error| error.to_string())?;
+            if byte == b'~' {
+                // Before a hold has come to rest it does nothing.
+                let is_over = |state| state != (MachineState::Hold { still: false });
+                self.sim.run_until_state(is_over).map_err(|error| error.to_string())?;
+            }
             heard.extend(self.hear());
             if byte == RESET || cancels(byte, lines) {
                 return self.cut_short(byte, &before, lines);
