@@ -14,7 +14,7 @@ use isostep_report::timing;
 use isostep_sim::Config;
 use isostep_sim::program::Program;
 use isostep_tests::axes::xyz_a;
-use isostep_tests::model::{Followed, follow};
+use isostep_tests::model::{Followed, TOOLS_MAX, follow};
 
 /// The machine has room for each job.
 const TRAVEL_MM: f32 = 6_000.0;
@@ -54,9 +54,27 @@ impl Job {
     fn of(path: &Path, settings: &Settings, listing: &[String]) -> Self {
         let name = path.file_name().expect("a file").to_string_lossy().into_owned();
         let program = Program::read_raw(&fs::read(path).expect("a file")).expect("a text");
+        Self::read(name, program, settings, listing)
+    }
+
+    fn read(name: String, program: Program, settings: &Settings, listing: &[String]) -> Self {
         let survey = Survey::of(&program, settings, timing::middle_mm(settings));
         let followed = follow(&program, listing);
         Self { name, program, survey, followed }
+    }
+
+    /// The same job on a machine whose tools have lengths, each another one.
+    fn with_tools(&self, settings: &Settings, listing: &[String]) -> Self {
+        let entry = |number: usize| format!("G10 L1 P{number} Z{}.25", 3 * number).into_bytes();
+        let lines = (1..=TOOLS_MAX).map(entry).chain(self.program.iter().cloned());
+        Self::read(format!("{} with tools", self.name), lines.collect(), settings, listing)
+    }
+
+    /// Compares all but the table.
+    fn compare(&self, settings: &Settings) -> Vec<String> {
+        let is_accepted = self.survey.refused_total == 0;
+        let plan = is_accepted.then(|| self.compare_plan(settings)).and_then(Result::err);
+        [self.compare_refusals().err(), self.compare_reach().err(), plan].into_iter().flatten().collect()
     }
 
     /// Compares the lines that the interpreter and the model refuse. Those with the code 0 make no line for the machine.
@@ -175,18 +193,18 @@ fn jobs_of_others_go_where_the_model_says() {
         fs::read_dir(folder.join("words")).expect("a folder of jobs").map(|entry| entry.expect("a file").path());
     let mut paths: Vec<_> = files.filter(|path| path.extension().is_none_or(|ends| ends != "csv")).collect();
     paths.sort();
-    let (mut table, mut accepted, mut differences) = (HEAD.to_owned(), 0, Vec::new());
+    let (mut table, mut accepted, mut longer, mut differences) = (HEAD.to_owned(), 0, 0, Vec::new());
     for path in &paths {
         let job = Job::of(path, &settings, &listing);
         writeln!(table, "{}", job.row()).expect("a text takes all");
         println!("{}: {:?}", job.name, job.survey.refused_by_word);
-        let is_accepted = job.survey.refused_total == 0;
-        accepted += usize::from(is_accepted);
-        differences.extend(job.compare_refusals().err());
-        differences.extend(job.compare_reach().err());
-        differences.extend(is_accepted.then(|| job.compare_plan(&settings)).and_then(Result::err));
+        accepted += usize::from(job.survey.refused_total == 0);
+        let measured = job.with_tools(&settings, &listing);
+        differences.extend([&job, &measured].into_iter().flat_map(|job| job.compare(&settings)));
+        longer += usize::from(measured.followed.reach_mm != job.followed.reach_mm);
     }
     println!("{accepted} of {} accepted, {:.1} %", paths.len(), 100.0 * accepted as f64 / paths.len() as f64);
+    println!("{longer} go elsewhere where tools have lengths");
     expect_file!["words_corpus.txt"].assert_eq(&table);
     assert!(differences.is_empty(), "{}", differences.join("\n"));
 }

@@ -664,10 +664,11 @@ fn stays(model: &Model, words: &[Word], room: &Room) -> bool {
         };
         reach.iter().zip(room).all(is_inside)
     });
+    let is_way_inside = after.path.iter().all(|place| is_within(place, room));
     match after.state {
-        // What lies beyond by less than a step may be rounded to a place within.
-        State::Alarm(2) if refused => after.is_clearly_outside(words, model, room),
-        _ => is_arc_inside && is_within(&after.position, room) && after.path.iter().all(|place| is_within(place, room)),
+        // What lies beyond by less than a step may be rounded to a place within. The way to it has been made.
+        State::Alarm(2) if refused => is_way_inside && after.is_clearly_outside(words, model, room),
+        _ => is_arc_inside && is_within(&after.position, room) && is_way_inside,
     }
 }
 
