@@ -356,16 +356,24 @@ impl Author {
 
     /// A line of a program about the lengths of tools. The table is filled, and emptied.
     pub fn of_lengths(&mut self, model: &Model, room: &Room) -> Vec<Word> {
-        match self.below(16) {
+        match self.below(20) {
             0..=3 => self.straight(model, room),
             4 | 5 => self.tool_length(model),
-            6 => self.offset(model),
-            7 => self.cycle(model, room),
-            8 => vec![Word::whole('T', self.tool_number(model)), Word::m(6)],
-            9 => vec![self.work_system()],
-            10 if self.one_in(3) => vec![Word::m(30)],
-            10 => self.faulty(model),
-            11 | 12 => self.tool_entry(model),
+            6 | 7 => self.offset(model),
+            8 => self.cycle(model, room),
+            9 => {
+                let number = if self.one_in(4) { 0 } else { self.tool_number(model) };
+                let (tool, change) = (Word::whole('T', number), Word::m(6));
+                self.of(&[&[tool][..], &[tool, change], &[change]]).to_vec()
+            }
+            10 => vec![self.work_system()],
+            11 if self.one_in(3) => vec![Word::m(30)],
+            11 => self.faulty(model),
+            12 | 13 => self.tool_entry(model),
+            14 => {
+                let system = Word::whole('P', 1 + self.below(9) as i64);
+                vec![Word::g(100), Word::whole('L', 2), system, self.length('Z', model)]
+            }
             _ => {
                 let number = 1 + self.below(500) as i64;
                 vec![Word::g(100), Word::whole('L', 1), Word::whole('P', number), Word::whole('Z', number % 9)]
