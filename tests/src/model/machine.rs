@@ -222,7 +222,7 @@ impl Model {
         if block.take('N').is_some_and(|number| number > 10_000_000 * ONE) {
             return Err(Stop::Refused(27));
         }
-        let before = self.modes;
+        let (before, in_spindle_before) = (self.modes, self.in_spindle);
         self.modes = block.modes;
         self.begin_or_end_cycles(&block, before.motion);
         let motion = self.modes.motion;
@@ -272,7 +272,12 @@ impl Model {
             self.modes.blends &= !is_own || deviation.is_none_or(|deviation| deviation > 0);
         }
         block.all_used()?;
-        self.pause_for_tool(&block, &before, target.is_some() || places.is_some() || !holes.is_empty());
+        self.pause_for_tool(
+            &block,
+            &before,
+            in_spindle_before,
+            target.is_some() || places.is_some() || !holes.is_empty(),
+        );
         let modes = self.modes;
         if block.ends {
             self.modes.end_program();
@@ -314,20 +319,21 @@ impl Model {
         }
     }
 
-    /// M6 and M0. M0 does not wait a second time unless the line does something else.
-    fn pause_for_tool(&mut self, block: &Block, before: &Modes, moves: bool) {
+    /// M6 and M0. M6 does not wait for the tool that is in the spindle, and for one without a number it always does. M0 does not wait a second time unless the line does something else.
+    fn pause_for_tool(&mut self, block: &Block, before: &Modes, in_spindle_before: i64, moves: bool) {
         if self.state == State::Check {
             return;
         }
         let modes = &self.modes;
         let switches = (modes.spindle, modes.flood, modes.mist, modes.speed)
             != (before.spindle, before.flood, before.mist, before.speed);
-        if block.changes_tool {
+        let waits_for_tool = block.changes_tool && (self.in_spindle == 0 || self.in_spindle != in_spindle_before);
+        if waits_for_tool {
             self.prompt = Some(self.modes.tool);
             self.waits += 1;
         }
         let acts = moves || switches || block.once == Some(40);
-        if block.pauses && (!block.changes_tool || acts) {
+        if block.pauses && (!waits_for_tool || acts) {
             self.waits += 1;
         }
     }

@@ -52,8 +52,7 @@ impl Model {
     pub(super) fn set_tool(&mut self, kind: i64, block: &mut Block) -> Result<(), Refused> {
         let number = match block.take('P').ok_or(28)? {
             number if number % ONE != 0 => return Err(23),
-            0 => return Err(43),
-            number if number > NUMBER_MAX * ONE => return Err(38),
+            number if !(ONE..=NUMBER_MAX * ONE).contains(&number) => return Err(38),
             number => number / ONE,
         };
         if block.has("XY") {
@@ -70,7 +69,7 @@ impl Model {
         }
         tool.radius = radius.unwrap_or(tool.radius);
         if !(0..=LARGEST_ANGSTROM).contains(&tool.radius) {
-            return Err(43);
+            return Err(38);
         }
         block.all_used()?;
         self.put_in(number, tool)
@@ -89,7 +88,7 @@ impl Model {
         if tool == Tool::default() {
             self.tools.remove(&number);
         } else if self.tools.len() == TOOLS_MAX && !self.tools.contains_key(&number) {
-            return Err(43);
+            return Err(38);
         } else {
             self.tools.insert(number, tool);
         }
