@@ -65,7 +65,7 @@ impl Model {
             Asked::Check => match self.state {
                 State::Alarm(_) | State::Unfit => Err(8),
                 State::Idle => {
-                    self.state = State::Check;
+                    (self.state, self.in_spindle_before_check) = (State::Check, self.in_spindle);
                     Ok(())
                 }
                 State::Check => {

@@ -50,6 +50,8 @@ pub struct Model {
     pub tools: BTreeMap<i64, Tool>,
     /// The tool of the last M6; 0 for none.
     pub in_spindle: i64,
+    /// The same before check mode, which changes no tool.
+    pub in_spindle_before_check: i64,
     /// The place of the program, in machine coordinates.
     pub position: Place,
     /// The place of the carriages.
@@ -103,6 +105,7 @@ impl Model {
             tool_length: 0,
             tools: BTreeMap::new(),
             in_spindle: 0,
+            in_spindle_before_check: 0,
             position: [0; 3],
             carriage: [0; 3],
             probed: ([0; 3], false),
@@ -139,7 +142,7 @@ impl Model {
         (self.modes, self.shift, self.tool_length, self.overrides) = (Modes::START, [0; 3], 0, [100; 3]);
         self.follow_carriage();
         if self.state == State::Check {
-            self.state = State::Idle;
+            (self.state, self.in_spindle) = (State::Idle, self.in_spindle_before_check);
         }
         let mut said = vec!["Grbl 1.1h ['$' for help]".to_owned()];
         said.extend(self.start_up());

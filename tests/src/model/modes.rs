@@ -80,6 +80,15 @@ impl Modes {
         (self.spindle, self.flood, self.mist) = (5, false, false);
     }
 
+    /// The code of the work system in force.
+    #[must_use]
+    pub fn system_name(&self) -> String {
+        match self.system {
+            system @ 0..=5 => format!("G{}", 54 + system),
+            system => format!("G59.{}", system - 5),
+        }
+    }
+
     /// The codes that `$G` lists, without F and S, whose last digits are rounded.
     #[must_use]
     pub fn listed(&self) -> String {
@@ -93,10 +102,7 @@ impl Modes {
             (false, true) => " G64",
             (false, false) => " G61",
         };
-        let system = match self.system {
-            system @ 0..=5 => format!("G{}", 54 + system),
-            system => format!("G59.{}", system - 5),
-        };
+        let system = self.system_name();
         let retract = if self.leaves_at_r { " G99" } else { "" };
         let coolant = match (self.mist, self.flood) {
             (false, false) => "M9",

@@ -11,6 +11,9 @@ const INCH_MM: f64 = 25.4;
 /// The room that is reported at rest: moves, and bytes.
 const ROOM_AT_REST: &str = "79,128";
 
+/// The fields that come when their value is another than the last that was told, or than the first after a reset.
+const TOLD_ON_CHANGE: [&str; 4] = ["WCS", "H", "T", "TLR"];
+
 /// The values of the fields that the reports have had so far: some come only when they have changed.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
@@ -19,18 +22,22 @@ pub struct Report {
 }
 
 impl Report {
-    /// Takes in all status reports that came.
+    /// Takes in all status reports that came. With a welcome they begin anew.
     pub fn read(&mut self, heard: &[String]) {
-        heard
-            .iter()
-            .filter_map(|line| line.strip_prefix('<')?.strip_suffix('>'))
-            .for_each(|report| self.take_in(report));
+        for line in heard {
+            if line.starts_with("Grbl ") {
+                self.fields.retain(|name, _| !TOLD_ON_CHANGE.contains(&name.as_str()));
+            }
+            if let Some(report) = line.strip_prefix('<').and_then(|line| line.strip_suffix('>')) {
+                self.take_in(report);
+            }
+        }
     }
 
     fn take_in(&mut self, report: &str) {
         let mut fields = report.split('|');
         self.state = fields.next().unwrap_or_default().to_owned();
-        let sometimes = |name: &str| matches!(name, "WCO" | "Ov" | "A");
+        let sometimes = |name: &str| matches!(name, "WCO" | "Ov" | "A") || TOLD_ON_CHANGE.contains(&name);
         self.fields.retain(|name, _| sometimes(name));
         for field in fields {
             let (name, value) = field.split_once(':').unwrap_or((field, ""));
@@ -69,6 +76,7 @@ pub fn compare(report: &Report, model: &Model) -> Result<(), Difference> {
     same("Bf", report.fields.get("Bf").map_or("", String::as_str), if mask & 2 == 2 { ROOM_AT_REST } else { "" })?;
     let overrides = model.overrides.map(|percent| percent.to_string()).join(",");
     same("Ov", report.field("Ov")?, &overrides)?;
+    compare_told_on_change(report, model)?;
     if model.state == State::Check {
         return Ok(());
     }
@@ -93,6 +101,21 @@ pub fn compare(report: &Report, model: &Model) -> Result<(), Difference> {
         return Err(format!("FS:{feed_and_speed}, S {expected} expected"));
     }
     Ok(())
+}
+
+/// Compares the fields that come when they have changed: a value that is not the first after a reset must have been told.
+fn compare_told_on_change(report: &Report, model: &Model) -> Result<(), Difference> {
+    let homed = (0..3).map(|axis| u8::from(model.homed[axis]) << axis).sum::<u8>();
+    let home = format!("{},{homed}", u8::from(homed == 7));
+    let expected = [("WCS", model.modes.system_name(), "G54"), ("T", model.in_spindle.to_string(), "0")];
+    for (name, value, first) in expected.iter().map(|(name, value, first)| (*name, value.as_str(), *first)) {
+        same(name, report.fields.get(name).map_or(first, String::as_str), value)?;
+    }
+    same("TLR", report.fields.get("TLR").map_or("0", String::as_str), "0")?;
+    if model.settings.get(22) == 0.0 {
+        return Ok(());
+    }
+    same("H", report.fields.get("H").map_or("0,0", String::as_str), &home)
 }
 
 /// Compares the reply to `$G`.
