@@ -330,7 +330,8 @@ impl Model {
         let modes = &self.modes;
         let switches = (modes.spindle, modes.flood, modes.mist, modes.speed)
             != (before.spindle, before.flood, before.mist, before.speed);
-        let waits_for_tool = block.changes_tool && (self.in_spindle == 0 || self.in_spindle != in_spindle_before);
+        let is_new = self.in_spindle == 0 || self.in_spindle != in_spindle_before;
+        let waits_for_tool = block.changes_tool && is_new && self.settings.get(341) == 0.0;
         if waits_for_tool {
             self.prompt = Some(self.modes.tool);
             self.waits += 1;
