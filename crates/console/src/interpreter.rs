@@ -91,12 +91,14 @@ impl Interpreter {
     ///
     /// # Errors
     /// [`Error::InvalidTarget`] for a length over 10 m, [`Error::ToolNumber`] if the table is full: then it is in force, but not in the table.
+    #[cold]
     pub fn set_measured_length_pm(&mut self, number: u32, length_pm: i64) -> Result<(), Error> {
         self.tool_length_pm = within(length_pm)?;
         if number == 0 { Ok(()) } else { self.tools.put(ToolEntry { length_pm, ..self.tools.tool(number) }) }
     }
 
     /// Replaces the table of tools. The offset in force stays.
+    #[cold]
     pub fn set_tools(&mut self, tools: &ToolTable) {
         self.tools = *tools;
     }

@@ -79,7 +79,7 @@ struct Seldom {
 }
 
 impl StatusReporter {
-    /// The state after a reset: the next report has the work offset, the one after it the overrides.
+    /// The state where a host begins to listen: the next report has the work offset, the one after it the overrides.
     pub const fn new() -> Self {
         Self {
             reports_to_offset: 0,
@@ -88,6 +88,12 @@ impl StatusReporter {
             overrides_reported: (Overrides::DEFAULT, SpindleMode::Off, Coolant::Off),
             seldom_reported: Seldom { homed: [false; AXES], tool: 0, system: 0, has_tool_reference: false },
         }
+    }
+
+    /// A reset has come: the next report has the work offset, the one after it the overrides. What changes seldom is told again only if
+    /// it is another than the host has heard.
+    pub fn restart(&mut self) {
+        *self = Self { seldom_reported: self.seldom_reported, ..Self::new() };
     }
 
     /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 176 bytes. What has changed of the work coordinate system,

@@ -60,45 +60,84 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let pauses = self.pauses.get();
         let _turn = self.turn.lock().await;
-        if self.begin_line(number) {
-            cold_path(pin!(self.catch_up())).await;
-        }
+        let has_to_catch_up = self.begin_line(number);
         let mut text = Message::new();
-        if !message.is_empty() {
-            cold_path(pin!(self.tell(message, out))).await;
+        let before = if has_to_catch_up || !message.is_empty() || self.may_change_tool(fate) {
+            cold_path(pin!(self.before_line(line, message, fate, has_to_catch_up, &mut text, out))).await
+        } else {
+            Ok(None)
+        };
+        let answer = match (line, before) {
+            (_, Err(error)) | (Err(error), _) => Err(error),
+            (_, Ok(Some(after))) => Ok(after),
+            (Ok(_), _) if is_jog && self.pauses.get() != pauses => Err(Error::NotIdle),
+            (Ok(_), _) if is_jog && fate == Fate::Cancelled => Ok(After::NextLine),
+            (Ok(line), _) => self.carry_out(line, &mut text, out).await,
+        };
+        let after = if answer == Ok(After::NextLine) && fate != Fate::SentAgain && !self.has_changes() {
+            text.answer(Ok(()));
+            out.send(&text).await;
+            After::NextLine
+        } else {
+            cold_path(pin!(self.after_line(line, answer, fate, &mut text, out))).await
+        };
+        self.with(|program| program.in_line = false);
+        after
+    }
+
+    /// What comes before a few lines: the program follows the machine, the line's comment is told, a tool is changed. Returns what
+    /// follows if that is all of the line.
+    async fn before_line(
+        &self,
+        line: Result<&str, Error>,
+        message: &str,
+        fate: Fate,
+        has_to_catch_up: bool,
+        text: &mut Message,
+        out: &Output,
+    ) -> Result<Option<After>, Error> {
+        if has_to_catch_up {
+            self.catch_up().await;
         }
-        let waits = match line {
-            Ok(_) if fate == Fate::SentAgain => cold_path(pin!(self.end_change(&mut text))).await.map(|ended| !ended),
-            Ok(line) if self.measures_tools() => match self.tool_to_change(line) {
-                Some(Ok(tool)) => cold_path(pin!(self.begin_change(tool, &mut text))).await.map(|()| true),
-                Some(Err(error)) => Err(error),
-                None => Ok(false),
-            },
-            _ => Ok(false),
-        };
-        let answer = match line {
-            _ if waits != Ok(false) => waits.map(|_| After::ToolChange),
-            Ok(_) if is_jog && self.pauses.get() != pauses => Err(Error::NotIdle),
-            Ok(_) if is_jog && fate == Fate::Cancelled => Ok(After::NextLine),
-            Ok(line) => self.carry_out(line, &mut text, out).await,
-            Err(error) => Err(error),
-        };
+        if !message.is_empty() {
+            self.tell(message, out).await;
+        }
+        match line {
+            Ok(line) if self.may_change_tool(fate) => self.change_around(line, fate, text).await,
+            _ => Ok(None),
+        }
+    }
+
+    /// True if a line that has been carried out may have changed what is stored, or what drivers are to know.
+    fn has_changes(&self) -> bool {
+        #[cfg(feature = "trinamic")]
+        let sets_drivers = self.sets_drivers();
+        #[cfg(not(feature = "trinamic"))]
+        let sets_drivers = false;
+        sets_drivers || self.with(|program| program.unsaved.any())
+    }
+
+    /// What follows a line that was not simply accepted, and its answer.
+    async fn after_line(
+        &self,
+        line: Result<&str, Error>,
+        answer: Result<After, Error>,
+        fate: Fate,
+        text: &mut Message,
+        out: &Output,
+    ) -> After {
         if answer == Ok(After::StartUp) {
             // Here and not in `carry_out`: a command is large, and need not be kept meanwhile.
-            cold_path(pin!(self.start_up(&mut text, out))).await;
+            self.start_up(text, out).await;
         }
         if let (&Err(error), Ok(line)) = (&answer, line) {
-            self.explain(line, error, &mut text);
+            self.explain(line, error, text);
         }
-        let saved = if self.with(|program| program.unsaved.any()) {
-            cold_path(pin!(self.save(&mut text))).await
-        } else {
-            Ok(())
-        };
+        let saved = if self.with(|program| program.unsaved.any()) { self.save(text).await } else { Ok(()) };
         // No move may begin with drivers that are set to other microsteps than it was planned for.
         #[cfg(feature = "trinamic")]
         if self.sets_drivers() {
-            cold_path(pin!(self.drivers_set())).await;
+            self.drivers_set().await;
         }
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
@@ -111,13 +150,12 @@ impl<F: NorFlash> Controller<'_, F> {
         if after == After::Sleep {
             text.say(messages::SLEEPING);
         }
-        out.send(&text).await;
+        out.send(text).await;
         match after {
-            After::Sleep => match cold_path(pin!(self.sleep())).await {},
+            After::Sleep => match self.sleep().await {},
             After::Boot => self.boot(),
             After::NextLine | After::StartUp | After::Restart | After::ToolChange => {}
         }
-        self.with(|program| program.in_line = false);
         after
     }
 

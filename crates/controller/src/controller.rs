@@ -39,8 +39,6 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) has_boot_loader: bool,
     pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
-    /// Somebody has said that the tool is in.
-    pub(crate) resumed: Signal<NoopRawMutex, ()>,
     pub(crate) prove: Option<Prove>,
     #[cfg(feature = "trinamic")]
     pub(crate) drivers: Option<Drivers>,
@@ -151,7 +149,6 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             has_boot_loader: false,
             has_second_motor: true,
             boot: Signal::new(),
-            resumed: Signal::new(),
             prove: None,
             #[cfg(feature = "trinamic")]
             drivers: None,

@@ -19,6 +19,10 @@ const ROOM_BYTES: usize = INPUT_BYTES + MAX_LINE_CHARS + 1;
 pub(crate) struct Input {
     waiting: RefCell<Waiting>,
     gate: Cell<Gate>,
+    /// The next line that is read is one that was put back.
+    sends_again: Cell<bool>,
+    /// The last line that was read is.
+    is_sent_again: Cell<bool>,
     filled: Signal<NoopRawMutex, ()>,
     drained: Signal<NoopRawMutex, ()>,
 }
@@ -44,6 +48,8 @@ impl Input {
         Self {
             waiting: RefCell::new(Waiting { bytes: [0; ROOM_BYTES], first: 0, end: 0 }),
             gate: Cell::new(Gate::Open),
+            sends_again: Cell::new(false),
+            is_sent_again: Cell::new(false),
             filled: Signal::new(),
             drained: Signal::new(),
         }
@@ -67,7 +73,18 @@ impl Input {
         let mut waiting = self.waiting.borrow_mut();
         (waiting.first, waiting.end) = (0, 0);
         self.gate.set(Gate::Open);
+        self.sends_again.set(false);
         self.drained.signal(());
+    }
+
+    /// Takes all these bytes, if there is room for them.
+    pub fn take(&self, bytes: &[u8]) -> bool {
+        let has_room = bytes.len() <= self.free_bytes();
+        if has_room {
+            self.waiting.borrow_mut().push(bytes);
+            self.filled.signal(());
+        }
+        has_room
     }
 
     /// Takes as many bytes as there is room for, one at least. Returns how many.
@@ -79,8 +96,7 @@ impl Input {
             self.drained.wait().await;
         }
         let count = bytes.len().min(self.free_bytes());
-        self.waiting.borrow_mut().push(&bytes[..count]);
-        self.filled.signal(());
+        self.take(&bytes[..count]);
         count
     }
 
@@ -105,6 +121,13 @@ impl Input {
         if left.is_empty() {
             return false;
         }
+        let is_sent_again = self.sends_again.take();
+        if is_sent_again {
+            // What has been typed of a line by hand is no beginning of the program's.
+            assembler.reset();
+            *length = 0;
+        }
+        self.is_sent_again.set(is_sent_again);
         let before = left.len();
         let is_whole = assembler.end(&mut left);
         let count = before - left.len();
@@ -136,6 +159,13 @@ impl Input {
     #[inline(never)]
     pub fn open(&self) {
         self.gate.set(Gate::Open);
+        self.sends_again.set(true);
+        self.filled.signal(());
+    }
+
+    /// True if the last line that was read is one that was put back.
+    pub fn is_sent_again(&self) -> bool {
+        self.is_sent_again.get()
     }
 
     /// True if a line was put back and has not been read.
@@ -255,10 +285,15 @@ mod tests {
         input.read_behind();
         write(&input, "$J=X1F1\n$TP");
         assert_eq!(lines(&input, &mut assembler), ["$J=X1F1"]);
-        write(&input, "W\nX9\n");
-        assert!(input.take_line(&mut assembler, &mut 0) && assembler.line() == Ok("$TPW"));
+        write(&input, "W\n$J=X");
+        assert!(input.take_line(&mut assembler, &mut 0) && assembler.line() == Ok("$TPW") && !input.is_sent_again());
+        assert_eq!(lines(&input, &mut assembler).len(), 0, "half a line by hand has been read");
         input.open();
-        assert_eq!(lines(&input, &mut assembler), ["M6T2", "G43H2", "G0X5", "X9"]);
+        let mut length = 5;
+        assert!(input.take_line(&mut assembler, &mut length) && assembler.line() == Ok("M6T2"));
+        assert_eq!((input.is_sent_again(), length), (true, 5));
+        assert_eq!(lines(&input, &mut assembler), ["G43H2", "G0X5"]);
+        assert!(!input.is_sent_again());
         assert!(!input.waits_behind_line() && input.is_empty());
     }
 

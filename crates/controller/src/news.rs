@@ -1,18 +1,20 @@
-//! The messages to consoles that nobody asked for: alarms, and how the drivers are.
+//! What comes to consoles without being asked for: alarms, how the drivers are, and the end of a change of the tool.
 
 use core::convert::Infallible;
 use core::pin::pin;
 
 use embassy_futures::select::{Either, select};
 use embedded_storage_async::nor_flash::NorFlash;
-use isostep_console::report;
+use isostep_console::report::{self, messages};
 use isostep_motion::{State, cold_path};
 
 use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
 use crate::drivers::{Listener, News};
-use crate::output::{Message, Output};
+use crate::output::Message;
+use crate::serve::Console;
 use crate::status;
+use crate::tool_change::Awaited;
 
 /// Without UART drivers there are none.
 #[cfg(not(feature = "trinamic"))]
@@ -27,17 +29,31 @@ pub(crate) struct DriverNews<'a> {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// Reports alarms, and what changes of the drivers' health.
-    pub(crate) async fn notify(&self, output: &Output) -> Infallible {
+    /// Reports alarms, and what changes of the drivers' health. Goes on with the line that waits until a tool has been changed.
+    pub(crate) async fn notify(&self, console: &Console) -> Infallible {
         // The machine has room for a limited number of watching consoles. A console beyond them still shows alarms in
         // every status report.
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
         let mut news = self.news();
         loop {
             let happened = select(states.changed(), news.next()).await;
-            if matches!(happened, Either::Second(_) | Either::First(State::Alarm(_))) {
-                cold_path(pin!(output.send_written(|text| say(text, happened)))).await;
+            let is_news = matches!(happened, Either::Second(_) | Either::First(State::Alarm(_)));
+            if is_news || console.input.waits_behind_line() {
+                cold_path(pin!(self.tell_news(console, happened))).await;
             }
+        }
+    }
+
+    /// Says what has happened, and goes on with the line that was put back, if its tool has been changed.
+    async fn tell_news(&self, console: &Console, happened: Either<State, News>) {
+        console.output.send_written(|text| say(text, happened)).await;
+        if !console.input.waits_behind_line() {
+            return;
+        }
+        match self.awaited() {
+            Awaited::Nothing => {}
+            Awaited::Warning => console.output.send_written(|text| text.say(messages::MEASURE_FIRST)).await,
+            Awaited::Line => console.input.open(),
         }
     }
 

@@ -37,7 +37,6 @@ use crate::input::Input;
 use crate::intake::Intake;
 use crate::jogs::{Fate, Jogs};
 use crate::output::{Message, Output};
-use crate::tool_change::Awaited;
 
 const CHUNK_BYTES: usize = 64;
 /// The period at which a console whose pipe is full looks whether it must read on.
@@ -64,10 +63,10 @@ pub enum LinkError<R, W> {
     Write(W),
 }
 
-struct Console {
+pub(crate) struct Console {
     intake: Intake,
-    input: Input,
-    output: Output,
+    pub(crate) input: Input,
+    pub(crate) output: Output,
     jogs: Jogs,
     /// The last pause that its jogs have heard of.
     known_pause: Cell<u32>,
@@ -97,7 +96,7 @@ impl Console {
     fn forget(&self) {
         self.input.clear();
         self.jogs.forget();
-        *self.reporter.borrow_mut() = StatusReporter::new();
+        self.reporter.borrow_mut().restart();
     }
 }
 
@@ -119,7 +118,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let ended = select4(
             self.receive(&console, rx),
             self.session(&console),
-            self.notify(&console.output),
+            self.notify(&console),
             // It is polled last, so that a reply leaves in the poll that wrote it.
             transmit(&console, tx),
         );
@@ -167,10 +166,18 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// Puts bytes of lines into the pipe, or loses those for which there is no room, if it must read on. A reset forgets
-    /// those that wait for room, as those in the pipe.
-    async fn put(&self, console: &Console, mut bytes: &[u8]) {
+    /// Puts bytes of lines into the pipe.
+    async fn put(&self, console: &Console, bytes: &[u8]) {
         self.refuse_jogs(console);
+        if !console.input.take(bytes) {
+            cold_path(pin!(self.put_in_parts(console, bytes))).await;
+        }
+        self.refuse_jogs(console);
+    }
+
+    /// Waits for room, or loses the bytes for which there is none, if it must read on. A reset forgets those that wait for room, as
+    /// those in the pipe.
+    async fn put_in_parts(&self, console: &Console, mut bytes: &[u8]) {
         let resets = self.resets.count();
         while !bytes.is_empty() {
             match select3(self.resets.after(resets), console.input.write(bytes), self.must_read_on(console)).await {
@@ -182,7 +189,6 @@ impl<F: NorFlash> Controller<'_, F> {
                 }
             }
         }
-        self.refuse_jogs(console);
     }
 
     /// Waits until bytes must be read although there is no room for them.
@@ -255,59 +261,25 @@ impl<F: NorFlash> Controller<'_, F> {
     async fn execute(&self, console: &Console) {
         cold_path(pin!(self.greet(console))).await;
         let (mut assembler, mut length) = (LineAssembler::new(), 0);
-        let mut fate = None;
         loop {
             console.jogs.hold(length);
-            let awaited = select3(
-                console.input.read_line(&mut assembler, &mut length),
-                console.intake.lost_line(),
-                self.change_awaited(console),
-            );
-            match awaited.await {
-                Either3::First(()) => {}
-                Either3::Second(()) => {
-                    cold_path(pin!(self.tell_lost_line(console))).await;
-                    continue;
-                }
-                Either3::Third(()) => {
-                    // What has been typed of a line by hand is no beginning of the program's next one.
-                    (assembler, length, fate) = (LineAssembler::new(), 0, Some(Fate::SentAgain));
-                    console.input.open();
-                    continue;
-                }
+            let line = console.input.read_line(&mut assembler, &mut length);
+            if select(line, console.intake.lost_line()).await.is_second() {
+                cold_path(pin!(self.tell_lost_line(console))).await;
+                continue;
             }
             console.jogs.hold(length);
             self.refuse_jogs(console);
             let of_jog = console.jogs.fate(core::mem::take(&mut length));
+            let fate = if console.input.is_sent_again() { Fate::SentAgain } else { of_jog };
             let (line, message) = (assembler.line(), assembler.message());
-            match self.line(line, message, fate.take().unwrap_or(of_jog), &console.output).await {
+            match self.line(line, message, fate, &console.output).await {
                 After::Restart => return,
                 After::ToolChange => console.input.put_back(line.unwrap_or_default()),
                 _ => {}
             }
             // The ports' queues are filled between lines, however many lines there are.
             yield_now().await;
-        }
-    }
-
-    /// Waits until the tool has been changed for which a line of this console was put back.
-    async fn change_awaited(&self, console: &Console) {
-        if !console.input.waits_behind_line() {
-            core::future::pending().await
-        }
-        cold_path(pin!(self.watch_change(console))).await;
-    }
-
-    async fn watch_change(&self, console: &Console) {
-        let mut states = self.machine.watch_state();
-        loop {
-            match (self.awaited(), &mut states) {
-                (Awaited::Line, _) => break,
-                (Awaited::Warning, _) => console.output.send_written(|text| text.say(messages::MEASURE_FIRST)).await,
-                (Awaited::Nothing, Some(states)) => _ = select(self.resumed.wait(), states.changed()).await,
-                // If more watch the machine than it has room for, an alarm is noticed with the next resume.
-                (Awaited::Nothing, None) => self.resumed.wait().await,
-            }
         }
     }
 

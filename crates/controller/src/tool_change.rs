@@ -9,7 +9,9 @@ use isostep_console::report::messages;
 use isostep_console::{AXES, Coordinate, Error, ReportedState, ToolChange, length};
 use isostep_motion::{Motion, Move, Outputs, ProbeMove, Spindle, State};
 
+use crate::commands::After;
 use crate::controller::Controller;
+use crate::jogs::Fate;
 use crate::output::Message;
 use crate::status::position_pm;
 
@@ -29,13 +31,13 @@ pub(crate) struct Changing {
     back_pm: [i64; AXES],
     /// Work zero of Z there.
     zero_pm: i64,
-    progress: Progress,
+    progress: ChangeProgress,
     /// The start button is pressed.
     is_pressed: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Progress {
+enum ChangeProgress {
     /// Nobody has said that the tool is in.
     Waits,
     /// Its length is known.
@@ -59,22 +61,40 @@ pub(crate) enum Awaited {
 }
 
 impl<F: NorFlash> Controller<'_, F> {
-    /// True if M6 goes away to measure tools.
-    pub(crate) fn measures_tools(&self) -> bool {
-        self.with(|program| program.settings.tool_change().measures())
+    /// True for a line that was put back until the tool had been changed, and for any if M6 goes away to measure tools.
+    pub(crate) fn may_change_tool(&self, fate: Fate) -> bool {
+        fate == Fate::SentAgain || self.with(|program| program.settings.tool_change_mode != 0)
+    }
+
+    /// Begins or ends the change of the tool that a line asks for. Returns what follows, if the line itself does not.
+    pub(crate) async fn change_around(
+        &self,
+        line: &str,
+        fate: Fate,
+        text: &mut Message,
+    ) -> Result<Option<After>, Error> {
+        if fate == Fate::SentAgain {
+            let is_over = self.end_change(text).await?;
+            return Ok((!is_over).then_some(After::ToolChange));
+        }
+        match self.tool_to_change(line) {
+            None => Ok(None),
+            Some(tool) => {
+                self.begin_change(tool?, text).await?;
+                Ok(Some(After::ToolChange))
+            }
+        }
     }
 
     /// The tool for which a line asks to go away, wait and measure; `None` if the line does not, or if it will be refused.
     ///
     /// # Errors
     /// [`Error::ToolChangePending`], [`Error::HomingNeeded`].
-    // Not inlined, so that the other lines run through less code in flash.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn tool_to_change(&self, line: &str) -> Option<Result<u32, Error>> {
+    fn tool_to_change(&self, line: &str) -> Option<Result<u32, Error>> {
         let names_m6 = line.split('M').skip(1).any(|word| word.trim_start_matches('0').starts_with('6'));
         let state = self.state();
-        if !names_m6 || state.takes_gcode().is_err() || state == ReportedState::Check || AXES <= Z {
+        let measures = self.with(|program| program.settings.tool_change().measures());
+        if !measures || !names_m6 || state.takes_gcode().is_err() || state == ReportedState::Check || AXES <= Z {
             return None;
         }
         let tool = self.with(|program| {
@@ -98,7 +118,7 @@ impl<F: NorFlash> Controller<'_, F> {
     ///
     /// # Cancellation
     /// Safe: the moves that were asked for go on. Which tool is in the spindle is not known then.
-    pub(crate) async fn begin_change(&self, tool: u32, text: &mut Message) -> Result<(), Error> {
+    async fn begin_change(&self, tool: u32, text: &mut Message) -> Result<(), Error> {
         self.settled().await?;
         let (mode, back_pm, zero_pm, setter_pm) = self.with(|program| {
             let interpreter = &program.interpreter;
@@ -127,7 +147,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.rapid(setter_pm).await?;
         }
         self.settled().await?;
-        let changing = Changing { tool, back_pm, zero_pm, progress: Progress::Waits, is_pressed: true };
+        let changing = Changing { tool, back_pm, zero_pm, progress: ChangeProgress::Waits, is_pressed: true };
         self.with(|program| program.changing = Some(changing));
         match tool {
             0 => text.say(messages::CHANGE_TOOL),
@@ -146,13 +166,13 @@ impl<F: NorFlash> Controller<'_, F> {
             if let Some(changing) = program.changing.as_mut().filter(|_| is_ready) {
                 let is_known = by_itself || zero_pm != changing.zero_pm;
                 changing.progress = match changing.progress {
-                    Progress::Waits if !is_known => Progress::Warns,
-                    Progress::Warns => Progress::Warns,
-                    _ => Progress::Over,
+                    ChangeProgress::Waits if !is_known => ChangeProgress::Warns,
+                    ChangeProgress::Warns => ChangeProgress::Warns,
+                    _ => ChangeProgress::Over,
                 };
             }
         });
-        self.resumed.signal(());
+        self.machine.announce();
     }
 
     /// What a console that waits behind M6 does next. An alarm ends the change.
@@ -170,9 +190,9 @@ impl<F: NorFlash> Controller<'_, F> {
         self.with(|program| {
             program.changing.take_if(|_| is_locked);
             match &mut program.changing {
-                None | Some(Changing { progress: Progress::Over, .. }) => Awaited::Line,
-                Some(changing) if changing.progress == Progress::Warns => {
-                    changing.progress = Progress::Warned;
+                None | Some(Changing { progress: ChangeProgress::Over, .. }) => Awaited::Line,
+                Some(changing) if changing.progress == ChangeProgress::Warns => {
+                    changing.progress = ChangeProgress::Warned;
                     Awaited::Warning
                 }
                 Some(_) => Awaited::Nothing,
@@ -189,7 +209,7 @@ impl<F: NorFlash> Controller<'_, F> {
     ///
     /// # Cancellation
     /// As [`begin_change`](Self::begin_change).
-    pub(crate) async fn end_change(&self, text: &mut Message) -> Result<bool, Error> {
+    async fn end_change(&self, text: &mut Message) -> Result<bool, Error> {
         let Some(Changing { tool, back_pm, zero_pm, .. }) = self.with(|program| program.changing) else {
             return Err(Error::Locked);
         };
@@ -201,7 +221,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.rise().await?;
             self.settled().await?;
             self.with(|program| {
-                program.changing.iter_mut().for_each(|changing| changing.progress = Progress::Waits);
+                program.changing.iter_mut().for_each(|changing| changing.progress = ChangeProgress::Waits);
             });
             return Ok(false);
         }
@@ -298,7 +318,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let result = program.interpreter.set_measured_length_pm(tool, length_pm);
             program.unsaved.parameters |= before != *program.interpreter.tools();
             program.work_offset_pm = program.interpreter.work_offset_pm();
-            program.changing.iter_mut().for_each(|changing| changing.progress = Progress::Measured);
+            program.changing.iter_mut().for_each(|changing| changing.progress = ChangeProgress::Measured);
             result.map(|()| reference_pm.map(|_| Coordinate { pm: length_pm, inches: program.settings.report_inches }))
         })?;
         match taken {

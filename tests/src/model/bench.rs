@@ -171,7 +171,6 @@ impl Bench {
 
     fn reset(&mut self) -> Result<(), Difference> {
         self.note("reset at rest");
-        self.last = Report::default();
         let expected = self.model.reset();
         self.sim.send(&[RESET]);
         let heard = self.settle();
@@ -257,7 +256,6 @@ impl Bench {
         let mut after = before.clone();
         let mut expected = Vec::new();
         if byte == RESET {
-            self.last = Report::default();
             expected = after.reset();
         }
         if byte != RESET && path.len() == 1 {

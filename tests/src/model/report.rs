@@ -11,7 +11,7 @@ const INCH_MM: f64 = 25.4;
 /// The room that is reported at rest: moves, and bytes.
 const ROOM_AT_REST: &str = "79,128";
 
-/// The fields that come when their value is another than the last that was told, or than the first after a reset.
+/// The fields that come when their value is another than the last that was told.
 const TOLD_ON_CHANGE: [&str; 4] = ["WCS", "H", "T", "TLR"];
 
 /// The values of the fields that the reports have had so far: some come only when they have changed.
@@ -22,12 +22,9 @@ pub struct Report {
 }
 
 impl Report {
-    /// Takes in all status reports that came. With a welcome they begin anew.
+    /// Takes in all status reports that came.
     pub fn read(&mut self, heard: &[String]) {
         for line in heard {
-            if line.starts_with("Grbl ") {
-                self.fields.retain(|name, _| !TOLD_ON_CHANGE.contains(&name.as_str()));
-            }
             if let Some(report) = line.strip_prefix('<').and_then(|line| line.strip_suffix('>')) {
                 self.take_in(report);
             }

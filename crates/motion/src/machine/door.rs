@@ -72,12 +72,18 @@ impl Machine {
         self.tool.ask();
     }
 
-    /// Sets whether the button of the cycle start is pressed, for [`Status`](super::Status). Who watches the state of a machine at
-    /// rest hears of it, by the same state: what the press means there is not the machine's to say.
+    /// Sets whether the button of the cycle start is pressed, for [`Status`](super::Status). Who watches a machine at rest hears of it:
+    /// what the press means there is not the machine's to say.
     pub(crate) fn set_start_button(&self, is_pressed: bool) {
+        self.with(|inner| inner.buttons[1] = is_pressed);
+        self.announce();
+    }
+
+    /// Wakes all that watch the state, if the machine is at rest: something else has changed that they look at.
+    #[cold]
+    pub fn announce(&self) {
+        // In one critical section: an alarm that came between would be told as rest.
         self.with(|inner| {
-            inner.buttons[1] = is_pressed;
-            // In one critical section: an alarm that came between would be told as rest.
             if inner.life.state == State::Idle {
                 self.state.dyn_sender().send(State::Idle);
             }
