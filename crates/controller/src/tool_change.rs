@@ -278,6 +278,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let low_pm = along_z(&from_pm) - length::from_mm(settings.tool_probe_mm.into());
         let Some(first_pm) = self.touch(low_pm, seek_mm_s).await? else {
             self.feed(from_pm, seek_mm_s).await?;
+            self.settled().await?;
             return Ok(Err(if self.machine.status().probe_touches {
                 messages::PROBE_TOUCHES
             } else {
@@ -288,6 +289,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let touched_pm = self.touch(first_pm - RETRACT_PM, f64::from(settings.tool_latch_mm_min) / 60.0).await?;
         let up_pm = touched_pm.unwrap_or(first_pm) + 2 * RETRACT_PM;
         self.feed(with_z(from_pm, self.within_travel_pm(up_pm)), seek_mm_s).await?;
+        self.settled().await?;
         self.follow_machine();
         Ok(touched_pm.ok_or(messages::PROBE_TOUCHES))
     }

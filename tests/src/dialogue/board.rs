@@ -198,7 +198,7 @@ impl<const BY_TIMER: bool> Emulated<BY_TIMER> {
 /// True if nothing happens any more in a state, where no line waits for its answer.
 fn rests(report: &str, unanswered: usize) -> bool {
     let state = report[1..].split('|').next().unwrap_or_default();
-    matches!(state, "Hold:0" | "Door:0" | "Door:1" | "Sleep")
+    matches!(state, "Hold:0" | "Door:0" | "Door:1" | "Sleep" | "Tool")
         || matches!(state, "Idle" | "Check" | "Alarm") && unanswered == 0
 }
 
