@@ -103,7 +103,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.tell(message, out).await;
         }
         match line {
-            Ok(line) if self.may_change_tool(fate) => self.change_around(line, fate, text).await,
+            Ok(line) if self.may_change_tool(fate) => self.change_around(line, fate, text, out).await,
             _ => Ok(None),
         }
     }

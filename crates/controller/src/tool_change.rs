@@ -12,7 +12,7 @@ use isostep_motion::{Motion, Move, Outputs, ProbeMove, Spindle, State};
 use crate::commands::After;
 use crate::controller::Controller;
 use crate::jogs::Fate;
-use crate::output::Message;
+use crate::output::{Message, Output};
 use crate::status::position_pm;
 
 /// The index of Z, which firmware for two axes has not.
@@ -72,9 +72,10 @@ impl<F: NorFlash> Controller<'_, F> {
         line: &str,
         fate: Fate,
         text: &mut Message,
+        out: &Output,
     ) -> Result<Option<After>, Error> {
         if fate == Fate::SentAgain {
-            let is_over = self.end_change(text).await?;
+            let is_over = self.end_change(text, out).await?;
             return Ok((!is_over).then_some(After::ToolChange));
         }
         match self.tool_to_change(line) {
@@ -209,7 +210,7 @@ impl<F: NorFlash> Controller<'_, F> {
     ///
     /// # Cancellation
     /// As [`begin_change`](Self::begin_change).
-    async fn end_change(&self, text: &mut Message) -> Result<bool, Error> {
+    async fn end_change(&self, text: &mut Message, out: &Output) -> Result<bool, Error> {
         let Some(Changing { tool, back_pm, zero_pm, .. }) = self.with(|program| program.changing) else {
             return Err(Error::Locked);
         };
@@ -225,6 +226,9 @@ impl<F: NorFlash> Controller<'_, F> {
             });
             return Ok(false);
         }
+        // The way back takes its time.
+        out.send(text).await;
+        text.clear();
         let up_pm = self.rise().await?;
         self.rapid(with_z(back_pm, up_pm)).await?;
         self.switch_tool(true).await?;
