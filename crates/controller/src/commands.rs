@@ -143,7 +143,9 @@ impl<F: NorFlash> Controller<'_, F> {
         if answer == Ok(After::Boot) {
             text.say(messages::BOOTING);
         }
-        if fate != Fate::SentAgain {
+        if fate == Fate::SentAgain {
+            self.with(|program| program.has_changed = false);
+        } else {
             text.answer(answer.map(|_| ()));
         }
         let after = answer.unwrap_or(After::NextLine);

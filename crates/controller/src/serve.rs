@@ -76,6 +76,20 @@ pub(crate) struct Console {
     known_reset: Cell<u32>,
 }
 
+/// Ends a change of the tool with the console that waits for it: nobody would go on with its line.
+struct ChangeOf<'a, F: NorFlash> {
+    controller: &'a Controller<'a, F>,
+    input: &'a Input,
+}
+
+impl<F: NorFlash> Drop for ChangeOf<'_, F> {
+    fn drop(&mut self) {
+        if self.input.waits_behind_line() {
+            self.controller.with(|program| program.changing = None);
+        }
+    }
+}
+
 impl Console {
     #[cold]
     fn new(known_reset: u32, flow_control: FlowControl) -> Self {
@@ -115,6 +129,7 @@ impl<F: NorFlash> Controller<'_, F> {
         flow_control: FlowControl,
     ) -> Result<Infallible, LinkError<R::Error, W::Error>> {
         let console = Console::new(self.resets.count(), flow_control);
+        let _change = ChangeOf { controller: self, input: &console.input };
         let ended = select4(
             self.receive(&console, rx),
             self.session(&console),
