@@ -11,10 +11,12 @@ mod parameters;
 mod problem;
 mod run;
 mod structure;
+mod tool_comment;
 mod words;
 
 pub use problem::{LineError, Problem};
 pub use run::{PlainLine, PlainLines};
+pub use tool_comment::tool_comment;
 
 /// Subroutines that may be under way at a time, one called by another.
 pub const NESTED_CALLS_MAX: usize = 32;
