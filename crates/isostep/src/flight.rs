@@ -17,6 +17,8 @@ pub struct Flight {
     /// Length of each unanswered line, its line end included.
     unanswered: VecDeque<usize>,
     in_flight: usize,
+    /// Lines by hand without an answer. They are answered before lines that wait for a change of the tool.
+    by_hand: usize,
     /// Set between a reset and the welcome: nothing sent before the reset is answered, so an `ok` belongs to no line.
     restarting: bool,
     /// The highest number of unanswered bytes.
@@ -62,6 +64,16 @@ impl Flight {
         (refused || line == "ok") && !self.restarting && self.answer(refused)
     }
 
+    /// Notes a line that goes to the machine by hand, past the lines that wait.
+    pub fn sent_by_hand(&mut self) {
+        self.by_hand += 1;
+    }
+
+    /// Every line by hand has been answered.
+    pub fn hand_is_empty(&self) -> bool {
+        self.by_hand == 0
+    }
+
     /// Bytes not answered yet.
     pub fn in_flight(&self) -> usize {
         self.in_flight
@@ -75,7 +87,7 @@ impl Flight {
 
     /// Counts a reset: the machine discards what it has not carried out, and will send its welcome.
     pub fn restart(&mut self) {
-        (self.partial, self.in_flight, self.restarting) = (0, 0, true);
+        (self.partial, self.in_flight, self.by_hand, self.restarting) = (0, 0, 0, true);
         self.lines -= self.unanswered.len() as u64;
         self.unanswered.clear();
     }
@@ -93,6 +105,10 @@ impl Flight {
     }
 
     fn answer(&mut self, refused: bool) -> bool {
+        if self.by_hand > 0 {
+            self.by_hand -= 1;
+            return false;
+        }
         let Some(length) = self.unanswered.pop_front() else { return false };
         self.in_flight -= length;
         self.answered += 1;
@@ -118,6 +134,20 @@ mod tests {
         assert!(flight.heard("error:20") && flight.heard("ok") && !flight.heard("ok"));
         assert_eq!((flight.in_flight, flight.lines, flight.answered, flight.refused), (0, 3, 3, 1));
         assert_eq!((flight.most, flight.times_over), (8, 0));
+    }
+
+    #[test]
+    fn a_line_by_hand_is_answered_before_those_that_wait() {
+        let mut flight = Flight::default();
+        flight.sent(b"G0 X1\nG0 X2\n");
+        flight.sent_by_hand();
+        assert!(!flight.heard("error:9") && flight.hand_is_empty());
+        assert_eq!((flight.in_flight, flight.answered, flight.refused), (12, 0, 0));
+        assert!(flight.heard("ok") && flight.heard("ok"));
+        assert_eq!((flight.in_flight, flight.answered), (0, 2));
+        flight.sent_by_hand();
+        flight.restart();
+        assert!(flight.hand_is_empty());
     }
 
     #[test]

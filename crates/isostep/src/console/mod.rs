@@ -18,6 +18,7 @@ mod stream;
 mod talk;
 #[cfg(all(test, unix))]
 mod tests;
+mod tool_wait;
 
 pub use meaning::explained;
 pub use status::Status;
@@ -48,7 +49,8 @@ Examples:
   printf '$H\\nG0 X10\\n' | isostep console           exit code 1 if an error or an alarm came
 
 A line of stdin that is ! or ~ or ? alone acts at once there too. Where the machine waits for somebody (M0, M6, a hold), the
-console says so, and ~ goes on; also while a program is streamed. A ~ in a pipe waits until the machine does. Without a
+console says so, for M6 with the tool and the program's comment about it, and ~ goes on; also while a program is streamed. While the
+machine waits in the state Tool ($341), typed lines are by hand: jogs, $TPW, G10 L20. A ~ in a pipe waits until the machine does. Without a
 terminal, and with --stream, it ends once the machine is at rest.
 
 Parameters, expressions, O-words and M98 of a streamed program are carried out here, all of them before the first line is sent

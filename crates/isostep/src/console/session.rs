@@ -28,6 +28,9 @@ const WELCOME_S: f64 = 0.15;
 const LAST_WORDS_S: f64 = 1.0;
 const TICK: Duration = Duration::from_millis(20);
 pub const RESET: u8 = 0x18;
+/// What is sent behind it in a change of the tool is by hand.
+const TOOL_CHANGE: u8 = 0xA3;
+const NOT_TAKEN: &str = "the port does not take what is sent";
 
 /// An event in a session.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +45,17 @@ pub enum Event {
     AtOnce(u8),
     /// The user wants to end the session.
     Quit,
+}
+
+/// A change of the tool, in which a person jogs and measures while the lines of the program wait.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Change {
+    #[default]
+    None,
+    /// What is sent waits for the end of the change.
+    Waits,
+    /// What is sent is by hand.
+    ByHand,
 }
 
 /// The sender's side of a conversation.
@@ -59,7 +73,10 @@ pub struct Session {
     reports: u64,
     /// The number of the first status report that is newer than everything sent.
     fresh_from: u64,
+    /// The number of the first status report that is newer than the last resume.
+    resumed_from: u64,
     alarm: Option<Stopwatch>,
+    change: Change,
     _reader: Reader,
 }
 
@@ -81,7 +98,9 @@ impl Session {
             asked: 0,
             reports: 0,
             fresh_from: 0,
+            resumed_from: 0,
             alarm: None,
+            change: Change::None,
             _reader: Reader::start(reader, heard),
         })
     }
@@ -144,9 +163,24 @@ impl Session {
         self.fresh_status().is_some_and(Status::is_held)
     }
 
+    /// The tool is being changed (the state Tool, and jogs and holds in it), as far as reports say.
+    pub fn changes_tool(&self) -> bool {
+        self.change != Change::None
+    }
+
+    /// What is sent now is by hand until the tool has been changed: a program has to wait.
+    pub fn is_by_hand(&self) -> bool {
+        self.change == Change::ByHand
+    }
+
+    /// A line by hand may be sent: the machine waits for a tool, and nobody has resumed it since.
+    pub fn takes_by_hand(&self) -> bool {
+        self.changes_tool() && self.reports >= self.resumed_from
+    }
+
     /// Every line and every requested report has been answered.
     pub fn is_answered(&self) -> bool {
-        self.flight.in_flight() == 0 && self.asked == 0
+        self.flight.in_flight() == 0 && self.flight.hand_is_empty() && self.asked == 0
     }
 
     /// The machine has room for this line now.
@@ -159,10 +193,24 @@ impl Session {
         self.write(&[line, b"\n"].concat())
     }
 
+    /// Sends a line that is carried out before those that wait for a change of the tool.
+    pub fn send_by_hand(&mut self, line: &[u8]) -> Result<()> {
+        if self.change == Change::Waits {
+            self.write(&[TOOL_CHANGE])?;
+            self.change = Change::ByHand;
+        }
+        self.flight.sent_by_hand();
+        self.fresh_from = self.next_fresh();
+        self.port.write_all(&[line, b"\n"].concat()).context(NOT_TAKEN)
+    }
+
     /// Sends a byte that acts at once.
     pub fn send_at_once(&mut self, byte: u8) -> Result<()> {
         if byte == b'?' {
             self.asked += 1;
+        }
+        if byte == b'~' {
+            self.resumed_from = self.next_fresh();
         }
         self.write(&[byte])
     }
@@ -216,6 +264,7 @@ impl Session {
             self.alarm.get_or_insert_with(Stopwatch::start);
         }
         if let Some(status) = Status::read(&line) {
+            self.note_change(&status);
             self.status = Some(status);
             self.reports += 1;
             if self.asked == 0 {
@@ -226,12 +275,20 @@ impl Session {
         Some(Event::Heard(line))
     }
 
+    fn note_change(&mut self, status: &Status) {
+        match self.change {
+            Change::None if status.is_tool() => self.change = Change::Waits,
+            Change::Waits | Change::ByHand if !status.goes_on_changing() => self.change = Change::None,
+            _ => {}
+        }
+    }
+
     fn write(&mut self, bytes: &[u8]) -> Result<()> {
         self.flight.sent(bytes);
         if bytes != b"?" {
             self.fresh_from = self.next_fresh();
         }
-        self.port.write_all(bytes).context("the port does not take what is sent")
+        self.port.write_all(bytes).context(NOT_TAKEN)
     }
 }
 

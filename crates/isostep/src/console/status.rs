@@ -29,9 +29,20 @@ impl Status {
         matches!(self.state.as_str(), "Run" | "Home" | "Jog")
     }
 
-    /// The machine stands still until somebody resumes it: after a hold, at M0 or M6, behind the safety door.
+    /// The program goes on when somebody resumes it: after a hold, at M0 or M6, in a change of the tool, behind the safety door.
     pub fn is_held(&self) -> bool {
-        matches!(self.state.as_str(), "Hold:0" | "Door:0" | "Door:1")
+        self.is_tool() || matches!(self.state.as_str(), "Hold:0" | "Door:0" | "Door:1")
+    }
+
+    /// In a change of the tool, and not in a jog or a hold in it.
+    pub fn is_tool(&self) -> bool {
+        self.state == "Tool"
+    }
+
+    /// A change of the tool is under way behind a report of one: jogs and holds may be in it.
+    pub fn goes_on_changing(&self) -> bool {
+        let name = self.state.split(':').next().unwrap_or_default();
+        matches!(name, "Tool" | "Jog" | "Hold" | "Door")
     }
 
     /// The machine is locked, and refuses G-code.
@@ -65,6 +76,14 @@ mod tests {
         let longest = if AXES == 4 { four.to_string() } else { status.to_string() };
         assert_eq!(longest.len(), WIDTH);
         assert_eq!(Status { state: "Idle".into(), ..status.clone() }.to_string().len(), status.to_string().len());
+    }
+
+    #[test]
+    fn a_change_of_the_tool_waits_and_goes_on_through_jogs_and_holds() {
+        let status = |state: &str| Status { state: state.into(), place: vec![0.0; 3] };
+        assert!(status("Tool").is_held() && status("Tool").is_tool() && !status("Tool").is_moving());
+        assert!(["Tool", "Jog", "Hold:1", "Door:0"].iter().all(|state| status(state).goes_on_changing()));
+        assert!(!["Run", "Idle", "Alarm", "Home"].iter().any(|state| status(state).goes_on_changing()));
     }
 
     #[test]

@@ -10,12 +10,20 @@ use isostep_sim::program::{self, ProgramError};
 
 use super::meaning::explained;
 use super::session::{Event, Session};
+use super::status::Status;
+use super::tool_wait::{ToolWait, has_m6};
 
 /// The beginning of a message that says why a typed line is not sent.
 pub const NOT_SENT: &str = "not sent";
 
-/// The message when the machine leaves a line unanswered because it is held.
-const HELD: &str = "the machine waits (Hold): ~ resumes it, alone on a line; so does the cycle-start button";
+/// What goes on when the machine is held.
+const RESUMES: &str = "~ resumes it, alone on a line; so does the cycle-start button";
+
+/// What a person may do while the machine waits for a tool.
+pub const BY_HAND: &str = "jog ($J=), measure it ($TPW) or set Z (G10 L20 P0 Z); ~ goes on, the cycle-start button too";
+
+/// Typed lines that are kept, because a comment about a tool may be in them.
+const KEPT_LINES: usize = 1_000;
 
 /// The sources of lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,11 +58,17 @@ pub fn run(
     mut show: impl FnMut(&str) -> Result<()>,
     mut tick: impl FnMut(&Session) -> Result<()>,
 ) -> Result<()> {
-    let mut waiting = VecDeque::new();
+    let (mut waiting, mut by_hand) = (VecDeque::new(), VecDeque::new());
     let mut has_quit = false;
     let mut is_hold_reported = false;
+    let (mut typed, mut tool) = (VecDeque::new(), None);
     loop {
-        send(session, typist, &mut waiting, &mut show)?;
+        if session.changes_tool() && typist == Typist::Person {
+            send_by_hand(session, &mut by_hand, &mut show)?;
+        } else {
+            waiting.extend(by_hand.drain(..));
+            send(session, typist, &mut waiting, &mut show)?;
+        }
         if has_quit && (typist == Typist::Person || waiting.is_empty() && session.is_answered()) {
             return Ok(());
         }
@@ -62,19 +76,65 @@ pub fn run(
             bail!("after the alarm the machine leaves {} bytes unanswered", session.flight().in_flight());
         }
         match session.next()? {
-            Some(Event::Heard(line)) => show(&explained(&line))?,
-            Some(Event::Typed(line)) => waiting.push_back(line),
+            Some(Event::Heard(line)) => {
+                show(&explained(&line))?;
+                let index = typed.iter().rposition(|line: &String| has_m6(line.as_bytes()));
+                tool = ToolWait::read(&line, typed.make_contiguous(), index).or(tool);
+            }
+            Some(Event::Typed(line)) => {
+                typed.push_back(line.clone());
+                if typed.len() > KEPT_LINES {
+                    typed.pop_front();
+                }
+                let is_by_hand = session.changes_tool() && typist == Typist::Person;
+                if is_by_hand { by_hand.push_back(line) } else { waiting.push_back(line) }
+            }
             Some(Event::AtOnce(byte)) => session.send_at_once(byte)?,
             Some(Event::Quit) => has_quit = true,
             Some(Event::Gone(_)) | None => {}
         }
-        let waits = session.is_held() && !session.is_answered();
+        let waits_for_tool = session.status().is_some_and(Status::is_tool) && session.is_held();
+        let waits = session.is_held() && !session.is_answered() || waits_for_tool;
         if waits && !is_hold_reported {
-            show(HELD)?;
+            show(&waiting_words(waits_for_tool, tool.as_ref()))?;
+        }
+        if is_hold_reported && !session.status().is_some_and(Status::is_held) {
+            tool = None;
         }
         is_hold_reported = waits;
         tick(session)?;
     }
+}
+
+/// The machine waits, and what goes on.
+fn waiting_words(waits_for_tool: bool, tool: Option<&ToolWait>) -> String {
+    match tool {
+        Some(tool) if waits_for_tool => format!("the machine waits for {}; {BY_HAND}", tool.words()),
+        Some(tool) => format!("the machine waits (Hold) for {}; {RESUMES}", tool.words()),
+        None if waits_for_tool => format!("the machine waits for another tool; {BY_HAND}"),
+        None => format!("the machine waits (Hold): {RESUMES}"),
+    }
+}
+
+/// Sends what a person has typed in a change of the tool, past the lines that wait for its end.
+fn send_by_hand(
+    session: &mut Session,
+    by_hand: &mut VecDeque<String>,
+    show: &mut impl FnMut(&str) -> Result<()>,
+) -> Result<()> {
+    while let Some(line) = by_hand.front() {
+        if let Some(byte) = at_once(line) {
+            session.send_at_once(byte)?;
+        } else {
+            match cleaned(line) {
+                Err(error) => show(&format!("{NOT_SENT}: {error}"))?,
+                Ok(bytes) if session.takes_by_hand() => session.send_by_hand(&bytes)?,
+                Ok(_) => return Ok(()),
+            }
+        }
+        by_hand.pop_front();
+    }
+    Ok(())
 }
 
 /// Sends the lines of `waiting` that may be sent now.
@@ -120,7 +180,7 @@ pub fn at_once(line: &str) -> Option<u8> {
 }
 
 /// The line without bytes that act at once, ready to be sent.
-fn cleaned(line: &str) -> Result<Vec<u8>, String> {
+pub fn cleaned(line: &str) -> Result<Vec<u8>, String> {
     match program::lines(line.as_bytes()) {
         Ok(lines) => Ok(lines.concat()),
         Err(ProgramError::Empty) => Ok(Vec::new()),

@@ -235,6 +235,45 @@ fn a_person_is_told_that_the_machine_waits_and_resumes_it() {
     assert_eq!((closing.state.as_str(), closing.position_mm[0]), ("Idle", 7.0));
 }
 
+/// What a person types is by hand while the lines of the program wait, and is not counted among them.
+#[test]
+fn a_person_is_told_the_tool_and_sets_its_z_by_hand_while_the_program_waits() {
+    let text = "$H\n(T2 D=6 flat end mill)\n(Contour)\nT2 M6\nG0 X5\nD9\nG0 Z30\n";
+    let (_, closing) = while_running(SPEED, |path| {
+        pipe(path, "$341=1\n").1.unwrap();
+        let reply = |line: &str| match line {
+            _ if line.starts_with("the machine waits for tool 2: D=6 flat end mill; at ") => {
+                "$J=G91 X1 F2000\nG10 L20 P0 Z30\n~\n"
+            }
+            _ if line.starts_with("g: ") => "g\n",
+            _ => "",
+        };
+        let (printed, ended) = asked(path, text, reply);
+        let ended = ended.unwrap_err();
+        assert!(
+            ended.contains(":6: `D9` was refused: error:20") && !ended.contains("more lines"),
+            "{ended}\n{printed}"
+        );
+        assert!(printed.contains(":4: `T2 M6`: type ~ and Enter to go on"), "{printed}");
+        assert!(printed.contains("\nok (`$J=G91 X1 F2000`)\n"), "{printed}");
+        assert!(printed.contains("\nok (`G10 L20 P0 Z30`)\n"), "{printed}");
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm[0]), ("Idle", 5.0));
+}
+
+#[test]
+fn a_tool_that_was_not_measured_is_asked_for_again() {
+    let (_, closing) = while_running(SPEED, |path| {
+        pipe(path, "$341=1\n").1.unwrap();
+        let resume = |line: &str| if line.starts_with("the machine waits for tool 3: V-bit;") { "~\n" } else { "" };
+        let (printed, ended) = asked(path, "$H\nM6 T3 (V-bit)\n", resume);
+        assert_eq!(ended, Ok(()), "{printed}");
+        assert_eq!(printed.matches("the machine waits for tool 3").count(), 2, "{printed}");
+        assert!(printed.contains("the tool was not measured"), "{printed}");
+    });
+    assert_eq!(closing.state, "Idle");
+}
+
 #[test]
 fn a_port_that_another_program_has_is_refused_and_free_again_afterwards() {
     while_running(SPEED, |path| {

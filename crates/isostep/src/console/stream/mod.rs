@@ -5,6 +5,7 @@
 //! behind it are on their way already. So the stream holds the machine and leaves the decision to the person
 //! (`refusal`). Without one it stops.
 
+mod pace;
 mod program;
 mod refusal;
 
@@ -18,12 +19,15 @@ use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::SIGINT;
 use signal_hook::flag;
 
+use self::pace::Pace;
 pub use self::program::Program;
 use self::program::Sending;
 use self::refusal::Refused;
 use super::meaning::explained;
 use super::session::{Event, RESET, Session};
-use super::talk::{self, NOT_SENT, Typist};
+use super::status::Status;
+use super::talk::{self, BY_HAND, NOT_SENT, Typist};
+use super::tool_wait::ToolWait;
 use crate::stopwatch::Stopwatch;
 
 /// The longest time that a machine takes to brake after a reset and to send its welcome.
@@ -68,6 +72,9 @@ pub fn run(
         typed: VecDeque::new(),
         is_input_over: false,
         is_hold_reported: false,
+        asked: None,
+        hand: None,
+        pace: Pace::start(),
         interrupts: 0,
         is_interrupt_reported: false,
         reset: None,
@@ -90,9 +97,16 @@ pub fn run(
 }
 
 fn bar(program: &Program) -> ProgressBar {
-    let template = "{bar:20} {pos}/{len} lines, {elapsed} gone, {eta} left   {msg}";
+    let template = "{bar:20} {pos}/{len} lines, {prefix}   {msg}";
     let style = ProgressStyle::with_template(template).expect("a template of ours");
-    ProgressBar::new(program.total as u64).with_style(style)
+    ProgressBar::new(program.total as u64).with_style(style).with_prefix("just begun")
+}
+
+/// A tool that M6 asks for.
+struct Asked {
+    tool: ToolWait,
+    /// The line that does, as an error names it.
+    place: String,
 }
 
 struct Stream<'a, S> {
@@ -116,6 +130,11 @@ struct Stream<'a, S> {
     is_input_over: bool,
     /// The person knows that the machine is held.
     is_hold_reported: bool,
+    /// The tool that M6 has asked for.
+    asked: Option<Asked>,
+    /// A line by hand that is not answered yet.
+    hand: Option<String>,
+    pace: Pace,
     /// The times that Ctrl-C was pressed.
     interrupts: u32,
     is_interrupt_reported: bool,
@@ -136,7 +155,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         }
         // Waits until everything that was accepted is carried out.
         let report = self.session.ask_rest()?;
-        while !self.session.is_at_rest(report) || self.session.is_held() {
+        while !self.session.is_at_rest(report) || self.session.is_held() || self.session.changes_tool() {
             self.look()?;
             self.act()?;
         }
@@ -161,7 +180,8 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         while !self.is_over
             && let Some(line) = self.sending.next()
         {
-            if !self.session.has_room(line) {
+            // A line that is sent now would be taken for one by hand.
+            if self.session.is_by_hand() || !self.session.has_room(line) {
                 return Ok(true);
             }
             self.session.send_line(line)?;
@@ -194,9 +214,11 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     }
 
     /// Draws the bar, but only if something has changed: drawing wipes out what is being typed.
-    fn draw(&self) {
+    fn draw(&mut self) {
         let answered = self.session.flight().answered;
+        self.pace.look(self.session.status().is_some_and(Status::is_held) || self.session.changes_tool());
         if self.bar.position() != answered {
+            self.bar.set_prefix(self.pace.words(answered, self.program.total));
             self.bar.set_position(answered);
         }
         let status = self.session.status().map_or_else(String::new, ToString::to_string);
@@ -209,6 +231,9 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         if line.starts_with("Grbl") {
             ensure!(self.reset.is_some(), "the machine was reset after line {} of the program", self.last_sent());
             self.reset = Some(true);
+            self.hand = None;
+        } else if let Some(hand) = self.hand.take_if(|_| line == "ok" || line.starts_with("error:")) {
+            self.say(&format!("{} (`{hand}`)", explained(line)));
         } else if line.starts_with("error:") && self.reset.is_none() {
             let number = self.answered();
             let place = self.place(number).unwrap_or_default();
@@ -219,9 +244,19 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         } else if line != "ok" {
             // What Grbl says to `$C`.
             self.is_checking = line == "[MSG:Enabled]" || self.is_checking && line != "[MSG:Disabled]";
+            self.note_tool(line);
             self.say(line);
         }
         Ok(())
+    }
+
+    /// Notes the tool that a message of M6 asks for: it comes before the answer to its line.
+    fn note_tool(&mut self, message: &str) {
+        let number = self.answered() + 1;
+        let in_file = self.sending.line(number).map(|(number, _)| number);
+        if let Some(tool) = self.program.tool_wait(message, in_file) {
+            self.asked = Some(Asked { tool, place: self.place(number).unwrap_or_default() });
+        }
     }
 
     /// A line that was sent, as an error names it.
@@ -257,11 +292,22 @@ impl<S: FnMut(&str)> Stream<'_, S> {
                     self.typed.push_front(line);
                     break;
                 }
+                // It would be lost while the machine measures.
+                Some(b'~') if self.hand.is_some() => {
+                    self.typed.push_front(line);
+                    break;
+                }
                 Some(byte) => {
                     self.session.send_at_once(byte)?;
                     self.is_hold_reported = false;
                 }
                 None if line.trim().is_empty() => {}
+                None if self.session.changes_tool() => {
+                    if !self.send_by_hand(&line)? {
+                        self.typed.push_front(line);
+                        break;
+                    }
+                }
                 None => self.say(&format!("{NOT_SENT}: `{line}`: while a program is streamed only ! ~ and ? act")),
             }
         }
@@ -269,20 +315,46 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         Ok(())
     }
 
+    /// Sends a typed line, past those of the program, which wait for the new tool. Returns false if it has to wait.
+    fn send_by_hand(&mut self, line: &str) -> Result<bool> {
+        match talk::cleaned(line) {
+            Err(error) => self.say(&format!("{NOT_SENT}: {error}")),
+            Ok(_) if self.hand.is_some() || !self.session.takes_by_hand() => return Ok(false),
+            Ok(bytes) => {
+                self.session.send_by_hand(&bytes)?;
+                self.hand = Some(line.trim().to_owned());
+            }
+        }
+        Ok(true)
+    }
+
     fn tell_hold(&mut self) {
-        self.is_hold_reported &= self.session.status().is_some_and(|status| status.is_held());
+        let is_held = self.session.status().is_some_and(Status::is_held);
+        if self.is_hold_reported && !is_held && !self.session.changes_tool() {
+            self.asked = None;
+        }
+        self.is_hold_reported &= is_held;
         if !self.session.is_held() || self.is_hold_reported {
             return;
         }
         self.is_hold_reported = true;
-        let state = self.session.status().map_or_else(String::new, |status| status.state.clone());
-        let place = self.place(self.answered() + 1).map_or(String::new(), |place| format!(" at {place}"));
         let how = match (self.how.typist, self.is_input_over) {
             (Typist::Person, false) => "type ~ and Enter to go on, Ctrl-C to end",
             (Typist::Pipe, false) => "a line that is ~ alone, or the cycle-start button, goes on",
             (_, true) => "the cycle-start button, or ~ on another console, goes on",
         };
-        self.say(&format!("the machine waits ({state}){place}: {how}"));
+        let by_hand = if self.session.changes_tool() { format!("; {BY_HAND}") } else { String::new() };
+        self.say(&format!("the machine waits {}: {how}{by_hand}", self.reason()));
+    }
+
+    /// Why it waits: for which tool, or in which state, and at which line.
+    fn reason(&self) -> String {
+        if let Some(Asked { tool, place }) = &self.asked {
+            return format!("for {}; at {place}", tool.words());
+        }
+        let state = self.session.status().map_or("", |status| status.state.as_str());
+        let place = self.place(self.answered() + 1).map_or(String::new(), |place| format!(" at {place}"));
+        format!("({state}){place}")
     }
 
     /// Resets the machine, and waits until it stands still. Returns where it stands.

@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use isostep_program::{LineError, PlainLine, PlainLines, plain_lines};
 use isostep_report::remarks::shortened;
 
+use crate::console::tool_wait::ToolWait;
 use crate::project;
 
 /// A program to be sent.
@@ -40,6 +41,11 @@ impl Program {
     pub fn span(&self, from: usize, to: usize) -> String {
         let of = if self.is_plain { String::new() } else { format!(" of the {} made of it", self.total) };
         format!("lines {from} to {to}{of}")
+    }
+
+    /// The tool that a message of M6 asks for, with what the program says of it. The line with M6 is this one of the file, from 1.
+    pub fn tool_wait(&self, message: &str, number: Option<usize>) -> Option<ToolWait> {
+        ToolWait::read(message, &self.source, number.and_then(|number| number.checked_sub(1)))
     }
 
     /// A line of the file, as an error names it.

@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 
 use super::Stream;
+use crate::console::Status;
 use crate::console::meaning::explained;
 use crate::console::talk::Typist;
 use isostep_report::remarks::SHOWN_MAX;
@@ -58,6 +59,8 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         } else if self.hold()? {
             self.tell();
             match self.ask()? {
+                // In a change of the tool it would say that the tool is in.
+                Choice::GoOn if self.session.status().is_some_and(Status::is_tool) => {}
                 Choice::GoOn => self.session.send_at_once(b'~')?,
                 Choice::Stop => return self.stop(),
             }

@@ -1,0 +1,71 @@
+//! The tool that M6 waits for, in words.
+
+use isostep_program::tool_comment;
+
+/// The tool that the machine has asked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ToolWait {
+    /// Its number, 0 if the program names none.
+    tool: u32,
+    /// The comment of the program about it.
+    comment: Option<String>,
+}
+
+impl ToolWait {
+    /// Reads the message of M6. The line that has it is the one with this index in `source`.
+    pub fn read<L: AsRef<[u8]>>(message: &str, source: &[L], index: Option<usize>) -> Option<Self> {
+        let tool = asked_tool(message)?;
+        let comment = index.and_then(|index| tool_comment(source, index, tool));
+        Some(Self { tool, comment })
+    }
+
+    /// `tool 2: 6 mm end mill`.
+    pub fn words(&self) -> String {
+        let tool = if self.tool == 0 { "another tool".to_owned() } else { format!("tool {}", self.tool) };
+        self.comment.as_ref().map_or(tool.clone(), |comment| format!("{tool}: {comment}"))
+    }
+}
+
+/// The number of the tool that a message of M6 asks for.
+fn asked_tool(message: &str) -> Option<u32> {
+    let words = message.strip_prefix("[MSG:M6: ")?;
+    if words.starts_with("change the tool") {
+        return Some(0);
+    }
+    let number = words.strip_prefix("put in tool ")?;
+    number.split(|letter: char| !letter.is_ascii_digit()).next()?.parse().ok()
+}
+
+/// True for a line that has M6, whatever else it has.
+pub fn has_m6(line: &[u8]) -> bool {
+    let line = isostep_sim::program::stripped(line).unwrap_or_default();
+    line.split('M').skip(1).any(|behind| {
+        let number = behind.trim_start_matches('0');
+        number
+            .strip_prefix('6')
+            .is_some_and(|rest| !rest.starts_with(|next: char| next.is_ascii_digit() || next == '.'))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tool_is_named_with_the_comment_of_the_program() {
+        let source = ["(T2 D=6 flat)", "T2 M6", "G0 X1"];
+        let words = |message, index| ToolWait::read(message, &source, index).map(|wait| wait.words());
+        let at_rest = "[MSG:M6: put in tool 2, then resume with ~]";
+        assert_eq!(words(at_rest, Some(1)).as_deref(), Some("tool 2: D=6 flat"));
+        assert_eq!(words(at_rest, None).as_deref(), Some("tool 2"));
+        assert_eq!(words("[MSG:M6: put in tool 31, measure it ($TPW), then ~]", Some(1)).as_deref(), Some("tool 31"));
+        assert_eq!(words("[MSG:M6: change the tool, then resume with ~]", None).as_deref(), Some("another tool"));
+        assert_eq!(words("[MSG:M6: the tool was not measured ($TPW)]", Some(1)), None);
+    }
+
+    #[test]
+    fn m6_is_found_among_other_words() {
+        assert!(["T1 M6", "m06t2 (x)", "N5 M 6 G43 H1"].iter().all(|line| has_m6(line.as_bytes())));
+        assert!(["M61 Q1", "M60", "G0 X1 (M6)", "M5"].iter().all(|line| !has_m6(line.as_bytes())));
+    }
+}
