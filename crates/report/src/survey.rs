@@ -25,7 +25,7 @@ use serde::Serialize;
 
 pub use room::{Bounds, Fit, Room};
 
-use isostep_program::LineError;
+use isostep_program::{LineError, tool_comment};
 use isostep_sim::program::{Program, ProgramError, acting, clean, message, stripped};
 
 /// At most this many lines of one kind are listed one by one.
@@ -111,6 +111,8 @@ pub struct Survey {
     pub dark_dwells: Vec<usize>,
     /// The tools that M6 asks for, each with the first line that does; 0 if no tool is named.
     pub tools: BTreeMap<u32, usize>,
+    /// The comments of the program about them, of those that have one.
+    pub tool_comments: BTreeMap<u32, String>,
     /// The numbers of the tools that T has named.
     #[serde(skip)]
     pub tool_numbers: BTreeSet<u32>,
@@ -171,6 +173,7 @@ fn read(program: &Program, settings: &Settings, start_mm: [f64; AXES], interpret
         reach_mm: [[None; AXES]; 2],
         checks_from_pm: None,
         unfit: None,
+        tool_indices: BTreeMap::new(),
         index: 0,
         number: 0,
         text: String::new(),
@@ -183,6 +186,8 @@ fn read(program: &Program, settings: &Settings, start_mm: [f64; AXES], interpret
         reader.take(index, program.number(index + 1), line);
     }
     errors.for_each(|(_, error)| reader.pass_over(error));
+    let comment = |(tool, index): (&u32, &usize)| Some((*tool, tool_comment(program, *index, *tool)?));
+    reader.survey.tool_comments = reader.tool_indices.iter().filter_map(comment).collect();
     reader.survey.settings = reader.settings;
     reader.survey.leaves_tool_on = reader.interpreter.modal().spindle != SpindleMode::Off;
     reader
@@ -260,6 +265,8 @@ struct Reader {
     checks_from_pm: Option<[i64; AXES]>,
     /// The error and the words of settings that do not work together, whichever step outputs there are.
     unfit: Option<(Error, String)>,
+    /// The indices of the first lines that ask for each tool.
+    tool_indices: BTreeMap<u32, usize>,
     /// The line that is being read: its index, and the line of the file that it is made from.
     index: usize,
     number: usize,
@@ -346,6 +353,7 @@ impl Reader {
                 }
                 if let Some(tool) = block.tool_change {
                     self.survey.tools.entry(tool).or_insert(self.number);
+                    self.tool_indices.entry(tool).or_insert(self.index);
                 }
                 if (block.pauses || block.tool_change.is_some()) && self.checks_from_pm.is_none() {
                     self.wait();

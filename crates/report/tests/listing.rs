@@ -45,7 +45,7 @@ fn each_line_of_grbls_is_reported() {
 #[test]
 fn each_line_of_grblhals_is_reported() {
     let expected: &[&str] = &[
-        "taken 32 as they are",
+        "taken 33 as they are",
         "otherwise 9, which mean something else here",
         "line 6 `$4=0`: taken as $4=1: grblHAL's 0 is an ENABLE that is active high",
         "line 7 `$5=15`: taken as $5=1: one setting is for all switches: wire all of them to open when they are pressed",
@@ -56,7 +56,7 @@ fn each_line_of_grblhals_is_reported() {
         "line 20 `$23=9`: taken as $23=1: there are no more axes than XYZ",
         "line 23 `$26=25`: a switch counts once it has been steady for so long; 5 is enough for most, and sooner",
         "line 38 `$44, $45, $46`: taken as $901=321: the axes home one after the other",
-        "unknown 19, left out",
+        "unknown 18, left out",
         "line 10 `$9=1`: the PWM output is on whenever the spindle is, and S0 has no duty",
         "line 15 `$14=64`: inputs are low when they are pressed, with a pull-up, and outputs are active high: only an emergency stop may open (--estop nc)",
         "line 16 `$15=0`: inputs are low when they are pressed, with a pull-up, and outputs are active high: only an emergency stop may open (--estop nc)",
@@ -71,7 +71,6 @@ fn each_line_of_grblhals_is_reported() {
         "line 49 `$113=8000.000`: firmware with A has it, on four axes: --axes 4; there are no more",
         "line 53 `$123=1000.000`: firmware with A has it, on four axes: --axes 4; there are no more",
         "line 57 `$133=0.000`: firmware with A has it, on four axes: --axes 4; there are no more",
-        "line 58 `$341=0`: M6 waits for ~, and probes no tool: docs/tool.md",
         "line 59 `$376=1`: firmware with A has it, on four axes: --axes 4; there are no more",
         "line 60 `$384=0`: G92 is forgotten by a reset",
         "line 62 `$398=128`: the look-ahead has 64 moves, and one spindle",
@@ -97,6 +96,16 @@ fn what_others_have_is_reported() {
     has("skr-3-ez", "line 39 `$44, $45, $46`: taken as $901=213: the axes home one after the other");
     has("fluidnc", "line 18 `$30=0`: taken as $30=1000: S would have no full duty: set the S that has it");
     has("fluidnc", "taken 16 as they are");
+}
+
+#[test]
+fn a_change_of_the_tool_is_taken_over_from_grblhal() {
+    let text = "$341=2\n$342=30.0\n$343=25.0\n$344=200.0\n$345=200.0\n$346=1\n";
+    let listing = Listing::read("hal.txt", text.as_bytes(), &Config::default());
+    assert_eq!(listing.taken, [(341, 2.0), (342, 30.0), (343, 25.0), (344, 200.0)]);
+    let said = said(&listing);
+    assert!(said.contains(&"line 5 `$345=200.0`: $TPW goes up again by $344".to_owned()), "{said:?}");
+    assert!(said.contains(&"line 6 `$346=1`: behind M6 the machine goes back to where it was".to_owned()), "{said:?}");
 }
 
 #[test]

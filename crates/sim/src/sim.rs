@@ -55,6 +55,18 @@ pub enum SimError {
         /// The tasks that have not ended.
         waiting: Vec<&'static str>,
     },
+    /// A tool that a line has asked for was put in and could not be measured, so that the program does not go on.
+    #[error(
+        "line {line} `{text}`: the tool cannot be measured at G59.3 ($341=3): {why}; --probe-plate Z,20,below puts a plate there"
+    )]
+    ToolNotMeasured {
+        /// Line number in the program, from 1.
+        line: usize,
+        /// Its text.
+        text: String,
+        /// The machine's own words.
+        why: String,
+    },
     /// The controller did not answer because of an earlier line of the program.
     #[error("line {line} `{text}` was never answered, as line {} `{}` {}: take it out of the program", .by.line, .by.text, .by.effect)]
     Silenced {

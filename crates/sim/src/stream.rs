@@ -7,6 +7,8 @@ use std::rc::Rc;
 use embassy_futures::select::{Either, select};
 use embassy_time::Timer;
 use embedded_io_async::Read;
+use isostep_console::report::messages;
+use isostep_program::tool_comment;
 
 use crate::config::{Config, Streaming};
 use crate::link::{Lines, Pipe};
@@ -52,6 +54,25 @@ pub struct Pause {
     pub t_ns: u64,
     /// The controller's message about it, such as the tool to put in.
     pub words: Option<String>,
+    /// The comment of the program about that tool.
+    pub comment: Option<String>,
+}
+
+/// A change of the tool behind whose line the program waits: M6 with `$341`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+enum AwaitedTool {
+    #[default]
+    None,
+    /// A message asks for a tool, and its line has no answer yet.
+    Asked,
+    /// The line is answered, and the operator has not acted.
+    Waits,
+    /// The operator has said that the tool is in.
+    Resumed,
+    /// The machine asks whether to go on without a measured length.
+    Warned,
+    /// The tool was not measured, for this reason.
+    Missed(String),
 }
 
 /// The dialogue of streaming a program.
@@ -73,6 +94,9 @@ pub struct Dialogue {
     pub cut_short: bool,
     /// True if the sender has nothing left to do.
     pub done: bool,
+    tool: AwaitedTool,
+    /// The last pause at which a tool is put in behind the answer to its line.
+    tool_pause: Option<Pause>,
     /// Messages about the line that is answered next.
     about_line: Vec<String>,
     /// True if the next message is about the preceding alarm.
@@ -87,9 +111,34 @@ impl Dialogue {
 
     /// Notes that the line without an answer waits for the operator.
     pub(crate) fn note_pause(&mut self, program: &Program, t_ns: u64) {
-        let (line, text) = self.next_line(program);
         let words = self.words();
-        self.pauses.push(Pause { line, text, t_ns, words });
+        let pause = self.pause(program, t_ns, words);
+        self.pauses.push(pause);
+        self.tool = AwaitedTool::None;
+    }
+
+    /// Notes that the operator says that the tool is in, if the machine waits for one. Returns whether it does.
+    pub(crate) fn resume_tool(&mut self, t_ns: u64) -> bool {
+        if !matches!(self.tool, AwaitedTool::Waits | AwaitedTool::Warned) {
+            return false;
+        }
+        self.tool = AwaitedTool::Resumed;
+        let pauses = self.tool_pause.take();
+        self.pauses.extend(pauses.map(|pause| Pause { t_ns, ..pause }));
+        true
+    }
+
+    /// The line that has asked for a tool that was not measured, its text, and why.
+    pub(crate) fn missed_tool(&self) -> Option<(usize, String, String)> {
+        let AwaitedTool::Missed(why) = &self.tool else { return None };
+        self.pauses.last().map(|pause| (pause.line, pause.text.clone(), why.clone()))
+    }
+
+    fn pause(&self, program: &Program, t_ns: u64, words: Option<String>) -> Pause {
+        let (line, text) = self.next_line(program);
+        let tool = words.as_deref().and_then(asked_tool);
+        let comment = tool.and_then(|tool| tool_comment(program, self.answered, tool));
+        Pause { line, text, t_ns, words, comment }
     }
 
     fn must_stop(&self) -> bool {
@@ -113,21 +162,50 @@ impl Dialogue {
         let words = self.words();
         if let Some(code) = refused {
             self.refusals.push(Refusal { line, sent_before: self.answered, text, code, words });
+            self.tool = AwaitedTool::None;
+        } else if self.tool == AwaitedTool::Asked {
+            self.tool_pause = Some(self.pause(program, 0, words));
+            self.tool = AwaitedTool::Waits;
+        } else {
+            // Lines behind that of the tool are answered when it is in.
+            self.tool = AwaitedTool::None;
         }
         self.answered += 1;
+    }
+
+    fn note_tool(&mut self, words: &str) {
+        let is_resumed = self.tool == AwaitedTool::Resumed;
+        if asked_tool(words).is_some() {
+            self.tool = AwaitedTool::Asked;
+        } else if is_resumed && words == messages::MEASURE_FIRST {
+            self.tool = AwaitedTool::Warned;
+        } else if is_resumed && [messages::PROBE_MISSED, messages::PROBE_TOUCHES].contains(&words) {
+            self.tool = AwaitedTool::Missed(words.to_owned());
+        }
     }
 
     fn take_note(&mut self, program: &Program, t_ns: u64, text: String) {
         if let Some(code) = number_after(&text, "ALARM:") {
             self.alarm.get_or_insert(code);
             self.about_alarm = true;
+            self.tool = AwaitedTool::None;
         } else if let Some(words) = text.strip_prefix("[MSG:").and_then(|text| text.strip_suffix(']'))
             && !std::mem::take(&mut self.about_alarm)
         {
+            self.note_tool(words);
             self.about_line.push(words.to_owned());
         }
         self.said.push(Said { t_ns, line: program.number(self.answered + 1), text });
     }
+}
+
+/// The number of the tool that a message of M6 asks for; 0 if it has none.
+pub fn asked_tool(words: &str) -> Option<u32> {
+    if words.starts_with(messages::CHANGE_TOOL) {
+        return Some(0);
+    }
+    let number = words.strip_prefix("M6: put in tool ")?;
+    number.split(|letter: char| !letter.is_ascii_digit()).next()?.parse().ok()
 }
 
 /// Streams lines, each no earlier than the streaming mode allows. Sends no further line after a refusal or an alarm.
@@ -164,14 +242,19 @@ impl Sender {
     pub async fn run(mut self) {
         loop {
             self.fill();
-            if self.in_flight.is_empty() {
+            if self.in_flight.is_empty() && self.is_over() {
                 break;
             }
             self.listen_or_poll().await;
         }
+    }
+
+    /// Notes that all lines are answered. Returns false if the machine has more to say, about a tool that is still to be put in.
+    fn is_over(&self) -> bool {
         let mut dialogue = self.dialogue.borrow_mut();
         dialogue.cut_short = dialogue.sent < self.program.len();
         dialogue.done = true;
+        dialogue.tool == AwaitedTool::None
     }
 
     /// Sends as much as the streaming mode allows.

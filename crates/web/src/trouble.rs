@@ -65,9 +65,9 @@ impl From<SimError> for Trouble {
             SimError::Program(error) => error.into(),
             SimError::Start(error) => error.into(),
             SimError::Run(error) => error.into(),
-            SimError::Unanswered { line, .. } | SimError::Silenced { line, .. } => {
-                Self { line: Some(line), words: error.to_string() }
-            }
+            SimError::Unanswered { line, .. }
+            | SimError::Silenced { line, .. }
+            | SimError::ToolNotMeasured { line, .. } => Self { line: Some(line), words: error.to_string() },
         }
     }
 }

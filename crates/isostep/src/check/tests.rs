@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use isostep_console::Settings;
-use isostep_report::check::Stand;
+use isostep_report::check::{Check, Stand, rows};
+use isostep_sim::program::Program;
 
 use super::look::{self, Checked, Machine};
 use super::print;
@@ -58,6 +59,22 @@ fn a_good_program_is_reported_in_full() {
         assert!(reported.contains(words), "{words} in\n{reported}");
     }
     assert!(checked.is_good(), "{reported}");
+}
+
+#[test]
+fn tools_are_named_with_their_comments_and_what_a_change_needs() {
+    let program = "(T2 D=6 flat end mill)\nG21 G90\nT2 M6\nG1 X2 F600\nM6 T7\nM2\n";
+    let plain = detail(&check("tools.nc", program, None));
+    assert!(plain.contains("tools      T2 (line 3): D=6 flat end mill; T7 (line 5)\n"), "{plain}");
+    assert!(!plain.contains("needed"), "{plain}");
+    let settings = Settings { tool_change_mode: 3, ..Settings::DEFAULT };
+    let words = rows(
+        &Check::of(&Program::read_raw(program.as_bytes()).unwrap(), &settings, Stand::default(), &mut |_| {}),
+        false,
+    );
+    let row = |name| words.iter().find(|row| row.name == name).map(|row| row.words.as_str());
+    assert!(row("needed").is_some_and(|words| words.starts_with("$H before M6, and G59.3 ")), "{words:?}");
+    assert!(row("time").is_some_and(|words| words.contains(" s")), "it runs as on a machine that is homed: {words:?}");
 }
 
 #[test]

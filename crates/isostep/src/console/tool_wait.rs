@@ -1,6 +1,7 @@
 //! The tool that M6 waits for, in words.
 
 use isostep_program::tool_comment;
+use isostep_sim::stream::asked_tool;
 
 /// The tool that the machine has asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -14,7 +15,7 @@ pub struct ToolWait {
 impl ToolWait {
     /// Reads the message of M6. The line that has it is the one with this index in `source`.
     pub fn read<L: AsRef<[u8]>>(message: &str, source: &[L], index: Option<usize>) -> Option<Self> {
-        let tool = asked_tool(message)?;
+        let tool = asked_tool(message.strip_prefix("[MSG:")?)?;
         let comment = index.and_then(|index| tool_comment(source, index, tool));
         Some(Self { tool, comment })
     }
@@ -24,16 +25,6 @@ impl ToolWait {
         let tool = if self.tool == 0 { "another tool".to_owned() } else { format!("tool {}", self.tool) };
         self.comment.as_ref().map_or(tool.clone(), |comment| format!("{tool}: {comment}"))
     }
-}
-
-/// The number of the tool that a message of M6 asks for.
-fn asked_tool(message: &str) -> Option<u32> {
-    let words = message.strip_prefix("[MSG:M6: ")?;
-    if words.starts_with("change the tool") {
-        return Some(0);
-    }
-    let number = words.strip_prefix("put in tool ")?;
-    number.split(|letter: char| !letter.is_ascii_digit()).next()?.parse().ok()
 }
 
 /// True for a line that has M6, whatever else it has.

@@ -39,9 +39,10 @@ fn reported<T>(all: &[T], words: impl Fn(&T) -> String) {
 }
 
 fn pause_words(pause: &Pause) -> String {
-    let Pause { line, text, t_ns, words } = pause;
+    let Pause { line, text, t_ns, words, comment } = pause;
     let words = words.as_ref().map_or(String::new(), |words| format!(": {words}"));
-    format!("line {line} `{}` at {:.3} s{words}", shortened(text), *t_ns as f64 * 1e-9)
+    let comment = comment.as_ref().map_or(String::new(), |comment| format!(" ({comment})"));
+    format!("line {line} `{}`{comment} at {:.3} s{words}", shortened(text), *t_ns as f64 * 1e-9)
 }
 
 /// The refused lines in words. Up to a number, each line is listed with its own remedy; the others are counted by word.
@@ -219,5 +220,8 @@ mod tests {
         assert!(words[0].starts_with("line 2 `M0` at 0."), "{words:?}");
         assert_eq!(outcome.position_mm[0], 6.0);
         judge(&Figures::new("my.nc", &outcome), &outcome).unwrap();
+        let outcome = self::outcome("(T2 D=6 flat)\nG0 X5\nT2 M6\nM2\n");
+        let words = pause_words(&outcome.pauses[0]);
+        assert!(words.starts_with("line 3 `T2 M6` (D=6 flat) at ") && words.contains(": M6: put in tool 2"), "{words}");
     }
 }

@@ -106,7 +106,9 @@ fn made(
     let Stand { start_mm, plate } = stand;
     let start_mm = start_mm.unwrap_or_else(|| timing::middle_mm(settings));
     let (program, only_time) = (survey.accepted(program), !survey.homes && plate.is_none());
-    let config = Config { settings: *settings, start_mm, plate, only_time, keep_waves: false, ..Config::default() };
+    // Who begins a program without $H has homed the machine before, and M6 asks for that. Its wait takes no time.
+    let settings = if survey.homes { *settings } else { Settings { tool_change_mode: 0, ..*settings } };
+    let config = Config { settings, start_mm, plate, only_time, keep_waves: false, ..Config::default() };
     let mut shown = 0;
     let outcome = timing::made_watched(program.clone(), &config, &mut |answered| {
         watch(answered - shown);

@@ -1,5 +1,6 @@
 //! The results of a check in words.
 
+use isostep_console::ToolChange;
 use isostep_sim::AXES;
 use serde::Serialize;
 
@@ -75,14 +76,17 @@ fn refused(survey: &Survey, all: bool) -> Row {
 
 /// The places where a person has to act.
 fn persons(survey: &Survey) -> Vec<Row> {
-    let tool = |(tool, line): (&u32, &usize)| match tool {
-        0 => format!("any (line {line})"),
-        tool => format!("T{tool} (line {line})"),
+    let tool = |(tool, line): (&u32, &usize)| {
+        let name = if *tool == 0 { "any".to_owned() } else { format!("T{tool}") };
+        let comment = survey.tool_comments.get(tool).map_or(String::new(), |comment| format!(": {comment}"));
+        format!("{name} (line {line}){comment}")
     };
     let tools: Vec<_> = survey.tools.iter().map(tool).collect();
     let waits = remarks::numbers(&survey.pauses, survey.pauses_total);
     let rows = [
-        (!tools.is_empty()).then(|| row("tools", tools.join(", "))),
+        (!tools.is_empty())
+            .then(|| row("tools", tools.join(if survey.tool_comments.is_empty() { ", " } else { "; " }))),
+        (!tools.is_empty()).then(|| needed(survey.settings.tool_change())).flatten().map(|words| row("needed", words)),
         waits.map(|lines| row("waits", format!("for a person and ~ at line {lines}"))),
         needs_messages(survey).then(|| row("messages", "none: no (MSG, ...) says what the tools are")),
         remarks::dark_dwells(survey).map(|words| row("dark", words)),
@@ -91,6 +95,22 @@ fn persons(survey: &Survey) -> Vec<Row> {
         comments(survey),
     ];
     rows.into_iter().flatten().collect()
+}
+
+/// What has to be done before M6 with `$341`.
+fn needed(change: ToolChange) -> Option<&'static str> {
+    match change {
+        ToolChange::Manual => {
+            Some("$H before M6, which goes up and waits ($341=1), and a probe or a plate to measure the tool ($TPW)")
+        }
+        ToolChange::ManualAtSetter => Some(
+            "$H before M6, and G59.3 above the plate that measures tools (G10 L2 P9), where $TPW goes down ($341=2)",
+        ),
+        ToolChange::AutomaticAtSetter => Some(
+            "$H before M6, and G59.3 above the plate that measures tools (G10 L2 P9), which each tool touches ($341=3)",
+        ),
+        _ => None,
+    }
 }
 
 /// True if a tool is changed, and nothing tells the person more than its number.

@@ -66,6 +66,8 @@ fn pauses_and_a_tool_that_stays_on_are_found() {
     let found = survey("M3 S1000\nT2\nG0 X1 M6\nM0\nT7 M6\n");
     assert_eq!((found.pauses_total, found.pauses), (3, vec![3, 4, 5]));
     assert_eq!(found.tools, BTreeMap::from([(2, 3), (7, 5)]));
+    let commented = survey("(T2 D=6 flat)\nT2 M6\nM6 T7 (V-bit)\nM6 T3\n");
+    assert_eq!(commented.tool_comments, BTreeMap::from([(2, "D=6 flat".to_owned()), (7, "V-bit".to_owned())]));
     assert!(found.leaves_tool_on && found.ends_at.is_none());
     assert!(!survey("M3 S1000\nM30\n").leaves_tool_on);
 }

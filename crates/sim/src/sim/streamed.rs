@@ -43,10 +43,9 @@ impl Streamed {
     pub fn run_until(&mut self, horizon: Instant) -> Result<bool, RunError> {
         let until = horizon.min(self.limit);
         while self.sim.executor.run_until_quiescent(until)? == Rest::Quiescent {
-            if !self.waits_for_operator() {
+            if !self.resumes() {
                 return Ok(true);
             }
-            self.dialogue.borrow_mut().note_pause(&self.program, self.sim.now_ns());
             self.sim.send(b"~");
             self.limit = self.sim.now() + self.sim.config.time_limit;
         }
@@ -56,8 +55,17 @@ impl Streamed {
         Ok(false)
     }
 
-    fn waits_for_operator(&self) -> bool {
-        self.dialogue.borrow().waiting_line().is_some() && self.sim.machine.state() == (State::Hold { still: true })
+    /// Notes what the operator has done, if the machine has waited for that, and goes on with `~`.
+    fn resumes(&self) -> bool {
+        let mut dialogue = self.dialogue.borrow_mut();
+        match self.sim.machine.state() {
+            State::Hold { still: true } if dialogue.waiting_line().is_some() => {
+                dialogue.note_pause(&self.program, self.sim.now_ns());
+                true
+            }
+            State::Idle => dialogue.resume_tool(self.sim.now_ns()),
+            _ => false,
+        }
     }
 
     /// Its progress.
@@ -84,10 +92,13 @@ impl Streamed {
     /// The rest after the last piece, and how it ended. Follows the rotors until they stand still.
     ///
     /// # Errors
-    /// [`SimError::Silenced`] and [`SimError::Unanswered`].
+    /// [`SimError::Silenced`], [`SimError::Unanswered`] and [`SimError::ToolNotMeasured`].
     pub fn end(self) -> Result<Outcome, SimError> {
         let Self { sim, program, dialogue, .. } = self;
         let dialogue = dialogue.take();
+        if let Some((line, text, why)) = dialogue.missed_tool() {
+            return Err(SimError::ToolNotMeasured { line, text, why });
+        }
         if !dialogue.done && dialogue.alarm.is_none() {
             return Err(sim.unanswered(&program, &dialogue));
         }

@@ -5,7 +5,7 @@ use tmc2209::WriteRequest;
 use tmc2209::reg::CHOPCONF;
 
 use super::*;
-use crate::config::{Board, Port};
+use crate::config::{Board, Port, Streaming};
 use crate::record::LossCause;
 use crate::{trace, vcd, verify};
 
@@ -314,4 +314,39 @@ fn a_register_that_is_not_as_it_was_set_is_reported() {
         assert!(heard.contains(&"ALARM:17".to_owned()) && is_set == microsteps, "{heard:?}");
         assert!(said("$X").0.contains(&"ok".to_owned()));
     }
+}
+
+/// A machine whose M6 is `$341=mode`.
+fn changing(mode: f32) -> Config {
+    let mut config = Config::default();
+    config.settings = config.settings.with(341, mode).unwrap();
+    config
+}
+
+#[test]
+fn a_change_of_the_tool_is_resumed_and_named() {
+    let program = b"(T2 D=6 flat)\n$H\nM6 T2\nG0 X1\nT3\nM6 (V-bit)\n";
+    for streaming in [Streaming::SendAndWait, Streaming::CharacterCounting { window_bytes: 128 }] {
+        for mode in [0.0, 1.0, 2.0] {
+            let outcome = run(program, &Config { streaming, ..changing(mode) }).unwrap();
+            let pauses: Vec<_> = outcome.pauses.iter().map(|pause| (pause.line, pause.comment.as_deref())).collect();
+            assert_eq!(pauses, [(3, Some("D=6 flat")), (6, Some("V-bit"))], "$341={mode}");
+            assert!(outcome.pauses[1].words.as_ref().unwrap().starts_with("M6: put in tool 3"), "$341={mode}");
+            assert!(outcome.refusals.is_empty() && outcome.position_mm == [1.0, 0.0, 0.0], "$341={mode}");
+        }
+    }
+}
+
+#[test]
+fn a_tool_is_measured_at_a_plate_and_without_one_the_run_ends() {
+    let program = b"$H\nG10 L2 P9 X50 Y40 Z45\nM6 T2\nG0 X1\n";
+    let config = changing(3.0);
+    let error = run(program, &config).unwrap_err().to_string();
+    assert!(
+        error.starts_with("line 3 `M6 T2`: the tool cannot be measured at G59.3 ($341=3): The probe met"),
+        "{error}"
+    );
+    let plate = Some("Z,20,below".parse().unwrap());
+    let outcome = run(program, &Config { plate, ..config }).unwrap();
+    assert_eq!((outcome.pauses.len(), outcome.position_mm), (1, [1.0, 0.0, 0.0]));
 }
