@@ -136,7 +136,7 @@ fn a_refused_line_is_reported_in_the_words_of_the_machine() {
     for (line, words) in [
         ("G5 X1", "G5: "),
         ("G0 D5", "D: no cutter compensation here"),
-        ("G10 L3 P1 X1", "G10: L2 or L20 here"),
+        ("G10 L3 P1 X1", "G10: L1, L2, L10, L11 or L20 here"),
         ("G1 X1 F100 *71", "*71: no variables, expressions, checksums here"),
         ("G2 X10 I4.99 F100", "the start is 4.990 mm from the arc's centre, the target 5.010 mm"),
         ("$100=-5", "$100=-5 is negative"),
