@@ -48,9 +48,17 @@ export type FromWorker =
   | { is: "profiles"; profiles: Profiles }
   | { is: "trouble"; trouble: Trouble }
   | { is: "output"; bytes: Uint8Array; seconds: number }
+  | { is: "tools"; tools: ToolRow[] }
   | { is: "estimated"; answeredAtS: Float64Array; totalS: number }
   | { is: "setting-rows"; rows: SettingRow[] }
   | { is: "settings-checked"; refusal: Trouble | null };
+
+/** A line with M6, its tool, and what the program says of that. */
+export interface ToolRow {
+  line: number;
+  tool: number;
+  comment: string | null;
+}
 
 /** A setting: see `Row` in crates/web. */
 export interface SettingRow {
@@ -107,6 +115,6 @@ export interface Summary {
   verdicts: Verdict[];
   refusals: Refusal[];
   refusals_total: number;
-  pauses: { line: number; text: string; words: string | null }[];
+  pauses: { line: number; text: string; words: string | null; comment: string | null }[];
   messages: string[];
 }

@@ -20,7 +20,7 @@ export function tellFigures(summary: Summary): void {
       return row;
     }),
   );
-  const pauses = summary.pauses.map((pause) => `line ${pause.line} \`${pause.text.trim()}\` waited for a person, and was resumed at once`);
+  const pauses = summary.pauses.map(({ line, text, comment }) => `line ${line} \`${text.trim()}\`${comment ? ` (${comment})` : ""} waited for a person, and was resumed at once`);
   part("pauses").replaceChildren(...pauses.map((words) => made("li", words)));
 }
 

@@ -1,6 +1,6 @@
 // The machine, apart from the page, so that the page never waits for it.
 
-import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, report, settingRows, settingsRefusal } from "../machine/machine.js";
+import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, report, settingRows, settingsRefusal, tools } from "../machine/machine.js";
 import type { Motion } from "../machine/machine.js";
 import type { Columns, FromWorker, Kept, LineTimes, ToWorker, Trouble } from "./messages";
 
@@ -149,6 +149,7 @@ async function obey(message: ToWorker): Promise<void> {
       live?.setPlate(message.placeMm);
       break;
     case "estimate":
+      tell({ is: "tools", tools: JSON.parse(tools(message.program)) });
       estimate(message.program, message.settings);
       break;
     case "setting-rows":

@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["operate/dialect", "operate/flight", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
+const MODULES = ["operate/change", "operate/dialect", "operate/flight", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
 
 /** The page's own modules, as a browser gets them. */
 async function bundled() {
@@ -19,7 +19,7 @@ async function bundled() {
 // What they ask a browser for. No time passes unless a test says so.
 const timers = [];
 Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: () => 0, clearTimeout() {} });
-const { changes, differences, FORGOTTEN, Lines, linesOf, Machine, read, realTime, send, setting, status, UNKNOWN } = await bundled();
+const { askedTool, changes, differences, FORGOTTEN, Lines, linesOf, Machine, read, realTime, send, setting, status, toolWords, UNKNOWN } = await bundled();
 
 const WINDOW_BYTES = 128;
 const RESET = 0x18;
@@ -121,6 +121,73 @@ test("what a line prints is given to who asked, and to nobody else", () => {
   say("[MSG:of the first]", "ok", "[GC:G0 G54]", "<Idle|MPos:0.000,0.000,0.000|FS:0,0>", "ok", "[MSG:of nobody]");
   assert.deepEqual(queried, [["[GC:G0 G54]"], "ok"]);
   assert.deepEqual(said, ["[MSG:of the first]", "[MSG:of nobody]"]);
+});
+
+const report = (state) => `<${state}|MPos:0.000,0.000,0.000|FS:0,0>`;
+
+test("in a change of the tool the lines of a person are by hand, and those of the program wait", () => {
+  const { machine, lines, bytes, say } = attached();
+  const answered = [];
+  const program = (line) => machine.askOfProgram(line, (answer) => answered.push(`${line} ${answer}`));
+  const person = (line) => machine.ask(line, (answer) => answered.push(`${line} ${answer}`));
+  program("M6 T2");
+  program("G0 X1");
+  say("[MSG:M6: put in tool 2, measure it ($TPW), then ~]", "ok", report("Tool"));
+  assert.ok(machine.isChanging && machine.waitsForTool);
+  program("G0 X2");
+  assert.deepEqual([lines.length, bytes], [3, []], "nothing is by hand before somebody sends something");
+  person("$J=G91 X1 F100");
+  person("$TPW");
+  program("G0 X3");
+  assert.deepEqual(bytes, [0xa3], "once");
+  assert.equal(lines.at(-1), "$TPW", "a line of the program would be taken for one by hand");
+  assert.equal(machine.waitsForTool, false, "a resume would not be heard");
+  say("ok", report("Jog"), "error:47");
+  assert.ok(machine.isChanging);
+  say(report("Tool"));
+  assert.ok(machine.waitsForTool);
+  assert.deepEqual(answered, ["M6 T2 ok", "$J=G91 X1 F100 ok", "$TPW error:47"]);
+  machine.byte(0x7e);
+  say(report("Run"));
+  assert.equal(lines.at(-1), "G0 X3", "the program goes on");
+  say("ok", "ok", "error:20");
+  assert.deepEqual(answered.slice(3), ["G0 X1 ok", "G0 X2 ok", "G0 X3 error:20"]);
+  person("$G");
+  assert.deepEqual(bytes, [0xa3, 0x7e]);
+});
+
+test("a hold in a change of the tool is in it, and each change has a byte of its own", () => {
+  const { machine, bytes, say } = attached();
+  machine.ask("G0 X1", () => undefined);
+  say("ok", report("Tool"));
+  machine.ask("$G", () => undefined);
+  say("ok", report("Door:1"), report("Hold:0"), report("Tool"));
+  machine.ask("$G", () => undefined);
+  say("ok", report("Idle"), report("Tool"));
+  machine.ask("$G", () => undefined);
+  assert.deepEqual(bytes, [0xa3, 0xa3]);
+});
+
+test("a reset in a change of the tool forgets the lines by hand too, and what comes next is not by hand", () => {
+  const { machine, lines, bytes, say } = attached();
+  const answered = [];
+  say(report("Tool"));
+  machine.ask("$TPW", (answer) => answered.push(answer));
+  machine.askOfProgram("G0 X1", (answer) => answered.push(answer));
+  machine.byte(RESET);
+  say("Grbl 1.1h ['$' for help]");
+  assert.deepEqual(answered, [FORGOTTEN, FORGOTTEN]);
+  machine.ask("G0 X2", () => undefined);
+  assert.deepEqual([bytes, lines], [[0xa3, RESET], ["$TPW", "$$", "G0 X2"]]);
+});
+
+test("the tool that is asked for is named with the comment of the program", () => {
+  assert.equal(askedTool("[MSG:M6: put in tool 12, then resume with ~]"), 12);
+  assert.equal(askedTool("[MSG:M6: change the tool, then resume with ~]"), 0);
+  assert.equal(askedTool("[MSG:M6: the tool was not measured ($TPW)]"), undefined);
+  assert.equal(toolWords(2, "6 mm end mill"), "tool 2: 6 mm end mill");
+  assert.equal(toolWords(2), "tool 2");
+  assert.equal(toolWords(0), "another tool");
 });
 
 test("an error is explained in the machine's words, which are asked for once", () => {

@@ -16,7 +16,7 @@ mod words;
 
 pub use problem::{LineError, Problem};
 pub use run::{PlainLine, PlainLines};
-pub use tool_comment::tool_comment;
+pub use tool_comment::{ToolAsked, changes_tool, tool_comment, tools_asked};
 
 /// Subroutines that may be under way at a time, one called by another.
 pub const NESTED_CALLS_MAX: usize = 32;

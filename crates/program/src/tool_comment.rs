@@ -1,6 +1,35 @@
 //! The words of a program about the tool that it asks for. Whoever stands before the machine has to put in the right one, and a number says
 //! little.
 
+/// A line of a program that has M6.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ToolAsked {
+    /// Its number in the file, from 1.
+    pub line: usize,
+    /// The number of the tool, the last one that T has named; 0 for none.
+    pub tool: u32,
+    /// The comment of the program about the tool.
+    pub comment: Option<String>,
+}
+
+/// The lines with M6 in the order of the file, each with its tool.
+pub fn tools_asked<L: AsRef<[u8]>>(source: &[L]) -> Vec<ToolAsked> {
+    let (mut tool, mut asked) = (0, Vec::new());
+    for (index, line) in source.iter().enumerate() {
+        let line = Written::of(line.as_ref());
+        tool = line.tool().unwrap_or(tool);
+        if line.changes_tool() {
+            asked.push(ToolAsked { line: index + 1, tool, comment: tool_comment(source, index, tool) });
+        }
+    }
+    asked
+}
+
+/// True for a line that has M6, whatever else it has.
+pub fn changes_tool(line: &[u8]) -> bool {
+    Written::of(line).changes_tool()
+}
+
 /// The comment of a program about the tool that one of its lines asks for, M6 or only T; `None` if there is none. `index` is that of the
 /// line, and `tool` its number, 0 for none.
 ///
@@ -60,6 +89,12 @@ impl Written {
 
     fn only_names_tool(&self) -> bool {
         self.words.strip_prefix('T').is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit()))
+    }
+
+    /// The number behind T.
+    fn tool(&self) -> Option<u32> {
+        let (_, behind) = self.words.split_once('T')?;
+        behind[..behind.bytes().take_while(u8::is_ascii_digit).count()].parse().ok()
     }
 
     fn changes_tool(&self) -> bool {
@@ -152,7 +187,7 @@ const OF_ANY_CHANGE: [&str; 15] = [
 
 #[cfg(test)]
 mod tests {
-    use super::tool_comment;
+    use super::{ToolAsked, changes_tool, tool_comment, tools_asked};
 
     /// The comment about the tool of the first line that has M6.
     fn found(text: &str, tool: u32) -> String {
@@ -229,6 +264,17 @@ mod tests {
         );
         assert_eq!(found("; T3 = 60 degree cutter\nT3 M6\n", 3), "60 degree cutter");
         assert_eq!(found("(Tool #3 ball nose)\nT3 M6\n", 3), "ball nose");
+    }
+
+    #[test]
+    fn each_line_with_m6_is_found_with_its_tool() {
+        let asked = tools_asked(&["(T1 D=6)", "T1 M6", "T2 (next)", "G0 X1 (M6)", "m06 (V-bit)", "M61 Q3", "M60"]);
+        let expected = [(2, 1, "D=6"), (5, 2, "V-bit")];
+        let expected =
+            expected.map(|(line, tool, comment)| ToolAsked { line, tool, comment: Some(comment.to_owned()) });
+        assert_eq!(asked, expected);
+        assert!(["T1 M6", "m06t2 (x)", "N5 M 6 G43 H1"].iter().all(|line| changes_tool(line.as_bytes())));
+        assert!(["M61 Q1", "M60", "G0 X1 (M6)", "M5", "M6.5"].iter().all(|line| !changes_tool(line.as_bytes())));
     }
 
     #[test]

@@ -152,6 +152,12 @@ pub fn check(program: &[u8], settings: &str) -> Thrown<String> {
     whole::check(program, settings).map_err(thrown)
 }
 
+/// The lines of a program that have M6, as JSON: which tool, and what the program says of it.
+#[wasm_bindgen]
+pub fn tools(program: &[u8]) -> Thrown<String> {
+    whole::tools(program).map_err(thrown)
+}
+
 /// The speed profiles for a move, as JSON: distance, steps/mm, start and top speed, acceleration, deceleration and jerk.
 #[wasm_bindgen(js_name = speedProfiles)]
 pub fn speed_profiles(asked: &[f64]) -> Thrown<String> {

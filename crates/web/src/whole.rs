@@ -1,9 +1,11 @@
 //! The tool's findings about a whole program.
 
+use isostep_program::tools_asked;
 use isostep_report::check::{Check, Stand, rows};
 use isostep_report::{Figures, remarks};
-use isostep_sim::program::Program;
+use isostep_sim::program::{Program, raw_lines};
 use isostep_sim::{Flash, run_watched};
+use serde::Serialize;
 
 use crate::config;
 use crate::trouble::Trouble;
@@ -20,6 +22,25 @@ pub fn check(program: &[u8], settings: &str) -> Result<String, Trouble> {
     let lines = Program::read_raw(program)?;
     let check = Check::of(&lines, &config.settings, Stand::default(), &mut |_| {});
     Ok(serde_json::to_string(&rows(&check, false)).expect("texts have a form in JSON"))
+}
+
+/// The lines of a program that have M6, each with its tool and the comment about it, as JSON.
+///
+/// # Errors
+/// [`Trouble`] if the file is no text.
+pub fn tools(program: &[u8]) -> Result<String, Trouble> {
+    let asked = tools_asked(&raw_lines(program)?);
+    let rows: Vec<_> =
+        asked.into_iter().map(|one| ToolRow { line: one.line, tool: one.tool, comment: one.comment }).collect();
+    Ok(serde_json::to_string(&rows).expect("texts have a form in JSON"))
+}
+
+/// A line that has M6.
+#[derive(Serialize)]
+struct ToolRow {
+    line: usize,
+    tool: u32,
+    comment: Option<String>,
 }
 
 /// Every figure of a run, as `isostep sim --json` writes them, for the program of this name.

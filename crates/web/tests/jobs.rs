@@ -228,6 +228,8 @@ fn a_check_says_what_the_tool_says() {
     let row = |name: &str| expected.iter().find(|row| row.name == name).unwrap();
     assert!(row("refused").places[0].starts_with("line 1 `G42`"), "{expected:?}");
     assert!(row("travel").words.contains("line 4"), "{expected:?}");
+    let tools = whole::tools(b"(T2 D=6)\nT2 M6\nM6 T3\n").unwrap();
+    assert_eq!(tools, r#"[{"line":2,"tool":2,"comment":"D=6"},{"line":3,"tool":3,"comment":null}]"#);
     let rows = whole::check(b"G21\n?\n", "").unwrap();
     assert!(rows.contains("line 2 `?`: '?' is a real-time command"), "{rows}");
 }

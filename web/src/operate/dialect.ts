@@ -7,6 +7,8 @@ export const STATUS = 0x3f;
 export const JOG_CANCEL = 0x85;
 export const FLOOD = 0xa0;
 export const MIST = 0xa1;
+/** What is sent behind it in a change of the tool is by hand. */
+export const TOOL_CHANGE = 0xa3;
 export const MM_PER_INCH = 25.4;
 
 /** What is known by the last reports. A machine does not tell all of it in each. */
@@ -47,6 +49,16 @@ export const UNKNOWN: Status = {
 
 /** The name of a state, without its number. */
 export const nameOf = (state: string): string => state.split(":")[0] ?? "";
+
+/** Whether a change of the tool goes on in this state, once it has begun: there may be jogs and holds in it. */
+export const goesOnChanging = (state: string): boolean => ["Tool", "Jog", "Hold", "Door"].includes(nameOf(state));
+
+/** The tool that a message of M6 asks for, 0 if it has no number. */
+export function askedTool(message: string): number | undefined {
+  if (message.startsWith("[MSG:M6: change the tool,")) return 0;
+  const number = /^\[MSG:M6: put in tool (\d+)/.exec(message)?.[1];
+  return number === undefined ? undefined : Number(number);
+}
 
 /** What a report, as `<Idle|MPos:0.000,0.000,0.000|FS:0,0>`, adds to what was known. */
 export function status(line: string, before: Status): Status | undefined {

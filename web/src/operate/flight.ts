@@ -17,6 +17,10 @@ export class Flight {
   private readonly waiting: Line[] = [];
   private readonly sent: Line[] = [];
   private bytes = 0;
+  /** Lines of a person in a change of the tool, which are answered before those that wait for it. */
+  private readonly byHand: Line[] = [];
+  /** Nothing that waits is sent: it would be taken for a line by hand. */
+  private isShut = false;
 
   constructor(private readonly send: (line: string) => void) {}
 
@@ -26,20 +30,43 @@ export class Flight {
     this.fill();
   }
 
+  /** Sends a line at once, before all that wait. */
+  pushByHand(text: string, answered: (answer: string) => void, printed?: (line: string) => void): void {
+    this.byHand.push({ text, answered, printed });
+    this.send(text);
+  }
+
+  /** How many lines by hand are under way. */
+  get handLength(): number {
+    return this.byHand.length;
+  }
+
+  /** Sends nothing that waits, and only lines by hand, before `open`. */
+  shut(): void {
+    this.isShut = true;
+  }
+
+  open(): void {
+    this.isShut = false;
+    this.fill();
+  }
+
   /** How many lines wait or are under way. */
   get length(): number {
-    return this.waiting.length + this.sent.length;
+    return this.waiting.length + this.sent.length + this.byHand.length;
   }
 
   /** A line was printed before an answer; whether it was asked for by a line that keeps what it hears. */
   hears(line: string): boolean {
-    const printed = this.sent[0]?.printed;
+    const printed = (this.byHand[0] ?? this.sent[0])?.printed;
     printed?.(line);
     return printed !== undefined;
   }
 
   /** An answer has come. */
   answer(answer: string): void {
+    const hand = this.byHand.shift();
+    if (hand) return hand.answered(answer);
     const first = this.sent.shift();
     if (!first) return;
     this.bytes -= first.text.length + 1;
@@ -55,13 +82,14 @@ export class Flight {
   /** The controller begins anew. What was under way or waited has to be answered with `FORGOTTEN`. */
   restart(): Line[] {
     this.bytes = 0;
-    return [...this.sent.splice(0), ...this.waiting.splice(0)];
+    this.isShut = false;
+    return [...this.byHand.splice(0), ...this.sent.splice(0), ...this.waiting.splice(0)];
   }
 
   private fill(): void {
     for (;;) {
       const next = this.waiting[0];
-      if (!next) return;
+      if (!next || this.isShut) return;
       const length = next.text.length + 1;
       if (this.sent.length && this.bytes + length > WINDOW_BYTES) return;
       this.waiting.shift();

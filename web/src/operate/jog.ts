@@ -64,7 +64,7 @@ export class Jog {
   }
 
   private start(axis: number, direction: number, by: string): void {
-    if (this.by || !["Idle", "Jog"].includes(this.machine.state)) return;
+    if (this.by || !["Idle", "Jog", "Tool"].includes(this.machine.state)) return;
     const { stepMm } = this;
     // A step ends by itself: were it cancelled when the key is let go, it would be of another length.
     if (!stepMm) this.by = by;
@@ -85,7 +85,8 @@ export class Jog {
   private letGo(by = this.by): void {
     if (!this.by || this.by !== by) return;
     this.by = undefined;
-    this.machine.forgetWaiting();
+    // In a change of the tool only lines of a program wait.
+    if (!this.machine.isChanging) this.machine.forgetWaiting();
     this.machine.byte(JOG_CANCEL);
   }
 }

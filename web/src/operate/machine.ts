@@ -1,7 +1,7 @@
 // A machine on the other side of a port, whichever it is: what it said last, and what it may be asked.
 
 import type { Trouble } from "../messages";
-import { HOLD, JOG_CANCEL, Lines, nameOf, RESET, setting, STATUS, status, UNKNOWN, type Status } from "./dialect";
+import { goesOnChanging, HOLD, JOG_CANCEL, Lines, nameOf, RESET, setting, STATUS, status, TOOL_CHANGE, UNKNOWN, type Status } from "./dialect";
 import { Flight, FORGOTTEN } from "./flight";
 import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
@@ -47,6 +47,8 @@ export class Machine {
   /** The timer after which no welcome is waited for. */
   private greeting: number | undefined;
   private isGreeted = false;
+  /** A change of the tool: what is sent waits for its end, or is by hand. */
+  private change: "none" | "waits" | "by hand" = "none";
 
   constructor() {
     window.addEventListener("pagehide", () => this.letGo());
@@ -101,6 +103,16 @@ export class Machine {
     return this.flight.length;
   }
 
+  /** Whether a tool is being changed, with jogs and holds in that. */
+  get isChanging(): boolean {
+    return this.change !== "none";
+  }
+
+  /** Whether it waits for a tool, and has answered what a person has sent: a resume is heard now. */
+  get waitsForTool(): boolean {
+    return this.state === "Tool" && this.flight.handLength === 0;
+  }
+
   /** A real-time byte, at once. */
   byte(byte: number): void {
     if (byte === RESET) this.isResetting = true;
@@ -120,6 +132,11 @@ export class Machine {
   /** A line of the page, of which only the answer is looked at. */
   ask(line: string, answered: (answer: string) => void): void {
     this.push(line, answered);
+  }
+
+  /** A line of a program, which waits for the end of a change of the tool. */
+  askOfProgram(line: string, answered: (answer: string) => void): void {
+    this.push(line, answered, undefined, true);
   }
 
   /** A line of the page: what it prints is not logged, but given with the answer. */
@@ -154,15 +171,29 @@ export class Machine {
     });
   }
 
-  private push(line: string, answered: (answer: string) => void, printed?: (line: string) => void): void {
-    this.flight.push(
-      line,
-      (answer) => {
-        if (answer === "ok") this.accepted(line);
-        answered(answer);
-      },
-      printed,
-    );
+  private push(line: string, answered: (answer: string) => void, printed?: (line: string) => void, isOfProgram = false): void {
+    const heard = (answer: string): void => {
+      if (answer === "ok") this.accepted(line);
+      answered(answer);
+    };
+    if (isOfProgram || !this.isChanging) return this.flight.push(line, heard, printed);
+    this.beginByHand();
+    this.flight.pushByHand(line, heard, printed);
+  }
+
+  /** What is sent from now on is by hand, until the tool has been changed. */
+  private beginByHand(): void {
+    if (this.change === "by hand") return;
+    this.change = "by hand";
+    this.flight.shut();
+    this.byte(TOOL_CHANGE);
+  }
+
+  private noteChange(state: string): void {
+    if (this.change === "none" && state === "Tool") this.change = "waits";
+    if (this.change === "none" || goesOnChanging(state)) return;
+    this.change = "none";
+    this.flight.open();
   }
 
   private accepted(line: string): void {
@@ -191,6 +222,7 @@ export class Machine {
     if (!this.isResetting) this.homed.doubt();
     this.isResetting = false;
     const lost = this.flight.restart();
+    this.change = "none";
     this.tell((watcher) => watcher.began?.());
     for (const line of lost) line.answered(FORGOTTEN);
   }
@@ -236,6 +268,7 @@ export class Machine {
   private show(report: Status): void {
     const before = this.report;
     this.report = report;
+    this.noteChange(report.state);
     if (before.state.startsWith("Alarm") && !report.state.startsWith("Alarm")) this.tell((watcher) => watcher.alarmed?.(""));
     this.tell((watcher) => watcher.reported?.(report, before));
     // A board that was in use already says no welcome. If it says one, it forgets what was asked before.

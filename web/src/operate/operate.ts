@@ -1,5 +1,6 @@
 // Operates a machine. Each panel knows the machine, and none knows which one it is.
 
+import { Change } from "./change";
 import { Console } from "./console";
 import { Jog } from "./jog";
 import { Machine } from "./machine";
@@ -26,7 +27,7 @@ export class Operate {
     new Zero(machine);
     new Probe(machine);
     new Tool(machine);
-    new Sending(machine, program);
+    new Sending(machine, program, new Change(machine));
     offerOverrides(machine);
     offerStop(machine);
     this.power = new Power(machine, settings);

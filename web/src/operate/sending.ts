@@ -1,6 +1,7 @@
 // The program of the page, sent to the machine: no more bytes than it takes, and none after a refusal.
 
 import { button, duration, element, part } from "../elements";
+import type { Change, SentProgram } from "./change";
 import { nameOf, type Status } from "./dialect";
 import { Estimate } from "./estimate";
 import { FORGOTTEN } from "./flight";
@@ -29,6 +30,7 @@ export class Sending {
   constructor(
     private readonly machine: Machine,
     program: () => string,
+    private readonly change: Change,
   ) {
     button("send-program").onclick = () => this.start(program());
     button("stop-program").onclick = () => stop(machine);
@@ -48,9 +50,20 @@ export class Sending {
     if (!lines.length) return this.say("The program is empty.");
     const estimate = new Estimate(program, this.machine.settings);
     this.job = { lines, next: 0, answered: 0, estimate, sinceMs: 0, lookedAt: performance.now() };
+    this.change.program = this.told(this.job);
     this.machine.log(`the program, ${lines.length} lines`, "sent");
     this.more(this.job);
     this.show();
+  }
+
+  /** What a change of the tool has to know of it. */
+  private told(job: Job): SentProgram {
+    return {
+      get line() {
+        return job.lines[job.answered]?.number;
+      },
+      comment: (line, tool) => job.estimate.comment(line, tool),
+    };
   }
 
   private more(job: Job): void {
@@ -60,7 +73,7 @@ export class Sending {
   private send(job: Job): void {
     const line = job.lines[job.next++];
     if (!line) return;
-    this.machine.ask(line.sent, (answer) => {
+    this.machine.askOfProgram(line.sent, (answer) => {
       if (this.job !== job || answer === FORGOTTEN) return;
       job.answered++;
       job.sinceMs = 0;
@@ -107,6 +120,7 @@ export class Sending {
     if (!this.job) return;
     this.job.estimate.end();
     this.job = undefined;
+    this.change.program = undefined;
     this.say(words);
     this.show();
   }
@@ -122,7 +136,7 @@ export class Sending {
     if (!job) return;
     const time = job.estimate.at(job.lines[job.answered - 1]?.number ?? 0, job.sinceMs * 1e-3);
     bar.value = time ? 1 - time.leftS / time.totalS : job.answered / job.lines.length;
-    this.say([this.where(job, report), time ? this.left(time.leftS) : ""].filter(Boolean).join(", "));
+    this.say([this.change.words || this.where(job, report), time ? this.left(time.leftS) : ""].filter(Boolean).join(", "));
   }
 
   private where(job: Job, report?: Status): string {

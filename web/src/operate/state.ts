@@ -41,7 +41,7 @@ export class State {
     if (room) part("room-now").textContent = `${room[0]} moves, ${room[1]} bytes`;
     button("unlock").disabled = name !== "Alarm";
     // While it brakes still, it does not resume.
-    button("resume").disabled = state !== "Hold:0" && state !== "Door:0";
+    button("resume").disabled = !["Hold:0", "Door:0"].includes(state) && !this.machine.waitsForTool;
     button("hold").disabled = !["Run", "Jog"].includes(name);
     button("home").disabled = !["Idle", "Alarm"].includes(name);
   }

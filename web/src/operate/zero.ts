@@ -22,7 +22,9 @@ export class Zero {
 
   private follow({ state, offset }: Status, before: Status): void {
     const isIdle = state === "Idle";
-    for (const control of part("zeros").querySelectorAll<HTMLButtonElement | HTMLSelectElement>("button, select")) control.disabled = !isIdle;
+    // By hand in a change of the tool, Z is set for the new one.
+    for (const zero of part("zeros").querySelectorAll("button")) zero.disabled = !isIdle && state !== "Tool";
+    select("work-system").disabled = !isIdle;
     // A program or the console may have chosen another.
     if (isIdle && (before.state !== "Idle" || offset.join() !== before.offset.join())) this.read();
   }

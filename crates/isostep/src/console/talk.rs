@@ -6,12 +6,13 @@ use std::sync::mpsc::Sender;
 use std::thread;
 
 use anyhow::{Result, bail};
+use isostep_program::changes_tool;
 use isostep_sim::program::{self, ProgramError};
 
 use super::meaning::explained;
 use super::session::{Event, Session};
 use super::status::Status;
-use super::tool_wait::{ToolWait, has_m6};
+use super::tool_wait::ToolWait;
 
 /// The beginning of a message that says why a typed line is not sent.
 pub const NOT_SENT: &str = "not sent";
@@ -78,7 +79,7 @@ pub fn run(
         match session.next()? {
             Some(Event::Heard(line)) => {
                 show(&explained(&line))?;
-                let index = typed.iter().rposition(|line: &String| has_m6(line.as_bytes()));
+                let index = typed.iter().rposition(|line: &String| changes_tool(line.as_bytes()));
                 tool = ToolWait::read(&line, typed.make_contiguous(), index).or(tool);
             }
             Some(Event::Typed(line)) => {

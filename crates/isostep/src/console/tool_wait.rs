@@ -27,17 +27,6 @@ impl ToolWait {
     }
 }
 
-/// True for a line that has M6, whatever else it has.
-pub fn has_m6(line: &[u8]) -> bool {
-    let line = isostep_sim::program::stripped(line).unwrap_or_default();
-    line.split('M').skip(1).any(|behind| {
-        let number = behind.trim_start_matches('0');
-        number
-            .strip_prefix('6')
-            .is_some_and(|rest| !rest.starts_with(|next: char| next.is_ascii_digit() || next == '.'))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,11 +41,5 @@ mod tests {
         assert_eq!(words("[MSG:M6: put in tool 31, measure it ($TPW), then ~]", Some(1)).as_deref(), Some("tool 31"));
         assert_eq!(words("[MSG:M6: change the tool, then resume with ~]", None).as_deref(), Some("another tool"));
         assert_eq!(words("[MSG:M6: the tool was not measured ($TPW)]", Some(1)), None);
-    }
-
-    #[test]
-    fn m6_is_found_among_other_words() {
-        assert!(["T1 M6", "m06t2 (x)", "N5 M 6 G43 H1"].iter().all(|line| has_m6(line.as_bytes())));
-        assert!(["M61 Q1", "M60", "G0 X1 (M6)", "M5"].iter().all(|line| !has_m6(line.as_bytes())));
     }
 }
