@@ -49,7 +49,7 @@ pub enum Event {
 
 /// A change of the tool, in which a person jogs and measures while the lines of the program wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Change {
+enum ChangePhase {
     #[default]
     None,
     /// What is sent waits for the end of the change.
@@ -76,7 +76,7 @@ pub struct Session {
     /// The number of the first status report that is newer than the last resume.
     resumed_from: u64,
     alarm: Option<Stopwatch>,
-    change: Change,
+    change: ChangePhase,
     _reader: Reader,
 }
 
@@ -100,7 +100,7 @@ impl Session {
             fresh_from: 0,
             resumed_from: 0,
             alarm: None,
-            change: Change::None,
+            change: ChangePhase::None,
             _reader: Reader::start(reader, heard),
         })
     }
@@ -165,17 +165,19 @@ impl Session {
 
     /// The tool is being changed (the state Tool, and jogs and holds in it), as far as reports say.
     pub fn changes_tool(&self) -> bool {
-        self.change != Change::None
+        self.change != ChangePhase::None
     }
 
     /// What is sent now is by hand until the tool has been changed: a program has to wait.
     pub fn is_by_hand(&self) -> bool {
-        self.change == Change::ByHand
+        self.change == ChangePhase::ByHand
     }
 
-    /// A line by hand may be sent: the machine waits for a tool, and nobody has resumed it since.
-    pub fn takes_by_hand(&self) -> bool {
-        self.changes_tool() && self.reports >= self.resumed_from
+    /// This line by hand may be sent: the machine waits for a tool, and nobody has resumed it since. A jog may follow another; any other
+    /// line would be refused before the jog has ended.
+    pub fn takes_by_hand(&self, line: &[u8]) -> bool {
+        let waits = self.changes_tool() && self.reports >= self.resumed_from;
+        waits && (line.starts_with(b"$J") || self.fresh_status().is_some_and(Status::is_tool))
     }
 
     /// Every line and every requested report has been answered.
@@ -195,9 +197,9 @@ impl Session {
 
     /// Sends a line that is carried out before those that wait for a change of the tool.
     pub fn send_by_hand(&mut self, line: &[u8]) -> Result<()> {
-        if self.change == Change::Waits {
+        if self.change == ChangePhase::Waits {
             self.write(&[TOOL_CHANGE])?;
-            self.change = Change::ByHand;
+            self.change = ChangePhase::ByHand;
         }
         self.flight.sent_by_hand();
         self.fresh_from = self.next_fresh();
@@ -277,8 +279,8 @@ impl Session {
 
     fn note_change(&mut self, status: &Status) {
         match self.change {
-            Change::None if status.is_tool() => self.change = Change::Waits,
-            Change::Waits | Change::ByHand if !status.goes_on_changing() => self.change = Change::None,
+            ChangePhase::None if status.is_tool() => self.change = ChangePhase::Waits,
+            ChangePhase::Waits | ChangePhase::ByHand if !status.goes_on_changing() => self.change = ChangePhase::None,
             _ => {}
         }
     }

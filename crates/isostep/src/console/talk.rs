@@ -129,7 +129,7 @@ fn send_by_hand(
         } else {
             match cleaned(line) {
                 Err(error) => show(&format!("{NOT_SENT}: {error}"))?,
-                Ok(bytes) if session.takes_by_hand() => session.send_by_hand(&bytes)?,
+                Ok(bytes) if session.takes_by_hand(&bytes) => session.send_by_hand(&bytes)?,
                 Ok(_) => return Ok(()),
             }
         }

@@ -5,9 +5,9 @@
 //! behind it are on their way already. So the stream holds the machine and leaves the decision to the person
 //! (`refusal`). Without one it stops.
 
-mod pace;
 mod program;
 mod refusal;
+mod time;
 
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -19,10 +19,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::SIGINT;
 use signal_hook::flag;
 
-use self::pace::Pace;
 pub use self::program::Program;
 use self::program::Sending;
 use self::refusal::Refused;
+use self::time::StreamTime;
 use super::meaning::explained;
 use super::session::{Event, RESET, Session};
 use super::status::Status;
@@ -74,7 +74,7 @@ pub fn run(
         is_hold_reported: false,
         asked: None,
         hand: None,
-        pace: Pace::start(),
+        time: StreamTime::start(),
         interrupts: 0,
         is_interrupt_reported: false,
         reset: None,
@@ -103,7 +103,7 @@ fn bar(program: &Program) -> ProgressBar {
 }
 
 /// A tool that M6 asks for.
-struct Asked {
+struct ToolAtLine {
     tool: ToolWait,
     /// The line that does, as an error names it.
     place: String,
@@ -131,10 +131,10 @@ struct Stream<'a, S> {
     /// The person knows that the machine is held.
     is_hold_reported: bool,
     /// The tool that M6 has asked for.
-    asked: Option<Asked>,
+    asked: Option<ToolAtLine>,
     /// A line by hand that is not answered yet.
     hand: Option<String>,
-    pace: Pace,
+    time: StreamTime,
     /// The times that Ctrl-C was pressed.
     interrupts: u32,
     is_interrupt_reported: bool,
@@ -216,9 +216,9 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     /// Draws the bar, but only if something has changed: drawing wipes out what is being typed.
     fn draw(&mut self) {
         let answered = self.session.flight().answered;
-        self.pace.look(self.session.status().is_some_and(Status::is_held) || self.session.changes_tool());
+        self.time.look(self.session.status().is_some_and(Status::is_held) || self.session.changes_tool());
         if self.bar.position() != answered {
-            self.bar.set_prefix(self.pace.words(answered, self.program.total));
+            self.bar.set_prefix(self.time.words(answered, self.program.total));
             self.bar.set_position(answered);
         }
         let status = self.session.status().map_or_else(String::new, ToString::to_string);
@@ -255,7 +255,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         let number = self.answered() + 1;
         let in_file = self.sending.line(number).map(|(number, _)| number);
         if let Some(tool) = self.program.tool_wait(message, in_file) {
-            self.asked = Some(Asked { tool, place: self.place(number).unwrap_or_default() });
+            self.asked = Some(ToolAtLine { tool, place: self.place(number).unwrap_or_default() });
         }
     }
 
@@ -292,8 +292,8 @@ impl<S: FnMut(&str)> Stream<'_, S> {
                     self.typed.push_front(line);
                     break;
                 }
-                // It would be lost while the machine measures.
-                Some(b'~') if self.hand.is_some() => {
+                // It would be lost while the machine jogs or measures.
+                Some(b'~') if self.session.changes_tool() && (self.hand.is_some() || !self.session.is_held()) => {
                     self.typed.push_front(line);
                     break;
                 }
@@ -319,7 +319,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
     fn send_by_hand(&mut self, line: &str) -> Result<bool> {
         match talk::cleaned(line) {
             Err(error) => self.say(&format!("{NOT_SENT}: {error}")),
-            Ok(_) if self.hand.is_some() || !self.session.takes_by_hand() => return Ok(false),
+            Ok(bytes) if self.hand.is_some() || !self.session.takes_by_hand(&bytes) => return Ok(false),
             Ok(bytes) => {
                 self.session.send_by_hand(&bytes)?;
                 self.hand = Some(line.trim().to_owned());
@@ -349,7 +349,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
 
     /// Why it waits: for which tool, or in which state, and at which line.
     fn reason(&self) -> String {
-        if let Some(Asked { tool, place }) = &self.asked {
+        if let Some(ToolAtLine { tool, place }) = &self.asked {
             return format!("for {}; at {place}", tool.words());
         }
         let state = self.session.status().map_or("", |status| status.state.as_str());

@@ -7,12 +7,12 @@ use indicatif::HumanDuration;
 use crate::stopwatch::Stopwatch;
 
 /// The time that counts.
-pub struct Pace {
+pub struct StreamTime {
     gone_s: f64,
     looked: Stopwatch,
 }
 
-impl Pace {
+impl StreamTime {
     /// No time has gone.
     pub fn start() -> Self {
         Self { gone_s: 0.0, looked: Stopwatch::start() }
@@ -42,11 +42,11 @@ mod tests {
 
     #[test]
     fn time_in_which_the_machine_waits_does_not_count() {
-        let mut pace = Pace::start();
+        let mut time = StreamTime::start();
         for (since_s, waits) in [(15.0, false), (600.0, true), (5.0, false)] {
-            pace.count(since_s, waits);
+            time.count(since_s, waits);
         }
-        assert_eq!(pace.words(2, 8), "20 seconds gone, 60 seconds left");
-        assert_eq!(Pace::start().words(0, 8), "0 seconds gone, 0 seconds left");
+        assert_eq!(time.words(2, 8), "20 seconds gone, 60 seconds left");
+        assert_eq!(StreamTime::start().words(0, 8), "0 seconds gone, 0 seconds left");
     }
 }
