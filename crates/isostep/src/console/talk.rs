@@ -99,10 +99,12 @@ pub fn run(
         if waits && !is_hold_reported {
             show(&waiting_words(waits_for_tool, tool.as_ref()))?;
         }
-        if is_hold_reported && !session.status().is_some_and(Status::is_held) {
+        // In a change of the tool it is said once, whatever is done by hand.
+        let goes_on = is_hold_reported && session.changes_tool();
+        if is_hold_reported && !goes_on && !session.status().is_some_and(Status::is_held) {
             tool = None;
         }
-        is_hold_reported = waits;
+        is_hold_reported = waits || goes_on;
         tick(session)?;
     }
 }

@@ -4,10 +4,10 @@ use std::fs;
 use std::io::{BufReader, Cursor, Write, empty};
 use std::path::{Path, PathBuf};
 
-use super::session::Session;
+use super::session::{Event, Session};
 use super::stream::{self, How};
 use super::talk::Typist;
-use super::{piped, port};
+use super::{piped, port, talk};
 use crate::project;
 use crate::pty::tests::while_running;
 
@@ -255,10 +255,41 @@ fn a_person_is_told_the_tool_and_sets_its_z_by_hand_while_the_program_waits() {
             "{ended}\n{printed}"
         );
         assert!(printed.contains(":4: `T2 M6`: type ~ and Enter to go on"), "{printed}");
+        assert_eq!(printed.matches("the machine waits").count(), 1, "{printed}");
         assert!(printed.contains("\nok (`$J=G91 X1 F2000`)\n"), "{printed}");
         assert!(printed.contains("\nok (`G10 L20 P0 Z30`)\n"), "{printed}");
     });
     assert_eq!((closing.state.as_str(), closing.position_mm[0]), ("Idle", 5.0));
+}
+
+/// At the prompt a person types the program too.
+#[test]
+fn at_the_prompt_lines_are_by_hand_while_the_machine_waits_for_a_tool() {
+    let (_, closing) = while_running(SPEED, |path| {
+        pipe(path, "$341=1\n$H\n").1.unwrap();
+        let mut session = session(path);
+        let typist = session.typist();
+        let typed = |line: &str| typist.send(Event::Typed(line.to_owned())).unwrap();
+        ["(T2 D=6 flat)", "M6 T2", "G0 X7", "G4 P0"].into_iter().for_each(typed);
+        let (mut printed, mut is_set) = (String::new(), false);
+        let show = |line: &str| {
+            printed += &format!("{line}\n");
+            if line.starts_with("the machine waits for tool 2: D=6 flat; jog") {
+                typed("$J=G91 Y2 F2000");
+                typed("G10 L20 P0 Z30");
+            } else if line == "ok" && printed.ends_with("ok\nok\n") && printed.contains("waits for tool") && !is_set {
+                is_set = true;
+                typist.send(Event::AtOnce(b'~')).unwrap();
+            } else if printed.matches("ok\n").count() == 6 {
+                typist.send(Event::Quit).unwrap();
+            }
+            Ok(())
+        };
+        talk::run(&mut session, Typist::Person, show, |_| Ok(())).unwrap();
+        assert_eq!(printed.matches("the machine waits for tool 2").count(), 1, "{printed}");
+        assert!(!printed.contains("error:"), "{printed}");
+    });
+    assert_eq!((closing.state.as_str(), closing.position_mm[0]), ("Idle", 7.0));
 }
 
 #[test]

@@ -333,7 +333,7 @@ impl<S: FnMut(&str)> Stream<'_, S> {
         if self.is_hold_reported && !is_held && !self.session.changes_tool() {
             self.asked = None;
         }
-        self.is_hold_reported &= is_held;
+        self.is_hold_reported &= is_held || self.session.changes_tool();
         if !self.session.is_held() || self.is_hold_reported {
             return;
         }
