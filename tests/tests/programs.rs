@@ -1,5 +1,6 @@
 //! Whole programs in virtual time: those of the project as readable tables, and random ones.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 
@@ -155,6 +156,36 @@ fn bolt_circle() {
         [&program, bolt_circle_by_hand().as_bytes()].map(|text: &[u8]| run(text, &Config::default()).unwrap());
     kept("bolt_circle.nc", &made);
     assert!(made.edges.len() > 10_000 && made.edges == by_hand.edges, "{} edges", made.edges.len());
+}
+
+/// Where the tool goes straight down to below `surface_steps`, and how deep at most: X and Y, and then Z, steps.
+fn depths(outcome: &Outcome, surface_steps: i32) -> BTreeMap<[i32; 2], i32> {
+    let mut depths = BTreeMap::new();
+    for record in outcome.moves.iter().filter(|record| !record.homing) {
+        let ([by_x, by_y, by_z], [x, y, z]) = (record.plan.steps, record.next_corner_steps());
+        if [by_x, by_y] == [0, 0] && by_z < 0 && z < surface_steps {
+            depths.entry([x, y]).and_modify(|deepest: &mut i32| *deepest = z.min(*deepest)).or_insert(z);
+        }
+    }
+    depths
+}
+
+/// The drill makes four holes, two of them deeper, and the mill goes down beside the plate, each with its own length from
+/// the table of tools.
+#[test]
+fn two_tools() {
+    let program = fs::read_to_string(root().join("programs/two_tools.nc")).unwrap();
+    for (table, drill_steps, mill_steps) in [("", 0, 0), ("G10 L1 P1 Z5\nG10 L1 P2 Z-3\n", 250, -150)] {
+        for port in Port::ALL {
+            let outcome = run(format!("{table}{program}").as_bytes(), &Config { port, ..Config::default() }).unwrap();
+            kept("two_tools.nc", &outcome);
+            assert_eq!(outcome.position_steps, [1_000, 1_000, 1_250 + mill_steps], "{port}");
+            let holes = [([1_400, 1_400], 900), ([1_400, 2_100], 700), ([2_600, 1_400], 900), ([2_600, 2_100], 700)];
+            let mut expected: BTreeMap<_, _> = holes.map(|(place, z)| (place, z + drill_steps)).into();
+            expected.insert([600, 1_750], 740 + mill_steps);
+            assert_eq!(depths(&outcome, 1_000 + drill_steps), expected, "{port}");
+        }
+    }
 }
 
 /// Checks that every move that is long enough has its intervals measured, whatever its speed profile.

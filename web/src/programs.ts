@@ -9,6 +9,7 @@ const OURS: [string, string][] = [
   ["square.nc", "a square"],
   ["diagonal.nc", "one long diagonal"],
   ["engraving.nc", "an engraving of short moves"],
+  ["two_tools.nc", "two tools: drilled holes and an outline"],
   ["ringing.nc", "stops and corners"],
 ];
 
