@@ -16,6 +16,7 @@ use isostep::flight::WINDOW_BYTES;
 use isostep::pty::Emulated;
 use isostep::pty::simulated::Simulated;
 use isostep::pty::{self, Machine, Tally};
+use isostep_sim::Config;
 
 const REMEDY: &str = "the tests with real senders need Python 3 with venv: https://python.org, or on Debian \
                       `apt-get install python3 python3-venv`";
@@ -25,8 +26,11 @@ const CNCJS: &str = "cncjs@1.11.5";
 const SIMULATED_SPEED: f64 = 20.0;
 const EMULATED_SPEED: f64 = 10.0;
 const PATIENCE: Duration = Duration::from_secs(120);
-/// The place where programs/parking.nc ends, mm. The other programs that are sent end where they begin.
+/// The place where programs/parking.nc ends, mm. The programs that are sent after it end where they begin.
 const PARKING_END_MM: [f64; 3] = [175.0, 40.0, 0.0];
+/// What measures tools: a plate that closes the probe's contact while Z is so low, as options of `sim` and of the
+/// emulator name it.
+const PLATE: &str = "Z,12,below";
 
 /// The folder of the scripts and their requirements.
 fn dir() -> PathBuf {
@@ -83,9 +87,9 @@ fn installed_cncjs() -> Result<PathBuf> {
     Ok(dir)
 }
 
-/// A stage of `cargo xtask test`. grbl-streamer homes a machine and streams programs without a tool, with a laser and
-/// with a spindle; it holds and resumes each of them. The first machine is simulated, the second is the firmware on the
-/// emulated board.
+/// A stage of `cargo xtask test`. grbl-streamer homes a machine and streams programs with two tools that are changed,
+/// without a tool, with a laser and with a spindle; it holds and resumes each of them. The first machine is simulated, the
+/// second is the firmware on the emulated board.
 pub fn grbl_streamer() -> Result<()> {
     let python = installed_python()?;
     let result = installed_dir().join("stream.json");
@@ -101,7 +105,7 @@ pub fn grbl_streamer() -> Result<()> {
         Ok(())
     };
     announce("grbl-streamer, simulated machine");
-    none_lost(ends_in_place(SIMULATED_SPEED, || Ok(Simulated::default()), script)?)?;
+    none_lost(ends_in_place(SIMULATED_SPEED, simulated_machine, script)?)?;
     build::firmware(Variant::default())?;
     node::prepare()?;
     announce("grbl-streamer, emulated board");
@@ -117,7 +121,7 @@ pub fn cncjs() -> Result<()> {
         script
     };
     announce("cncjs, simulated machine");
-    ends_in_place(SIMULATED_SPEED, || Ok(Simulated::default()), script)?;
+    ends_in_place(SIMULATED_SPEED, simulated_machine, script)?;
     build::firmware(Variant::default())?;
     node::prepare()?;
     announce("cncjs, emulated board");
@@ -125,9 +129,15 @@ pub fn cncjs() -> Result<()> {
     Ok(())
 }
 
-/// The emulated board with the last firmware built and its console on USB.
+/// The default machine, simulated, with a plate to measure tools.
+fn simulated_machine() -> Result<Simulated> {
+    let plate = Some(PLATE.parse()?);
+    Ok(Simulated::new(Config { plate, keep_record: false, ..Config::default() }))
+}
+
+/// The emulated board with the last firmware built, its console on USB, and a plate to measure tools.
 fn emulated_board() -> Result<Emulated> {
-    Emulated::start(&mut emulator(), true, &[])
+    Emulated::start(emulator().args(["--probe-plate", PLATE]), true, &[])
 }
 
 /// The emulator with the last firmware built.

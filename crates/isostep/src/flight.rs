@@ -16,6 +16,8 @@ pub struct Flight {
     partial: usize,
     /// Length of each unanswered line, its line end included.
     unanswered: VecDeque<usize>,
+    /// The same of the lines of a program that wait for the end of a change of the tool, while the sender sends others.
+    waiting: VecDeque<usize>,
     in_flight: usize,
     /// Lines by hand without an answer. They are answered before lines that wait for a change of the tool.
     by_hand: usize,
@@ -37,11 +39,13 @@ pub struct Flight {
 
 impl Flight {
     /// Counts bytes that go to the machine. Real-time bytes do not count, because they act at once and are never
-    /// answered.
+    /// answered. What is sent by hand in a change of the tool has the window for itself.
     pub fn sent(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             match realtime::classify(byte) {
                 Some(Realtime::Reset) => self.restart(),
+                Some(Realtime::ToolChange) => self.set_aside(),
+                Some(Realtime::Resume) => self.bring_back(),
                 Some(_) => {}
                 None => self.line_byte(byte),
             }
@@ -88,8 +92,21 @@ impl Flight {
     /// Counts a reset: the machine discards what it has not carried out, and will send its welcome.
     pub fn restart(&mut self) {
         (self.partial, self.in_flight, self.by_hand, self.restarting) = (0, 0, 0, true);
-        self.lines -= self.unanswered.len() as u64;
+        self.lines -= (self.unanswered.len() + self.waiting.len()) as u64;
         self.unanswered.clear();
+        self.waiting.clear();
+    }
+
+    /// The sender knows of the change of the tool: what comes now is by hand, and is answered first.
+    fn set_aside(&mut self) {
+        self.waiting.append(&mut self.unanswered);
+        self.in_flight = self.partial;
+    }
+
+    /// The change of the tool may be over.
+    fn bring_back(&mut self) {
+        self.in_flight += self.waiting.iter().sum::<usize>();
+        self.unanswered.append(&mut self.waiting);
     }
 
     fn line_byte(&mut self, byte: u8) {
@@ -162,6 +179,23 @@ mod tests {
             assert!(flight.heard("ok") && flight.has_room(200));
         }
         assert_eq!((flight.most, flight.times_over, flight.in_flight), (200, 2, 0));
+    }
+
+    #[test]
+    fn lines_by_hand_in_a_change_of_the_tool_are_answered_before_those_that_wait() {
+        let mut flight = Flight::default();
+        let line = [&[b'('; 99][..], b"\n"].concat();
+        flight.sent(&[b"T1 M6\n", &line[..]].concat());
+        assert!(flight.heard("ok"));
+        flight.sent(b"\xA3$TPW\n");
+        assert_eq!((flight.in_flight, flight.most), (5, 106));
+        assert!(flight.heard("ok"));
+        flight.sent(b"~");
+        assert_eq!((flight.in_flight, flight.lines, flight.answered), (100, 3, 2));
+        flight.sent(b"\xA3\x18$$\n");
+        assert!(!flight.heard("Grbl 1.1h") && flight.heard("ok"));
+        assert_eq!((flight.in_flight, flight.lines, flight.answered), (0, 3, 3));
+        assert_eq!((flight.most, flight.times_over), (106, 0));
     }
 
     #[test]
