@@ -6,11 +6,11 @@
 //
 // INSTALLED is the folder with cncjs in its node_modules. Of the programs in the folder PROGRAMS, parking.nc is held by
 // either kind of button on the page, engraving.nc with a laser ($32=1), square.nc with a spindle at S500 ($32=0).
-// two_tools.nc is run with three of the page's ways to change a tool: the page stops the program, the machine waits in
-// M6 ($341=0), and the page leads to a plate and measures each tool there. The script fails unless the machine stands
-// still in each hold and continues from there. A laser must be off while held and on again afterwards; a spindle must
-// keep turning. Every line must be answered with ok, and at the end of each program the machine must stand with all
-// outputs off at X,Y,Z mm, or where two_tools.nc ends with the length of its last tool.
+// two_tools.nc is run twice: the page leaves M6 out and stops the program, as it does unless it is told otherwise, and
+// it sends M6, which waits ($341=0). The script fails unless the machine stands still in each hold and continues from
+// there. A laser must be off while held and on again afterwards; a spindle must keep turning. Every line must be
+// answered with ok, and at the end of each program the machine must stand with all outputs off at X,Y,Z mm, or where
+// two_tools.nc ends with the length of its last tool.
 
 import { spawn } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -26,20 +26,12 @@ const REPORT_MS = 20;
 const REPORTS_AT_REST = 12;
 const SPINDLE_S = 500;
 const TWO_TOOLS = 'two_tools.nc';
-/** What cncjs does with M6, by its numbers: it leaves it out and stops the program, sends it, or leaves it out and sends
- * lines of its own that set the zero of Z at a plate. */
+/** What cncjs does with M6, by its numbers: it leaves it out and stops the program, or sends it. */
 const LEAVES_OUT_M6 = 0;
 const SENDS_M6 = 1;
-const MEASURES_BY_ZERO = 2;
-/** Where cncjs is told to change tools, and to measure them at a plate, mm; it knows how high the plate is above zero. */
-const TOUCH_PLATE_MM = 1;
-const PLATE_MM = 10;
-const PLACES = { toolChangeX: 0, toolChangeY: 0, toolChangeZ: 90, toolProbeX: 0, toolProbeY: 0, toolProbeZ: 30 };
-const MEASURING = { ...PLACES, toolProbeDistance: 25, toolProbeFeedrate: 300, touchPlateHeight: TOUCH_PLATE_MM };
-/** The lengths of the tools of two_tools.nc in the table of tools, and where its work zero is and it ends above that, mm. */
+/** The lengths that the tools of two_tools.nc have in the table of tools, and where it ends with the last of them, mm. */
 const LENGTHS_MM = new Map([[1, 10], [2, 4]]);
-const ZERO_MM = [20, 20, 20];
-const END_ABOVE_MM = 5;
+const TWO_TOOLS_END_MM = [20, 20, 29];
 
 if (process.argv.length !== 6) fail('give INSTALLED PORT PROGRAMS X,Y,Z');
 const [installed, port, programs, end] = process.argv.slice(2);
@@ -89,57 +81,44 @@ async function main() {
 async function changeTools(socket, seen) {
   await set(socket, seen, '$341', '0');
   for (const [tool, mm] of LENGTHS_MM) await answered(socket, `G10 L1 P${tool} Z${mm}`);
-  const lengthMm = LENGTHS_MM.get(2);
-  await changeToolsBy(socket, seen, LEAVES_OUT_M6, ZERO_MM[2] + lengthMm, async (tool) => {
-    await stoppedByPage(socket, seen, tool);
+  await changeToolsBy(socket, seen, LEAVES_OUT_M6, async (tool) => {
+    await stoppedByPage(seen, tool);
+    await until('answers to what was sent', () => seen.sender.received === seen.sender.sent);
+    const idle = await reported(socket, 'Idle behind them', (report) => report.startsWith('<Idle|'));
+    checkTool(`at the stop for tool ${tool}`, await restReports(socket, said.indexOf(idle)), 0);
     socket.emit('command', port, 'gcode:resume');
   });
-  await checkLength(socket, lengthMm);
-  await changeToolsBy(socket, seen, SENDS_M6, ZERO_MM[2] + lengthMm, async (tool, begin) => {
+  await changeToolsBy(socket, seen, SENDS_M6, async (tool, begin) => {
     const isTold = () => said.slice(begin).some((line) => line.startsWith(`[MSG:M6: put in tool ${tool},`));
     await until(`prompt for tool ${tool}`, isTold);
     await waitsForPerson(socket, `tool ${tool}`);
     socket.emit('command', port, 'cyclestart');
   });
-  await checkLength(socket, lengthMm);
-  const inSpindle = said.findLast((line) => /^<.*\|T:/.test(line));
-  if (!/\|T:2[|>]/.test(inSpindle)) throw new Error(`tool 2 was put in, and yet ${inSpindle}`);
+  // The tool is in the spindle, so this waits for nobody.
+  await answered(socket, 'M6 T2');
 
-  for (const tool of LENGTHS_MM.keys()) await answered(socket, `G10 L1 P${tool} Z0 R0`);
-  await changeToolsBy(socket, seen, MEASURES_BY_ZERO, PLATE_MM - TOUCH_PLATE_MM, async (tool) => {
-    await stoppedByPage(socket, seen, tool);
-    // It asks for the tool and, when that has been measured, for the spindle.
-    for (const what of [`tool ${tool}`, `the spindle with tool ${tool}`]) {
-      await until(`question for ${what}`, () => seen.feeder.hold && seen.feeder.holdReason?.data === 'M0');
-      await waitsForPerson(socket, what);
-      socket.emit('command', port, 'feeder:start');
-      await until(`${what} taken`, () => !seen.feeder.hold);
-    }
-    await until('lines of the change answered', () => seen.feeder.queue === 0 && !seen.feeder.pending);
-    await reported(socket, 'Idle behind the change', (report) => report.startsWith('<Idle|'));
-    socket.emit('command', port, 'gcode:resume');
-  });
   // The other programs begin without all that.
   for (const line of ['G10 L2 P1 X0 Y0 Z0', 'G49']) await answered(socket, line);
 }
 
-/** Runs two_tools.nc with cncjs set to one of its ways to change tools, and `change` for each tool. Work zero must then
- * be as high as `zeroMm`, with the length of the last tool. */
-async function changeToolsBy(socket, seen, toolChangePolicy, zeroMm, change) {
+/** Runs two_tools.nc with cncjs set to one of its ways to change tools, and `change` for each tool. */
+async function changeToolsBy(socket, seen, toolChangePolicy, change) {
   const headers = { 'Content-Type': 'application/json', Authorization: `Bearer ${token}` };
-  const body = JSON.stringify({ ...MEASURING, toolChangePolicy });
+  const body = JSON.stringify({ toolChangePolicy });
   const set = await fetch(`${address}/api/tool`, { method: 'POST', headers, body });
   if (!set.ok) throw new Error(`cncjs does not take ${body}: ${set.status}`);
   const begin = said.length;
   const changeAll = async () => {
     for (const tool of LENGTHS_MM.keys()) await change(tool, begin);
   };
-  await run(socket, seen, TWO_TOOLS, source(TWO_TOOLS), changeAll, [ZERO_MM[0], ZERO_MM[1], zeroMm + END_ABOVE_MM]);
+  await run(socket, seen, TWO_TOOLS, source(TWO_TOOLS), changeAll, TWO_TOOLS_END_MM);
+  await checkLength(socket);
 }
 
 /** Waits until cncjs has stopped the program at M6 by itself. */
-async function stoppedByPage(socket, seen, tool) {
-  await until(`stop for tool ${tool}`, () => seen.workflow === 'paused' && seen.sender.holdReason?.data === 'M6');
+async function stoppedByPage(seen, tool) {
+  const isStop = ({ data, msg }) => data === 'M6' && msg.startsWith(`T${tool} M6`);
+  await until(`stop for tool ${tool}`, () => seen.workflow === 'paused' && isStop(seen.sender.holdReason ?? {}));
   console.log(`the page stopped at ${seen.sender.holdReason.msg}`);
 }
 
@@ -150,11 +129,13 @@ async function waitsForPerson(socket, what) {
   console.log(`waits for ${what} at ${place(held)}`);
 }
 
-async function checkLength(socket, mm) {
+/** The length of the last tool must be in force. */
+async function checkLength(socket) {
   const begin = said.length;
   await answered(socket, '$#');
   const inForce = said.slice(begin).find((line) => line.startsWith('[TLO:'));
-  if (inForce !== `[TLO:${mm.toFixed(3)}]`) throw new Error(`the last tool has the length ${mm}, and yet ${inForce}`);
+  const wantedLine = `[TLO:${LENGTHS_MM.get(2).toFixed(3)}]`;
+  if (inForce !== wantedLine) throw new Error(`the last tool has the length ${wantedLine}, and yet ${inForce}`);
 }
 
 async function park(socket, seen) {
@@ -324,12 +305,11 @@ function freePort() {
 
 /** Collects what cncjs sends to its page. */
 function watch(socket) {
-  const seen = { ports: [], settings: {}, version: '', state: '', place: [], workflow: '', sender: {}, feeder: {} };
+  const seen = { ports: [], settings: {}, version: '', state: '', place: [], workflow: '', sender: {} };
   socket.on('serialport:list', (ports) => Object.assign(seen, { ports }));
   socket.on('serialport:read', (line) => said.push(line));
   socket.on('workflow:state', (workflow) => Object.assign(seen, { workflow }));
   socket.on('sender:status', (sender) => Object.assign(seen, { sender }));
-  socket.on('feeder:status', (feeder) => Object.assign(seen, { feeder }));
   socket.on('controller:settings', (_type, { settings, version }) => Object.assign(seen, { settings, version }));
   socket.on('controller:state', (_type, { status }) => {
     const { x, y, z } = status.mpos;

@@ -25,7 +25,7 @@ const CNCJS: &str = "cncjs@1.11.5";
 /// Speed of the machines relative to real time. Senders are fast enough for it, and so is the emulator.
 const SIMULATED_SPEED: f64 = 20.0;
 const EMULATED_SPEED: f64 = 10.0;
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(240);
 /// The place where programs/parking.nc ends, mm. The programs that are sent after it end where they begin.
 const PARKING_END_MM: [f64; 3] = [175.0, 40.0, 0.0];
 /// What measures tools: a plate that closes the probe's contact while Z is so low, as options of `sim` and of the
