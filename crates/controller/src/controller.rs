@@ -232,8 +232,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
         let (overrides, work_offset_pm, max_rpm) =
             self.with(|program| (program.overrides, program.work_offset_pm, program.settings.spindle_max_rpm));
         let state = match self.state() {
-            // Senders would take Run for the end of the change.
-            ReportedState::Run if self.changes_tool() => ReportedState::Tool,
+            state @ (ReportedState::Run | ReportedState::Tool) => self.state_in_change(state),
             state => state,
         };
         let (tool, system, has_tool_reference) = self.with(|program| {

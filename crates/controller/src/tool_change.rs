@@ -176,6 +176,17 @@ impl<F: NorFlash> Controller<'_, F> {
         self.machine.announce();
     }
 
+    /// The state that reports name where the machine itself is at rest or runs. Senders take Run for the end of the change, and count
+    /// no `ok` as one of the program's before: so it is Run from when the program goes on, and not before.
+    #[cold]
+    pub(crate) fn state_in_change(&self, state: ReportedState) -> ReportedState {
+        match self.with(|program| program.changing.map(|changing| changing.progress)) {
+            None => state,
+            Some(ChangeProgress::Over) => ReportedState::Run,
+            Some(_) => ReportedState::Tool,
+        }
+    }
+
     /// What a console that waits behind M6 does next. An alarm ends the change.
     #[cold]
     pub(crate) fn awaited(&self) -> Awaited {
