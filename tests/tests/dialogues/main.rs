@@ -19,6 +19,7 @@ mod probe;
 mod real_time;
 mod reports;
 mod senders;
+mod senders_change_tools;
 mod settings;
 mod shapers;
 mod stall;
