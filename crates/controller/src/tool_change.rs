@@ -325,9 +325,8 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn take_length(&self, touched_pm: i64, text: &mut Message) -> Result<(), Error> {
-        let homed = self.machine.homed();
         let taken = self.with(|program| {
-            let reference_pm = program.reference_pm.filter(|_| homed.get(Z) == Some(&true));
+            let reference_pm = program.reference_pm;
             let length_pm = touched_pm - reference_pm.unwrap_or(touched_pm);
             program.reference_pm = Some(reference_pm.unwrap_or(touched_pm));
             let tool = program.changing.map_or(program.interpreter.tool_in_spindle(), |changing| changing.tool);
