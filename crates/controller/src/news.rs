@@ -53,7 +53,13 @@ impl<F: NorFlash> Controller<'_, F> {
         match self.awaited() {
             Awaited::Nothing => {}
             Awaited::Warning => console.output.send_written(|text| text.say(messages::MEASURE_FIRST)).await,
-            Awaited::Line => console.input.open(),
+            Awaited::Line => {
+                // As in grblHAL: a sender that counts no `ok` until a report says Run hears one before the next `ok`.
+                if self.changes_tool() {
+                    self.offer_report(console);
+                }
+                console.input.open();
+            }
         }
     }
 

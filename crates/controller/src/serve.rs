@@ -226,7 +226,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    fn offer_report(&self, console: &Console) {
+    pub(crate) fn offer_report(&self, console: &Console) {
         let report = self.report(console.input.free_bytes());
         let mut reporter = console.reporter.borrow_mut();
         console.output.offer(|text| reporter.write(text, &report, &self.settings()));
