@@ -79,11 +79,6 @@ class Wire(Interface):
         lines = Wire.heard[begin:].decode("ascii").split("\r\n")[:-1]
         return [Report(line) for line in lines if line.startswith("<") and line.endswith(">")]
 
-    @staticmethod
-    def is_answered():
-        """Every line sent since the reset has its `ok`, behind the welcome."""
-        return Wire.heard.rpartition(b"Grbl ")[2].count(b"ok\r\n") == Wire.lines_sent
-
 
 grbl_streamer.Interface = Wire
 
@@ -102,6 +97,7 @@ class OneAtATime(grbl_streamer.GrblStreamer):
     def __init__(self, callback):
         self.turn = threading.Lock()
         self.unanswered_by_hand = 0
+        self.answers = 0
         super().__init__(callback)
         known = self.preprocessor.whitelist_commands
         known["G"] += [81, 83, 98]
@@ -120,11 +116,20 @@ class OneAtATime(grbl_streamer.GrblStreamer):
             self.unanswered_by_hand -= 1
         else:
             super()._handle_ok()
+        self.answers += 1
+
+    def _on_bootup(self):
+        self.answers = 0
+        super()._on_bootup()
+
+    def is_answered(self):
+        """Every line sent since the reset has its `ok`, and no `ok` is still to be taken for a line's of the next job."""
+        return self.answers == Wire.lines_sent
 
     def is_quiet(self):
         """The machine is idle, and nothing is asked of it, nor to be."""
         to_ask = self.gcode_parser_state_requested or self.hash_state_requested
-        return self._last_cmode == "Idle" and not to_ask and Wire.is_answered()
+        return self._last_cmode == "Idle" and not to_ask and self.is_answered()
 
     def _stream(self):
         with self.turn:
@@ -189,14 +194,14 @@ class Sender:
         """Sends a line while no program runs."""
         self.wait("answers to what it asks by itself", self.grbl.is_quiet)
         self.grbl.send_immediately(line)
-        self.wait(f"answer to {line}", Wire.is_answered)
+        self.wait(f"answer to {line}", self.grbl.is_answered)
 
     def set(self, number, value):
         """Gives the machine a setting, and reads it back."""
         self.type(f"${number}={value}")
         del self.settings[number]
         self.grbl.request_settings()
-        self.wait("settings", lambda: number in self.settings and Wire.is_answered())
+        self.wait("settings", lambda: number in self.settings and self.grbl.is_answered())
         if self.errors or self.settings[number] != value:
             sys.exit(f"${number} was to be {value} and is {self.settings[number]}; {self.errors}")
 
