@@ -4,13 +4,12 @@ import type uPlot from "uplot";
 import { Charts, type Data } from "./charts";
 import { button, part } from "./elements";
 import { colour } from "./drawing";
-import { BLOCK } from "./envelope";
 import { AXES, AXIS_NAMES, Kind, Motion } from "./motion";
 
-/** With more phases than this in view, blocks of them are drawn by their lowest and highest values. */
+/** With more phases than this in view, the lowest and highest values of equal parts of the time are drawn. */
 const ROWS_MAX = 2_000;
-/** Blocks are joined if there are more. */
-const BLOCKS_MAX = 1_000;
+/** Parts of the time in view, some of the width of a pixel. */
+const BINS = 1_200;
 /** Points of a phase in which the acceleration changes. */
 const POINTS = 8;
 const SHADES: Partial<Record<Kind, string>> = {
@@ -93,7 +92,7 @@ export class Curves {
   private data(from: number, to: number): Data[] {
     const [first, last] = this.rows(from, to);
     const points = new Points();
-    if (last - first > ROWS_MAX) this.addBlocks(points, first, last);
+    if (last - first > ROWS_MAX) this.addBins(points, from, to);
     else this.addRows(points, first, last, [from, to]);
     return points.data;
   }
@@ -121,21 +120,11 @@ export class Curves {
     if (ended < end) [ended, end].forEach(rest);
   }
 
-  private addBlocks(points: Points, first: number, last: number): void {
-    const { envelope } = this.motion;
-    const [begin, end] = [Math.floor(first / BLOCK), Math.min(envelope.length, Math.ceil(last / BLOCK))];
-    const step = Math.ceil((end - begin) / BLOCKS_MAX);
-    for (let block = begin; block < end; block += step) {
-      const time = this.motion.from(block * BLOCK);
-      for (const end of [0, 1] as const) {
-        points.add(time, (axis, quantity) => {
-          const ranges = Array.from({ length: step }, (_, more) => envelope.range(block + more, axis, quantity)[end] ?? 0);
-          return Math[end ? "max" : "min"](...ranges);
-        });
-      }
+  private addBins(points: Points, from: number, to: number): void {
+    const bins = this.motion.envelope.bins(from, Math.min(to, this.motion.end), BINS);
+    for (let bin = 0; bin < bins.count; bin++) {
+      for (const end of [0, 1] as const) points.add(bins.middle(bin), (axis, quantity) => bins.range(bin, axis, quantity)[end]);
     }
-    const rest = envelope.length * BLOCK;
-    if (last >= rest) this.addRows(points, rest, last, [this.motion.from(rest), this.motion.to(last)]);
   }
 
   private shade(plot: uPlot): void {

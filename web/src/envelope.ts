@@ -1,13 +1,64 @@
-// The lowest and highest speed, acceleration and jerk of each axis in blocks of phases, so that a long run can be drawn at once.
+// The lowest and highest speed, acceleration and jerk of each axis in equal parts of time, so that a run of any length is drawn at
+// once, and right at every zoom.
 
+import { AXES } from "./axes";
 import { Column } from "./column";
-import { AXES, type Motion } from "./motion";
+import type { Motion } from "./motion";
 
-/** Phases of a block. */
-export const BLOCK = 64;
 /** Speed, acceleration and jerk. */
 export const QUANTITIES = 3;
 const NUMBERS = AXES * QUANTITIES;
+/** Phases of a block, of which the extremes are kept. */
+const BLOCK = 64;
+/** A pause that is longer than this, s, is one: the machine is at rest in it. */
+const PAUSE_S = 1e-6;
+
+/** The extremes in equal parts of a span of time. */
+export class Bins {
+  private readonly lows: Float32Array;
+  private readonly highs: Float32Array;
+
+  constructor(
+    private readonly from: number,
+    to: number,
+    readonly count: number,
+  ) {
+    this.width = (to - from) / count;
+    this.lows = new Float32Array(count * NUMBERS).fill(Infinity);
+    this.highs = new Float32Array(count * NUMBERS).fill(-Infinity);
+  }
+
+  readonly width: number;
+
+  /** The part that a time is in, which may be before the first or behind the last. */
+  at(time: number): number {
+    return Math.floor((time - this.from) / this.width);
+  }
+
+  /** The middle of a part. */
+  middle(bin: number): number {
+    return this.from + (bin + 0.5) * this.width;
+  }
+
+  /** Where a part ends, and the next begins. */
+  end(bin: number): number {
+    return this.from + (bin + 1) * this.width;
+  }
+
+  take(bin: number, number: number, low: number, high = low): void {
+    if (bin < 0 || bin >= this.count) return;
+    const at = bin * NUMBERS + number;
+    this.lows[at] = Math.min(this.lows[at] ?? low, low);
+    this.highs[at] = Math.max(this.highs[at] ?? high, high);
+  }
+
+  /** The lowest and highest value of an axis in a part; 0 where nothing is known. */
+  range(bin: number, axis: number, quantity: number): [number, number] {
+    const at = bin * NUMBERS + axis * QUANTITIES + quantity;
+    const [low = 0, high = 0] = [this.lows[at], this.highs[at]];
+    return low <= high ? [low, high] : [0, 0];
+  }
+}
 
 export class Envelope {
   private readonly lows = new Column<Float32Array>(new Float32Array(1024));
@@ -19,36 +70,77 @@ export class Envelope {
   /** Takes those blocks in that are whole by now. */
   grow(): void {
     for (; this.done + BLOCK <= this.motion.length; this.done += BLOCK) {
-      const [low, high] = [new Float32Array(NUMBERS), new Float32Array(NUMBERS)];
-      for (let row = this.done; row < this.done + BLOCK; row++) this.take(row, low, high);
-      this.lows.push(low);
-      this.highs.push(high);
+      const whole = new Bins(0, 1, 1);
+      for (let row = this.done; row < this.done + BLOCK; row++) {
+        if (row > this.done && this.motion.from(row) - this.motion.to(row - 1) > PAUSE_S) this.takeRest(whole, 0, 0);
+        this.takePiece(whole, 0, row, 0, this.span(row));
+      }
+      const ranges = Array.from({ length: NUMBERS }, (_, number) => whole.range(0, Math.floor(number / QUANTITIES), number % QUANTITIES));
+      this.lows.push(Float32Array.from(ranges, ([low]) => low));
+      this.highs.push(Float32Array.from(ranges, ([, high]) => high));
     }
   }
 
-  /** Blocks that are whole. */
-  get length(): number {
-    return this.done / BLOCK;
+  /** The extremes in so many parts of a span of time. */
+  bins(from: number, to: number, count: number): Bins {
+    const { motion } = this;
+    const bins = new Bins(from, to, count);
+    let ended = from;
+    for (let row = Math.max(0, motion.rowAt(from)); row < motion.length && motion.from(row) < to; ) {
+      if (motion.from(row) - ended > PAUSE_S) this.takeRest(bins, ended, motion.from(row));
+      const next = this.takeBlock(bins, row) || this.takeRow(bins, row);
+      ended = Math.max(ended, motion.to(next - 1));
+      row = next;
+    }
+    if (ended < to) this.takeRest(bins, ended, to);
+    return bins;
   }
 
-  /** The lowest and highest value of an axis in a block. */
-  range(block: number, axis: number, quantity: number): [number, number] {
-    const at = block * NUMBERS + axis * QUANTITIES + quantity;
-    return [this.lows.at(at), this.highs.at(at)];
+  private span(row: number): number {
+    return this.motion.to(row) - this.motion.from(row);
   }
 
-  private take(row: number, low: Float32Array, high: Float32Array): void {
-    if (this.motion.isHoming(row)) return;
-    const span = this.motion.to(row) - this.motion.from(row);
+  /** Takes a whole block in if it lies in one part. Returns the row behind it; 0 if it does not. */
+  private takeBlock(bins: Bins, row: number): number {
+    const next = row + BLOCK;
+    if (row % BLOCK || next > this.done) return 0;
+    const bin = bins.at(this.motion.from(row));
+    if (bin !== bins.at(this.motion.to(next - 1))) return 0;
+    const at = (row / BLOCK) * NUMBERS;
+    for (let number = 0; number < NUMBERS; number++) bins.take(bin, number, this.lows.at(at + number), this.highs.at(at + number));
+    return next;
+  }
+
+  private takeRow(bins: Bins, row: number): number {
+    const [from, to] = [this.motion.from(row), this.motion.to(row)];
+    const last = Math.min(bins.at(to), bins.count - 1);
+    for (let bin = Math.max(0, bins.at(from)); bin <= last; bin++) {
+      const [begins, ends] = [Math.max(from, bins.end(bin - 1)), Math.min(to, bins.end(bin))];
+      if (ends >= begins) this.takePiece(bins, bin, row, begins - from, ends - from);
+    }
+    return row + 1;
+  }
+
+  private takeRest(bins: Bins, from: number, to: number): void {
+    const last = Math.min(bins.at(to), bins.count - 1);
+    for (let bin = Math.max(0, bins.at(from)); bin <= last; bin++) {
+      for (let number = 0; number < NUMBERS; number++) bins.take(bin, number, 0);
+    }
+  }
+
+  /** Takes in a phase from one instant to another, counted from its beginning. */
+  private takePiece(bins: Bins, bin: number, row: number, from: number, to: number): void {
+    if (this.span(row) <= 0) return;
     for (let axis = 0; axis < AXES; axis++) {
-      for (const after of [0, span / 2, span]) {
-        const { speed, accel, jerk } = this.motion.axis(row, axis, after);
-        [speed, accel, jerk].forEach((value, quantity) => {
-          const at = axis * QUANTITIES + quantity;
-          low[at] = Math.min(low[at] ?? 0, value);
-          high[at] = Math.max(high[at] ?? 0, value);
-        });
-      }
+      const [first, last] = [this.motion.axis(row, axis, from), this.motion.axis(row, axis, to)];
+      // Speed is highest or lowest where the acceleration is 0.
+      const turn = first.jerk ? from - first.accel / first.jerk : from;
+      const turned = turn > from && turn < to ? this.motion.axis(row, axis, turn).speed : first.speed;
+      const still = this.motion.isHoming(row) ? 0 : 1;
+      const at = axis * QUANTITIES;
+      bins.take(bin, at, still * Math.min(first.speed, last.speed, turned), still * Math.max(first.speed, last.speed, turned));
+      bins.take(bin, at + 1, still * Math.min(first.accel, last.accel), still * Math.max(first.accel, last.accel));
+      bins.take(bin, at + 2, still * first.jerk);
     }
   }
 }

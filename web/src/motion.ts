@@ -1,11 +1,11 @@
 // The motion of a run, phase by phase, and what it is at any time.
 
+import { AXES } from "./axes";
 import { Column } from "./column";
 import { Envelope } from "./envelope";
 import type { Columns, LineTimes } from "./messages";
 
-export const AXES = 3;
-export const AXIS_NAMES = ["X", "Y", "Z"] as const;
+export { AXES, AXIS_NAMES } from "./axes";
 const COLUMNS = 4;
 
 export enum Kind {

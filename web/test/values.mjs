@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["operate/change", "operate/dialect", "operate/flight", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
+const MODULES = ["envelope", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
 
 /** The page's own modules, as a browser gets them. */
 async function bundled() {
@@ -19,7 +19,7 @@ async function bundled() {
 // What they ask a browser for. No time passes unless a test says so.
 const timers = [];
 Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: () => 0, clearTimeout() {} });
-const { askedTool, changes, differences, FORGOTTEN, Lines, linesOf, Machine, read, realTime, send, setting, status, toolWords, UNKNOWN } = await bundled();
+const { askedTool, AXES, changes, differences, FORGOTTEN, Lines, linesOf, Machine, Motion, read, realTime, send, setting, status, toolWords, UNKNOWN } = await bundled();
 
 const WINDOW_BYTES = 128;
 const RESET = 0x18;
@@ -335,4 +335,74 @@ test("the page's modules exist, and so does what its worker asks the machine for
   const given = sources.flatMap((text) => [...text.matchAll(exported)]).map(([, renamed, name]) => renamed ?? name);
   assert.ok(asked.length > 8, asked.join());
   assert.deepEqual(asked.filter((name) => !given.includes(name)), []);
+});
+
+/** A motion of phases of random lengths, with a pause now and then, from a number. */
+function randomMotion(phases, seed) {
+  let state = seed;
+  const random = () => ((state = (state * 1_103_515_245 + 12_345) % 2_147_483_648) / 2_147_483_648);
+  const motion = new Motion();
+  let [time, values] = [0, Array.from({ length: AXES }, () => ({ place: 0, speed: 0, accel: 0 }))];
+  for (let phase = 0; phase < phases; phase++) {
+    const span = random() < 0.1 ? 5 * random() + 0.01 : 0.02 * random() + 1e-4;
+    const ends = values.map(() => (phase % 7 === 6 ? 0 : 400 * random() - 200));
+    const columns = {
+      times: Float64Array.of(time, time + span), kinds: Uint8Array.of(1 + (phase % 3)), loads: Float32Array.of(0, 0), powerTimes: new Float64Array(), powers: new Float32Array(),
+      values: Float32Array.from(values.flatMap(({ place, speed, accel }, axis) => [place, speed, accel, ends[axis]])),
+    };
+    motion.add(columns);
+    values = values.map((_, axis) => motion.axis(phase, axis, span));
+    time += span;
+    if (random() < 0.05) {
+      time += random();
+      values = values.map(({ place }) => ({ place, speed: 0, accel: 0 }));
+    }
+  }
+  return motion;
+}
+
+/** Speeds of an axis at the ends of its phases within a part of time. */
+function speedsAtEnds(motion, axis, from, to) {
+  const speeds = [];
+  for (let row = Math.max(0, motion.rowAt(from)); row < motion.length && motion.from(row) < to; row++) {
+    const ends = [Math.max(from, motion.from(row)), Math.min(to, motion.to(row))].filter((time) => time >= motion.from(row));
+    speeds.push(...ends.map((time) => motion.axis(row, axis, time - motion.from(row)).speed));
+  }
+  return speeds;
+}
+
+/** What an axis does at a time: speed, acceleration and jerk; at rest 0. */
+function axisAt(motion, axis, time) {
+  const row = motion.rowAt(time);
+  if (row < 0 || time > motion.to(row)) return [0, 0, 0];
+  const { speed, accel, jerk } = motion.axis(row, axis, time - motion.from(row));
+  return [speed, accel, jerk];
+}
+
+test("curves of a long run are those of its motion, at every zoom", () => {
+  for (const seed of [1, 2, 3]) {
+    const motion = randomMotion(3_000, seed);
+    for (const [from, to] of [[0, motion.end], [motion.end * 0.4, motion.end * 0.5], [motion.end * 0.7, motion.end * 0.701]]) {
+      const bins = motion.envelope.bins(from, to, 1_000);
+      let [values, flat] = [0, 0];
+      for (let bin = 0; bin < bins.count; bin++) {
+        for (let axis = 0; axis < AXES; axis++) {
+          const within = Array.from({ length: 9 }, (_, part) => axisAt(motion, axis, from + (bin + (part + 0.5) / 9) * bins.width));
+          for (const quantity of [0, 1, 2]) {
+            const [low, high] = bins.range(bin, axis, quantity);
+            const room = 1e-3 * (1 + Math.abs(low) + Math.abs(high));
+            for (const at of within) assert.ok(at[quantity] >= low - room && at[quantity] <= high + room, `seed ${seed}, bin ${bin}: ${at[quantity]} is not in ${low}..${high}`);
+            values += Math.max(Math.abs(low), Math.abs(high));
+            flat += high === low ? 1 : 0;
+            // Nothing is shown that is not there: the extremes of speed are those of its instants, but for what changes between two, and short rests.
+            if (quantity > 0 || high === 0) continue;
+            const begins = from + bin * bins.width;
+            const speeds = [...within.map(([speed]) => speed), ...speedsAtEnds(motion, axis, begins, begins + bins.width)];
+            assert.ok(high - Math.max(...speeds) <= (200 * bins.width) / 9 + room, `seed ${seed}, bin ${bin}: ${high} is never reached`);
+          }
+        }
+      }
+      assert.ok(values > 1_000 && flat < 9_000, "the curves are not flat");
+    }
+  }
 });
