@@ -7,7 +7,7 @@ import { Run } from "./run";
 import { SettingsView } from "./settings/settings";
 
 const VIEWS = ["run", "operate", "settings", "profiles"] as const;
-/** Those of the machine, which have its bar of buttons. */
+/** Those of the machine, which have its bar of buttons always; others have it while the machine may move. */
 const OF_MACHINE = ["operate", "settings"];
 
 const run = new Run();
@@ -15,14 +15,22 @@ const operate = new Operate(() => run.editor.value, () => run.settingsLines);
 new SettingsView(operate.machine);
 const speedProfiles = new SpeedProfiles();
 
+let viewed: (typeof VIEWS)[number] = "run";
+
+function showBar(): void {
+  part("bar").hidden = !OF_MACHINE.includes(viewed) && !operate.machine.mayMove;
+}
+operate.machine.watch({ reported: showBar, attached: showBar });
+
 function look(view: (typeof VIEWS)[number]): void {
+  viewed = view;
   for (const name of VIEWS) {
     part(`view-${name}`).hidden = name !== view;
     const tab = button(`tab-${name}`);
     tab.setAttribute("aria-selected", String(name === view));
     tab.tabIndex = name === view ? 0 : -1;
   }
-  part("bar").hidden = !OF_MACHINE.includes(view);
+  showBar();
   if (OF_MACHINE.includes(view)) operate.look();
   if (view === "profiles") speedProfiles.look();
 }

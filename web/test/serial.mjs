@@ -144,17 +144,17 @@ export const tests = {
     await is(page, "Idle");
     await page.evaluate(() => window.fake.unplug());
     await is(page, "Off");
-    assert.match(await page.locator("#alarm").textContent(), /^The machine is gone: it was unplugged/);
+    assert.match(await page.locator("#link-trouble").textContent(), /^The link to the machine is lost: it was unplugged/);
     assert.equal(await page.locator("#connect").textContent(), "Connect again");
     await page.click("#connect");
     await is(page, "Idle");
-    assert.ok(await page.locator("#alarm").isHidden());
+    assert.ok(await page.locator("#link-trouble").isHidden());
     assert.equal(await page.evaluate(() => window.fake.asked), 1, "it is known");
   },
 
   async "a port that is taken or not chosen is reported with the remedy"() {
     const page = await withBoard(() => (window.fake.isTaken = true));
-    await page.locator("#alarm", { hasText: "Close other programs that use it, then connect again" }).waitFor();
+    await page.locator("#link-trouble", { hasText: "Close other programs that use it, then connect again" }).waitFor();
     const other = await withBoard(() => (window.fake.isRefused = true));
     await other.locator("#which-trouble", { hasText: "No board was chosen" }).waitFor();
   },

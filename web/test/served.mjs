@@ -26,14 +26,14 @@ export const tests = {
     const first = await opened(paths.board);
     await is(first, "Idle");
     const second = await opened(paths.board);
-    await second.locator("#alarm", { hasText: "another page has the board: close that one, then connect again" }).waitFor();
+    await second.locator("#link-trouble", { hasText: "another page has the board: close that one, then connect again" }).waitFor();
     assert.equal(await second.locator("#connect").textContent(), "Connect again");
     await is(first, "Idle");
     await first.click("#connect");
     await is(first, "Off");
     await second.click("#connect");
     await is(second, "Idle");
-    assert.ok(await second.locator("#alarm").isHidden());
+    assert.ok(await second.locator("#link-trouble").isHidden());
   },
 
   async "without the token the page says which address has it"() {

@@ -18,7 +18,8 @@ async function bundled() {
 
 // What they ask a browser for. No time passes unless a test says so.
 const timers = [];
-Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: () => 0, clearTimeout() {} });
+const ticks = [];
+Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: (act) => ticks.push(act), clearTimeout() {} });
 const { askedTool, AXES, changes, differences, FORGOTTEN, Lines, linesOf, Machine, Motion, read, realTime, send, setting, status, toolWords, UNKNOWN } = await bundled();
 
 const WINDOW_BYTES = 128;
@@ -405,4 +406,51 @@ test("curves of a long run are those of its motion, at every zoom", () => {
       assert.ok(values > 1_000 && flat < 9_000, "the curves are not flat");
     }
   }
+});
+
+test("a letter beyond ASCII is refused as what acts at once, unless a comment has it", () => {
+  const refused = (program) => realTime(linesOf(program))?.number;
+  assert.equal(refused("G0 X1\nG0 X2 Ä\n"), 2, "its second byte is that of the safety door");
+  assert.equal(refused("G0 X1 (Länge)\nG0 X2 ; Größe\n"), undefined);
+  assert.equal(refused("G0 X1\nG0?\n"), 2);
+});
+
+test("a link that is lost or silent is told as that, and nothing of before is shown as if it were so", (context) => {
+  const { machine, say } = attached();
+  const links = [];
+  machine.watch({ linked: (link, words) => links.push([link, words]) });
+  say("Grbl 1.1h ['$' for help]", "<Run|MPos:1.000,2.000,3.000|FS:600,0>");
+  assert.deepEqual([machine.link, machine.mayMove, machine.report.machinePosition], ["connected", true, [1, 2, 3]]);
+  // Nothing comes for 3 s.
+  const now = performance.now.bind(performance);
+  context.mock.method(performance, "now", () => now() + 3_000);
+  ticks.at(-1)();
+  assert.equal(machine.link, "silent");
+  assert.match(links.at(-1)[1], /has not answered for 3 s/);
+  say("<Run|MPos:1.500,2.000,3.000|FS:600,0>");
+  assert.deepEqual([machine.link, links.at(-1)], ["connected", ["connected", ""]]);
+  const logged = [];
+  let alarms = 0;
+  machine.watch({ logged: (line, kind) => logged.push([line, kind]), alarmed: (words) => (alarms += words ? 1 : 0) });
+  machine.detach();
+  machine.command("G0 X1");
+  assert.deepEqual([machine.link, machine.state, machine.report.machinePosition, alarms], ["none", "Off", [], 0]);
+  assert.deepEqual(logged.at(-1), ["not sent, because there is no machine: G0 X1", "wrong"]);
+});
+
+test("a machine whose link is lost may still move, and one that never answered is not there", () => {
+  const words = [];
+  const lost = (heard) => {
+    const machine = new Machine();
+    let port;
+    machine.watch({ linked: (link, why) => words.push(`${link}: ${why}`) });
+    machine.attach((listener) => ((port = listener), { send() {}, close() {} }), false);
+    if (heard) port.bytes(new TextEncoder().encode("<Run|MPos:0.000,0.000,0.000|FS:600,0>\r\n"));
+    port.lost({ line: null, words: "it was unplugged" });
+    return machine;
+  };
+  assert.deepEqual([lost(true).mayMove, lost(false).mayMove], [true, false]);
+  const [told, ofNone] = words.filter((why) => !why.endsWith(": "));
+  assert.match(told, /^lost: The link to the machine is lost: it was unplugged\. What the machine was told before it may still do/);
+  assert.match(ofNone, /^none: There is no link to the machine: it was unplugged/);
 });

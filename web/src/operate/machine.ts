@@ -8,11 +8,18 @@ import type { Listener, Port } from "./port";
 import { Words } from "./words";
 
 const ASK_EVERY_MS = 200;
+/** A machine that has said nothing for so long, though it is asked, is silent. */
+const SILENT_MS = 1500;
 /** The longest time from the first report to the welcome, if one comes. */
 const WELCOME_MS = 150;
 
+/** The link to a machine: one that is silent may come back, one that is lost is gone. */
+export type Link = "none" | "connected" | "silent" | "lost";
+
 /** What becomes known of a machine. */
 export interface Watcher {
+  /** How the link is, in words if it is not as it should be. */
+  linked?(link: Link, words: string): void;
   /** Another machine is attached, or none. */
   attached?(): void;
   /** It begins anew: after power-up, and after a reset. Lines of before are answered with `FORGOTTEN` then. */
@@ -32,10 +39,14 @@ export interface Watcher {
 export class Machine {
   /** As in the last report, `Off` without a machine. */
   report: Status = UNKNOWN;
+  link: Link = "none";
   readonly homed = new Homed();
   /** `$n`, as it was printed last. */
   readonly settings = new Map<number, string>();
   private port: Port | undefined;
+  /** Whether this machine has said anything, and when it was heard last, ms. */
+  private isHeard = false;
+  private heardAt = 0;
   private lines = new Lines();
   private readonly flight = new Flight((line) => this.write(`${line}\n`));
   private readonly watchers: Watcher[] = [];
@@ -52,7 +63,7 @@ export class Machine {
 
   constructor() {
     window.addEventListener("pagehide", () => this.letGo());
-    setInterval(() => this.port && !document.hidden && this.byte(STATUS), ASK_EVERY_MS);
+    setInterval(() => this.port && !document.hidden && this.inquire(), ASK_EVERY_MS);
   }
 
   watch(watcher: Watcher): void {
@@ -64,10 +75,13 @@ export class Machine {
     this.detach();
     this.homed.begin(isAtPowerUp);
     const port = open({
-      bytes: (bytes) => this.port === port && this.lines.push(bytes).forEach((line) => this.hear(line)),
+      bytes: (bytes) => this.port === port && this.take(bytes),
       lost: (trouble) => this.port === port && this.lose(trouble),
     });
     this.port = port;
+    this.isHeard = false;
+    this.heardAt = performance.now();
+    this.setLink("connected");
     this.tell((watcher) => watcher.attached?.());
     return port;
   }
@@ -82,7 +96,7 @@ export class Machine {
     this.greeting = undefined;
     this.isResetting = this.isGreeted = false;
     this.begin();
-    this.end("");
+    this.end("none");
   }
 
   get isAttached(): boolean {
@@ -91,6 +105,12 @@ export class Machine {
 
   get state(): string {
     return this.report.state;
+  }
+
+  /** Whether it moves, or may for all that is known. */
+  get mayMove(): boolean {
+    if (!this.isAttached) return this.link === "lost";
+    return this.link === "silent" || !["Off", "Idle", "Alarm", "Check", "Sleep"].includes(nameOf(this.state));
   }
 
   /** Whether it reports inches. */
@@ -121,6 +141,7 @@ export class Machine {
 
   /** A line of a person: it is logged, and its answer too. */
   command(line: string, answered?: (answer: string) => void): void {
+    if (!this.port) return this.log(`not sent, because there is no machine: ${line}`, "wrong");
     this.log(line, "sent");
     this.ask(line, (answer) => {
       if (answer === "ok") this.log(answer, "");
@@ -228,16 +249,37 @@ export class Machine {
   }
 
   private lose(trouble: Trouble): void {
-    this.end(`The machine is gone: ${trouble.words}`);
+    if (!this.isHeard) return this.end("none", `There is no link to the machine: ${trouble.words}`);
+    this.end("lost", `The link to the machine is lost: ${trouble.words}. What the machine was told before it may still do: look at the machine itself.`);
   }
 
   /** There is no machine any more, and why. */
-  private end(words: string): void {
+  private end(link: Link, words = ""): void {
     this.port = undefined;
     this.report = UNKNOWN;
+    this.setLink(link, words);
     this.tell((watcher) => watcher.reported?.(UNKNOWN, UNKNOWN));
-    this.tell((watcher) => watcher.alarmed?.(words));
+    this.tell((watcher) => watcher.alarmed?.(""));
     this.tell((watcher) => watcher.attached?.());
+  }
+
+  private setLink(link: Link, words = ""): void {
+    this.link = link;
+    this.tell((watcher) => watcher.linked?.(link, words));
+  }
+
+  /** Asks for a report. What was asked before should have been answered long ago. */
+  private inquire(): void {
+    const silentMs = performance.now() - this.heardAt;
+    if (silentMs > SILENT_MS) this.setLink("silent", `The machine has not answered for ${Math.floor(silentMs / 1000)} s: what is shown may be old, and it may still move.`);
+    this.byte(STATUS);
+  }
+
+  private take(bytes: Uint8Array): void {
+    this.isHeard = true;
+    this.heardAt = performance.now();
+    if (this.link === "silent") this.setLink("connected");
+    this.lines.push(bytes).forEach((line) => this.hear(line));
   }
 
   private hear(line: string): void {

@@ -13,7 +13,8 @@ export class Position {
 
   private show(report: Status): void {
     const decimals = this.machine.isInches ? 4 : 3;
-    const text = (value: number | undefined): string => (value ?? 0).toFixed(decimals).replace(/^-(0\.0+)$/, "$1");
+    // What is not known is not 0.
+    const text = (value: number | undefined): string => (value === undefined ? "–" : value.toFixed(decimals).replace(/^-(0\.0+)$/, "$1"));
     AXIS_NAMES.forEach((axis, index) => {
       part(`work-${axis.toLowerCase()}`).textContent = text(report.workPosition[index]);
       part(`place-${axis.toLowerCase()}`).textContent = text(report.machinePosition[index]);

@@ -17,8 +17,11 @@ export function linesOf(program: string): ProgramLine[] {
   return named(lines.filter(({ text }) => text));
 }
 
-/** The first line with a byte that would act at once. */
-export const realTime = (lines: ProgramLine[]): ProgramLine | undefined => lines.find(({ text }) => /[?!~]/.test(text));
+/** Whether a text has a byte that would act at once: `?`, `!`, `~`, or one of a letter beyond ASCII, as the second of `Ä`. */
+export const actsAtOnce = (text: string): boolean => /[?!~\x18]|[^\x00-\x7f]/.test(text);
+
+/** The first line with such a byte. */
+export const realTime = (lines: ProgramLine[]): ProgramLine | undefined => lines.find(({ text }) => actsAtOnce(text));
 
 function plain(line: string, number: number): ProgramLine {
   const text = line.replace(/;.*|\([^)]*\)/g, "").trim();

@@ -37,6 +37,7 @@ export class Sending {
     machine.watch({
       began: () => this.begin(),
       alarmed: (words) => words && this.lock(),
+      linked: (link) => link === "lost" && this.leave(),
       reported: (report) => this.follow(report),
     });
   }
@@ -46,7 +47,7 @@ export class Sending {
     if (this.job) return;
     const lines = linesOf(program);
     const acts = realTime(lines);
-    if (acts) return this.say(`Line ${acts.number} \`${acts.text}\` has a real-time command: take it out of the program.`);
+    if (acts) return this.say(`Line ${acts.number} \`${acts.text}\` has a byte that the machine would obey at once (?, !, ~, or a letter beyond ASCII): take it out, or put it into a comment.`);
     if (!lines.length) return this.say("The program is empty.");
     const estimate = new Estimate(program, this.machine.settings);
     this.job = { lines, next: 0, answered: 0, estimate, sinceMs: 0, lookedAt: performance.now() };
@@ -93,6 +94,13 @@ export class Sending {
     if (!this.job) return;
     this.end("Stopped by an alarm.");
     this.machine.forgetWaiting();
+  }
+
+  private leave(): void {
+    const { job } = this;
+    if (!job) return;
+    const line = job.lines[job.answered]?.number ?? job.lines.at(-1)?.number;
+    this.end(`The link was lost before line ${line} was answered: the machine may have gone on with what it had.`);
   }
 
   private begin(): void {

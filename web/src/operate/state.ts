@@ -24,19 +24,38 @@ export class State {
       ["reset", () => machine.byte(RESET)],
     ];
     for (const [id, act] of buttons) button(id).onclick = act;
-    machine.watch({ reported: (report) => this.show(report), alarmed: (words) => this.showAlarm(words) });
+    machine.watch({
+      reported: (report) => this.show(report),
+      linked: (_, words) => this.showLink(words),
+      alarmed: (words) => this.showAlarm(words),
+    });
+  }
+
+  /** The state, or what is wrong with the link: a state of before is none. */
+  private showState(): void {
+    const { link, state } = this.machine;
+    const words = link === "lost" ? "Link lost" : link === "silent" ? "Silent" : state;
+    for (const badge of document.querySelectorAll<HTMLElement>("[data-shows=state]")) {
+      if (badge.textContent !== words) badge.textContent = words;
+      badge.dataset["state"] = words === state ? nameOf(state) : "Alarm";
+    }
+  }
+
+  private showLink(words: string): void {
+    const place = part("link-trouble");
+    place.textContent = words;
+    place.hidden = !words;
+    this.showState();
   }
 
   private show(report: Status): void {
     const { state, room } = report;
     const name = nameOf(state);
-    for (const badge of document.querySelectorAll<HTMLElement>("[data-shows=state]")) {
-      if (badge.textContent !== state) badge.textContent = state;
-      badge.dataset["state"] = name;
-    }
-    part("homed-now").textContent = this.machine.homed.words;
-    part("feed-now").textContent = `${report.feed} ${this.machine.isInches ? "in" : "mm"}/min`;
-    part("pins-now").textContent = [...report.pins].map((pin) => PINS[pin] ?? `${pin} limit`).join(", ") || "none";
+    this.showState();
+    const isKnown = name !== "Off";
+    part("homed-now").textContent = isKnown ? this.machine.homed.words : "–";
+    part("feed-now").textContent = isKnown ? `${report.feed} ${this.machine.isInches ? "in" : "mm"}/min` : "–";
+    part("pins-now").textContent = isKnown ? [...report.pins].map((pin) => PINS[pin] ?? `${pin} limit`).join(", ") || "none" : "–";
     part("room").hidden = !room;
     if (room) part("room-now").textContent = `${room[0]} moves, ${room[1]} bytes`;
     button("unlock").disabled = name !== "Alarm";
@@ -44,6 +63,7 @@ export class State {
     button("resume").disabled = !["Hold:0", "Door:0"].includes(state) && !this.machine.waitsForTool;
     button("hold").disabled = !["Run", "Jog"].includes(name);
     button("home").disabled = !["Idle", "Alarm"].includes(name);
+    for (const id of ["stop", "reset"]) button(id).disabled = !this.machine.isAttached;
   }
 
   private showAlarm(words: string): void {

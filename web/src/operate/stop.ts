@@ -12,11 +12,13 @@ export function stop(machine: Machine): void {
   machine.log("stop: hold and reset", "sent");
 }
 
-/** The button, and the Escape key while the machine is looked at. */
+/** The button, and the Escape key wherever the button is seen. */
 export function offerStop(machine: Machine): void {
   button("stop").onclick = () => stop(machine);
   document.addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || event.repeat || button("stop").offsetParent === null) return;
+    // In a field of the settings it is the field's own: it empties a search, for example.
+    if (event.target instanceof Element && event.target.closest("#view-settings")) return;
     event.preventDefault();
     stop(machine);
   });
