@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["envelope", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
+const MODULES = ["envelope", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
 
 /** The page's own modules, as a browser gets them. */
 async function bundled() {
@@ -20,7 +20,7 @@ async function bundled() {
 const timers = [];
 const ticks = [];
 Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: (act) => ticks.push(act), clearTimeout() {} });
-const { askedTool, AXES, changes, differences, FORGOTTEN, Lines, linesOf, Machine, Motion, read, realTime, send, setting, status, toolWords, UNKNOWN } = await bundled();
+const { askedTool, AXES, changes, differences, FORGOTTEN, HeldJog, Lines, linesOf, Machine, Motion, read, realTime, send, setting, status, toolWords, UNKNOWN } = await bundled();
 
 const WINDOW_BYTES = 128;
 const RESET = 0x18;
@@ -453,4 +453,42 @@ test("a machine whose link is lost may still move, and one that never answered i
   const [told, ofNone] = words.filter((why) => !why.endsWith(": "));
   assert.match(told, /^lost: The link to the machine is lost: it was unplugged\. What the machine was told before it may still do/);
   assert.match(ofNone, /^none: There is no link to the machine: it was unplugged/);
+});
+
+/** What a held jog asks for on a machine that goes at its feed at once, when the page renews it at these instants, ms. */
+function jogged(renewedAtMs, { feed = 1_200, mostMm = 1_000 } = {}) {
+  const clock = { ms: 0 };
+  const now = performance.now;
+  performance.now = () => clock.ms;
+  try {
+    const asked = [];
+    const [speedMmPerMs, sum] = [feed / 60_000, () => asked.reduce((mm, line) => mm + Number(/X([-\d.]+)/.exec(line)[1]), 0)];
+    let movedMm = 0;
+    const report = () => ({ ...UNKNOWN, state: "Jog", machinePosition: [movedMm, 0, 0], feed: movedMm < sum() ? feed : 0 });
+    const held = new HeldJog(0, 1, feed, mostMm, report(), false, (line) => asked.push(line));
+    const path = [];
+    for (let ms = 1; ms <= 12_000; ms++) {
+      clock.ms = ms;
+      movedMm = Math.min(sum(), movedMm + speedMmPerMs);
+      if (!renewedAtMs(ms)) continue;
+      if (ms % 200 === 0) held.report(report());
+      if (ms % 40 === 0) held.renew();
+      path.push(movedMm);
+    }
+    return { movedMm, asked, path };
+  } finally {
+    performance.now = now;
+  }
+}
+
+test("a held jog goes on while the page lives, and ends by itself when it hangs", () => {
+  const alive = jogged(() => true);
+  assert.ok(Math.abs(alive.movedMm - 240) < 1, `20 mm/s for 12 s is ${alive.movedMm} mm`);
+  assert.ok(alive.asked.every((line) => /^\$J=G21 G91 X2\.000 F1200$/.test(line)));
+  // The page hangs from 2 s on, for 10 s.
+  const hung = jogged((ms) => ms <= 2_000);
+  const behind = hung.movedMm - hung.path.at(-1);
+  assert.ok(behind > 0 && behind <= 20 * 0.3 + 1e-9, `${behind} mm behind the hang`);
+  const ended = jogged(() => true, { mostMm: 7.5 });
+  assert.deepEqual([ended.movedMm, ended.asked.at(-1)], [7.5, "$J=G21 G91 X1.500 F1200"]);
 });

@@ -2,8 +2,13 @@
 
 import { input, part } from "../elements";
 import { AXIS_NAMES } from "../motion";
-import { JOG_CANCEL } from "./dialect";
+import { JOG_CANCEL, MM_PER_INCH } from "./dialect";
+import { HeldJog } from "./held";
+import { FORGOTTEN } from "./flight";
 import type { Machine } from "./machine";
+
+/** How often a jog that is held down is renewed. */
+const RENEW_EVERY_MS = 40;
 
 /** How far a jog goes at most on an axis whose zero is not known, mm. */
 const BLIND_MM = 100;
@@ -20,8 +25,9 @@ const KEYS: Record<string, [number, number]> = {
 const TRAVEL = 130;
 
 export class Jog {
-  /** What is held down. */
+  /** What is held down, and the jog that it makes. */
   private by: string | undefined;
+  private held: HeldJog | undefined;
 
   constructor(private readonly machine: Machine) {
     const pad = part("pad");
@@ -39,7 +45,12 @@ export class Jog {
     });
     window.addEventListener("blur", () => this.letGo());
     document.addEventListener("visibilitychange", () => document.hidden && this.letGo());
-    machine.watch({ began: () => (this.by = undefined) });
+    machine.watch({
+      began: () => this.forget(),
+      attached: () => this.forget(),
+      reported: (report) => this.held?.report(report),
+    });
+    setInterval(() => this.held?.renew(), RENEW_EVERY_MS);
   }
 
   private readKey(key: HTMLButtonElement): void {
@@ -66,25 +77,40 @@ export class Jog {
   private start(axis: number, direction: number, by: string): void {
     if (this.by || !["Idle", "Jog", "Tool"].includes(this.machine.state)) return;
     const { stepMm } = this;
+    const feed = Number(input("jog-feed").value) || 1000;
     // A step ends by itself: were it cancelled when the key is let go, it would be of another length.
-    if (!stepMm) this.by = by;
-    const way = stepMm ? `G91 ${AXIS_NAMES[axis]}${direction * stepMm}` : this.farthest(axis, direction);
-    const line = `$J=G21 ${way} F${input("jog-feed").value || "1000"}`;
-    this.machine.log(line, "sent");
-    this.machine.ask(line, (answer) => answer !== "ok" && this.machine.explain(answer, (words) => this.machine.log(words, "wrong")));
+    if (stepMm) return this.ask(`$J=G21 G91 ${AXIS_NAMES[axis]}${direction * stepMm} F${feed}`);
+    this.by = by;
+    const { report, isInches } = this.machine;
+    this.machine.log(`jog ${AXIS_NAMES[axis]}${direction > 0 ? "+" : "-"} F${feed}, while it is held`, "sent");
+    this.held = new HeldJog(axis, direction, feed, this.mostMm(axis, direction), report, isInches, (line) => this.ask(line));
+  }
+
+  private ask(line: string): void {
+    if (!this.by) this.machine.log(line, "sent");
+    this.machine.ask(line, (answer) => {
+      if (answer === "ok" || answer === FORGOTTEN) return;
+      // What was refused is not asked for again.
+      this.held = undefined;
+      this.machine.explain(answer, (words) => this.machine.log(words, "wrong"));
+    });
   }
 
   /** To the end of the axis, if that is known; whoever holds the key down ends it before. */
-  private farthest(axis: number, direction: number): string {
-    const name = AXIS_NAMES[axis] ?? "";
+  private mostMm(axis: number, direction: number): number {
     const travelMm = Number(this.machine.settings.get(TRAVEL + axis));
-    const isKnown = this.machine.homed.has(name) && travelMm;
-    return isKnown ? `G90 G53 ${name}${direction > 0 ? travelMm : 0}` : `G91 ${name}${direction * BLIND_MM}`;
+    if (!this.machine.homed.has(AXIS_NAMES[axis] ?? "") || !travelMm) return BLIND_MM;
+    const placeMm = (this.machine.report.machinePosition[axis] ?? 0) * (this.machine.isInches ? MM_PER_INCH : 1);
+    return Math.max(0, direction > 0 ? travelMm - placeMm : placeMm);
+  }
+
+  private forget(): void {
+    this.by = this.held = undefined;
   }
 
   private letGo(by = this.by): void {
     if (!this.by || this.by !== by) return;
-    this.by = undefined;
+    this.forget();
     // In a change of the tool only lines of a program wait.
     if (!this.machine.isChanging) this.machine.forgetWaiting();
     this.machine.byte(JOG_CANCEL);
