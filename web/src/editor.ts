@@ -35,7 +35,8 @@ export class Editor {
   private readonly view: EditorView;
   private marked = 0;
 
-  constructor() {
+  /** `changed` hears of every change that a person makes. */
+  constructor(private readonly changed: () => void) {
     const root = part("program").attachShadow({ mode: "open" });
     this.view = new EditorView({ state: this.state(""), parent: root, root });
   }
@@ -50,6 +51,7 @@ export class Editor {
       gcode,
       marks,
       theme,
+      EditorView.updateListener.of((update) => update.docChanged && this.changed()),
       EditorView.contentAttributes.of({ "aria-label": "G-code; a file may be dropped here", spellcheck: "false", autocapitalize: "off" }),
       // The page takes files.
       EditorView.domEventHandlers({ drop: (event) => (event.dataTransfer?.files.length ?? 0) > 0 }),

@@ -11,7 +11,7 @@ const VIEWS = ["run", "operate", "settings", "profiles"] as const;
 const OF_MACHINE = ["operate", "settings"];
 
 const run = new Run();
-const operate = new Operate(() => run.editor.value, () => run.settingsLines);
+const operate = new Operate(() => ({ name: run.title, text: run.editor.value }), () => run.settingsLines);
 new SettingsView(operate.machine);
 const speedProfiles = new SpeedProfiles();
 

@@ -24,6 +24,12 @@ export function tellFigures(summary: Summary): void {
   part("pauses").replaceChildren(...pauses.map((words) => made("li", words)));
 }
 
+/** Nothing was run, so nothing is kept or broken. */
+export function forgetChecks(): void {
+  part("checks-total").textContent = "";
+  for (const id of ["figures", "pauses", "checks"]) part(id).replaceChildren();
+}
+
 export function tellChecks({ verdicts }: Summary): void {
   const broken = verdicts.filter((verdict) => !verdict.kept).length;
   part("checks-total").textContent = broken ? `${broken} of ${verdicts.length} broken` : `all ${verdicts.length} kept`;

@@ -12,7 +12,8 @@ import { Motion } from "./motion";
 import { PathPicture } from "./path";
 import { Playback } from "./playback";
 import { Programs } from "./programs";
-import { tellChecks, tellFigures } from "./results";
+import { forgetChecks, tellChecks, tellFigures } from "./results";
+import { keepProgram, keptProgram } from "./kept";
 
 /** Problems that are reported one by one. */
 const REPORTED_MAX = 50;
@@ -20,7 +21,7 @@ const REPORTED_MAX = 50;
 const PICTURE_EVERY_MS = 300;
 
 export class Run {
-  readonly editor = new Editor();
+  readonly editor = new Editor(() => this.change());
   private readonly settings = area("settings");
   private readonly task = new Task();
   private readonly path = new PathPicture();
@@ -29,14 +30,14 @@ export class Run {
   private readonly advice = new Advice((line) => this.go(line));
   private motion = new Motion();
   private name = "program.nc";
+  /** The text is not that of the file any more. */
+  private isChanged = false;
   private drawNextAt = 0;
   private began = 0;
 
   constructor() {
-    const programs = new Programs((name, text) => {
-      this.name = name;
-      this.editor.load(text);
-    });
+    const programs = new Programs((name, text) => this.load(name, text));
+    this.settings.addEventListener("input", () => this.outdate());
     button("run").onclick = () => this.start();
     button("cancel").onclick = () => this.stop("Cancelled.");
     new Downloads(
@@ -45,7 +46,38 @@ export class Run {
       { busy: (isBusy) => this.setBusy(isBusy), say: (words) => this.say(words), trouble: (trouble) => this.fail(trouble) },
       () => this.path.file(),
     );
-    void programs.fetch("parking.nc").then(() => this.start());
+    const kept = keptProgram();
+    window.addEventListener("pagehide", () => keepProgram({ name: this.name, isChanged: this.isChanged, text: this.editor.value, settings: this.settingsLines }));
+    if (kept) {
+      this.load(kept.name, kept.text);
+      this.settings.value = kept.settings;
+      this.isChanged = kept.isChanged;
+      this.start();
+    } else void programs.fetch("parking.nc").then(() => this.start());
+  }
+
+  /** The file that the program is of. */
+  get title(): string {
+    return this.isChanged ? `${this.name}, changed` : this.name;
+  }
+
+  private change(): void {
+    this.isChanged = true;
+    this.outdate();
+  }
+
+  private load(name: string, text: string): void {
+    this.name = name;
+    this.isChanged = false;
+    this.editor.load(text);
+    this.outdate();
+  }
+
+  /** What is shown belongs to the text and the settings from which it was made. */
+  private outdate(): void {
+    if (part("results").dataset["state"] !== "ended") return;
+    part("results").dataset["state"] = "outdated";
+    this.say("The program or its settings have changed since this was run: run it again.");
   }
 
   /** The settings of the machine, as lines. */
@@ -98,6 +130,7 @@ export class Run {
 
   private fail(trouble: Trouble): void {
     this.stop("It could not be run.");
+    forgetChecks();
     this.tell([trouble]);
   }
 
