@@ -291,6 +291,6 @@ export const tests = {
     assert.match(answer, /^error:22: .*[Ff]eed/);
     assert.equal((await answers(page, "G1 X1 F0")).at(-1), answer, "the second time from memory");
     await sends(page, "G0 X5 ?\n");
-    await reads(page, "sending-now", /^Line 1 .* real-time command/);
+    await reads(page, "sending-now", /^Line 1 .* has a byte that the machine would obey at once/);
   },
 };

@@ -143,7 +143,8 @@ export const tests = {
     const page = await withBoard();
     await is(page, "Idle");
     await page.evaluate(() => window.fake.unplug());
-    await is(page, "Off");
+    await is(page, "Lost");
+    assert.equal(await page.locator("#place-x").textContent(), "–", "a place that is not known is not shown");
     assert.match(await page.locator("#link-trouble").textContent(), /^The link to the machine is lost: it was unplugged/);
     assert.equal(await page.locator("#connect").textContent(), "Connect again");
     await page.click("#connect");

@@ -34,10 +34,10 @@ export class State {
   /** The state, or what is wrong with the link: a state of before is none. */
   private showState(): void {
     const { link, state } = this.machine;
-    const words = link === "lost" ? "Link lost" : link === "silent" ? "Silent" : state;
+    const words = link === "lost" ? "Lost" : link === "silent" ? "Silent" : state;
     for (const badge of document.querySelectorAll<HTMLElement>("[data-shows=state]")) {
       if (badge.textContent !== words) badge.textContent = words;
-      badge.dataset["state"] = words === state ? nameOf(state) : "Alarm";
+      badge.dataset["state"] = nameOf(words);
     }
   }
 
