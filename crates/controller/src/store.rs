@@ -17,7 +17,7 @@ mod sectors;
 use core::fmt;
 use core::ops::Range;
 
-use embassy_futures::yield_now;
+use embassy_futures::{block_on, yield_now};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::Vec;
 use isostep_console::parameters::STORED_LINE_CHARS;
@@ -42,6 +42,8 @@ const KEY_BYTES: usize = 2;
 const ENTRY_BYTES: usize = KEY_BYTES + STORED_LINE_CHARS;
 /// The same in whole words, as it is read.
 const READ_BYTES: usize = ENTRY_BYTES.next_multiple_of(WORD_BYTES_MAX);
+/// The most that a header may claim: a sector of most flashes.
+const CLAIM_BYTES_MAX: usize = 4096;
 
 type Log<F> = QueueStorage<Sectors<F>, Cache<Uncached, Uncached, Uncached>>;
 
@@ -87,6 +89,9 @@ pub enum Loss {
 /// The flash has refused: what was to be changed has its old value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotStored;
+
+/// An entry of the log claims to be longer than any that was written.
+struct TooLong;
 
 impl<F: NorFlash> Store<F> {
     /// Keeps items in `range` of `flash`. Settings that it does not hold are as in `defaults`; other items are zero or
@@ -136,23 +141,45 @@ impl<F: NorFlash> Store<F> {
 
     /// Reads the log. Returns its version; `None` if it makes no sense.
     async fn read(&mut self) -> Option<u32> {
+        match self.read_by(&mut [0; READ_BYTES]).await {
+            Ok(version) => version,
+            Err(TooLong) => self.read_long(),
+        }
+    }
+
+    /// The same, where the power has cut a header short and it claims to be a longer one, as happens once in some ten thousand times:
+    /// its data are not what it claims, and the log goes on behind them. The buffer is on the stack, not in a future that would take its
+    /// room for ever, so the flash is waited for here. It is at power-up, when nothing else has to be done.
+    #[cold]
+    #[inline(never)]
+    fn read_long(&mut self) -> Option<u32> {
+        block_on(self.read_by(&mut [0; CLAIM_BYTES_MAX])).ok().flatten()
+    }
+
+    async fn read_by(&mut self, buffer: &mut [u8]) -> Result<Option<u32>, TooLong> {
         (self.kept, self.since_copy, self.doubtful) = (Kept::new(self.defaults), 0, None);
-        let mut understood = self.log.flash().open().await.ok()?;
+        let Ok(mut understood) = self.log.flash().open().await else { return Ok(None) };
         let mut version = NOTHING;
-        let mut buffer = [0; READ_BYTES];
-        let mut entries = self.log.iter().await.ok()?;
-        while let Some(entry) = entries.next(&mut buffer).await.ok()? {
-            let (&key, value) = entry.split_first_chunk()?;
+        let Ok(mut entries) = self.log.iter().await else { return Ok(None) };
+        loop {
+            let entry = match entries.next(buffer).await {
+                Ok(Some(entry)) => entry,
+                Ok(None) => break,
+                Err(LogError::BufferTooSmall(_)) => return Err(TooLong),
+                Err(_) => return Ok(None),
+            };
+            let Some((&key, value)) = entry.split_first_chunk() else { return Ok(None) };
             self.since_copy += log_bytes::<F>(entry.len());
-            match Item(u16::from_le_bytes(key)) {
-                VERSION_ITEM => (version, self.since_copy) = (u32::from_le_bytes(value.try_into().ok()?), 0),
-                item => understood &= self.kept.set(item, value),
+            match (Item(u16::from_le_bytes(key)), value.try_into()) {
+                (VERSION_ITEM, Ok(value)) => (version, self.since_copy) = (u32::from_le_bytes(value), 0),
+                (VERSION_ITEM, Err(_)) => return Ok(None),
+                (item, _) => understood &= self.kept.set(item, value),
             }
         }
         // Every log begins with a version.
         understood &= version != NOTHING || self.since_copy == 0;
         // Another version may have other values.
-        (understood || !matches!(version, NOTHING | VERSION)).then_some(version)
+        Ok((understood || !matches!(version, NOTHING | VERSION)).then_some(version))
     }
 
     /// Stores every item whose value is not stored yet; settings only with `settings`. `now` returns the present value
