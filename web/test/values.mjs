@@ -492,3 +492,15 @@ test("a held jog goes on while the page lives, and ends by itself when it hangs"
   const ended = jogged(() => true, { mostMm: 7.5 });
   assert.deepEqual([ended.movedMm, ended.asked.at(-1)], [7.5, "$J=G21 G91 X1.500 F1200"]);
 });
+
+test("which axes are homed is what a report says, whoever has homed them", () => {
+  const { machine, say } = attached({ isAtPowerUp: false });
+  say("<Idle|MPos:0.000,0.000,0.000|FS:0,0>");
+  assert.notEqual(machine.homed.words, "yes");
+  say("<Idle|MPos:0.000,0.000,0.000|FS:0,0|H:0,5>");
+  assert.deepEqual(["X", "Y", "Z"].map((axis) => machine.homed.has(axis)), [true, false, true]);
+  say("<Idle|MPos:0.000,0.000,0.000|FS:0,0>", "<Idle|MPos:0.000,0.000,0.000|FS:0,0|H:1,7>");
+  assert.equal(machine.homed.words, "yes");
+  say("<Alarm|MPos:0.000,0.000,0.000|FS:0,0|H:0,0>");
+  assert.equal(machine.homed.all, false);
+});

@@ -31,6 +31,8 @@ export interface Status {
   room: number[] | undefined;
   /** N of the line that is carried out. */
   line: number | undefined;
+  /** The axes that are homed, bit 0 for X, if this report tells: it does when that has changed. */
+  homedMask: number | undefined;
 }
 
 export const UNKNOWN: Status = {
@@ -45,6 +47,7 @@ export const UNKNOWN: Status = {
   accessories: "",
   room: undefined,
   line: undefined,
+  homedMask: undefined,
 };
 
 /** The name of a state, without its number. */
@@ -83,6 +86,7 @@ export function status(line: string, before: Status): Status | undefined {
     accessories: found.get("A") ?? (found.has("Ov") ? "" : before.accessories),
     room: numbers("Bf"),
     line: numbers("Ln")?.[0],
+    homedMask: numbers("H")?.[1],
   };
 }
 

@@ -1,4 +1,4 @@
-// Which axes are homed. The machine does not report it, so it is what its answers and alarms say.
+// Which axes are homed. The machine reports when that changes (`H:`); one that does not is known by its answers and alarms.
 
 import { AXIS_NAMES } from "../motion";
 
@@ -14,6 +14,12 @@ export class Homed {
   begin(isAtPowerUp: boolean): void {
     this.axes.clear();
     this.isKnown = isAtPowerUp;
+  }
+
+  /** A report says which are, bit 0 for X. */
+  told(mask: number): void {
+    this.axes = new Set(AXIS_NAMES.filter((_, axis) => (mask >> axis) & 1));
+    this.isKnown = true;
   }
 
   /** A `$` line was accepted. */

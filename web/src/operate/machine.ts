@@ -310,6 +310,7 @@ export class Machine {
   private show(report: Status): void {
     const before = this.report;
     this.report = report;
+    if (report.homedMask !== undefined) this.homed.told(report.homedMask);
     this.noteChange(report.state);
     if (before.state.startsWith("Alarm") && !report.state.startsWith("Alarm")) this.tell((watcher) => watcher.alarmed?.(""));
     this.tell((watcher) => watcher.reported?.(report, before));
