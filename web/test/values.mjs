@@ -274,7 +274,7 @@ test("a report adds to what the last one reported", () => {
   const first = status("<Run|WPos:7.000,0.000,-1.500|FS:600,500|WCO:3.000,0.000,1.000|Ov:90,50,110|A:SF|Pn:XP|Bf:12,100|Ln:7>", UNKNOWN);
   assert.deepEqual(first, {
     state: "Run", machinePosition: [10, 0, -0.5], workPosition: [7, 0, -1.5], offset: [3, 0, 1], feed: 600, spindle: 500,
-    pins: "XP", overrides: [90, 50, 110], accessories: "SF", room: [12, 100], line: 7,
+    pins: "XP", overrides: [90, 50, 110], accessories: "SF", room: [12, 100], line: 7, homedMask: undefined,
   });
   const second = status("<Hold:1|MPos:11.000,2.000,0.000|FS:0,0>", first);
   assert.deepEqual(second, { ...first, state: "Hold:1", machinePosition: [11, 2, 0], workPosition: [8, 2, -1], feed: 0, spindle: 0, pins: "", room: undefined, line: undefined });
