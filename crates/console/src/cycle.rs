@@ -4,7 +4,7 @@
 //! depth at the feed, and up again, to R (G99) or to where the series began if that is higher (G98). The axis across the plane is
 //! called Z here; in G18 it is Y, in G19 X.
 
-use crate::{AXES, BlockMove, MotionMode, PathControl, Rate, arc::PLANES};
+use crate::{AXES, BlockMove, MotionMode, PathControl, Rate, arc::PLANES, axes::Z};
 
 /// What a line of a canned cycle makes. Places are machine coordinates, in [picometres](crate::length).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -114,9 +114,9 @@ impl Cycle {
         self.at(self.last_pm(), self.clear_pm)
     }
 
-    /// The axis along which it drills.
+    /// The axis along which it drills. A machine of two axes has none, and no cycles.
     pub(crate) fn axis(&self) -> usize {
-        PLANES[usize::from(self.plane)][2]
+        PLANES[usize::from(self.plane)].get(Z).copied().unwrap_or_default()
     }
 
     fn hole_pm(&self, index: u32) -> [i64; AXES] {

@@ -4,6 +4,8 @@ use isostep_console::{Block, Command, CyclePart, Interpreter, ReportedState, Set
 use isostep_motion::AXES;
 use oorandom::Rand64;
 
+use crate::axes::xyz_a;
+
 use super::bench::Difference;
 use super::machine::{Model, Place};
 use super::program::{Author, Room};
@@ -89,17 +91,22 @@ impl Pair {
             Ok(other) => return Err(format!("{line}: {other:?}")),
             Err(error) => Err(error.code()),
         };
-        let in_pm = |places: Vec<Place>| places.into_iter().map(|place| place.map(|one| one * ANGSTROM_PM)).collect();
+        let in_pm = |places: Vec<Place>| places.into_iter().map(place_pm).collect();
         let expected: Result<Vec<_>, _> = expected.map(in_pm);
         if made != expected {
             return Err(format!("{line}: {made:?}, {expected:?} expected"));
         }
         let (end_pm, end) = (self.interpreter.position_pm(), self.model.position);
-        if end_pm != end.map(|one| one * ANGSTROM_PM) {
+        if end_pm != place_pm(end) {
             return Err(format!("{line}: ends at {end_pm:?}, {end:?} expected"));
         }
         Ok(())
     }
+}
+
+/// A place of the model, which knows nothing of A.
+fn place_pm(place: Place) -> [i64; AXES] {
+    xyz_a(place.map(|one| one * ANGSTROM_PM), 0)
 }
 
 /// The places to which a block leads, in order.

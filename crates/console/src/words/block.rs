@@ -285,7 +285,7 @@ impl BlockWords {
             3850 => self.motion(MotionMode::ProbeAwayIfAny)?,
             400 => self.non_modal(NonModal::Dwell),
             1000 => self.non_modal_with_axes(NonModal::Set)?,
-            1800 | 1900 if AXES <= Z => return Err(Error::Unsupported),
+            1800 | 1900 | 4300..=4320 if AXES <= Z => return Err(Error::Unsupported),
             1700 | 1800 | 1900 => { modal.plane = code as u8 - 17; ModalGroup::Plane }
             // G70 and G71 are what some controls write for G20 and G21.
             2000 | 2100 | 7000 | 7100 => { modal.inches = matches!(code, 20 | 70); ModalGroup::Units }
