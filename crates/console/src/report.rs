@@ -22,8 +22,7 @@ pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $
     $BOOT makes way for new firmware]\r\n";
 /// The name of the build. Senders look for "grbl" in the reply to `$I`.
 const BUILD: &str = concat!("Isostep ", env!("CARGO_PKG_VERSION"), " (grbl dialect)");
-/// The name of the firmware. Senders that read `grblHAL` here go on to use what is not here, such as its stop byte and its tool
-/// table.
+/// The name of the firmware. Senders that read `grblHAL` here go on to use what is not here, such as its stop byte and M61.
 pub(crate) const FIRMWARE: &str = "Isostep";
 /// The letters are Grbl's: V: variable spindle speed, N: line numbers, M: M7 works, Z: the position after homing reads
 /// 0, H: homing of single axes, L: not locked at power-up. Then the numbers of blocks and bytes that a sender may rely

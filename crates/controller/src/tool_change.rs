@@ -17,8 +17,6 @@ use crate::status::position_pm;
 
 /// The index of Z, which firmware for two axes has not.
 const Z: usize = 2;
-/// The index of G59.3.
-const SETTER: usize = 8;
 /// The way up from the first contact with a tool, before the slow one, as in grblHAL; and twice that behind the slow one.
 const RETRACT_PM: i64 = 2_000_000_000;
 
@@ -123,13 +121,8 @@ impl<F: NorFlash> Controller<'_, F> {
         self.settled().await?;
         let (mode, back_pm, zero_pm, setter_pm) = self.with(|program| {
             let interpreter = &program.interpreter;
-            let (back_pm, mut setter_pm) = (interpreter.position_pm(), interpreter.position_pm());
-            setter_pm
-                .iter_mut()
-                .zip(interpreter.coordinates().work_offsets_pm[SETTER])
-                .take(Z + 1)
-                .for_each(|(to, pm)| *to = pm);
-            (program.settings.tool_change(), back_pm, along_z(&interpreter.work_offset_pm()), setter_pm)
+            let zero_pm = along_z(&interpreter.work_offset_pm());
+            (program.settings.tool_change(), interpreter.position_pm(), zero_pm, interpreter.tool_setter_pm())
         });
         if mode != ToolChange::Manual
             && let Some(beyond) = self.target_steps(setter_pm, None).1
@@ -256,9 +249,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     async fn measure_at_setter(&self, text: &mut Message) -> Result<(), Error> {
         let up_pm = self.rise().await?;
-        let mut setter_pm = self.with(|program| program.interpreter.position_pm());
-        let origin_pm = self.with(|program| program.interpreter.coordinates().work_offsets_pm[SETTER]);
-        setter_pm.iter_mut().zip(origin_pm).take(Z + 1).for_each(|(to, pm)| *to = pm);
+        let setter_pm = self.with(|program| program.interpreter.tool_setter_pm());
         self.rapid(with_z(setter_pm, up_pm)).await?;
         self.rapid(setter_pm).await?;
         self.measure_tool(text).await

@@ -80,6 +80,14 @@ impl Interpreter {
         self.tools.put(tool)
     }
 
+    /// Where tools are changed and measured, G59.3, in machine coordinates: X, Y and Z of its origin, and the other axes where they are.
+    pub fn tool_setter_pm(&self) -> [i64; AXES] {
+        let mut setter_pm = self.position_pm;
+        let origin_pm = self.coordinates.work_offsets_pm[TOOL_SETTER];
+        setter_pm.iter_mut().zip(origin_pm).take(Z + 1).for_each(|(to, pm)| *to = pm);
+        setter_pm
+    }
+
     fn length_of_entry_pm(&self, entry: EntryMeaning, z_pm: i64) -> i64 {
         let along_z_pm = |place_pm: &[i64; AXES]| place_pm.get(Z).copied().unwrap_or_default();
         let offset_pm = |system: usize| along_z_pm(&self.coordinates.work_offsets_pm[system]);

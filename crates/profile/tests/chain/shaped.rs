@@ -297,15 +297,7 @@ fn a_blend_may_take_the_whole_of_a_move() {
         deviation_mm: 0.0,
         interval_split: IntervalSplit::Fastest,
         speed_profile: SpeedProfile::Trapezoid,
-        effort: Effort {
-            step_s: 0.0,
-            move_s: 0.0,
-            straight_s: 0.0,
-            blend_s: 0.0,
-            ramps_s: 0.0,
-            root_step_s: 0.0,
-            shaped_root_step_s: 0.0,
-        },
+        effort: Effort::NONE,
         moves: vec![to([1, 1, 0], 0), bent, to([0, 1, 0], 2)],
     };
     for kind in ShaperKind::ALL {
