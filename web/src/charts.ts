@@ -57,6 +57,8 @@ export class Charts {
         plot.setData((data[index] ?? [[]]) as uPlot.AlignedData, false);
         plot.setScale("x", { min: from, max: to });
       });
+      // A quantity that is 0 all the time needs no picture.
+      plot.root.hidden = (data[index] ?? []).slice(1).every((values) => values.every((value) => !value));
     });
     this.place.dataset["points"] = String(data.reduce((sum, chart) => sum + chart.length * (chart[0]?.length ?? 0), 0));
   }

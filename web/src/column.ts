@@ -15,6 +15,10 @@ export class Column<A extends Float64Array | Float32Array | Uint8Array> {
     this.length += more.length;
   }
 
+  set(index: number, value: number): void {
+    this.array[index] = value;
+  }
+
   at(index: number): number {
     return this.array[index] ?? 0;
   }

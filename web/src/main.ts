@@ -1,6 +1,7 @@
 // The page: a program on the machine, and the machine to operate.
 
 import { button, part } from "./elements";
+import { Picture } from "./picture/picture";
 import { SpeedProfiles } from "./profiles";
 import { Operate } from "./operate/operate";
 import { Run } from "./run";
@@ -10,8 +11,9 @@ const VIEWS = ["run", "operate", "settings", "profiles"] as const;
 /** Those of the machine, which have its bar of buttons always; others have it while the machine may move. */
 const OF_MACHINE = ["operate", "settings"];
 
-const run = new Run();
-const operate = new Operate(() => ({ name: run.title, text: run.editor.value }), () => run.settingsLines);
+const picture = new Picture();
+const operate: Operate = new Operate(picture, () => ({ name: run.title, text: run.editor.value }), () => run.settingsLines);
+const run = new Run(picture, () => operate.programChanged());
 new SettingsView(operate.machine);
 const speedProfiles = new SpeedProfiles();
 
@@ -31,7 +33,13 @@ function look(view: (typeof VIEWS)[number]): void {
     tab.tabIndex = name === view ? 0 : -1;
   }
   showBar();
-  if (OF_MACHINE.includes(view)) operate.look();
+  // There is one picture: of the run, or of the machine.
+  if (view === "operate") part("picture-of-machine").append(part("picture"));
+  if (view === "run") part("picture-of-run").append(part("picture"));
+  part("playback").hidden = view === "operate";
+  run.showRun(view === "run");
+  operate.look(view === "operate");
+  if (view === "settings") operate.attach();
   if (view === "profiles") speedProfiles.look();
 }
 

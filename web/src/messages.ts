@@ -6,6 +6,7 @@ export interface Columns {
   kinds: Uint8Array;
   values: Float32Array;
   loads: Float32Array;
+  asked: Float32Array;
   powerTimes: Float64Array;
   powers: Float32Array;
 }
@@ -36,7 +37,7 @@ export type ToWorker =
   | { do: "speed"; speed: number }
   | { do: "stop-button"; pressed: boolean }
   | { do: "plate"; placeMm: number | undefined }
-  | { do: "estimate"; program: Uint8Array; settings: string }
+  | { do: "plan"; program: Uint8Array; before: Uint8Array; settings: string }
   | { do: "setting-rows" }
   | { do: "check-settings"; lines: string };
 
@@ -49,7 +50,7 @@ export type FromWorker =
   | { is: "trouble"; trouble: Trouble }
   | { is: "output"; bytes: Uint8Array; seconds: number }
   | { is: "tools"; tools: ToolRow[] }
-  | { is: "estimated"; answeredAtS: Float64Array; totalS: number }
+  | { is: "planned"; motion: Columns[]; lines: LineTimes; answeredAtS: Float64Array; beganS: number; totalS: number }
   | { is: "setting-rows"; rows: SettingRow[] }
   | { is: "settings-checked"; refusal: Trouble | null };
 

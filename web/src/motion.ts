@@ -31,6 +31,7 @@ export class Motion {
   private readonly kinds = new Column<Uint8Array>(new Uint8Array(512));
   private readonly values = new Column<Float32Array>(new Float32Array(8192));
   private readonly loads = new Column<Float32Array>(new Float32Array(1024));
+  private readonly asked = new Column<Float32Array>(new Float32Array(512));
   private readonly powerTimes = new Column<Float64Array>(new Float64Array(64));
   private readonly powers = new Column<Float32Array>(new Float32Array(64));
   readonly envelope = new Envelope(this);
@@ -44,13 +45,25 @@ export class Motion {
     this.kinds.push(columns.kinds);
     this.values.push(columns.values);
     this.loads.push(columns.loads);
+    this.asked.push(columns.asked);
     this.powerTimes.push(columns.powerTimes);
     this.powers.push(columns.powers);
     for (let row = from; row < this.length; row++) {
       this.isShaped ||= (this.kinds.at(row) & SHAPED) !== 0;
-      if (!this.isHoming(row)) this.topSpeed = Math.max(this.topSpeed, this.speed(row));
+      this.noteSpeed(row);
     }
     this.envelope.grow();
+  }
+
+  private noteSpeed(row: number): void {
+    if (!this.isHoming(row)) this.topSpeed = Math.max(this.topSpeed, this.speed(row));
+  }
+
+  /** What was made before a time is of no interest, as homing is. */
+  beginAt(time: number): void {
+    for (let row = 0; row < this.length && this.from(row) < time; row++) this.kinds.set(row, this.kinds.at(row) | HOMING);
+    this.topSpeed = 0;
+    for (let row = 0; row < this.length; row++) this.noteSpeed(row);
   }
 
   get length(): number {
@@ -128,6 +141,17 @@ export class Motion {
   /** The same of the jump of speed where a phase begins. */
   jump(row: number): number {
     return this.loads.at(2 * row + 1);
+  }
+
+  /** The speed along the path that was asked for in a phase, mm/s; infinite where nothing was. */
+  askedIn(row: number): number {
+    return this.asked.at(row);
+  }
+
+  /** The part of the time in a place that is lost there against the speed that was asked for, so long after the beginning of a phase. */
+  lostIn(row: number, after: number): number {
+    const asked = this.askedIn(row);
+    return asked > 0 && Number.isFinite(asked) ? Math.max(0, 1 - this.speedIn(row, after) / asked) : 0;
   }
 
   /** Whether the tool was ever given power. */

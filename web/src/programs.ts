@@ -4,12 +4,12 @@ import { button, input, part, select } from "./elements";
 
 /** Ours, with what each shows. */
 const OURS: [string, string][] = [
-  ["parking.nc", "a car park: homing, three axes"],
+  ["engraving.nc", "a car, engraved"],
+  ["two_tools.nc", "two tools: drilled holes and an outline"],
   ["arcs.nc", "arcs and corners"],
+  ["parking.nc", "homing, and long moves of three axes"],
   ["square.nc", "a square"],
   ["diagonal.nc", "one long diagonal"],
-  ["engraving.nc", "an engraving of short moves"],
-  ["two_tools.nc", "two tools: drilled holes and an outline"],
   ["ringing.nc", "stops and corners"],
 ];
 

@@ -9,7 +9,7 @@ import { run, Task, type Watcher } from "./job";
 import { linked } from "./lines";
 import type { LineTimes, Summary, Trouble } from "./messages";
 import { Motion } from "./motion";
-import { PathPicture } from "./path";
+import type { Picture } from "./picture/picture";
 import { Playback } from "./playback";
 import { Programs } from "./programs";
 import { forgetChecks, tellChecks, tellFigures } from "./results";
@@ -24,7 +24,6 @@ export class Run {
   readonly editor = new Editor(() => this.change());
   private readonly settings = area("settings");
   private readonly task = new Task();
-  private readonly path = new PathPicture();
   private readonly curves = new Curves((time) => this.playback.go(time));
   private readonly playback = new Playback((time, isMoved) => this.look(time, isMoved));
   private readonly advice = new Advice((line) => this.go(line));
@@ -34,9 +33,20 @@ export class Run {
   private isChanged = false;
   private drawNextAt = 0;
   private began = 0;
+  private time = Infinity;
 
-  constructor() {
-    const programs = new Programs((name, text) => this.load(name, text));
+  private travel: number[] = [];
+  private isLooked = true;
+
+  /** `changed` hears that there is another program. */
+  constructor(
+    private readonly picture: Picture,
+    private readonly changed: () => void,
+  ) {
+    const programs = new Programs((name, text) => {
+      this.load(name, text);
+      this.start();
+    });
     this.settings.addEventListener("input", () => this.outdate());
     button("run").onclick = () => this.start();
     button("cancel").onclick = () => this.stop("Cancelled.");
@@ -44,7 +54,7 @@ export class Run {
       this.task,
       () => ({ name: this.name, program: this.editor.value, settings: this.settingsLines }),
       { busy: (isBusy) => this.setBusy(isBusy), say: (words) => this.say(words), trouble: (trouble) => this.fail(trouble) },
-      () => this.path.file(),
+      () => this.picture.file(),
     );
     const kept = keptProgram();
     window.addEventListener("pagehide", () => keepProgram({ name: this.name, isChanged: this.isChanged, text: this.editor.value, settings: this.settingsLines }));
@@ -53,7 +63,7 @@ export class Run {
       this.settings.value = kept.settings;
       this.isChanged = kept.isChanged;
       this.start();
-    } else void programs.fetch("parking.nc").then(() => this.start());
+    } else void programs.fetch("engraving.nc");
   }
 
   /** The file that the program is of. */
@@ -75,6 +85,7 @@ export class Run {
 
   /** What is shown belongs to the text and the settings from which it was made. */
   private outdate(): void {
+    this.changed();
     if (part("results").dataset["state"] !== "ended") return;
     part("results").dataset["state"] = "outdated";
     this.say("The program or its settings have changed since this was run: run it again.");
@@ -116,7 +127,7 @@ export class Run {
     const now = performance.now();
     if (now < this.drawNextAt) return;
     this.drawNextAt = Infinity;
-    void this.path.show(this.motion, []).then(() => {
+    void this.draw().then(() => {
       this.drawNextAt = performance.now() + Math.max(PICTURE_EVERY_MS, 9 * (performance.now() - now));
     });
   }
@@ -160,13 +171,32 @@ export class Run {
     this.playback.show(this.motion);
     part("shaped-note").hidden = !this.motion.isShaped;
     this.advice.look(this.editor.value, this.settingsLines);
-    await this.path.show(this.motion, summary.travel_mm);
+    this.travel = summary.travel_mm;
+    await this.draw();
     part("results").dataset["state"] = "ended";
+  }
+
+  /** The run is looked at, or no more: the picture may show the machine meanwhile. */
+  showRun(isLooked: boolean): void {
+    this.isLooked = isLooked;
+    if (isLooked) void this.draw();
+  }
+
+  private async draw(): Promise<void> {
+    if (!this.isLooked) return;
+    part("picture").dataset["of"] = "run";
+    await this.picture.show({ motion: this.motion, travel: this.travel });
+    this.drawMoment();
+  }
+
+  private drawMoment(): void {
+    if (this.isLooked) this.picture.at({ made: this.time, tool: this.motion.isHomingAt(this.time) ? undefined : this.motion.places(this.time) });
   }
 
   /** Shows the machine at a time. */
   private look(time: number, isMoved: boolean): void {
-    this.path.at(time);
+    this.time = time;
+    this.drawMoment();
     this.curves.at(time);
     this.editor.mark(isMoved ? this.motion.lineAt(time) : 0, isMoved);
   }

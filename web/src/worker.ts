@@ -2,7 +2,7 @@
 
 import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, report, settingRows, settingsRefusal, tools } from "../machine/machine.js";
 import type { Motion } from "../machine/machine.js";
-import type { Columns, FromWorker, Kept, LineTimes, ToWorker, Trouble } from "./messages";
+import type { Columns, FromWorker, Kept, LineTimes, Summary, ToWorker, Trouble } from "./messages";
 
 /** Machine time in one go, us. */
 const SLICE_US = 100_000;
@@ -42,6 +42,7 @@ function columns(motion: Motion): Columns {
     kinds: motion.takeKinds(),
     values: motion.takeValues(),
     loads: motion.takeLoads(),
+    asked: motion.takeAsked(),
     powerTimes: motion.takePowerTimes(),
     powers: motion.takePowers(),
   };
@@ -80,20 +81,36 @@ function run(program: Uint8Array, settings: string, kept: Kept): void {
   tell({ is: "ended", summary, wallSeconds, motion, rows, lines }, [...buffers(motion, lines), rows.buffer as ArrayBuffer]);
 }
 
-/** When each line would be answered, to a slice of time, and how long all takes. */
-function estimate(program: Uint8Array, settings: string): void {
-  const job = new Job(program, settings, "lines");
+/** What the machine would do: how it moves, when each line is answered, to a slice of time, and how long all takes. `before` makes it so as
+ * a real machine is, and its time does not count. */
+function plan(program: Uint8Array, before: Uint8Array, settings: string): void {
+  const whole = new Uint8Array(before.length + program.length);
+  whole.set(before);
+  whole.set(program, before.length);
+  const job = new Job(whole, settings, "plan");
   const answeredAtS = new Float64Array(job.lines);
+  const motion: Columns[] = [];
   let [answered, hasEnded] = [0, false];
   while (!hasEnded) {
     hasEnded = job.advance(job.nowUs + SLICE_US);
-    job.takeMotion().free();
+    motion.push(columns(job.takeMotion()));
     answeredAtS.fill(job.nowUs * 1e-6, answered, job.answered);
     answered = job.answered;
   }
-  const { duration_s: totalS, alarm } = JSON.parse(job.end());
+  const { duration_s: totalS, alarm, refusals } = JSON.parse(job.end()) as Summary;
+  motion.push(columns(job.takeMotion()));
+  const lines = { times: job.takeLineTimes(), lines: job.takeLines() };
+  const [refusal] = refusals;
+  if (refusal) return tell({ is: "trouble", trouble: { line: refusal.line, words: `\`${refusal.text.trim()}\`: error:${refusal.code} ${refusal.words}` } });
   if (alarm !== null) return tell({ is: "trouble", trouble: { line: null, words: `the program ends in ALARM:${alarm}` } });
-  tell({ is: "estimated", answeredAtS, totalS }, [answeredAtS.buffer]);
+  tell({ is: "planned", motion, lines, answeredAtS, beganS: beganAt(lines, before), totalS }, [...buffers(...motion, lines), answeredAtS.buffer]);
+}
+
+/** When the first line behind `before` moves the machine, or would if it did, s. */
+function beganAt({ times, lines }: LineTimes, before: Uint8Array): number {
+  const count = before.filter((byte) => byte === 10).length;
+  const first = lines.findIndex((line) => line > count);
+  return first < 0 ? 0 : (times[first] ?? 0);
 }
 
 function operate(machine: Live): void {
@@ -148,9 +165,9 @@ async function obey(message: ToWorker): Promise<void> {
     case "plate":
       live?.setPlate(message.placeMm);
       break;
-    case "estimate":
+    case "plan":
       tell({ is: "tools", tools: JSON.parse(tools(message.program)) });
-      estimate(message.program, message.settings);
+      plan(message.program, message.before, message.settings);
       break;
     case "setting-rows":
       tell({ is: "setting-rows", rows: JSON.parse(settingRows()) });

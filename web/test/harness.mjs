@@ -49,6 +49,16 @@ export function longProgram(moves) {
 
 export const hasEnded = (page) => page.locator("#results[data-state=ended]").waitFor();
 
+/** A page with programs/parking.nc run. */
+export async function parked() {
+  const page = await opened();
+  await hasEnded(page);
+  await page.selectOption("#programs", "parking.nc");
+  await page.locator("#results:not([data-state=ended])").waitFor({ state: "attached" });
+  await hasEnded(page);
+  return page;
+}
+
 /** Puts a text where a person would paste it. */
 export async function put(page, id, text) {
   // The page may be on another tab.

@@ -49,7 +49,7 @@ export const tests = {
         await page.screenshot({ path: join(paths.shots, `run-${colorScheme}-${name}.png`), fullPage: true });
         await page.selectOption("#plane", "3D");
         await page.locator("#space").waitFor();
-        await page.locator("section.path").screenshot({ path: join(paths.shots, `space-${colorScheme}-${name}.png`) });
+        await page.locator("#picture").screenshot({ path: join(paths.shots, `space-${colorScheme}-${name}.png`) });
         await page.click("#tab-profiles");
         await page.locator("#profiles-rows th").first().waitFor();
         await page.screenshot({ path: join(paths.shots, `profiles-${colorScheme}-${name}.png`), fullPage: true });

@@ -2,6 +2,7 @@
 // ADDRESS is that of `isostep web`, without a board and with one; FILE is the trace of programs/parking.nc by the native simulator.
 import assert from "node:assert/strict";
 import { browser, complaints, machines, paths } from "./harness.mjs";
+import { tests as live } from "./live.mjs";
 import { tests as look } from "./look.mjs";
 import { tests as ofMachine } from "./machines.mjs";
 import { tests as operate } from "./operate.mjs";
@@ -14,7 +15,7 @@ import { tests as simulated } from "./simulated.mjs";
 
 let failed = 0;
 const either = Object.assign({}, ...machines.map(ofMachine));
-const tests = { ...program, ...shown, ...operate, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
+const tests = { ...program, ...shown, ...operate, ...live, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
 for (const [name, test] of Object.entries(tests)) {
   if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;
@@ -25,7 +26,9 @@ for (const [name, test] of Object.entries(tests)) {
   } catch (error) {
     failed++;
     console.log(`FAILED  ${name}\n${error.stack}`);
-    for (const page of browser.contexts().flatMap((context) => context.pages())) console.log(await page.locator("#log").evaluate((log) => log.innerText.slice(-1000)));
+    for (const page of browser.contexts().flatMap((context) => context.pages())) {
+      for (const id of ["log", "sending-what", "fits", "sending-now"]) console.log(await page.locator(`#${id}`).evaluate((place) => place.textContent.slice(-1000)));
+    }
   }
   await Promise.all(browser.contexts().map((context) => context.close()));
 }

@@ -1,12 +1,11 @@
 // Running a program in virtual time.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { hasEnded, longProgram, opened, paths, put, run } from "./harness.mjs";
+import { hasEnded, longProgram, parked, paths, put, run } from "./harness.mjs";
 
 export const tests = {
   async "our program keeps every promise, and its trace is the native one"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     const verdicts = await page.locator("#checks tr").evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent)));
     assert.equal(verdicts.length, 9);
     for (const [kept, promise, found] of verdicts) assert.equal(kept, "kept", `${promise}: ${found}`);
@@ -17,8 +16,7 @@ export const tests = {
   },
 
   async "what a program has wrong is reported at its line"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await run(page, "G21\nG90\nG42 X1\nG0 X5\n");
     const reported = page.locator("#troubles li").first();
     assert.match(await reported.textContent(), /^line 3 `G42 X1`: error:20 /);
@@ -33,8 +31,7 @@ export const tests = {
   },
 
   async "settings are refused with their limits, and those that may be are in force"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await run(page, "G0 X1\n", "$110=-5\n");
     assert.match(await page.locator("#troubles li").first().textContent(), /-5/);
     await run(page, "G0 X1\n", "$100=100\n");
@@ -42,8 +39,7 @@ export const tests = {
   },
 
   async "playback goes to where the slider says"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await page.locator("#time").fill("0");
     assert.equal(await page.locator("#place-now").textContent(), "homing");
     await page.locator("#time").fill("50");
@@ -61,8 +57,7 @@ export const tests = {
   },
 
   async "a program of 20,000 moves is run to its end and drawn"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await run(page, longProgram(20_000));
     assert.match(await page.locator("#checks-total").textContent(), /all 9 kept/);
     assert.match(await page.locator("#figures").textContent(), /moves20,000/);
@@ -78,8 +73,7 @@ export const tests = {
   },
 
   async "a long program can be cancelled, and the page lives on"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await put(page, "program", longProgram(200_000));
     await page.click("#run");
     await page.waitForFunction(() => document.getElementById("progress").value > 0);

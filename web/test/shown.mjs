@@ -1,7 +1,7 @@
 // What is shown of a run, and what can be saved of it.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { hasEnded, opened, put, run } from "./harness.mjs";
+import { hasEnded, opened, parked, put, run } from "./harness.mjs";
 
 /** A corner that is taken exactly, and a laser. */
 const CORNER = "G21 G91 G61\nG1 X20 F1200\nY20\n";
@@ -30,8 +30,7 @@ async function saved(page, button) {
 
 export const tests = {
   async "the path is coloured by acceleration over its limit, and by the tool's power"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     assert.match(await page.locator("#path-key").textContent(), /^Speed: 0 {2}54\.5 mm\/s/);
     const above = /above it, at most (\d+) %/.exec(await keyOf(page, CORNER, "load"));
     assert.ok(Number(above?.[1]) > 150, `${above}`);
@@ -42,8 +41,7 @@ export const tests = {
   },
 
   async "what is made already stands out while it is played back"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     assert.ok(!(await page.getAttribute("#path", "class")));
     await page.locator("#time").fill("50");
     assert.equal(await page.getAttribute("#path", "class"), "ahead");
@@ -55,8 +53,7 @@ export const tests = {
   },
 
   async "the path in space is turned by keys and by the mouse"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await page.selectOption("#plane", "3D");
     await page.locator("#space").waitFor();
     const seen = async () => (await page.locator("#space").screenshot()).toString("base64");
@@ -77,8 +74,7 @@ export const tests = {
   },
 
   async "what limits a program is said as the tool says it, and its lines are a click away"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await run(page, "G21 G91\nG1 X40 F2400\nY40\nX-40\nG1 Y5 F100\n");
     const words = page.locator("#advice");
     await page.locator("#advice tr", { hasText: "limited by" }).waitFor();
@@ -91,8 +87,7 @@ export const tests = {
   },
 
   async "curves go closer by dragging, and values stand below them"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     const over = page.locator("#curves .u-over").first();
     await page.locator("#time").fill("50");
     // What is said above them comes later, and moves them.
@@ -113,8 +108,7 @@ export const tests = {
   },
 
   async "wires, report and picture are saved"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     const waves = await saved(page, "#save-waves");
     assert.equal(waves.name, "parking.vcd");
     assert.match(waves.text, /^\$timescale/);
@@ -142,8 +136,7 @@ export const tests = {
   },
 
   async "a defect is reported with its place, and the page lives on"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     await page.evaluate(() => {
       const Whole = Worker;
       window.Worker = class extends Whole {
@@ -162,8 +155,7 @@ export const tests = {
   },
 
   async "the editor takes keys, undoes, and is left by Tab"() {
-    const page = await opened();
-    await hasEnded(page);
+    const page = await parked();
     const text = () => page.evaluate(() => document.getElementById("program").shadowRoot.querySelector(".cm-content").textContent);
     await put(page, "program", "G0 X1");
     await page.locator("#program .cm-content").click();

@@ -348,7 +348,7 @@ function randomMotion(phases, seed) {
     const span = random() < 0.1 ? 5 * random() + 0.01 : 0.02 * random() + 1e-4;
     const ends = values.map(() => (phase % 7 === 6 ? 0 : 400 * random() - 200));
     const columns = {
-      times: Float64Array.of(time, time + span), kinds: Uint8Array.of(1 + (phase % 3)), loads: Float32Array.of(0, 0), powerTimes: new Float64Array(), powers: new Float32Array(),
+      times: Float64Array.of(time, time + span), kinds: Uint8Array.of(1 + (phase % 3)), loads: Float32Array.of(0, 0), asked: Float32Array.of(0), powerTimes: new Float64Array(), powers: new Float32Array(),
       values: Float32Array.from(values.flatMap(({ place, speed, accel }, axis) => [place, speed, accel, ends[axis]])),
     };
     motion.add(columns);
@@ -502,5 +502,5 @@ test("which axes are homed is what a report says, whoever has homed them", () =>
   say("<Idle|MPos:0.000,0.000,0.000|FS:0,0>", "<Idle|MPos:0.000,0.000,0.000|FS:0,0|H:1,7>");
   assert.equal(machine.homed.words, "yes");
   say("<Alarm|MPos:0.000,0.000,0.000|FS:0,0|H:0,0>");
-  assert.equal(machine.homed.all, false);
+  assert.equal(machine.homed.words, "no");
 });

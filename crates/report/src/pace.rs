@@ -25,6 +25,7 @@ use self::seconds::Clock;
 use isostep_sim::Outcome;
 use isostep_sim::lines_of_moves::{self, Source};
 
+pub use self::asked::asked_mm_s;
 pub use self::carried::BOARD_MOVES_PER_S;
 pub use self::corner::{CornerLimit, Rule};
 pub use self::seconds::Second;

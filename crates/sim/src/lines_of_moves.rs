@@ -26,7 +26,7 @@ pub struct Source {
 
 impl Source {
     /// The source of a move that was asked for; `None` if no line did.
-    fn of(asked: &Move, program: &Program) -> Option<Self> {
+    pub fn of(asked: &Move, program: &Program) -> Option<Self> {
         let &Move { source, feed_mm_s, exact_stop, deviation_mm, power, in_arc, .. } = asked;
         let is_rapid = feed_mm_s == f64::INFINITY;
         let rate = if is_rapid { Rate::Rapid } else { Rate::Feed { mm_min: (feed_mm_s * 60.0) as f32 } };

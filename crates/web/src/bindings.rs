@@ -52,6 +52,12 @@ impl MotionColumns {
         std::mem::take(&mut self.0.loads)
     }
 
+    /// The speed along the path that each would have without ramps, mm/s.
+    #[wasm_bindgen(js_name = takeAsked)]
+    pub fn take_asked(&mut self) -> Vec<f32> {
+        std::mem::take(&mut self.0.asked_mm_s)
+    }
+
     /// The instants at which the tool's power changed, s.
     #[wasm_bindgen(js_name = takePowerTimes)]
     pub fn take_power_times(&mut self) -> Vec<f64> {
@@ -76,12 +82,13 @@ pub struct JobHandle {
 
 #[wasm_bindgen(js_class = Job)]
 impl JobHandle {
-    /// A program for a machine with these settings. `kept` is `trace`, `waves` or `lines`.
+    /// A program for a machine with these settings. `kept` is `trace`, `waves`, `plan` or `lines`.
     #[wasm_bindgen(constructor)]
     pub fn new(program: &[u8], settings: &str, kept: &str) -> Thrown<Self> {
         let kept = match kept {
             "trace" => Kept::Trace,
             "waves" => Kept::Waves,
+            "plan" => Kept::Plan,
             _ => Kept::Lines,
         };
         let job = Some(Job::new(program, settings, kept).map_err(thrown)?);

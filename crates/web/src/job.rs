@@ -17,6 +17,8 @@ pub enum Kept {
     Nothing,
     /// The line of each move: [`End::lines`].
     Lines,
+    /// The same, of a run without edges: what the machine would do, sooner. Nothing is checked.
+    Plan,
     /// Every step, as `isostep sim --trace` writes them.
     Trace,
     /// Every change of every wire, as `isostep sim --vcd` writes them, at the end.
@@ -50,6 +52,7 @@ impl Job {
     pub fn new(program: &[u8], settings: &str, kept: Kept) -> Result<Self, Trouble> {
         let mut config = config(settings)?;
         config.keep_waves = kept == Kept::Waves;
+        config.only_time = kept == Kept::Plan;
         let program = Program::read(program)?;
         let lines = program.len();
         let streamed = Streamed::new(Sim::new(&config), program);

@@ -5,6 +5,7 @@
 
 use isostep_motion::AXES;
 use isostep_profile::SyncMove;
+use isostep_report::pace::asked_mm_s;
 use isostep_sim::measure::across;
 use isostep_sim::{MoveRecord, Outcome};
 
@@ -60,6 +61,8 @@ pub struct Motion {
     /// [`LOADS`] numbers of each: the acceleration as a share of its limit, of the axis where that is largest; and the same of
     /// the jump of speed where the phase begins, over the time in which a jump is measured.
     pub loads: Vec<f32>,
+    /// The speed along the path that each would have without ramps, mm/s: see [`asked_mm_s`].
+    pub asked_mm_s: Vec<f32>,
     /// The power that the tool was given meanwhile.
     pub power: Power,
     /// The place where the last phase ends, for the jump behind it.
@@ -96,11 +99,13 @@ impl Motion {
         for record in &piece.moves {
             let flags = [(record.homing, Kind::HOMING), (record.shaping.is_some(), Kind::SHAPED)];
             let flags = flags.iter().filter(|(is_so, _)| *is_so).map(|(_, flag)| flag).sum::<u8>();
+            let (rows, asked_mm_s) = (self.kinds.len(), asked_mm_s(piece, record));
             for interval in intervals(record) {
                 for bounds_s in bounds_s(record, &interval).windows(2) {
                     self.push(piece, record, &interval, [bounds_s[0], bounds_s[1]], flags);
                 }
             }
+            self.asked_mm_s.extend(std::iter::repeat_n(asked_mm_s as f32, self.kinds.len() - rows));
         }
     }
 

@@ -32,7 +32,7 @@ impl Watch {
         self.gathered.add(piece);
         self.motion.add(piece);
         match self.kept {
-            Kept::Lines => self.lines.add(piece),
+            Kept::Lines | Kept::Plan => self.lines.add(piece),
             Kept::Trace => self.add_trace(piece, is_first),
             Kept::Waves => {
                 self.waves.0.extend_from_slice(&piece.waves);

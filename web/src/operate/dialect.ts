@@ -10,6 +10,8 @@ export const MIST = 0xa1;
 /** What is sent behind it in a change of the tool is by hand. */
 export const TOOL_CHANGE = 0xa3;
 export const MM_PER_INCH = 25.4;
+/** The axes that a machine may have, in the order in which it reports them. */
+export const LETTERS = ["X", "Y", "Z", "A"];
 
 /** What is known by the last reports. A machine does not tell all of it in each. */
 export interface Status {

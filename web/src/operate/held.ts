@@ -1,8 +1,7 @@
 // A jog for as long as a key is held down: short moves, each renewed by the page. If the page hangs or sleeps, the machine comes to
 // rest by itself at the end of what it has.
 
-import { AXIS_NAMES } from "../motion";
-import { MM_PER_INCH, type Status } from "./dialect";
+import { LETTERS, MM_PER_INCH, type Status } from "./dialect";
 
 /** How long one move lasts at the feed, s. */
 const MOVE_S = 0.1;
@@ -52,7 +51,7 @@ export class HeldJog {
       const mm = Math.min(this.moveMm, this.mostMm - this.askedMm);
       if (mm < LEAST_MM) return;
       this.askedMm += mm;
-      this.ask(`$J=G21 G91 ${AXIS_NAMES[this.axis]}${(this.direction * mm).toFixed(3)} F${this.feedMmPerMin}`);
+      this.ask(`$J=G21 G91 ${LETTERS[this.axis]}${(this.direction * mm).toFixed(3)} F${this.feedMmPerMin}`);
     }
   }
 

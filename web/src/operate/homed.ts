@@ -1,12 +1,14 @@
 // Which axes are homed. The machine reports when that changes (`H:`); one that does not is known by its answers and alarms.
 
-import { AXIS_NAMES } from "../motion";
+import { LETTERS } from "./dialect";
 
 /** Alarms that leave the position trusted: soft limit, probe, a move that cannot be planned. */
 const TRUSTED = [2, 4, 5, 21];
 
 export class Homed {
   private axes = new Set<string>();
+  /** Those that the machine has. */
+  private all: readonly string[] = LETTERS.slice(0, 3);
   /** Whether what was before is known: of a board that has been on, it is not. */
   private isKnown = true;
 
@@ -16,16 +18,21 @@ export class Homed {
     this.isKnown = isAtPowerUp;
   }
 
+  /** The machine reports these axes. */
+  count(axes: readonly string[]): void {
+    this.all = axes;
+  }
+
   /** A report says which are, bit 0 for X. */
   told(mask: number): void {
-    this.axes = new Set(AXIS_NAMES.filter((_, axis) => (mask >> axis) & 1));
+    this.axes = new Set(LETTERS.filter((_, axis) => (mask >> axis) & 1));
     this.isKnown = true;
   }
 
   /** A `$` line was accepted. */
   accepted(line: string): void {
     const homed = /^\$H([A-Z]?)$/i.exec(line.trim());
-    if (homed) for (const axis of homed[1] ? [homed[1].toUpperCase()] : AXIS_NAMES) this.axes.add(axis);
+    if (homed) for (const axis of homed[1] ? [homed[1].toUpperCase()] : this.all) this.axes.add(axis);
     if (/^\$SLP/i.test(line)) this.forget();
   }
 
@@ -55,14 +62,10 @@ export class Homed {
     return this.axes.has(axis);
   }
 
-  get all(): boolean {
-    return AXIS_NAMES.every((axis) => this.axes.has(axis));
-  }
-
   /** In words. */
   get words(): string {
-    if (this.all) return "yes";
-    if (this.axes.size) return `${[...this.axes].sort().join(", ")} only`;
+    if (this.all.every((axis) => this.axes.has(axis))) return "yes";
+    if (this.axes.size) return `${this.all.filter((axis) => this.axes.has(axis)).join(", ")} only`;
     return this.isKnown ? "no" : "unknown";
   }
 }

@@ -1,8 +1,7 @@
 // Jogging: held down jogs, let go cancels; or by steps, of which each is made whole.
 
 import { input, part } from "../elements";
-import { AXIS_NAMES } from "../motion";
-import { JOG_CANCEL, MM_PER_INCH } from "./dialect";
+import { JOG_CANCEL, LETTERS, MM_PER_INCH } from "./dialect";
 import { HeldJog } from "./held";
 import { FORGOTTEN } from "./flight";
 import type { Machine } from "./machine";
@@ -48,7 +47,10 @@ export class Jog {
     machine.watch({
       began: () => this.forget(),
       attached: () => this.forget(),
-      reported: (report) => this.held?.report(report),
+      reported: (report) => {
+        this.held?.report(report);
+        for (const key of pad.querySelectorAll<HTMLButtonElement>("button[data-axis]")) key.hidden = Number(key.dataset["axis"]) >= machine.axes.length;
+      },
     });
     setInterval(() => this.held?.renew(), RENEW_EVERY_MS);
   }
@@ -74,15 +76,16 @@ export class Jog {
     return Number(document.querySelector<HTMLInputElement>("[name=jog-step]:checked")?.value) || undefined;
   }
 
-  private start(axis: number, direction: number, by: string): void {
+  /** Begins a jog, by a key or something else that has this name: as far as a press goes, or until it is let go. */
+  start(axis: number, direction: number, by: string): void {
     if (this.by || !["Idle", "Jog", "Tool"].includes(this.machine.state)) return;
     const { stepMm } = this;
     const feed = Number(input("jog-feed").value) || 1000;
     // A step ends by itself: were it cancelled when the key is let go, it would be of another length.
-    if (stepMm) return this.ask(`$J=G21 G91 ${AXIS_NAMES[axis]}${direction * stepMm} F${feed}`);
+    if (stepMm) return this.ask(`$J=G21 G91 ${LETTERS[axis]}${direction * stepMm} F${feed}`);
     this.by = by;
     const { report, isInches } = this.machine;
-    this.machine.log(`jog ${AXIS_NAMES[axis]}${direction > 0 ? "+" : "-"} F${feed}, while it is held`, "sent");
+    this.machine.log(`jog ${LETTERS[axis]}${direction > 0 ? "+" : "-"} F${feed}, while it is held`, "sent");
     this.held = new HeldJog(axis, direction, feed, this.mostMm(axis, direction), report, isInches, (line) => this.ask(line));
   }
 
@@ -99,7 +102,7 @@ export class Jog {
   /** To the end of the axis, if that is known; whoever holds the key down ends it before. */
   private mostMm(axis: number, direction: number): number {
     const travelMm = Number(this.machine.settings.get(TRAVEL + axis));
-    if (!this.machine.homed.has(AXIS_NAMES[axis] ?? "") || !travelMm) return BLIND_MM;
+    if (!this.machine.homed.has(LETTERS[axis] ?? "") || !travelMm) return BLIND_MM;
     const placeMm = (this.machine.report.machinePosition[axis] ?? 0) * (this.machine.isInches ? MM_PER_INCH : 1);
     return Math.max(0, direction > 0 ? travelMm - placeMm : placeMm);
   }
@@ -108,7 +111,8 @@ export class Jog {
     this.by = this.held = undefined;
   }
 
-  private letGo(by = this.by): void {
+  /** What has begun a jog is let go. */
+  letGo(by = this.by): void {
     if (!this.by || this.by !== by) return;
     this.forget();
     // In a change of the tool only lines of a program wait.

@@ -1,7 +1,8 @@
 // A machine on the other side of a port, whichever it is: what it said last, and what it may be asked.
 
 import type { Trouble } from "../messages";
-import { goesOnChanging, HOLD, JOG_CANCEL, Lines, nameOf, RESET, setting, STATUS, status, TOOL_CHANGE, UNKNOWN, type Status } from "./dialect";
+import { AXIS_NAMES } from "../motion";
+import { goesOnChanging, HOLD, JOG_CANCEL, LETTERS, Lines, nameOf, RESET, setting, STATUS, status, TOOL_CHANGE, UNKNOWN, type Status } from "./dialect";
 import { Flight, FORGOTTEN } from "./flight";
 import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
@@ -105,6 +106,11 @@ export class Machine {
 
   get state(): string {
     return this.report.state;
+  }
+
+  /** The letters of its axes, as many as it reports. */
+  get axes(): string[] {
+    return LETTERS.slice(0, this.report.machinePosition.length || AXIS_NAMES.length);
   }
 
   /** Whether it moves, or may for all that is known. */
@@ -310,6 +316,7 @@ export class Machine {
   private show(report: Status): void {
     const before = this.report;
     this.report = report;
+    this.homed.count(this.axes);
     if (report.homedMask !== undefined) this.homed.told(report.homedMask);
     this.noteChange(report.state);
     if (before.state.startsWith("Alarm") && !report.state.startsWith("Alarm")) this.tell((watcher) => watcher.alarmed?.(""));

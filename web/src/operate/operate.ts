@@ -1,15 +1,19 @@
 // Operates a machine. Each panel knows the machine, and none knows which one it is.
 
-import { part } from "../elements";
+import type { Picture } from "../picture/picture";
+import { keepAwake } from "./awake";
 import { Change } from "./change";
 import { Console } from "./console";
+import { Fits } from "./fits";
+import { Gamepads } from "./gamepad";
 import { Jog } from "./jog";
+import { LivePicture } from "./live";
 import { Machine } from "./machine";
+import { Macros } from "./macros";
 import { offerOverrides } from "./overrides";
 import { Position } from "./position";
 import { Power } from "./power";
 import { Probe } from "./probe";
-import { linesOf } from "./program";
 import { Sending } from "./sending";
 import { State } from "./state";
 import { offerStop } from "./stop";
@@ -25,29 +29,48 @@ export interface NamedProgram {
 export class Operate {
   readonly machine = new Machine();
   private readonly power: Power;
+  private readonly live: LivePicture;
+  private readonly fits: Fits;
+  private isLooked = false;
 
-  constructor(
-    private readonly program: () => NamedProgram,
-    settings: () => string,
-  ) {
+  constructor(picture: Picture, program: () => NamedProgram, settings: () => string) {
     const { machine } = this;
+    const text = (): string => program().text;
     new Console(machine);
     new State(machine);
     new Position(machine);
-    new Jog(machine);
+    new Gamepads(machine, new Jog(machine));
     new Zero(machine);
     new Probe(machine);
     new Tool(machine);
-    new Sending(machine, () => program().text, new Change(machine));
+    new Macros(machine);
+    this.live = new LivePicture(machine, picture, text);
+    this.fits = new Fits(machine, this.live, program);
+    new Sending(machine, text, new Change(machine), this.live, this.fits);
     offerOverrides(machine);
     offerStop(machine);
+    keepAwake(machine);
     this.power = new Power(machine, settings);
   }
 
-  /** Switches a machine on when it is first looked at. */
-  look(): void {
-    const { name, text } = this.program();
-    part("sending-what").textContent = `${name}: ${linesOf(text).length} lines that say something, as on the first tab.`;
+  /** Shows the machine in the picture, or no more. A machine is switched on when it is first looked at. */
+  look(isLooked: boolean): void {
+    this.isLooked = isLooked;
+    this.live.look(isLooked);
+    if (!isLooked) return;
+    this.fits.show();
+    this.power.look();
+  }
+
+  /** The page has another program. */
+  programChanged(): void {
+    if (!this.isLooked) return;
+    this.fits.show();
+    this.live.replan();
+  }
+
+  /** A page that has another use for the machine, as that of the settings, needs it to be on. */
+  attach(): void {
     this.power.look();
   }
 }

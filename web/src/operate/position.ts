@@ -1,13 +1,16 @@
 // Where the machine is: from the zero of the work, and from its own.
 
-import { button, input, part } from "../elements";
-import { AXIS_NAMES } from "../motion";
-import type { Status } from "./dialect";
+import { button, element, input, part } from "../elements";
+import { LETTERS, type Status } from "./dialect";
 import type { Machine } from "./machine";
 
 export class Position {
   constructor(private readonly machine: Machine) {
     button("zero").onclick = () => this.goToZero();
+    element("go-to", HTMLFormElement).onsubmit = (event) => {
+      event.preventDefault();
+      this.goThere();
+    };
     machine.watch({ reported: (report) => this.show(report) });
   }
 
@@ -15,19 +18,39 @@ export class Position {
     const decimals = this.machine.isInches ? 4 : 3;
     // What is not known is not 0.
     const text = (value: number | undefined): string => (value === undefined ? "–" : value.toFixed(decimals).replace(/^-(0\.0+)$/, "$1"));
-    AXIS_NAMES.forEach((axis, index) => {
+    const { axes } = this.machine;
+    for (const row of part("places").querySelectorAll<HTMLElement>("[data-axis]")) {
+      const axis = row.dataset["axis"] ?? "";
+      const index = LETTERS.indexOf(axis);
+      row.hidden = !axes.includes(axis);
       part(`work-${axis.toLowerCase()}`).textContent = text(report.workPosition[index]);
       part(`place-${axis.toLowerCase()}`).textContent = text(report.machinePosition[index]);
-    });
+      button(`home-${axis.toLowerCase()}`).disabled = button("home").disabled;
+    }
     part("position-unit").textContent = this.machine.isInches ? "inches" : "mm";
-    button("zero").disabled = report.state !== "Idle";
+    button("zero").disabled = button("go").disabled = report.state !== "Idle";
+  }
+
+  private get feed(): string {
+    return input("jog-feed").value || "1000";
   }
 
   /** As jogs, which leave the modes of the program alone. Below its zero Z goes up first, otherwise it goes last. */
   private goToZero(): void {
-    const feed = input("jog-feed").value || "1000";
-    const [plane, down] = ["X0 Y0", "Z0"].map((words) => `$J=G21 G90 ${words} F${feed}`) as [string, string];
+    const [plane, down] = ["X0 Y0", "Z0"].map((words) => `$J=G21 G90 ${words} F${this.feed}`) as [string, string];
     const isBelow = (this.machine.report.workPosition[2] ?? 0) < 0;
     for (const line of isBelow ? [down, plane] : [plane, down]) this.machine.command(line);
+  }
+
+  /** To typed coordinates of the work, in the unit that is shown; what is left empty stays. Up it goes first, down last. */
+  private goThere(): void {
+    const typed = (axis: string): string => input(`go-${axis.toLowerCase()}`).value;
+    const [x, y, z] = ["X", "Y", "Z"].map((axis) => (typed(axis) ? `${axis}${typed(axis)}` : ""));
+    part("go-trouble").textContent = x || y || z ? "" : "Type where to, at least one of X, Y and Z.";
+    const unit = this.machine.isInches ? `G20 G90` : "G21 G90";
+    const feed = this.machine.isInches ? (Number(this.feed) / 25.4).toFixed(2) : this.feed;
+    const jogs = [[x, y].filter(Boolean).join(" "), z].filter(Boolean).map((words) => `$J=${unit} ${words} F${feed}`);
+    const goesUp = z && Number(typed("Z")) > (this.machine.report.workPosition[2] ?? 0);
+    for (const line of goesUp ? jogs.reverse() : jogs) this.machine.command(line);
   }
 }

@@ -1,24 +1,39 @@
-// Probing downwards, and the zero of Z from it.
+// Probing: downwards to a plate, or sideways to an edge, and the zero of the work from the contact.
 
 import { button, input, part } from "../elements";
-import { MM_PER_INCH } from "./dialect";
+import { LETTERS, MM_PER_INCH } from "./dialect";
 import type { Machine } from "./machine";
 import { readModes, type Modes } from "./modes";
 
-const Z = 2;
+/** Where to: an axis and a direction. */
+interface Way {
+  axis: number;
+  sign: 1 | -1;
+}
 
 export class Probe {
-  /** Where the last contact was, in the machine's coordinates and the unit of its reports. */
-  private contact: number[] | undefined;
+  /** Where the last contact was, in the machine's coordinates and the unit of its reports, and which way it was looked for. */
+  private contact: { place: number[]; way: Way } | undefined;
+  private way: Way = { axis: 2, sign: -1 };
 
   constructor(private readonly machine: Machine) {
     button("probe").onclick = () => this.start();
     button("probe-zero").onclick = () => this.setZero();
+    for (const choice of document.querySelectorAll<HTMLInputElement>("[name=probe-to]")) choice.onchange = () => this.turn(choice.value);
     machine.watch({
       began: () => this.forget(),
       said: (message) => this.hear(message),
       reported: () => (button("probe-zero").disabled = !this.contact || machine.state !== "Idle"),
     });
+  }
+
+  /** Looks another way. What was found before is of no use for that. */
+  private turn(words: string): void {
+    this.way = { axis: LETTERS.indexOf(words[0] ?? ""), sign: words[1] === "-" ? -1 : 1 };
+    this.forget();
+    part("probe-beside").textContent = words[0] === "Z" ? "Thickness of the plate, mm" : "Radius of the tool, mm";
+    button("probe-zero").textContent = `Set ${words[0]} by the contact`;
+    button("probe-zero").disabled = true;
   }
 
   private say(words: string): void {
@@ -43,7 +58,7 @@ export class Probe {
 
   private refusal(distanceMm: number, feedMmPerMin: number): string {
     if (this.machine.state !== "Idle") return `The machine is in ${this.machine.state}: it probes when it is Idle.`;
-    if (this.machine.report.pins.includes("P")) return "The probe touches already: lift the tool, or see $6.";
+    if (this.machine.report.pins.includes("P")) return "The probe touches already: move the tool away, or see $6.";
     if (!(distanceMm > 0)) return "The distance must be above 0 mm.";
     if (!(feedMmPerMin > 0)) return "The feed must be above 0 mm/min.";
     return "";
@@ -51,9 +66,10 @@ export class Probe {
 
   /** In the modes as they are, so that they are the same after it. */
   private line({ isInches, isRelative }: Modes, distanceMm: number, feedMmPerMin: number): string {
+    const { axis, sign } = this.way;
     const words = (mm: number): string => (isInches ? (mm / MM_PER_INCH).toFixed(4) : mm.toFixed(3));
-    const fromMm = isRelative ? 0 : this.toMm(this.machine.report.workPosition[Z] ?? 0);
-    return `G38.2 Z${words(fromMm - distanceMm)} F${words(feedMmPerMin)}`;
+    const fromMm = isRelative ? 0 : this.toMm(this.machine.report.workPosition[axis] ?? 0);
+    return `G38.2 ${LETTERS[axis]}${words(fromMm + sign * distanceMm)} F${words(feedMmPerMin)}`;
   }
 
   private toMm(reported: number): number {
@@ -64,21 +80,24 @@ export class Probe {
     const found = /^\[PRB:([^:]*):([01])\]$/.exec(message);
     if (!found) return;
     const place = (found[1] ?? "").split(",").map(Number);
-    this.contact = found[2] === "1" ? place : undefined;
+    const { way } = this;
+    this.contact = found[2] === "1" ? { place, way } : undefined;
     const unit = this.machine.isInches ? "in" : "mm";
-    this.say(this.contact ? `Contact at Z ${place[Z]} ${unit} of the machine.` : "No contact within the distance.");
+    this.say(this.contact ? `Contact at ${LETTERS[way.axis]} ${place[way.axis]} ${unit} of the machine.` : "No contact within the distance.");
   }
 
-  /** The contact was on top of a plate. After it the machine has gone on a little, and counts from there. */
+  /** The contact was that far before the work: a plate's thickness above it, a tool's radius beside it. After the contact the machine has gone on a
+   * little, and counts from there. */
   private setZero(): void {
-    const thicknessMm = Number(input("probe-thickness").value);
+    const besideMm = Number(input("probe-thickness").value);
     const { contact } = this;
-    if (!contact || !(thicknessMm >= 0)) return this.say("The plate's thickness must be 0 mm or more.");
-    const pastMm = this.toMm((this.machine.report.machinePosition[Z] ?? 0) - (contact[Z] ?? 0));
+    if (!contact || !(besideMm >= 0)) return this.say(`The ${this.way.axis === 2 ? "plate's thickness" : "tool's radius"} must be 0 mm or more.`);
+    const { axis, sign } = contact.way;
+    const pastMm = this.toMm((this.machine.report.machinePosition[axis] ?? 0) - (contact.place[axis] ?? 0));
     readModes(this.machine, ({ isInches }) => {
-      const z = pastMm + thicknessMm;
-      this.machine.command(`G10 L20 P0 Z${isInches ? (z / MM_PER_INCH).toFixed(5) : z.toFixed(3)}`, (answer) => {
-        if (answer === "ok") this.say(`Z is 0 at ${thicknessMm} mm below the contact.`);
+      const mm = pastMm - sign * besideMm;
+      this.machine.command(`G10 L20 P0 ${LETTERS[axis]}${isInches ? (mm / MM_PER_INCH).toFixed(5) : mm.toFixed(3)}`, (answer) => {
+        if (answer === "ok") this.say(`${LETTERS[axis]} is 0 at ${besideMm} mm ${axis === 2 ? "below" : "beyond"} the contact.`);
       });
     });
   }

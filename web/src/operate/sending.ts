@@ -2,11 +2,15 @@
 
 import { button, duration, element, part } from "../elements";
 import type { Change, SentProgram } from "./change";
-import { nameOf, type Status } from "./dialect";
-import { Estimate } from "./estimate";
+import type { Status } from "./dialect";
+import { inMm } from "./start";
+import type { Fits } from "./fits";
 import { FORGOTTEN } from "./flight";
+import type { LivePicture } from "./live";
 import type { Machine } from "./machine";
+import type { Plan } from "./plan";
 import { linesOf, realTime, type ProgramLine } from "./program";
+import { madeAt } from "./progress";
 import { stop } from "./stop";
 
 /** Lines ahead of what fits, so that the flight is always full. */
@@ -16,10 +20,10 @@ interface Job {
   lines: ProgramLine[];
   next: number;
   answered: number;
-  estimate: Estimate;
-  /** How long the machine has moved since the last answer, and when that was looked at. */
-  sinceMs: number;
-  lookedAt: number;
+  /** What the machine was expected to do when it began. */
+  plan: Plan | undefined;
+  /** How much of that is made, s of its motion. */
+  madeS: number;
 }
 
 export class Sending {
@@ -31,6 +35,8 @@ export class Sending {
     private readonly machine: Machine,
     program: () => string,
     private readonly change: Change,
+    private readonly live: LivePicture,
+    private readonly fits: Fits,
   ) {
     button("send-program").onclick = () => this.start(program());
     button("stop-program").onclick = () => stop(machine);
@@ -49,8 +55,9 @@ export class Sending {
     const acts = realTime(lines);
     if (acts) return this.say(`Line ${acts.number} \`${acts.text}\` has a byte that the machine would obey at once (?, !, ~, or a letter beyond ASCII): take it out, or put it into a comment.`);
     if (!lines.length) return this.say("The program is empty.");
-    const estimate = new Estimate(program, this.machine.settings);
-    this.job = { lines, next: 0, answered: 0, estimate, sinceMs: 0, lookedAt: performance.now() };
+    if (this.fits.refusal) return this.say("Not sent: it does not fit.");
+    const { plan } = this.live;
+    this.job = { lines, next: 0, answered: 0, plan, madeS: plan?.atS(0) ?? 0 };
     this.change.program = this.told(this.job);
     this.machine.log(`the program, ${lines.length} lines`, "sent");
     this.more(this.job);
@@ -63,7 +70,7 @@ export class Sending {
       get line() {
         return job.lines[job.answered]?.number;
       },
-      comment: (line, tool) => job.estimate.comment(line, tool),
+      comment: (line, tool) => job.plan?.comment(line, tool),
     };
   }
 
@@ -77,7 +84,6 @@ export class Sending {
     this.machine.askOfProgram(line.sent, (answer) => {
       if (this.job !== job || answer === FORGOTTEN) return;
       job.answered++;
-      job.sinceMs = 0;
       if (answer !== "ok") return this.refuse(line, answer);
       this.more(job);
     });
@@ -113,21 +119,27 @@ export class Sending {
   }
 
   private follow(report: Status): void {
-    button("send-program").disabled = !["Idle", "Check"].includes(report.state) || this.job !== undefined;
+    button("send-program").disabled = !["Idle", "Check"].includes(report.state) || this.job !== undefined || this.fits.refusal !== "";
     const { job } = this;
     if (!job) return;
-    const now = performance.now();
-    if (nameOf(report.state) === "Run") job.sinceMs += now - job.lookedAt;
-    job.lookedAt = now;
+    this.note(job, report);
     const isOver = job.answered === job.lines.length && ["Idle", "Check"].includes(report.state);
     if (isOver) this.end(`Done: ${job.lines.length} lines.`);
     else this.show(report);
   }
 
+  /** Where the machine is along the plan. Without a line in its reports it is anywhere up to the line that is answered next. */
+  private note(job: Job, { line, machinePosition }: Status): void {
+    const answered = job.lines[job.answered]?.number ?? job.lines.at(-1)?.number ?? 0;
+    if (job.plan?.totalS !== undefined) job.madeS = madeAt(job.plan, { from: line, to: line ?? answered }, inMm(machinePosition, this.machine.isInches), job.madeS);
+    this.live.made(job.madeS);
+  }
+
   private end(words: string): void {
     if (!this.job) return;
-    this.job.estimate.end();
     this.job = undefined;
+    this.live.made(Infinity);
+    this.live.replan();
     this.change.program = undefined;
     this.say(words);
     this.show();
@@ -142,9 +154,10 @@ export class Sending {
     const bar = element("sent", HTMLProgressElement);
     bar.hidden = button("stop-program").hidden = !job;
     if (!job) return;
-    const time = job.estimate.at(job.lines[job.answered - 1]?.number ?? 0, job.sinceMs * 1e-3);
-    bar.value = time ? 1 - time.leftS / time.totalS : job.answered / job.lines.length;
-    this.say([this.change.words || this.where(job, report), time ? this.left(time.leftS) : ""].filter(Boolean).join(", "));
+    const totalS = job.plan?.totalS;
+    const leftS = job.plan && totalS !== undefined ? Math.max(0, totalS - job.plan.goneS(job.madeS)) : undefined;
+    bar.value = leftS === undefined || !totalS ? job.answered / job.lines.length : 1 - leftS / totalS;
+    this.say([this.change.words || this.where(job, report), leftS === undefined ? "" : this.left(leftS)].filter(Boolean).join(", "));
   }
 
   private where(job: Job, report?: Status): string {

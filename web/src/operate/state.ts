@@ -1,7 +1,7 @@
 // What the machine does, and the buttons for that.
 
 import { button, part } from "../elements";
-import { HOLD, nameOf, RESET, RESUME, type Status } from "./dialect";
+import { HOLD, LETTERS, nameOf, RESET, RESUME, type Status } from "./dialect";
 import type { Machine } from "./machine";
 
 /** The letters of inputs that are on; all others are limit switches of their axes. */
@@ -18,6 +18,7 @@ export class State {
   constructor(private readonly machine: Machine) {
     const buttons: [string, () => void][] = [
       ["home", () => machine.command("$H")],
+      ...LETTERS.map((axis): [string, () => void] => [`home-${axis.toLowerCase()}`, () => machine.command(`$H${axis}`)]),
       ["unlock", () => machine.command("$X")],
       ["hold", () => machine.byte(HOLD)],
       ["resume", () => machine.byte(RESUME)],

@@ -1,8 +1,7 @@
 // The zero of the work: which offset is in force, and where its zero is.
 
-import { button, part, select } from "../elements";
-import { AXIS_NAMES } from "../motion";
-import type { Status } from "./dialect";
+import { button, select } from "../elements";
+import { LETTERS, type Status } from "./dialect";
 import type { Machine } from "./machine";
 import { readModes } from "./modes";
 
@@ -10,8 +9,8 @@ export class Zero {
   constructor(private readonly machine: Machine) {
     const system = select("work-system");
     system.onchange = () => machine.command(system.value, () => this.read());
-    for (const axis of AXIS_NAMES) button(`zero-${axis.toLowerCase()}`).onclick = () => this.set(`${axis}0`);
-    button("zero-all").onclick = () => this.set(AXIS_NAMES.map((axis) => `${axis}0`).join(" "));
+    for (const axis of LETTERS) button(`zero-${axis.toLowerCase()}`).onclick = () => this.set(`${axis}0`);
+    button("zero-all").onclick = () => this.set(machine.axes.map((axis) => `${axis}0`).join(" "));
     machine.watch({ reported: (report, before) => this.follow(report, before) });
   }
 
@@ -23,7 +22,7 @@ export class Zero {
   private follow({ state, offset }: Status, before: Status): void {
     const isIdle = state === "Idle";
     // By hand in a change of the tool, Z is set for the new one.
-    for (const zero of part("zeros").querySelectorAll("button")) zero.disabled = !isIdle && state !== "Tool";
+    for (const zero of document.querySelectorAll<HTMLButtonElement>("#zero-all, [id^=zero-][aria-label]")) zero.disabled = !isIdle && state !== "Tool";
     select("work-system").disabled = !isIdle;
     // A program or the console may have chosen another.
     if (isIdle && (before.state !== "Idle" || offset.join() !== before.offset.join())) this.read();

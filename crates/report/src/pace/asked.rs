@@ -109,6 +109,13 @@ impl Asked {
     }
 }
 
+/// The speed along the path that a move would have without ramps, mm/s: the feed of the first line that it is made for, or what the
+/// top speeds of its axes allow. Infinite if it goes nowhere on a line.
+pub fn asked_mm_s(outcome: &Outcome, record: &MoveRecord) -> f64 {
+    let source = record.asked.first().and_then(|asked| Source::of(asked, &outcome.program));
+    Asked::new(outcome, record, source.as_ref()).mm_s
+}
+
 /// The top speed of an axis at the end of the run, mm/s.
 pub fn top_mm_s(outcome: &Outcome, axis: usize) -> f64 {
     outcome.limits[axis].top_speed_steps_s / outcome.steps_per_mm[axis]

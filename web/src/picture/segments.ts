@@ -1,6 +1,6 @@
 // A run as lines to draw: bounded in number, in the order of time, each with its colour.
 
-import type { Motion } from "./motion";
+import type { Motion } from "../motion";
 import type { Tone } from "./tone";
 
 /** No picture has more lines than this, however long the program is. */
@@ -17,6 +17,7 @@ export interface Segments {
   ranks: Uint8Array;
   /** When each was first made, s. */
   ends: Float64Array;
+  /** Where the path is, mm: from and to. Of no path from 0 to 0. */
   low: [number, number, number];
   high: [number, number, number];
 }
@@ -85,7 +86,7 @@ class Builder {
   }
 }
 
-/** The lines of a run; nothing if it has none, or if they are wanted no more. */
+/** The lines of a run, if it has any; nothing if they are wanted no more. */
 export async function segments(motion: Motion, tone: Tone, isWanted: () => boolean): Promise<Segments | undefined> {
   const breath = new Breath();
   const bounds = await boundsOf(motion, breath, isWanted);
@@ -113,22 +114,20 @@ function add(builder: Builder, motion: Motion, tone: Tone, row: number): void {
 }
 
 async function boundsOf(motion: Motion, breath: Breath, isWanted: () => boolean): Promise<Pick<Segments, "low" | "high"> | undefined> {
-  const low: [number, number, number] = [0, 0, 0];
-  const high: [number, number, number] = [0, 0, 0];
-  let moves = false;
+  const low: [number, number, number] = [Infinity, Infinity, Infinity];
+  const high: [number, number, number] = [-Infinity, -Infinity, -Infinity];
   for (let row = 0; row < motion.length; row++) {
     if (breath.isDue) {
       await breath.take();
       if (!isWanted()) return undefined;
     }
     if (motion.isHoming(row)) continue;
-    moves = true;
     for (const after of [0, motion.to(row) - motion.from(row)]) {
       motion.placesIn(row, after).forEach((mm, axis) => {
-        low[axis] = Math.min(low[axis] ?? 0, mm);
-        high[axis] = Math.max(high[axis] ?? 0, mm);
+        low[axis] = Math.min(low[axis] ?? mm, mm);
+        high[axis] = Math.max(high[axis] ?? mm, mm);
       });
     }
   }
-  return moves ? { low, high } : undefined;
+  return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [0, 0, 0] };
 }

@@ -1,7 +1,7 @@
 // What the path is coloured by.
 
-import { label } from "./drawing";
-import { Kind, type Motion } from "./motion";
+import { label } from "../drawing";
+import { Kind, type Motion } from "../motion";
 
 /** Parts of a phase along which the speed changes, or which is bent. */
 const PARTS = 6;
@@ -25,6 +25,7 @@ export interface Tone {
 }
 
 const SLOW_FIRST = Array.from({ length: 8 }, (_, index) => `speed-${index + 1}`);
+const LOST = Array.from({ length: 8 }, (_, index) => `lost-${index + 1}`);
 const FAST_FIRST = [...SLOW_FIRST].reverse();
 const COUNT = SLOW_FIRST.length;
 
@@ -72,6 +73,19 @@ const load: Tone = {
   },
 };
 
+/** By the time that is lost: the part of the time in a place that the feed asked for would not take. */
+const lost: Tone = {
+  colours: LOST,
+  scale: LOST,
+  loud: Infinity,
+  parts(motion, row, part) {
+    equal(motion, row, motion.kind(row) !== Kind.Cruise, (from, to) => {
+      part(from, to, classOf(motion.lostIn(row, (from + to) / 2)));
+    });
+  },
+  key: () => ({ name: "Time lost against the feed asked for", low: "none", high: "nearly all" }),
+};
+
 /** By what the tool is given. */
 const power: Tone = {
   colours: ["bound", ...FAST_FIRST],
@@ -91,4 +105,4 @@ const power: Tone = {
   key: () => ({ name: "Tool", low: "off is grey, 0", high: "100 % of its power" }),
 };
 
-export const TONES: Record<string, Tone> = { speed, load, power };
+export const TONES: Record<string, Tone> = { speed, lost, load, power };

@@ -1,14 +1,15 @@
 // The path in space, to be turned by mouse, touch and keys. It is loaded when it is first looked at.
 
 import {
-  BufferAttribute, BufferGeometry, Color, GridHelper, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, PerspectiveCamera, Points,
-  PointsMaterial, Scene, SphereGeometry, Vector3, WebGLRenderer,
+  Box3, Box3Helper, BufferAttribute, BufferGeometry, CanvasTexture, Color, GridHelper, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial,
+  PerspectiveCamera, Points, PointsMaterial, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { canvas } from "./elements";
-import { colour, onChange } from "./drawing";
+import { colour, onChange } from "../drawing";
+import { canvas } from "../elements";
+import { AXIS_NAMES } from "../motion";
 import { madeAt } from "./flat";
-import type { Picture, Shown } from "./path";
+import type { Moment, Shown, View } from "./picture";
 import type { Segments } from "./segments";
 
 /** What a key turns by, radians. */
@@ -16,7 +17,7 @@ const TURN = Math.PI / 24;
 /** The colour of a colour of the style sheet. */
 const shade = (name: string): Color => new Color(colour(name));
 
-export class Space implements Picture {
+export class Space implements View {
   private readonly canvas = canvas("space");
   private readonly renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
   private readonly camera = new PerspectiveCamera(40, 1, 0.1, 10_000);
@@ -26,13 +27,14 @@ export class Space implements Picture {
   private readonly ahead = new LineSegments(this.done.geometry, new LineBasicMaterial({ transparent: true, opacity: 0.25, vertexColors: true }));
   private readonly dots = new Points(new BufferGeometry(), new PointsMaterial({ size: 7, sizeAttenuation: false }));
   private readonly tool = new Mesh(new SphereGeometry(1), new MeshBasicMaterial());
-  private grid: GridHelper | undefined;
+  /** What is around the path: a grid below it, the travel, and the axes where the zero is. */
+  private around = new Group();
   private shown: Shown | undefined;
-  private time = 0;
+  private moment: Moment = { made: Infinity, tool: undefined };
 
   constructor() {
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.ahead, this.done, this.dots, this.tool);
+    this.scene.add(this.ahead, this.done, this.dots, this.tool, this.around);
     this.controls.addEventListener("change", () => this.render());
     this.canvas.addEventListener("keydown", (event) => this.turnBy(event));
     onChange(this.canvas, () => this.shown && this.paint(this.shown));
@@ -48,16 +50,17 @@ export class Space implements Picture {
     this.paint(shown);
   }
 
-  at(time: number): void {
-    this.time = time;
+  at(moment: Moment): void {
+    this.moment = moment;
     if (!this.shown) return;
     const { motion, segments } = this.shown;
-    this.done.geometry.setDrawRange(0, Infinity);
-    const made = time >= motion.end ? segments.count : madeAt(segments, time);
-    this.done.onBeforeRender = () => this.done.geometry.setDrawRange(0, 2 * made);
-    this.done.onAfterRender = () => this.done.geometry.setDrawRange(0, Infinity);
-    this.tool.visible = !motion.isHomingAt(time);
-    this.tool.position.set(...(motion.places(time) as [number, number, number]));
+    const { geometry } = this.done;
+    const made = moment.made >= motion.end ? segments.count : madeAt(segments, moment.made);
+    this.done.onBeforeRender = () => geometry.setDrawRange(0, 2 * made);
+    this.done.onAfterRender = () => geometry.setDrawRange(0, Infinity);
+    geometry.setDrawRange(0, Infinity);
+    this.tool.visible = moment.tool !== undefined;
+    if (moment.tool) this.tool.position.copy(placed(moment.tool));
     this.render();
   }
 
@@ -74,11 +77,10 @@ export class Space implements Picture {
   /** Looks at the whole from the front, the right and above. */
   private stand(): void {
     if (!this.shown) return;
-    const { low, high } = this.shown.segments;
-    const [from, to] = [new Vector3(...low), new Vector3(...high)];
+    const { min, max } = whole(this.shown);
     const aspect = this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1);
-    const size = Math.max(from.distanceTo(to), 1) / Math.min(1, aspect);
-    this.controls.target.copy(from.clone().add(to).multiplyScalar(0.5));
+    const size = Math.max(min.distanceTo(max), 1) / Math.min(1, aspect);
+    this.controls.target.copy(min).add(max).multiplyScalar(0.5);
     this.camera.position.copy(this.controls.target).add(new Vector3(0.75, -1.15, 0.9).multiplyScalar(size));
     [this.camera.near, this.camera.far] = [size / 1000, size * 20];
     this.tool.scale.setScalar(size / 90);
@@ -86,7 +88,8 @@ export class Space implements Picture {
   }
 
   /** Takes the colours of the present light, and the size of the canvas. */
-  private paint({ segments, tone }: Shown): void {
+  private paint(shown: Shown): void {
+    const { segments, tone } = shown;
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
     const shades = tone.colours.map(shade);
@@ -99,23 +102,38 @@ export class Space implements Picture {
     this.dots.geometry.setAttribute("position", new BufferAttribute(dotsOf(segments), 3));
     this.dots.material.color = shade("over");
     this.tool.material.color = shade("tool");
-    this.lay(segments.low, segments.high);
+    this.surround(shown);
     this.renderer.setPixelRatio(window.devicePixelRatio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.at(this.time);
+    this.at(this.moment);
   }
 
-  /** A grid below the path. */
-  private lay(low: number[], high: number[]): void {
-    this.grid?.removeFromParent();
-    this.grid?.dispose();
-    const wide = Math.max((high[0] ?? 0) - (low[0] ?? 0), (high[1] ?? 0) - (low[1] ?? 0), 1) * 1.15;
-    this.grid = new GridHelper(wide, 10, shade("bound"), shade("grid"));
-    this.grid.rotateX(Math.PI / 2);
-    this.grid.position.set(((low[0] ?? 0) + (high[0] ?? 0)) / 2, ((low[1] ?? 0) + (high[1] ?? 0)) / 2, low[2] ?? 0);
-    this.scene.add(this.grid);
+  private surround(shown: Shown): void {
+    this.around.removeFromParent();
+    this.around = new Group();
+    const { min, max } = whole(shown);
+    const wide = Math.max(max.x - min.x, max.y - min.y, 1) * 1.15;
+    const grid = new GridHelper(wide, 10, shade("bound"), shade("grid"));
+    grid.rotateX(Math.PI / 2);
+    grid.position.set((min.x + max.x) / 2, (min.y + max.y) / 2, min.z);
+    this.around.add(grid, ...this.axes(placed(shown.workZero ?? [0, 0, 0]), wide / 8));
+    if (shown.travel.length) this.around.add(new Box3Helper(new Box3(new Vector3(), placed(shown.travel)), shade("bound")));
+    this.scene.add(this.around);
+  }
+
+  /** The axes from a zero, with their letters. */
+  private axes(zero: Vector3, length: number): (LineSegments | Sprite)[] {
+    return [new Vector3(1, 0, 0), new Vector3(0, 1, 0), new Vector3(0, 0, 1)].flatMap((along, axis) => {
+      const name = AXIS_NAMES[axis] ?? "";
+      const end = zero.clone().addScaledVector(along, length);
+      const line = new LineSegments(new BufferGeometry().setFromPoints([zero, end]), new LineBasicMaterial({ color: shade(name.toLowerCase()) }));
+      const letter = letterOf(name, colour(name.toLowerCase()));
+      letter.position.copy(end.addScaledVector(along, length / 6));
+      letter.scale.setScalar(length / 2.5);
+      return [line, letter];
+    });
   }
 
   private turnBy(event: KeyboardEvent): void {
@@ -133,6 +151,25 @@ export class Space implements Picture {
   private render(): void {
     this.renderer.render(this.scene, this.camera);
   }
+}
+
+const placed = ([x = 0, y = 0, z = 0]: number[]): Vector3 => new Vector3(x, y, z);
+
+/** What is looked at: the path, or where there is none, as far as the machine can go. */
+function whole({ segments: { count, low, high }, travel }: Shown): Box3 {
+  return count ? new Box3(placed(low), placed(high)) : new Box3(new Vector3(), placed(travel));
+}
+
+function letterOf(name: string, fill: string): Sprite {
+  const image = document.createElement("canvas");
+  image.width = image.height = 64;
+  const context = image.getContext("2d");
+  if (context) {
+    context.font = "bold 48px system-ui, sans-serif";
+    [context.textAlign, context.textBaseline, context.fillStyle] = ["center", "middle", fill];
+    context.fillText(name, 32, 34);
+  }
+  return new Sprite(new SpriteMaterial({ map: new CanvasTexture(image), depthTest: false }));
 }
 
 /** Where lines have no length: places where the speed jumps. */

@@ -1,0 +1,164 @@
+// The picture of the machine that is operated: as far as it can go, the program's path where it would be made, and the tool where the machine
+// reports it. What is made already stands out.
+
+import { part } from "../elements";
+import { AXIS_NAMES, Motion } from "../motion";
+import type { Picture } from "../picture/picture";
+import { nameOf, type Status } from "./dialect";
+import type { Machine } from "./machine";
+import { Plan } from "./plan";
+import { isSame, inMm, readStart, type Start } from "./start";
+
+/** Where the travel of the first axis stands. */
+const TRAVEL = 130;
+/** A program that is being typed, and a machine that is being set up, is planned when it has been left alone for so long, ms. */
+const CALM_MS = 400;
+/** The picture goes on evenly between two reports, ms. */
+const BETWEEN_MS = 220;
+
+interface Planned {
+  program: string;
+  start: Start;
+  settings: string;
+  plan: Plan;
+  isKnown: boolean;
+}
+
+export class LivePicture {
+  /** Until when the plan is made, s of its motion; Infinity while no program goes. */
+  private madeS = Infinity;
+  private planned: Planned | undefined;
+  private isLooked = false;
+  private timer: number | undefined;
+  private drawn: { made: number; tool: number[] } | undefined;
+  private from: { made: number; tool: number[]; atMs: number } | undefined;
+  private isDrawing = false;
+  private readonly watchers: (() => void)[] = [];
+
+  constructor(
+    private readonly machine: Machine,
+    private readonly picture: Picture,
+    private readonly program: () => string,
+  ) {
+    machine.watch({
+      attached: () => this.forget(),
+      set: () => this.replan(),
+      reported: (report, before) => this.follow(report, before),
+    });
+  }
+
+  /** What the machine would do with the program of the page, if that is known. */
+  get plan(): Plan | undefined {
+    return this.planned?.isKnown ? this.planned.plan : undefined;
+  }
+
+  /** Tells when the plan is another. */
+  watch(changed: () => void): void {
+    this.watchers.push(changed);
+  }
+
+  /** The machine is looked at, or is no more. */
+  look(isLooked: boolean): void {
+    this.isLooked = isLooked;
+    if (!isLooked) return;
+    void this.show();
+    this.replan();
+  }
+
+  /** A program goes: it is made until this time of the plan's motion, s; Infinity when none goes. */
+  made(madeS: number): void {
+    this.madeS = madeS;
+    this.draw();
+  }
+
+  /** Plans anew, once nothing has changed for a while. */
+  replan(): void {
+    clearTimeout(this.timer);
+    this.timer = window.setTimeout(() => this.ask(), CALM_MS);
+  }
+
+  private get mayPlan(): boolean {
+    return this.isLooked && this.machine.state === "Idle" && this.machine.settings.size > 0 && this.madeS === Infinity && this.machine.underWay === 0;
+  }
+
+  private ask(): void {
+    if (!this.mayPlan) return;
+    const program = this.program();
+    readStart(this.machine, (start) => {
+      const settings = [...this.machine.settings].join("\n");
+      const { planned } = this;
+      if (!this.mayPlan || (planned?.program === program && planned.settings === settings && isSame(planned.start, start))) return;
+      planned?.plan.end();
+      const next: Planned = { program, start, settings, isKnown: false, plan: new Plan(program, this.machine.settings, start, () => this.take(next)) };
+      this.planned = next;
+      this.changed();
+    });
+  }
+
+  private take(planned: Planned): void {
+    if (this.planned !== planned) return;
+    planned.isKnown = true;
+    this.changed();
+    void this.show();
+  }
+
+  private forget(): void {
+    this.planned?.plan.end();
+    this.planned = this.drawn = undefined;
+    this.madeS = Infinity;
+    this.changed();
+    if (this.isLooked) void this.show();
+  }
+
+  private changed(): void {
+    for (const changed of this.watchers) changed();
+  }
+
+  private async show(): Promise<void> {
+    const { settings, report, isInches } = this.machine;
+    const travel = AXIS_NAMES.map((_, axis) => Number(settings.get(TRAVEL + axis)));
+    const workZero = report.offset.length ? inMm(report.offset, isInches) : undefined;
+    const motion = this.plan?.motion ?? new Motion();
+    part("picture").dataset["of"] = this.plan ? "program" : "machine";
+    await this.picture.show({ motion, travel: travel.every((mm) => mm > 0) ? travel : [], ...(workZero && { workZero }) });
+    this.draw();
+  }
+
+  private follow(report: Status, before: Status): void {
+    const isMoved = report.offset.join() !== before.offset.join();
+    if (nameOf(report.state) === "Idle" && (before.state !== report.state || isMoved)) this.replan();
+    if (this.isLooked && isMoved) void this.show();
+    this.draw();
+  }
+
+  /** Goes to what is known now, evenly. */
+  private draw(): void {
+    if (!this.isLooked) return;
+    const { report, isInches, link } = this.machine;
+    if (!report.machinePosition.length || link === "lost") {
+      this.drawn = undefined;
+      return this.picture.at({ made: this.madeS, tool: undefined });
+    }
+    const to = { made: this.madeS, tool: inMm(report.machinePosition, isInches) };
+    if (!this.drawn || this.drawn.made > to.made) this.drawn = to;
+    this.from = { ...this.drawn, atMs: performance.now() };
+    if (!this.isDrawing) requestAnimationFrame(() => this.step());
+    this.isDrawing = true;
+  }
+
+  private step(): void {
+    const { from, machine } = this;
+    this.isDrawing = false;
+    if (!from || !this.drawn || !this.isLooked) return;
+    const share = Math.min(1, (performance.now() - from.atMs) / BETWEEN_MS);
+    const tool = inMm(machine.report.machinePosition, machine.isInches);
+    if (!tool.length) return;
+    const between = (one: number, other: number): number => (Number.isFinite(one + other) ? one + share * (other - one) : other);
+    this.drawn = { made: between(from.made, this.madeS), tool: tool.map((mm, axis) => between(from.tool[axis] ?? mm, mm)) };
+    this.picture.at(this.drawn);
+    if (share < 1) {
+      this.isDrawing = true;
+      requestAnimationFrame(() => this.step());
+    }
+  }
+}

@@ -1,0 +1,149 @@
+// What the machine would do with a program, from where it stands: the same program runs in virtual time, with the settings, the offsets and the
+// place of the machine. So its path, the time left, and whether it fits are known before a line is sent.
+
+import { worker } from "../job";
+import type { Columns, FromWorker, ToolRow, ToWorker } from "../messages";
+import { AXIS_NAMES, Motion } from "../motion";
+import { linesOfStart, type Start } from "./start";
+
+/** The ends of the travel are looked at afterwards, so that they can be named, and a change of the tool takes no time. */
+const WITHOUT_ENDS = "$20=0\n$21=0\n$341=0\n";
+/** What a place may be off by, as rounded numbers go, mm. */
+const ROUNDED_MM = 0.002;
+/** Where the travel of the first axis stands. */
+const TRAVEL = 130;
+const INCHES = 13;
+
+/** An axis that would leave its travel. */
+export interface Beyond {
+  axis: string;
+  /** The farthest place. */
+  placeMm: number;
+  travelMm: number;
+  /** The first line that goes beyond. */
+  line: number;
+}
+
+export class Plan {
+  readonly motion = new Motion();
+  /** Which tools the program asks for, and what it says of them. */
+  tools: ToolRow[] = [];
+  /** The whole of it, from the first line to the end, s; undefined before it is known, or if it cannot be. */
+  totalS: number | undefined;
+  /** Why it cannot be run. */
+  trouble = "";
+  private readonly worker = worker();
+  private readonly before: number;
+  private beganS = 0;
+  private answeredAtS: Float64Array = new Float64Array();
+
+  /** `done` is called once, when all is known that will be. */
+  constructor(
+    program: string,
+    private readonly settings: ReadonlyMap<number, string>,
+    start: Start,
+    done: () => void,
+  ) {
+    const before = linesOfStart(start);
+    this.before = before.length;
+    this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
+      if (data.is === "tools") return void (this.tools = data.tools);
+      if (data.is === "planned") this.take(data.motion, data);
+      if (data.is === "trouble") this.trouble = this.placed(data.trouble.line, data.trouble.words);
+      this.end();
+      done();
+    };
+    this.worker.onerror = (event) => {
+      this.trouble = event.message || "the simulated machine did not start";
+      done();
+    };
+    const lines = [...settings].filter(([number]) => number !== INCHES || start.isInches).map(([number, value]) => `$${number}=${value}\n`);
+    this.worker.postMessage({
+      do: "plan",
+      program: new TextEncoder().encode(program),
+      before: new TextEncoder().encode(before.map((line) => `${line}\n`).join("")),
+      settings: lines.join("") + WITHOUT_ENDS,
+    } satisfies ToWorker);
+  }
+
+  /** It is wanted no more. */
+  end(): void {
+    this.worker.terminate();
+  }
+
+  /** What the program says of the tool that this line asks for. */
+  comment(line: number, tool: number): string | undefined {
+    return this.tools.find((row) => row.line === line && row.tool === tool)?.comment ?? undefined;
+  }
+
+  /** When a line is answered, s from the first one on. */
+  answeredS(line: number): number {
+    return (this.answeredAtS[line + this.before - 1] ?? this.beganS) - this.beganS;
+  }
+
+  /** What of the motion is made when so much time has gone, s of the motion. */
+  atS(goneS: number): number {
+    return this.beganS + goneS;
+  }
+
+  /** How much time has gone when so much of the motion is made, s. */
+  goneS(madeS: number): number {
+    return madeS - this.beganS;
+  }
+
+  /** When a line begins to move the machine, s of the motion; undefined if it never does. */
+  beginsS(line: number): number | undefined {
+    return this.motion.timeOf(line + this.before);
+  }
+
+  /** When the last line before this one that moves the machine has done so: the next one that moves it begins, s of the motion. */
+  endsS(line: number): number {
+    const { times, lines } = this.motion.lines;
+    const next = lines.findIndex((each) => each > line + this.before);
+    return next < 0 ? this.motion.end : (times[next] ?? this.motion.end);
+  }
+
+  /** From where to where each axis goes, mm of the machine; of no motion nothing. */
+  get extents(): [number, number][] {
+    const found: [number, number][] = [];
+    this.look((axis, mm) => {
+      const [low, high] = found[axis] ?? [mm, mm];
+      found[axis] = [Math.min(low, mm), Math.max(high, mm)];
+    });
+    return found;
+  }
+
+  /** How far each axis goes beyond its travel, and the first line that does. */
+  get beyond(): Beyond[] {
+    const found = new Map<number, Beyond>();
+    this.look((axis, placeMm, timeS) => {
+      const travelMm = Number(this.settings.get(TRAVEL + axis));
+      const past = (mm: number): number => Math.max(-mm, mm - travelMm);
+      if (!travelMm || past(placeMm) <= ROUNDED_MM) return;
+      const before = found.get(axis);
+      const line = before?.line ?? this.motion.lineAt(timeS) - this.before;
+      if (!before || past(placeMm) > past(before.placeMm)) found.set(axis, { axis: AXIS_NAMES[axis] ?? "", placeMm, travelMm, line });
+    });
+    return [...found.values()];
+  }
+
+  private take(motion: Columns[], { lines, answeredAtS, beganS, totalS }: Extract<FromWorker, { is: "planned" }>): void {
+    for (const columns of motion) this.motion.add(columns);
+    this.motion.lines = lines;
+    this.motion.beginAt(beganS);
+    [this.answeredAtS, this.beganS, this.totalS] = [answeredAtS, beganS, totalS - beganS];
+  }
+
+  private look(see: (axis: number, placeMm: number, timeS: number) => void): void {
+    const { motion } = this;
+    for (let row = 0; row < motion.length; row++) {
+      if (motion.isHoming(row)) continue;
+      for (const after of [0, motion.to(row) - motion.from(row)]) motion.placesIn(row, after).forEach((mm, axis) => see(axis, mm, motion.from(row)));
+    }
+  }
+
+  private placed(line: number | null, words: string): string {
+    const number = line === null ? 0 : line - this.before;
+    return number > 0 ? `line ${number}: ${words.replace(/^line \d+: /, "")}` : words;
+  }
+}
