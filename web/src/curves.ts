@@ -72,7 +72,9 @@ export class Curves {
 
   private zoom(factor: number): void {
     const [from, to] = this.span;
-    const middle = this.time >= from && this.time <= to ? this.time : (from + to) / 2;
+    // After a run the time is its end, which is nothing that anybody has chosen.
+    const isChosen = this.time > from && this.time < Math.min(to, this.motion.end);
+    const middle = isChosen ? this.time : (from + to) / 2;
     this.look(middle - (middle - from) * factor, middle + (to - middle) * factor);
   }
 

@@ -50,7 +50,7 @@ export type FromWorker =
   | { is: "trouble"; trouble: Trouble }
   | { is: "output"; bytes: Uint8Array; seconds: number }
   | { is: "tools"; tools: ToolRow[] }
-  | { is: "planned"; motion: Columns[]; lines: LineTimes; answeredAtS: Float64Array; beganS: number; totalS: number }
+  | { is: "planned"; motion: Columns[]; lines: LineTimes; answeredAtS: Float64Array; beganS: number; totalS: number; placeMm: number[]; said: string[] }
   | { is: "setting-rows"; rows: SettingRow[] }
   | { is: "settings-checked"; refusal: Trouble | null };
 
@@ -118,4 +118,5 @@ export interface Summary {
   refusals_total: number;
   pauses: { line: number; text: string; words: string | null; comment: string | null }[];
   messages: string[];
+  said_last: string[];
 }

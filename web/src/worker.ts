@@ -97,13 +97,13 @@ function plan(program: Uint8Array, before: Uint8Array, settings: string): void {
     answeredAtS.fill(job.nowUs * 1e-6, answered, job.answered);
     answered = job.answered;
   }
-  const { duration_s: totalS, alarm, refusals } = JSON.parse(job.end()) as Summary;
+  const { duration_s: totalS, alarm, refusals, position_mm: placeMm, said_last: said } = JSON.parse(job.end()) as Summary;
   motion.push(columns(job.takeMotion()));
   const lines = { times: job.takeLineTimes(), lines: job.takeLines() };
   const [refusal] = refusals;
   if (refusal) return tell({ is: "trouble", trouble: { line: refusal.line, words: `\`${refusal.text.trim()}\`: error:${refusal.code} ${refusal.words}` } });
   if (alarm !== null) return tell({ is: "trouble", trouble: { line: null, words: `the program ends in ALARM:${alarm}` } });
-  tell({ is: "planned", motion, lines, answeredAtS, beganS: beganAt(lines, before), totalS }, [...buffers(...motion, lines), answeredAtS.buffer]);
+  tell({ is: "planned", motion, lines, answeredAtS, beganS: beganAt(lines, before), totalS, placeMm, said }, [...buffers(...motion, lines), answeredAtS.buffer]);
 }
 
 /** When the first line behind `before` moves the machine, or would if it did, s. */

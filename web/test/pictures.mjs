@@ -8,7 +8,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["motion", "picture/segments", "picture/tone", "operate/progress"];
+const MODULES = ["motion", "picture/segments", "picture/tone", "operate/progress", "operate/rest"];
 /** Instants at which a picture is held against the steps. */
 const INSTANTS = 1_000;
 const SLICE_US = 100_000;
@@ -24,7 +24,7 @@ async function bundled() {
 
 globalThis.performance ??= { now: () => 0 };
 Object.assign(globalThis, { document: { createElement: () => ({}) }, matchMedia: () => ({ addEventListener() {} }) });
-const { init, Job, madeAt, Motion, segments, TONES } = await bundled();
+const { init, Job, madeAt, Motion, restFrom, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
 await init({ module_or_path: await readFile(at("../machine/machine_bg.wasm")) });
 
 /** A run, what the page keeps of it, and its steps if they are wanted. */
@@ -159,5 +159,41 @@ for (const path of programs) {
       const found = motion.places(from);
       assert.ok(Math.hypot(...place.map((mm, axis) => mm - found[axis])) < 0.05, `${time} s: ${place} is found at ${found}`);
     }
+  });
+}
+
+/** What the lines before one leave, by the machine's own words. */
+function leftBefore(lines, line) {
+  const { motion, summary } = made(`${lines.slice(0, line - 1).join("\n")}\n$G\n$#\n`, { kept: "plan" });
+  const said = (name) => summary.said_last.filter((text) => text.startsWith(`[${name}:`)).at(-1)?.slice(name.length + 2, -1) ?? "";
+  let highestMm = 0;
+  for (let row = 0; row < motion.length; row++) if (!motion.isHoming(row)) highestMm = Math.max(highestMm, motion.place(row, 2, 0));
+  return { modes: said("GC").split(" "), length: Number(said("TLO")), placeMm: summary.position_mm, highestMm, isInches: false };
+}
+
+for (const name of ["two_tools.nc", "arcs.nc", "engraving.nc"]) {
+  test(`${name}: the rest from a line on goes where the whole goes`, async () => {
+    const lines = (await readFile(at(`../../programs/${name}`), "utf8")).split("\n");
+    const settings = "$341=0\n";
+    const whole = made(lines.join("\n"), { settings, kept: "plan" });
+    let begun = 0;
+    for (let line = 7; line < lines.length; line += 3) {
+      const left = leftBefore(lines, line);
+      if (whyNotFrom(lines, line) || whyNotAfter(lines[line - 1], line, left)) continue;
+      const { text } = restFrom(lines, line, left);
+      assert.deepEqual(text.split("\n").slice(line - 1), lines.slice(line - 1), "lines keep their numbers");
+      const rest = made(text, { settings, kept: "plan" });
+      assert.deepEqual(rest.summary.refusals, [], `from line ${line}: ${text}`);
+      for (let each = line; each <= lines.length; each++) {
+        const [one, other] = [whole, rest].map(({ motion }) => motion.timeOf(each));
+        // What follows from a place where the whole goes round a corner begins at rest here.
+        if (one === undefined || other === undefined || each < line + 2) continue;
+        const [there, here] = [whole.motion.places(one), rest.motion.places(other)];
+        there.forEach((mm, axis) => assert.ok(Math.abs(mm - here[axis]) < 0.05, `from line ${line}, line ${each}: ${there} and ${here}`));
+      }
+      rest.summary.position_mm.forEach((mm, axis) => assert.ok(Math.abs(mm - whole.summary.position_mm[axis]) < 0.021, `from line ${line}: ends at ${rest.summary.position_mm}`));
+      begun++;
+    }
+    assert.ok(begun > 4, `${begun} lines`);
   });
 }

@@ -378,7 +378,11 @@ fn worlds() -> Result<()> {
 }
 
 fn page(amount: Amount) -> Result<()> {
-    if amount == Amount::All { web::test() } else { web::test_values() }
+    match amount {
+        Amount::Few => web::test_values(),
+        Amount::More => web::test_pictures(),
+        Amount::All => web::test(),
+    }
 }
 
 fn senders(_: Amount) -> Result<()> {

@@ -60,6 +60,7 @@ pub fn run(args: Args) -> Result<()> {
     println!("{}: {:.0} kB", workspace::shown(&out), size_bytes(&out)? as f64 / 1e3);
     if args.test {
         test_values()?;
+        pictures()?;
         chromium::test(&out)?;
     }
     if args.figures {
@@ -71,12 +72,23 @@ pub fn run(args: Args) -> Result<()> {
     if args.serve { web::serve(Page::read(&out)?, args.serving) } else { Ok(()) }
 }
 
-/// A stage of `cargo xtask test`.
+/// Tests all of the page, in Chromium too.
 pub fn test() -> Result<()> {
-    let out = default_out();
+    test_pictures()?;
+    chromium::test(&default_out())
+}
+
+/// Builds the page, and tests what it needs no browser for.
+pub fn test_pictures() -> Result<()> {
     test_values()?;
-    build(&out)?;
-    chromium::test(&out)
+    build(&default_out())?;
+    pictures()
+}
+
+/// Tests what the pictures show against the steps of the same runs, once the machine is built.
+fn pictures() -> Result<()> {
+    announce("what the pictures of the page show, against the steps");
+    process::run(&mut npm("pictures"))
 }
 
 /// Tests what the page makes of a machine's words, which needs neither a browser nor the simulated machine.

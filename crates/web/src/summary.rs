@@ -8,6 +8,8 @@ use serde::Serialize;
 
 /// Lines that are reported one by one.
 const REPORTED_MAX: usize = 1_000;
+/// As many texts as `$G` and `$#` make, with a table that is full.
+const SAID_MAX: usize = 60;
 
 #[derive(Serialize)]
 struct Summary<'a> {
@@ -27,6 +29,8 @@ struct Summary<'a> {
     refusals_total: usize,
     pauses: &'a [Pause],
     messages: Vec<&'a str>,
+    /// The last texts that the machine has sent, answers apart.
+    said_last: Vec<&'a str>,
 }
 
 /// A refused line with its reason in words.
@@ -66,6 +70,7 @@ pub(crate) fn of(gathered: &Gathered, end: &Outcome) -> String {
         refusals_total: end.refusals.len(),
         pauses: &end.pauses,
         messages: end.messages().take(REPORTED_MAX).collect(),
+        said_last: end.said.iter().rev().take(SAID_MAX).rev().map(|said| said.text.as_str()).collect(),
     };
     serde_json::to_string(&summary).expect("numbers and texts have a form in JSON")
 }

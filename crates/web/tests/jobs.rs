@@ -241,3 +241,34 @@ fn a_report_has_the_figures_of_the_simulator() {
     let trouble = whole::report("long.nc", &b"G1 X1 F600\n".repeat(50_001), "").unwrap_err();
     assert!(trouble.words.contains("50001") && trouble.words.contains("isostep sim"), "{trouble}");
 }
+
+/// What a plan draws is what the run draws, and every line moves the machine at the same time.
+#[test]
+fn a_plan_is_the_run_without_its_edges() {
+    for program in [ARCS, ENGRAVING] {
+        let [run, plan] = [Kept::Lines, Kept::Plan].map(|kept| {
+            let (motion, end) = ended(program, "", kept);
+            let values = [motion.values, end.motion.values].concat();
+            let times_s = [motion.times_s, end.motion.times_s].concat();
+            (values, times_s, end.lines)
+        });
+        assert!(run.0.len() > 1_000);
+        assert_eq!(run, plan);
+    }
+}
+
+#[test]
+fn a_phase_knows_the_speed_that_was_asked_for() {
+    let (motion, end) = ended(b"G21 G91 G61\nG1 X10 F1200\nX1 Y1 F600\nG0 X3 Y4\n", "", Kept::Plan);
+    let asked = [motion.asked_mm_s, end.motion.asked_mm_s].concat();
+    let kinds = [motion.kinds, end.motion.kinds].concat();
+    assert_eq!(asked.len(), kinds.len());
+    // $111 is 2880 mm/min, and Y has four fifths of the way.
+    let expected = [20.0, 10.0, 48.0 / 0.8];
+    let mut found = asked.clone();
+    found.dedup();
+    assert_eq!(found.len(), expected.len(), "{asked:?}");
+    for (found, expected) in found.into_iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-4, "{found} instead of {expected}");
+    }
+}

@@ -2,7 +2,7 @@
 
 import { button, duration, input, part } from "../elements";
 import { AXIS_NAMES } from "../motion";
-import type { NamedProgram } from "./operate";
+import type { FromLine } from "./from-line";
 import type { LivePicture } from "./live";
 import type { Machine } from "./machine";
 import type { Plan } from "./plan";
@@ -12,7 +12,7 @@ export class Fits {
   constructor(
     private readonly machine: Machine,
     private readonly live: LivePicture,
-    private readonly program: () => NamedProgram,
+    private readonly fromLine: FromLine,
   ) {
     button("outline").onclick = () => this.goRound();
     live.watch(() => this.show());
@@ -21,12 +21,13 @@ export class Fits {
 
   /** Why the program must not be sent as it is; empty if it may. */
   get refusal(): string {
+    if (this.fromLine.refusal) return this.fromLine.refusal;
     const beyond = this.live.plan?.beyond.filter(({ axis }) => this.machine.homed.has(axis)) ?? [];
     return beyond.map(({ axis, placeMm, travelMm, line }) => `${axis} would go to ${placeMm.toFixed(2)} mm, which is ${past(placeMm, travelMm)}, first in line ${line}.`).join(" ");
   }
 
   show(): void {
-    const { name, text } = this.program();
+    const { name, text } = this.fromLine.program;
     const { plan } = this.live;
     const lines = linesOf(text).length;
     const what = [`${name}: ${lines} ${lines === 1 ? "line" : "lines"}`, plan?.totalS === undefined ? "" : `about ${duration(plan.totalS, 0)}`, plan ? where(plan) : ""];
@@ -45,6 +46,8 @@ export class Fits {
 
   private fit(plan: Plan | undefined): [kind: "yes" | "no" | "unknown", words: string] {
     if (!this.machine.isAttached || !plan) return ["unknown", ""];
+    // It stands above.
+    if (this.fromLine.refusal) return ["no", ""];
     if (plan.trouble) return ["unknown", `What the machine would do is not known: ${plan.trouble}`];
     const { refusal } = this;
     if (refusal) return ["no", `It does not fit. ${refusal} Move the work's zero, or the work.`];

@@ -7,7 +7,7 @@ import type { Picture } from "../picture/picture";
 import { nameOf, type Status } from "./dialect";
 import type { Machine } from "./machine";
 import { Plan } from "./plan";
-import { isSame, inMm, readStart, type Start } from "./start";
+import { inMm, linesOfStart, readStart } from "./start";
 
 /** Where the travel of the first axis stands. */
 const TRAVEL = 130;
@@ -18,7 +18,8 @@ const BETWEEN_MS = 220;
 
 interface Planned {
   program: string;
-  start: Start;
+  /** Lines that make a machine so as this one is. */
+  before: string[];
   settings: string;
   plan: Plan;
   isKnown: boolean;
@@ -34,6 +35,8 @@ export class LivePicture {
   private from: { made: number; tool: number[]; atMs: number } | undefined;
   private isDrawing = false;
   private readonly watchers: (() => void)[] = [];
+  /** Who waits until the plan is known. */
+  private readonly waiting: (() => void)[] = [];
 
   constructor(
     private readonly machine: Machine,
@@ -77,28 +80,61 @@ export class LivePicture {
     this.timer = window.setTimeout(() => this.ask(), CALM_MS);
   }
 
+  /** Waits until it is known what the machine would do with the page's program from where it is, or that it cannot be known. */
+  known(): Promise<void> {
+    return new Promise((resolve) => {
+      this.waiting.push(resolve);
+      this.ask();
+    });
+  }
+
+  /** The lines from which the plan goes out. */
+  get before(): string[] {
+    return this.planned?.before ?? [];
+  }
+
+  /** A program goes that began so, whichever the page has: it is in the picture until it has ended. */
+  adopt(program: string, before: string[]): void {
+    if (this.planned?.program !== program || this.planned.before.join() !== before.join()) this.begin(program, before);
+    this.made(this.plan?.atS(0) ?? 0);
+  }
+
   private get mayPlan(): boolean {
     return this.isLooked && this.machine.state === "Idle" && this.machine.settings.size > 0 && this.madeS === Infinity && this.machine.underWay === 0;
   }
 
   private ask(): void {
-    if (!this.mayPlan) return;
+    if (!this.mayPlan) return this.release();
     const program = this.program();
     readStart(this.machine, (start) => {
-      const settings = [...this.machine.settings].join("\n");
-      const { planned } = this;
-      if (!this.mayPlan || (planned?.program === program && planned.settings === settings && isSame(planned.start, start))) return;
-      planned?.plan.end();
-      const next: Planned = { program, start, settings, isKnown: false, plan: new Plan(program, this.machine.settings, start, () => this.take(next)) };
-      this.planned = next;
-      this.changed();
+      if (!this.mayPlan) return this.release();
+      const [before, { planned }] = [linesOfStart(start), this];
+      const isSame = planned?.program === program && planned.settings === this.settings && planned.before.join() === before.join();
+      if (!isSame) this.begin(program, before);
+      else if (planned.isKnown) this.release();
     });
+  }
+
+  private get settings(): string {
+    return [...this.machine.settings].join("\n");
+  }
+
+  private begin(program: string, before: string[]): void {
+    this.planned?.plan.end();
+    const next: Planned = { program, before, settings: this.settings, isKnown: false, plan: new Plan(program, this.machine.settings, before, () => this.take(next)) };
+    this.planned = next;
+    this.changed();
+  }
+
+  private release(): void {
+    for (const resolve of this.waiting.splice(0)) resolve();
   }
 
   private take(planned: Planned): void {
     if (this.planned !== planned) return;
     planned.isKnown = true;
     this.changed();
+    this.release();
     void this.show();
   }
 
@@ -106,6 +142,7 @@ export class LivePicture {
     this.planned?.plan.end();
     this.planned = this.drawn = undefined;
     this.madeS = Infinity;
+    this.release();
     this.changed();
     if (this.isLooked) void this.show();
   }

@@ -5,6 +5,7 @@ import { keepAwake } from "./awake";
 import { Change } from "./change";
 import { Console } from "./console";
 import { Fits } from "./fits";
+import { FromLine } from "./from-line";
 import { Gamepads } from "./gamepad";
 import { Jog } from "./jog";
 import { LivePicture } from "./live";
@@ -31,11 +32,13 @@ export class Operate {
   private readonly power: Power;
   private readonly live: LivePicture;
   private readonly fits: Fits;
+  private readonly fromLine: FromLine;
   private isLooked = false;
 
   constructor(picture: Picture, program: () => NamedProgram, settings: () => string) {
     const { machine } = this;
-    const text = (): string => program().text;
+    this.fromLine = new FromLine(machine, program, () => this.programChanged());
+    const sent = (): NamedProgram => this.fromLine.program;
     new Console(machine);
     new State(machine);
     new Position(machine);
@@ -44,9 +47,9 @@ export class Operate {
     new Probe(machine);
     new Tool(machine);
     new Macros(machine);
-    this.live = new LivePicture(machine, picture, text);
-    this.fits = new Fits(machine, this.live, program);
-    new Sending(machine, text, new Change(machine), this.live, this.fits);
+    this.live = new LivePicture(machine, picture, () => sent().text);
+    this.fits = new Fits(machine, this.live, this.fromLine);
+    new Sending(machine, () => sent().text, new Change(machine), this.live, this.fits);
     offerOverrides(machine);
     offerStop(machine);
     keepAwake(machine);
@@ -65,6 +68,7 @@ export class Operate {
   /** The page has another program. */
   programChanged(): void {
     if (!this.isLooked) return;
+    this.fromLine.refresh();
     this.fits.show();
     this.live.replan();
   }

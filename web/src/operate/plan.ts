@@ -4,7 +4,6 @@
 import { worker } from "../job";
 import type { Columns, FromWorker, ToolRow, ToWorker } from "../messages";
 import { AXIS_NAMES, Motion } from "../motion";
-import { linesOfStart, type Start } from "./start";
 
 /** The ends of the travel are looked at afterwards, so that they can be named, and a change of the tool takes no time. */
 const WITHOUT_ENDS = "$20=0\n$21=0\n$341=0\n";
@@ -12,7 +11,6 @@ const WITHOUT_ENDS = "$20=0\n$21=0\n$341=0\n";
 const ROUNDED_MM = 0.002;
 /** Where the travel of the first axis stands. */
 const TRAVEL = 130;
-const INCHES = 13;
 
 /** An axis that would leave its travel. */
 export interface Beyond {
@@ -30,6 +28,9 @@ export class Plan {
   tools: ToolRow[] = [];
   /** The whole of it, from the first line to the end, s; undefined before it is known, or if it cannot be. */
   totalS: number | undefined;
+  /** Where the machine is at its end, mm, and what it has said last. */
+  placeMm: number[] = [];
+  said: string[] = [];
   /** Why it cannot be run. */
   trouble = "";
   private readonly worker = worker();
@@ -37,14 +38,13 @@ export class Plan {
   private beganS = 0;
   private answeredAtS: Float64Array = new Float64Array();
 
-  /** `done` is called once, when all is known that will be. */
+  /** Lines before the program make a machine at power-up such as this one is. `done` is called once, when all is known that will be. */
   constructor(
     program: string,
     private readonly settings: ReadonlyMap<number, string>,
-    start: Start,
+    before: string[],
     done: () => void,
   ) {
-    const before = linesOfStart(start);
     this.before = before.length;
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
       if (data.is === "tools") return void (this.tools = data.tools);
@@ -57,7 +57,7 @@ export class Plan {
       this.trouble = event.message || "the simulated machine did not start";
       done();
     };
-    const lines = [...settings].filter(([number]) => number !== INCHES || start.isInches).map(([number, value]) => `$${number}=${value}\n`);
+    const lines = [...settings].map(([number, value]) => `$${number}=${value}\n`);
     this.worker.postMessage({
       do: "plan",
       program: new TextEncoder().encode(program),
@@ -127,10 +127,11 @@ export class Plan {
     return [...found.values()];
   }
 
-  private take(motion: Columns[], { lines, answeredAtS, beganS, totalS }: Extract<FromWorker, { is: "planned" }>): void {
+  private take(motion: Columns[], { lines, answeredAtS, beganS, totalS, placeMm, said }: Extract<FromWorker, { is: "planned" }>): void {
     for (const columns of motion) this.motion.add(columns);
     this.motion.lines = lines;
     this.motion.beginAt(beganS);
+    [this.placeMm, this.said] = [placeMm, said];
     [this.answeredAtS, this.beganS, this.totalS] = [answeredAtS, beganS, totalS - beganS];
   }
 

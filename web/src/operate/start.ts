@@ -53,9 +53,6 @@ export function linesOfStart({ offsets, modes, report, isInches }: Start): strin
   return [...lines, modes.filter((mode) => MODES.test(mode) && !SYSTEMS.includes(mode)).join(" ")].filter(Boolean);
 }
 
-/** Whether a program would be carried out otherwise. */
-export const isSame = (one: Start, other: Start): boolean => linesOfStart(one).join("\n") === linesOfStart(other).join("\n");
-
 /** Places that the machine reports, in mm. */
 export const inMm = (places: number[], isInches: boolean): number[] => places.map((place) => (isInches ? place * MM_PER_INCH : place));
 

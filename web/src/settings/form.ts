@@ -1,6 +1,6 @@
 // The settings of a machine as a form, in groups.
 
-import { element, input, made, part } from "../elements";
+import { element, input, made, part, select } from "../elements";
 import type { SettingRow } from "../messages";
 import { Row } from "./row";
 
@@ -11,6 +11,7 @@ export class Form {
 
   constructor(private readonly changed: () => void) {
     for (const id of ["only-differences", "find-setting"]) input(id).oninput = () => this.filter();
+    select("setting-group").onchange = () => this.filter();
     element("settings-form", HTMLFormElement).onsubmit = (event) => event.preventDefault();
   }
 
@@ -26,6 +27,8 @@ export class Form {
   private build(table: SettingRow[]): void {
     this.rows = table.map((about) => new Row(about, this.changed));
     const names = [...new Set(table.map((about) => about.group))];
+    const chosen = select("setting-group");
+    chosen.replaceChildren(new Option("all", ""), ...names.map((name) => new Option(name)));
     part("setting-groups").replaceChildren(...names.map((name) => group(name, this.rows.filter((row) => row.about.group === name))));
   }
 
@@ -35,7 +38,8 @@ export class Form {
       const { number, name, group } = row.about;
       const isFound = `$${number} ${name} ${group}`.toLowerCase().includes(wanted);
       const isHidden = input("only-differences").checked && row.isDefault && !row.isChanged;
-      row.element.hidden = isHidden || !isFound;
+      const isElsewhere = ![group, ""].includes(select("setting-group").value);
+      row.element.hidden = isHidden || !isFound || isElsewhere;
     }
     for (const group of part("setting-groups").children) {
       if (group instanceof HTMLElement) group.hidden = !group.querySelector(".setting:not([hidden])");
