@@ -1,6 +1,6 @@
 // Runs a program in virtual time, and shows what became of it.
 
-import { handed } from "./address";
+import { addressOf, handed } from "./address";
 import { Advice } from "./advice";
 import { Curves } from "./curves";
 import { Downloads } from "./downloads";
@@ -48,7 +48,10 @@ export class Run {
 
   constructor() {
     this.settings.addEventListener("input", () => this.changeSettings());
-    takeDropped(part("drop"), (file, at) => void this.open(file, part("settings-details").contains(at)));
+    takeDropped(part("drop"), (file, at) => {
+      location.hash = addressOf("run");
+      void this.open(file, part("settings-details").contains(at));
+    });
     offerLink(() => ({ name: this.name, text: this.editor.value, settings: this.settingsLines }));
     button("run").onclick = () => this.start();
     button("cancel").onclick = () => this.stop("Cancelled.");

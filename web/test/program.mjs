@@ -36,7 +36,7 @@ export const tests = {
     const page = await opened();
     await hasEnded(page);
     await run(page, "G0 X1\n", "$110=-5\n");
-    assert.match(await page.locator("#troubles li").first().textContent(), /-5/);
+    assert.match(await page.locator("#settings-troubles li").textContent(), /-5/);
     await run(page, "G0 X1\n", "$100=100\n");
     assert.match(await page.locator("#figures").textContent(), /steps100/);
   },
