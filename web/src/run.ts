@@ -29,7 +29,7 @@ const REPORTED_MAX = 50;
 const PICTURE_EVERY_MS = 300;
 
 export class Run {
-  readonly editor = new Editor(() => this.change());
+  readonly editor = new Editor(() => this.change(), (words) => this.refuse(words));
   private readonly settings = area("settings");
   private readonly task = new Task();
   private readonly path = new PathPicture();

@@ -237,6 +237,10 @@ export const tests = {
     await page.setInputFiles("#file", { name: "short.nc", mimeType: "text/plain", buffer: Buffer.from(`;${"x".repeat(65_535)}\nG0 X3`) });
     await page.waitForFunction(() => document.getElementById("program").shadowRoot.textContent.includes("G0 X3"));
     assert.equal(await told.count(), 0);
+    const open = await text(page);
+    await put(page, "program", "G1 X1 ".repeat(870_000));
+    assert.match(await told.textContent(), /^nothing was pasted: line 1 has 5,220,000 characters/);
+    assert.equal(await text(page), open);
   },
 
   async "a link opens the same program with the same settings, and the same comes of it"() {

@@ -14,6 +14,9 @@ pub struct Departures {
     pub together_mm: Option<f64>,
     /// Of the axes from all that, by what shapers make of it.
     pub shaped_mm: Option<f64>,
+    /// The last move is a part of an arc, and more parts follow: blends are what makes the arc of them.
+    #[serde(skip)]
+    is_in_arc: bool,
 }
 
 impl Departures {
@@ -21,7 +24,8 @@ impl Departures {
     pub fn add(&mut self, piece: &Outcome) {
         for record in piece.program_moves() {
             let steps_per_mm = &piece.config_of(record).steps_per_mm;
-            farther(&mut self.corners_mm, corner_mm(record, steps_per_mm));
+            farther(&mut self.corners_mm, corner_mm(record, steps_per_mm).filter(|_| !self.is_in_arc));
+            self.is_in_arc = record.asked.last().is_some_and(|asked| asked.in_arc);
             let together = Together::of(record, steps_per_mm);
             farther(&mut self.together_mm, (together.lines > 0).then_some(together.farthest_mm));
         }

@@ -63,6 +63,11 @@ fn corners_are_left_by_what_the_setting_says() {
         assert_eq!((found.together_mm, found.shaped_mm), (None, None));
     }
     assert_eq!(quick(corner, "$904=0\n").departures.corners_mm, None);
+    let (half, other_half) = ("G2 X10 Y10 I5 J5", "G1 Y10");
+    let arc = quick(format!("G21 G91 F1200\n{half}\n").as_bytes(), "").departures;
+    assert_eq!(arc.corners_mm, None, "the sides of an arc have no corners");
+    let behind = quick(format!("G21 G91 F2400\n{half}\n{other_half}\n").as_bytes(), "").departures;
+    assert!((behind.corners_mm.unwrap() - 0.01).abs() < 1e-3, "{behind:?}");
     let shaped = quick(corner, "$904=0\n$11=0.2\n$950=1\n$951=1\n").departures;
     assert!(shaped.shaped_mm.unwrap() > 0.01, "{shaped:?}");
     let chords: String = (0..400).map(|_| "G1 X0.01 Y0.0001\n").collect();
