@@ -1,9 +1,10 @@
 // What `isostep check` says of the program.
 
-import { made, part } from "./elements";
+import { part } from "./elements";
 import { bytes, Task } from "./job";
 import { linked } from "./lines";
 import type { CheckRow } from "./messages";
+import { rowOf } from "./rows";
 
 export class Advice {
   private readonly task = new Task();
@@ -36,27 +37,6 @@ export class Advice {
 
   private tell(rows: CheckRow[]): void {
     this.say("");
-    part("advice").replaceChildren(...rows.map((row) => this.row(row)));
-  }
-
-  private row({ name, words, places }: CheckRow): HTMLElement {
-    const row = made("tr", "");
-    const head = made("th", name);
-    head.setAttribute("scope", "row");
-    const said = made("td", "");
-    said.append(...linked(words, this.go));
-    if (places.length) said.append(this.list(places));
-    row.append(head, said);
-    return row;
-  }
-
-  private list(places: string[]): HTMLElement {
-    const list = made("ul", "");
-    for (const place of places) {
-      const item = made("li", "");
-      item.append(...linked(place, this.go));
-      list.append(item);
-    }
-    return list;
+    part("advice").replaceChildren(...rows.map((row) => rowOf(row, (words) => linked(words, this.go))));
   }
 }

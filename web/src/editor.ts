@@ -7,6 +7,7 @@ import { EditorState, type Extension } from "@codemirror/state";
 import { drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { part } from "./elements";
 import { gcode } from "./gcode";
+import { tooLong } from "./long";
 import { marks, setCurrent, setReported, type Reported } from "./marks";
 
 const theme = EditorView.theme({
@@ -35,8 +36,11 @@ export class Editor {
   private readonly view: EditorView;
   private marked = 0;
 
-  /** `changed` hears of every change that a person makes. */
-  constructor(private readonly changed: () => void) {
+  /** `changed` hears of every change that a person makes, and `refused` why what was pasted is not taken. */
+  constructor(
+    private readonly changed: () => void,
+    private readonly refused: (words: string) => void,
+  ) {
     const root = part("program").attachShadow({ mode: "open" });
     this.view = new EditorView({ state: this.state(""), parent: root, root });
   }
@@ -54,9 +58,18 @@ export class Editor {
       EditorView.updateListener.of((update) => update.docChanged && this.changed()),
       EditorView.contentAttributes.of({ "aria-label": "G-code; a file may be dropped here", spellcheck: "false", autocapitalize: "off" }),
       // The page takes files.
-      EditorView.domEventHandlers({ drop: (event) => (event.dataTransfer?.files.length ?? 0) > 0 }),
+      EditorView.domEventHandlers({
+        drop: (event) => (event.dataTransfer?.files.length ?? 0) > 0,
+        paste: (event) => this.refuses(event.clipboardData?.getData("text/plain") ?? ""),
+      }),
     ];
     return EditorState.create({ doc, extensions });
+  }
+
+  private refuses(pasted: string): boolean {
+    const words = tooLong(pasted);
+    if (words) this.refused(`nothing was pasted: ${words}.`);
+    return words !== undefined;
   }
 
   get value(): string {

@@ -1,5 +1,6 @@
 // The page: a program on the machine, and the machine to operate.
 
+import { addressOf, type View, viewInAddress, VIEWS } from "./address";
 import { button, part } from "./elements";
 import { Picture } from "./picture/picture";
 import { SpeedProfiles } from "./profiles";
@@ -7,7 +8,6 @@ import { Operate } from "./operate/operate";
 import { Run } from "./run";
 import { SettingsView } from "./settings/settings";
 
-const VIEWS = ["run", "operate", "settings", "profiles"] as const;
 /** Those of the machine, which have its bar of buttons always; others have it while the machine may move. */
 const OF_MACHINE = ["operate", "settings"];
 
@@ -17,14 +17,14 @@ const run = new Run(picture, () => operate.programChanged());
 new SettingsView(operate.machine);
 const speedProfiles = new SpeedProfiles();
 
-let viewed: (typeof VIEWS)[number] = "run";
+let viewed: View = "run";
 
 function showBar(): void {
   part("bar").hidden = !OF_MACHINE.includes(viewed) && !operate.machine.mayMove;
 }
 operate.machine.watch({ reported: showBar, attached: showBar });
 
-function look(view: (typeof VIEWS)[number]): void {
+function look(view: View): void {
   viewed = view;
   for (const name of VIEWS) {
     part(`view-${name}`).hidden = name !== view;
@@ -46,17 +46,20 @@ function look(view: (typeof VIEWS)[number]): void {
 for (const name of VIEWS) {
   const tab = button(`tab-${name}`);
   tab.onclick = () => {
-    location.hash = name;
+    location.hash = addressOf(name);
   };
   tab.onkeydown = (event) => {
     if (!["ArrowLeft", "ArrowRight"].includes(event.key)) return;
     const step = event.key === "ArrowLeft" ? VIEWS.length - 1 : 1;
     const other = VIEWS[(VIEWS.indexOf(name) + step) % VIEWS.length] ?? name;
-    location.hash = other;
+    location.hash = addressOf(other);
     button(`tab-${other}`).focus();
   };
 }
 
-const fromAddress = (): void => look(VIEWS.find((view) => location.hash === `#${view}`) ?? "run");
+const fromAddress = (): void => {
+  run.openLink();
+  look(viewInAddress());
+};
 window.addEventListener("hashchange", fromAddress);
 fromAddress();

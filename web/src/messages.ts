@@ -39,7 +39,9 @@ export type ToWorker =
   | { do: "plate"; placeMm: number | undefined }
   | { do: "plan"; program: Uint8Array; before: Uint8Array; settings: string }
   | { do: "setting-rows" }
-  | { do: "check-settings"; lines: string };
+  | { do: "check-settings"; lines: string }
+  | { do: "list-settings"; text: Uint8Array }
+  | { do: "quick"; program: Uint8Array; settings: string; load: Load | undefined };
 
 export type FromWorker =
   | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns; rows: Uint8Array }
@@ -52,7 +54,11 @@ export type FromWorker =
   | { is: "tools"; tools: ToolRow[] }
   | { is: "planned"; motion: Columns[]; lines: LineTimes; answeredAtS: Float64Array; beganS: number; totalS: number; placeMm: number[]; said: string[] }
   | { is: "setting-rows"; rows: SettingRow[] }
-  | { is: "settings-checked"; refusal: Trouble | null };
+  | { is: "settings-checked"; refusal: Trouble | null }
+  | { is: "settings-listed"; listed: Listed }
+  | { is: "quickly"; answered: number; lines: number }
+  | { is: "found"; found: Found }
+  | { is: "swung"; swings: Swings | null; words: string };
 
 /** A line with M6, its tool, and what the program says of that. */
 export interface ToolRow {
@@ -83,7 +89,36 @@ export interface Profiles {
   curves: { name: string; times: number[]; speed: number[]; accel: number[]; jerk: number[] }[];
 }
 
+/** What becomes of a `$$` of another controller: see `Listed` in crates/web. */
+export interface Listed {
+  taken: string | null;
+  rows: CheckRow[];
+}
+
+/** A run for its time alone: see `Found` in crates/web. */
+export interface Found {
+  program_s: number;
+  stopped: string | null;
+  corners_mm: number | null;
+  together_mm: number | null;
+  shaped_mm: number | null;
+}
+
+/** A load behind X and Y that rings. */
+export interface Load {
+  hz: number;
+  damping: number;
+}
+
+/** How far it swings: see `Swings` in crates/web. */
+export interface Swings {
+  after_stops_mm: number | null;
+  after_corners_mm: number | null;
+}
+
 export interface Trouble {
+  /** The text that it is about: the program, if it does not say. */
+  about?: "program" | "settings";
   line: number | null;
   words: string;
 }

@@ -1,6 +1,6 @@
 // Programs to choose from: ours, and files that are opened or dropped.
 
-import { button, input, part, select } from "./elements";
+import { button, input, select } from "./elements";
 
 /** Ours, with what each shows. */
 const OURS: [string, string][] = [
@@ -14,38 +14,23 @@ const OURS: [string, string][] = [
 ];
 
 export class Programs {
-  constructor(private readonly take: (name: string, text: string) => void) {
+  /** `take` gets one of ours, and `open` a file. */
+  constructor(private readonly take: (name: string, text: string) => void, open: (file: File) => void) {
     const list = select("programs");
     for (const [file, words] of OURS) list.add(new Option(`${file}: ${words}`, file));
     list.onchange = () => void this.fetch(list.value);
     const chosen = input("file");
-    chosen.onchange = () => void this.read(chosen.files?.[0]);
+    chosen.onchange = () => {
+      const [found] = chosen.files ?? [];
+      if (found) open(found);
+      chosen.value = "";
+    };
     button("open").onclick = () => chosen.click();
-    this.takeDropped(part("drop"));
   }
 
   /** One of ours. */
   async fetch(name: string): Promise<void> {
     const answer = await fetch(new URL(`programs/${name}`, document.baseURI));
     this.take(name, await answer.text());
-  }
-
-  private async read(file: File | undefined): Promise<void> {
-    if (file) this.take(file.name, await file.text());
-  }
-
-  private takeDropped(place: HTMLElement): void {
-    for (const kind of ["dragenter", "dragover"]) {
-      place.addEventListener(kind, (event) => {
-        event.preventDefault();
-        place.classList.add("over");
-      });
-    }
-    place.addEventListener("dragleave", () => place.classList.remove("over"));
-    place.addEventListener("drop", (event) => {
-      event.preventDefault();
-      place.classList.remove("over");
-      void this.read(event.dataTransfer?.files[0]);
-    });
   }
 }

@@ -1,19 +1,27 @@
 // Runs a program in virtual time, and shows what became of it.
 
+import { addressOf, handed } from "./address";
 import { Advice } from "./advice";
 import { Curves } from "./curves";
 import { Downloads } from "./downloads";
+import { takeDropped } from "./drops";
 import { Editor } from "./editor";
 import { area, button, duration, element, made, part } from "./elements";
 import { run, Task, type Watcher } from "./job";
+import { keepProgram, keptProgram } from "./kept";
 import { linked } from "./lines";
+import { SHARED, sharedBy } from "./link";
+import { isListing, Listing } from "./listing";
+import { tooLong } from "./long";
 import type { LineTimes, Summary, Trouble } from "./messages";
+import { tellOfSettings } from "./mistake";
 import { Motion } from "./motion";
 import type { Picture } from "./picture/picture";
 import { Playback } from "./playback";
 import { Programs } from "./programs";
 import { forgetChecks, tellChecks, tellFigures } from "./results";
-import { keepProgram, keptProgram } from "./kept";
+import { offerLink } from "./share";
+import { WhatIf } from "./whatif";
 
 /** Problems that are reported one by one. */
 const REPORTED_MAX = 50;
@@ -21,12 +29,15 @@ const REPORTED_MAX = 50;
 const PICTURE_EVERY_MS = 300;
 
 export class Run {
-  readonly editor = new Editor(() => this.change());
+  readonly editor = new Editor(() => this.change(), (words) => this.refuse(words));
   private readonly settings = area("settings");
   private readonly task = new Task();
   private readonly curves = new Curves((time) => this.playback.go(time));
   private readonly playback = new Playback((time, isMoved) => this.look(time, isMoved));
   private readonly advice = new Advice((line) => this.go(line));
+  private readonly whatIf = new WhatIf(() => ({ program: this.editor.value, settings: this.settingsLines }), (settings) => this.keep(settings));
+  private readonly programs = new Programs((name, text) => this.run(name, text), (file) => void this.open(file));
+  private readonly listing = new Listing((lines) => this.set(lines), (file) => void this.open(file, true));
   private motion = new Motion();
   private name = "program.nc";
   /** The text is not that of the file any more. */
@@ -34,7 +45,6 @@ export class Run {
   private drawNextAt = 0;
   private began = 0;
   private time = Infinity;
-
   private travel: number[] = [];
   private isLooked = true;
 
@@ -43,11 +53,12 @@ export class Run {
     private readonly picture: Picture,
     private readonly changed: () => void,
   ) {
-    const programs = new Programs((name, text) => {
-      this.load(name, text);
-      this.start();
+    this.settings.addEventListener("input", () => this.changeSettings());
+    takeDropped(part("drop"), (file, at) => {
+      location.hash = addressOf("run");
+      void this.open(file, part("settings-details").contains(at));
     });
-    this.settings.addEventListener("input", () => this.outdate());
+    offerLink(() => ({ name: this.name, text: this.editor.value, settings: this.settingsLines }));
     button("run").onclick = () => this.start();
     button("cancel").onclick = () => this.stop("Cancelled.");
     new Downloads(
@@ -56,14 +67,49 @@ export class Run {
       { busy: (isBusy) => this.setBusy(isBusy), say: (words) => this.say(words), trouble: (trouble) => this.fail(trouble) },
       () => this.picture.file(),
     );
-    const kept = keptProgram();
     window.addEventListener("pagehide", () => keepProgram({ name: this.name, isChanged: this.isChanged, text: this.editor.value, settings: this.settingsLines }));
-    if (kept) {
-      this.load(kept.name, kept.text);
-      this.settings.value = kept.settings;
-      this.isChanged = kept.isChanged;
-      this.start();
-    } else void programs.fetch("engraving.nc");
+    if (!this.openLink()) void this.begin();
+  }
+
+  /** With what was there before a reload, or with one of ours. */
+  private async begin(): Promise<void> {
+    const kept = keptProgram();
+    if (!kept) return this.programs.fetch("engraving.nc");
+    this.settings.value = kept.settings;
+    this.run(kept.name, kept.text);
+    this.isChanged = kept.isChanged;
+  }
+
+  /** Runs what a link has in it, if this is one. It goes to no machine by itself. */
+  openLink(): boolean {
+    const shared = handed(SHARED);
+    if (shared === undefined) return false;
+    sharedBy(shared).then(
+      ({ name, text, settings }) => {
+        const words = tooLong(text) ?? tooLong(settings);
+        if (words) return this.refuse(`the link: ${words}`);
+        this.load(name, text);
+        this.keep(settings);
+      },
+      async (error: Error) => {
+        if (!this.editor.value) await this.begin();
+        this.refuse(error.message);
+      },
+    );
+    return true;
+  }
+
+  /** A file: a program, or the `$$` of a machine, by what is in it. */
+  private async open(file: File, isListed = false): Promise<void> {
+    const text = await file.text();
+    const words = tooLong(text);
+    if (words) return this.refuse(`${file.name} was not opened: ${words}.`);
+    if (isListed || isListing(text)) return this.listing.read(file.name, text);
+    this.run(file.name, text);
+  }
+
+  private refuse(words: string): void {
+    this.tell([{ line: null, words }]);
   }
 
   /** The file that the program is of. */
@@ -74,6 +120,29 @@ export class Run {
   private change(): void {
     this.isChanged = true;
     this.outdate();
+    this.whatIf.move();
+  }
+
+  private changeSettings(): void {
+    tellOfSettings(undefined);
+    this.outdate();
+    this.whatIf.look();
+  }
+
+  /** Enters settings as a person does. */
+  private set(lines: string): void {
+    this.settings.value = lines;
+    this.settings.dispatchEvent(new Event("input"));
+  }
+
+  private keep(lines: string): void {
+    this.set(lines);
+    this.start();
+  }
+
+  private run(name: string, text: string): void {
+    this.load(name, text);
+    this.start();
   }
 
   private load(name: string, text: string): void {
@@ -81,6 +150,7 @@ export class Run {
     this.isChanged = false;
     this.editor.load(text);
     this.outdate();
+    this.whatIf.move();
   }
 
   /** What is shown belongs to the text and the settings from which it was made. */
@@ -100,6 +170,7 @@ export class Run {
     this.playback.stop();
     this.advice.clear();
     this.tell([]);
+    tellOfSettings(undefined);
     part("results").dataset["state"] = "running";
     this.motion = new Motion();
     this.began = performance.now();
@@ -142,7 +213,9 @@ export class Run {
   private fail(trouble: Trouble): void {
     this.stop("It could not be run.");
     forgetChecks();
-    this.tell([trouble]);
+    const isOfSettings = trouble.about === "settings";
+    this.tell(isOfSettings ? [] : [trouble]);
+    tellOfSettings(isOfSettings ? trouble : undefined);
   }
 
   private setBusy(isBusy: boolean): void {
@@ -171,6 +244,7 @@ export class Run {
     this.playback.show(this.motion);
     part("shaped-note").hidden = !this.motion.isShaped;
     this.advice.look(this.editor.value, this.settingsLines);
+    this.whatIf.look();
     this.travel = summary.travel_mm;
     await this.draw();
     part("results").dataset["state"] = "ended";

@@ -1,8 +1,8 @@
 // The machine, apart from the page, so that the page never waits for it.
 
-import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, report, settingRows, settingsRefusal, tools } from "../machine/machine.js";
+import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, Quick, report, settingRows, settingsListed, settingsRefusal, swings, tools } from "../machine/machine.js";
 import type { Motion } from "../machine/machine.js";
-import type { Columns, FromWorker, Kept, LineTimes, Summary, ToWorker, Trouble } from "./messages";
+import type { Columns, FromWorker, Kept, LineTimes, Load, Summary, ToWorker, Trouble } from "./messages";
 
 /** Machine time in one go, us. */
 const SLICE_US = 100_000;
@@ -113,6 +113,26 @@ function beganAt({ times, lines }: LineTimes, before: Uint8Array): number {
   return first < 0 ? 0 : (times[first] ?? 0);
 }
 
+/** How long a program takes, and, if a load is given, how that swings. */
+function quick(program: Uint8Array, settings: string, load: Load | undefined): void {
+  const job = new Quick(program, settings);
+  let [until, reportedAt, hasEnded] = [0, performance.now(), false];
+  while (!hasEnded) {
+    until += SLICE_US;
+    hasEnded = job.advance(until);
+    if (performance.now() - reportedAt < TELL_EVERY_MS) continue;
+    reportedAt = performance.now();
+    tell({ is: "quickly", answered: job.answered, lines: job.lines });
+  }
+  tell({ is: "found", found: JSON.parse(job.end()) });
+  if (!load) return;
+  try {
+    tell({ is: "swung", swings: JSON.parse(swings(program, settings, load.hz, load.damping)), words: "" });
+  } catch (error) {
+    tell({ is: "swung", swings: null, words: trouble(error).words });
+  }
+}
+
 function operate(machine: Live): void {
   let last = performance.now();
   const tick = (): void => {
@@ -174,6 +194,12 @@ async function obey(message: ToWorker): Promise<void> {
       break;
     case "check-settings":
       tell({ is: "settings-checked", refusal: JSON.parse(settingsRefusal(message.lines)) });
+      break;
+    case "list-settings":
+      tell({ is: "settings-listed", listed: JSON.parse(settingsListed(message.text)) });
+      break;
+    case "quick":
+      quick(message.program, message.settings, message.load);
   }
 }
 

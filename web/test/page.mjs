@@ -1,5 +1,6 @@
-// The page in Chromium: `node page.mjs --page ADDRESS [--board ADDRESS] --trace FILE --shots FOLDER [--chromium PATH] [--only WORDS]`.
-// ADDRESS is that of `isostep web`, without a board and with one; FILE is the trace of programs/parking.nc by the native simulator.
+// The page in Chromium: `node page.mjs --page ADDRESS [--board ADDRESS] --trace FILE --listed FILE --shots FOLDER [--chromium PATH] [--only WORDS]`.
+// ADDRESS is that of `isostep web`, without a board and with one; FILE is the trace of programs/parking.nc by the native simulator, and what the native
+// tool takes of a listing of grblHAL's.
 import assert from "node:assert/strict";
 import { browser, complaints, machines, paths } from "./harness.mjs";
 import { tests as live } from "./live.mjs";
@@ -12,10 +13,11 @@ import { tests as served } from "./served.mjs";
 import { tests as settings } from "./settings.mjs";
 import { tests as shown } from "./shown.mjs";
 import { tests as simulated } from "./simulated.mjs";
+import { tests as whatIf } from "./whatif.mjs";
 
 let failed = 0;
 const either = Object.assign({}, ...machines.map(ofMachine));
-const tests = { ...program, ...shown, ...operate, ...live, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
+const tests = { ...program, ...whatIf, ...shown, ...operate, ...live, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
 for (const [name, test] of Object.entries(tests)) {
   if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;

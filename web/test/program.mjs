@@ -33,7 +33,7 @@ export const tests = {
   async "settings are refused with their limits, and those that may be are in force"() {
     const page = await parked();
     await run(page, "G0 X1\n", "$110=-5\n");
-    assert.match(await page.locator("#troubles li").first().textContent(), /-5/);
+    assert.match(await page.locator("#settings-troubles li").textContent(), /-5/);
     await run(page, "G0 X1\n", "$100=100\n");
     assert.match(await page.locator("#figures").textContent(), /steps100/);
   },

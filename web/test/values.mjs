@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["envelope", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send"];
+const MODULES = ["envelope", "long", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send", "whatif/becomes", "whatif/scale"];
 
 /** The page's own modules, as a browser gets them. */
 async function bundled() {
@@ -20,7 +20,7 @@ async function bundled() {
 const timers = [];
 const ticks = [];
 Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: (act) => ticks.push(act), clearTimeout() {} });
-const { askedTool, AXES, changes, differences, FORGOTTEN, HeldJog, Lines, linesOf, Machine, Motion, read, realTime, send, setting, status, toolWords, UNKNOWN } = await bundled();
+const { askedTool, AXES, becomes, changes, differences, FORGOTTEN, factorAt, HeldJog, Lines, linesOf, Machine, Motion, placeOf, read, realTime, reason, rounded, send, setting, status, tooLong, toolWords, UNKNOWN, withSettings, written } = await bundled();
 
 const WINDOW_BYTES = 128;
 const RESET = 0x18;
@@ -503,4 +503,35 @@ test("which axes are homed is what a report says, whoever has homed them", () =>
   assert.equal(machine.homed.words, "yes");
   say("<Alarm|MPos:0.000,0.000,0.000|FS:0,0|H:0,0>");
   assert.equal(machine.homed.words, "no");
+});
+
+test("a time that becomes another is told as a clock shows it, and what is shown adds up", () => {
+  assert.equal(becomes(519, 372), "8:39 becomes 6:12, 2:27 less (28 %)");
+  assert.equal(becomes(518.6, 372.4), "8:39 becomes 6:12, 2:27 less (28 %)");
+  assert.equal(becomes(3_599, 7_325), "59:59 becomes 2:02:05, 1:02:06 more (104 %)");
+  assert.equal(becomes(61, 59.25), "1:01 becomes 59.250 s, 1.750 s less (3 %)");
+  assert.equal(becomes(20, 19.9), "20.000 s becomes 19.900 s, 0.100 s less (0.5 %)");
+  assert.equal(becomes(20.0001, 20.0002), "20.000 s, as before");
+});
+
+test("settings are put in place of their own lines, and behind all others", () => {
+  const text = "; mine\r\n$120=80 (X)\n$110=3000\n$120=90\n\n";
+  assert.equal(withSettings(text, [[120, "160"], [904, "0.02"]]), "; mine\n$120=160\n$110=3000\n$904=0.02\n");
+  assert.equal(withSettings("", [[11, "0"]]), "$11=0\n");
+  assert.equal(withSettings("$1=2", []), "$1=2\n");
+  assert.equal(reason("settings:2: `$110=-5`: $110=-5 is negative"), "$110=-5 is negative");
+});
+
+test("a slider means a tenth to ten times, in values that the machine reads", () => {
+  assert.deepEqual([-1, 0, 1].map((place) => rounded(50 * factorAt(place))), [5, 50, 500]);
+  assert.deepEqual([placeOf(1), placeOf(10), placeOf(1e6), placeOf(1e-6)], [0, 1, 1, -1]);
+  assert.equal(rounded(50 * factorAt(0.301)), 100);
+  assert.deepEqual([100, 0.001, 9e7, 0.0000001].map(written), ["100", "0.001", "90000000", "0"]);
+});
+
+test("a line that is too long is named, and one that is as long as may be is not", () => {
+  assert.equal(tooLong(`G0\n${"x".repeat(65_536)}\n`), undefined);
+  assert.match(tooLong(`G0\n${"x".repeat(65_537)}\n`), /^line 2 has 65,537 characters, and a line has 65,536 at most/);
+  assert.match(tooLong("x".repeat(5_000_000)), /^line 1 has 5,000,000/);
+  assert.equal(tooLong(""), undefined);
 });

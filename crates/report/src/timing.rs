@@ -26,20 +26,18 @@ pub fn made(program: Program, config: &Config) -> Result<Outcome, String> {
 pub(crate) fn made_watched(program: Program, config: &Config, watch: &mut dyn FnMut(usize)) -> Result<Outcome, String> {
     let outcome = isostep_sim::run_watched(program, config, Flash::blank(), &mut |progress| watch(progress.answered));
     let outcome = outcome.map_err(|error| error.to_string())?;
+    stopped(&outcome).map_or(Ok(outcome), Err)
+}
+
+/// Why a run did not reach the end of its program, in words: an alarm, or the first line that was refused.
+#[must_use]
+pub fn stopped(outcome: &Outcome) -> Option<String> {
     if let Some(alarm) = outcome.alarm() {
         let code = outcome.alarm_code.map_or(String::new(), |code| format!("ALARM:{code}: "));
-        return Err(format!("{code}{alarm}"));
+        return Some(format!("{code}{alarm}"));
     }
-    match outcome.refusals.first() {
-        None => Ok(outcome),
-        Some(refusal) => {
-            let words = refusal.words.clone().unwrap_or_else(|| meaning(refusal.code));
-            Err(format!(
-                "line {} `{}` was refused: error:{} {words}",
-                refusal.line,
-                shortened(&refusal.text),
-                refusal.code
-            ))
-        }
-    }
+    let refusal = outcome.refusals.first()?;
+    let words = refusal.words.clone().unwrap_or_else(|| meaning(refusal.code));
+    let (line, text, code) = (refusal.line, shortened(&refusal.text), refusal.code);
+    Some(format!("line {line} `{text}` was refused: error:{code} {words}"))
 }

@@ -455,7 +455,7 @@ impl Sim {
     /// The record since this was asked last, of moves those that nothing can change any more, so that the memory of a
     /// long run stays bounded: see [`verify::Gathered`](crate::verify::Gathered).
     pub fn take_piece(&mut self) -> Outcome {
-        let record = self.world.borrow_mut().take_settled(self.config.port.tolerance_ns());
+        let record = self.world.borrow_mut().take_settled(self.config.only_time, self.config.port.tolerance_ns());
         self.outcome_of(record, Default::default())
     }
 

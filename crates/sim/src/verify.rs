@@ -6,7 +6,7 @@ mod gathered;
 pub mod shaped;
 mod together;
 
-pub use self::gathered::Gathered;
+pub use self::gathered::{Gathered, HomingTime};
 pub use self::together::Together;
 
 use isostep_motion::{AXES, Axis, State};

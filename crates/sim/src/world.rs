@@ -401,9 +401,10 @@ impl World {
         std::mem::take(&mut self.record)
     }
 
-    /// Takes what nothing can change any more; the world continues with the rest.
-    pub(crate) fn take_settled(&mut self, tolerance_ns: f64) -> Record {
-        self.record.take_settled(self.edge_ns, tolerance_ns)
+    /// Takes what nothing can change any more; the world continues with the rest. Without edges, what has begun has.
+    pub(crate) fn take_settled(&mut self, only_time: bool, tolerance_ns: f64) -> Record {
+        let edge_ns = if only_time { self.clock.now_ns() } else { self.edge_ns };
+        self.record.take_settled(edge_ns, tolerance_ns)
     }
 
     /// Follows the rotors up to now.

@@ -19,9 +19,9 @@ const PROGRAMS: [&[u8]; 7] = [
 ];
 
 /// All edges of a run that is cut after every `every`, and what was gathered from its pieces, with its end.
-fn in_pieces(program: &[u8], every: Duration) -> (Vec<Edge>, Gathered, Outcome, usize) {
+fn in_pieces(program: &[u8], config: &Config, every: Duration) -> (Vec<Edge>, Gathered, Outcome, usize) {
     let lines = Program::read(program).unwrap();
-    let mut streamed = Streamed::new(Sim::new(&Config::default()), lines);
+    let mut streamed = Streamed::new(Sim::new(config), lines);
     let (mut gathered, mut edges, mut most) = (Gathered::default(), Vec::new(), 0);
     let mut add = |piece: &Outcome| {
         gathered.add(piece);
@@ -48,7 +48,7 @@ fn pieces_together_are_the_whole() {
         let whole = run(program, &Config::default()).unwrap();
         let expected = verdicts(&whole, &moves(&whole).collect());
         for every_ms in (0..cases(3, 30)).map(|case| 7 + 97 * case as u64) {
-            let (edges, gathered, end, _) = in_pieces(program, Duration::from_millis(every_ms));
+            let (edges, gathered, end, _) = in_pieces(program, &Config::default(), Duration::from_millis(every_ms));
             assert_eq!(edges, whole.edges, "program {number}, every {every_ms} ms");
             let found = gathered.verdicts(&end);
             assert_eq!(found, expected, "program {number}, every {every_ms} ms");
@@ -62,18 +62,21 @@ fn pieces_together_are_the_whole() {
     }
 }
 
-/// Chains of moves that never stop.
+/// Chains of moves that never stop, with edges and without.
 #[test]
 fn a_long_program_takes_no_more_memory_than_a_short_one() {
     let program = |moves: usize| {
         let lines = (0..moves).map(|number| ["X0.2\n", "Y0.2\n", "X-0.2\n", "Y-0.2\n"][number % 4]);
         format!("G21 G91 G1 F2400\n{}", lines.collect::<String>()).into_bytes()
     };
-    let most = |count: usize| {
-        let (_, gathered, _, most) = in_pieces(&program(count), Duration::from_millis(250));
-        assert_eq!(gathered.moves(), count);
-        most
-    };
-    let (short, long) = (most(1_000), most(cases(4_000, 20_000) as usize));
-    assert!(long <= short + short / 4, "{long} instead of {short}");
+    for only_time in [false, true] {
+        let config = Config { only_time, ..Config::default() };
+        let most = |count: usize| {
+            let (_, gathered, _, most) = in_pieces(&program(count), &config, Duration::from_millis(250));
+            assert_eq!(gathered.moves(), count);
+            most
+        };
+        let (short, long) = (most(1_000), most(cases(4_000, 20_000) as usize));
+        assert!(long <= short + short / 4, "{long} instead of {short}");
+    }
 }

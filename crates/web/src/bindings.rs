@@ -2,7 +2,7 @@
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::{Job, Kept, Lines, Live, Motion, Trouble, speed_profiles, table, whole};
+use crate::{Job, Kept, Lines, Live, Motion, Quick, Trouble, listing, ringing, speed_profiles, table, whole};
 
 type Thrown<T> = Result<T, String>;
 
@@ -20,6 +20,19 @@ pub fn setting_rows() -> String {
 #[wasm_bindgen(js_name = settingsRefusal)]
 pub fn settings_refusal(lines: &str) -> String {
     serde_json::to_string(&table::refusal(lines)).unwrap_or_default()
+}
+
+/// What becomes of a `$$` of another controller, as JSON.
+#[wasm_bindgen(js_name = settingsListed)]
+pub fn settings_listed(text: &[u8]) -> String {
+    serde_json::to_string(&listing::read(text)).unwrap_or_default()
+}
+
+/// How far loads of this frequency, Hz, and damping swing, as JSON.
+#[wasm_bindgen]
+pub fn swings(program: &[u8], settings: &str, natural_hz: f64, damping_ratio: f64) -> Thrown<String> {
+    let swings = ringing::swings(program, settings, natural_hz, damping_ratio).map_err(thrown)?;
+    Ok(serde_json::to_string(&swings).unwrap_or_default())
 }
 
 /// The motion of the axes: see `Motion`.
@@ -150,6 +163,42 @@ impl JobHandle {
     #[wasm_bindgen(js_name = takeLines)]
     pub fn take_lines(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.lines.lines)
+    }
+}
+
+/// A program under way for its time alone.
+#[wasm_bindgen(js_name = Quick)]
+pub struct QuickHandle(Quick);
+
+#[wasm_bindgen(js_class = Quick)]
+impl QuickHandle {
+    /// A program for a machine with these settings.
+    #[wasm_bindgen(constructor)]
+    pub fn new(program: &[u8], settings: &str) -> Thrown<Self> {
+        Quick::new(program, settings).map(Self).map_err(thrown)
+    }
+
+    /// Runs until this time, us, and returns whether it has ended.
+    pub fn advance(&mut self, until_us: f64) -> Thrown<bool> {
+        self.0.advance(until_us).map_err(thrown)
+    }
+
+    /// Lines answered.
+    #[wasm_bindgen(getter)]
+    pub fn answered(&self) -> usize {
+        self.0.answered()
+    }
+
+    /// Lines of the program.
+    #[wasm_bindgen(getter)]
+    pub fn lines(&self) -> usize {
+        self.0.lines()
+    }
+
+    /// Its end, as JSON.
+    pub fn end(self) -> Thrown<String> {
+        let found = self.0.end().map_err(thrown)?;
+        Ok(serde_json::to_string(&found).unwrap_or_default())
     }
 }
 

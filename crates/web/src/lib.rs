@@ -12,6 +12,8 @@
 //! - [`Live`] is a machine to operate.
 //! - [`Motion`] is how axes move, in phases that a page can draw, and [`Lines`] which line moves them.
 //! - [`table`] is what a form of settings is made from.
+//! - [`Quick`] runs a program for its time alone, and [`ringing`] tells how loads would swing.
+//! - [`listing`] reads a `$$` of another controller.
 //! - [`whole`] says what the tool says of a whole program.
 //!
 //! Only `bindings` knows JavaScript. All else runs, and is tested, on a computer.
@@ -19,13 +21,17 @@
 
 #[cfg(target_arch = "wasm32")]
 mod bindings;
+mod departures;
 mod job;
 mod lines;
+pub mod listing;
 mod live;
 mod motion;
 #[cfg(target_arch = "wasm32")]
 mod panic;
 mod power;
+mod quick;
+pub mod ringing;
 pub mod speed_profiles;
 mod summary;
 pub mod table;
@@ -33,12 +39,14 @@ mod trouble;
 mod watch;
 pub mod whole;
 
+pub use departures::Departures;
 pub use job::{End, Job, Kept};
 pub use lines::Lines;
 pub use live::Live;
 pub use motion::{COLUMNS, Kind, LOADS, Motion};
 pub use power::Power;
-pub use trouble::Trouble;
+pub use quick::{Found, Quick};
+pub use trouble::{About, Trouble};
 
 use isostep_sim::Config;
 use isostep_sim::settings;

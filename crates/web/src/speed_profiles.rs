@@ -56,7 +56,7 @@ pub fn of(asked: &Asked) -> Result<String, Trouble> {
     let steps = (asked.distance_mm * asked.steps_per_mm).round();
     if !(1.0..=f64::from(STEPS_MAX)).contains(&steps) {
         let words = format!("a move of {steps} steps: enter a distance and steps/mm that make 1 to {STEPS_MAX}");
-        return Err(Trouble { line: None, words });
+        return Err(Trouble::without_line(words));
     }
     let (mut curves, mut refused) = (Vec::new(), Vec::new());
     for speed_profile in SpeedProfile::ALL {

@@ -10,10 +10,23 @@ use serde::Serialize;
 /// Why there is no machine, or no result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Trouble {
-    /// The line that it is about, from 1: of the program, or of the settings if they were refused.
+    /// The text that it is about.
+    pub about: About,
+    /// The line of it, from 1.
     pub line: Option<usize>,
     /// The value, the limit and the remedy.
     pub words: String,
+}
+
+/// One of the two texts from which a run is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum About {
+    /// The program.
+    #[default]
+    Program,
+    /// The lines of `$n=v`.
+    Settings,
 }
 
 impl fmt::Display for Trouble {
@@ -25,8 +38,8 @@ impl fmt::Display for Trouble {
 impl std::error::Error for Trouble {}
 
 impl Trouble {
-    fn without_line(words: &impl ToString) -> Self {
-        Self { line: None, words: words.to_string() }
+    pub(crate) fn without_line(words: impl ToString) -> Self {
+        Self { about: About::Program, line: None, words: words.to_string() }
     }
 }
 
@@ -37,25 +50,27 @@ impl From<ProgramError> for Trouble {
             ProgramError::Binary { line, .. } | ProgramError::RealTime { line, .. } => Some(*line),
             ProgramError::Line(error) => Some(error.line),
         };
-        Self { line, words: error.to_string() }
+        Self { about: About::Program, line, words: error.to_string() }
     }
 }
 
 impl From<Refused> for Trouble {
     fn from(refused: Refused) -> Self {
-        Self { line: refused.line.as_ref().map(|(line, _)| *line), words: refused.to_string() }
+        let line = refused.line.as_ref().map(|(line, _)| *line);
+        Self { about: About::Settings, line, words: refused.to_string() }
     }
 }
 
+/// The carriages stand where they always do, so it is the travel that is too short.
 impl From<StartOutside> for Trouble {
     fn from(error: StartOutside) -> Self {
-        Self::without_line(&error)
+        Self { about: About::Settings, ..Self::without_line(error) }
     }
 }
 
 impl From<RunError> for Trouble {
     fn from(error: RunError) -> Self {
-        Self::without_line(&error)
+        Self::without_line(error)
     }
 }
 
@@ -67,7 +82,7 @@ impl From<SimError> for Trouble {
             SimError::Run(error) => error.into(),
             SimError::Unanswered { line, .. }
             | SimError::Silenced { line, .. }
-            | SimError::ToolNotMeasured { line, .. } => Self { line: Some(line), words: error.to_string() },
+            | SimError::ToolNotMeasured { line, .. } => Self { line: Some(line), ..Self::without_line(error) },
         }
     }
 }

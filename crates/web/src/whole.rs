@@ -11,7 +11,7 @@ use crate::config;
 use crate::trouble::Trouble;
 
 /// A longer program's record takes more memory than a page should ask for.
-const REPORTED_LINES_MAX: usize = 50_000;
+pub(crate) const RECORDED_LINES_MAX: usize = 50_000;
 
 /// The findings of `isostep check`, as JSON of rows. Nothing moves.
 ///
@@ -50,14 +50,14 @@ struct ToolRow {
 pub fn report(name: &str, program: &[u8], settings: &str) -> Result<String, Trouble> {
     let config = config(settings)?;
     let lines = Program::read(program)?;
-    if lines.len() > REPORTED_LINES_MAX {
+    if lines.len() > RECORDED_LINES_MAX {
         let words = format!(
-            "a report of {} lines takes more memory than a page has, which makes one of at most {REPORTED_LINES_MAX}: \
+            "a report of {} lines takes more memory than a page has, which makes one of at most {RECORDED_LINES_MAX}: \
              `isostep sim {} --json OUT.json` makes it",
             lines.len(),
             remarks::shortened(name),
         );
-        return Err(Trouble { line: None, words });
+        return Err(Trouble::without_line(words));
     }
     let outcome = run_watched(lines, &config, Flash::blank(), &mut |_| {})?;
     Ok(serde_json::to_string_pretty(&Figures::new(name, &outcome)).expect("figures have a form in JSON"))

@@ -5,7 +5,7 @@ use isostep_sim::measure::across;
 use isostep_sim::program::Program;
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::{Config, Port, lines_of_moves, run, settings, trace, vcd};
-use isostep_web::{COLUMNS, End, Job, Kept, Kind, LOADS, Motion, Trouble, whole};
+use isostep_web::{About, COLUMNS, End, Job, Kept, Kind, LOADS, Motion, Trouble, whole};
 use serde_json::Value;
 
 const PARKING: &[u8] = include_bytes!("../../../programs/parking.nc");
@@ -121,8 +121,11 @@ fn a_jerk_is_drawn_as_it_is() {
 fn what_cannot_be_is_reported_at_its_line() {
     let trouble = |program: &[u8], settings| Job::new(program, settings, Kept::Nothing).err().unwrap();
     let words = "line 2: '?' is a real-time command, obeyed the moment it arrives: take it out of the program";
-    assert_eq!(trouble(b"G21\n?\n", ""), Trouble { line: Some(2), words: words.to_owned() });
-    assert_eq!(trouble(b"G21\n", "$100=50\n$110=-1\n").line, Some(2));
+    assert_eq!(trouble(b"G21\n?\n", ""), Trouble { about: About::Program, line: Some(2), words: words.to_owned() });
+    let words = "settings:2: `$110=-1`: $110=-1 is negative";
+    let of_settings = trouble(b"G21\n", "$100=50\n$110=-1\n");
+    assert_eq!((of_settings.about, of_settings.line), (About::Settings, Some(2)));
+    assert!(of_settings.words.starts_with(words), "{of_settings}");
     let (_, summary, _) = made(b"G21\nG42\nG0 X1\n", 1e6);
     let refusal = &summary["refusals"][0];
     assert_eq!((refusal["line"].as_u64(), refusal["code"].as_u64()), (Some(2), Some(20)));

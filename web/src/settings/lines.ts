@@ -30,3 +30,23 @@ export function differences(rows: SettingRow[], inForce: ReadonlyMap<number, str
 export function file(settings: Iterable<[number, string]>): string {
   return [...settings].map(([number, value]) => `${line(number, value)}\n`).join("");
 }
+
+/** Why settings were refused, without the place in front, which is shown otherwise. */
+export const reason = (words: string): string => words.replace(/^settings(:\d+: `[^`]*`)?: /, "");
+
+/** A text of lines with these settings in it: in place of the lines that set the same, or behind all. Other lines stay. */
+export function withSettings(text: string, changes: Iterable<[number, string]>): string {
+  const wanted = new Map(changes);
+  const written = new Set<number>();
+  const replaced = text.split(/\r\n|\r|\n/).flatMap((before) => {
+    const number = setting(before)?.[0];
+    const value = number === undefined ? undefined : wanted.get(number);
+    if (number === undefined || value === undefined) return [before];
+    if (written.has(number)) return [];
+    written.add(number);
+    return [line(number, value)];
+  });
+  while (replaced.at(-1) === "") replaced.pop();
+  const behind = [...wanted].filter(([number]) => !written.has(number)).map(([number, value]) => line(number, value));
+  return [...replaced, ...behind].map((each) => `${each}\n`).join("");
+}

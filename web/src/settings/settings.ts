@@ -4,7 +4,7 @@ import { area, button, input, made, part, save } from "../elements";
 import type { SettingRow } from "../messages";
 import type { Machine } from "../operate/machine";
 import { Form } from "./form";
-import { differences, file, isNumber, read } from "./lines";
+import { differences, file, isNumber, read, reason } from "./lines";
 import type { Row } from "./row";
 import { mayBeSet, send } from "./send";
 import { Table } from "./table";
@@ -97,7 +97,7 @@ export class SettingsView {
     const trouble = await this.table.refusal(file(lines));
     if (!trouble) return true;
     const number = lines[(trouble.line ?? 0) - 1]?.[0];
-    const words = trouble.words.replace(/^settings(:\d+: `[^`]*`)?: /, "");
+    const words = reason(trouble.words);
     this.form.rows.find((row) => row.about.number === number)?.refuse(words);
     return this.refuse(words);
   }

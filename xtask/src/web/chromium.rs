@@ -8,6 +8,7 @@ use std::thread;
 
 use anyhow::{Context, Result};
 use isostep::web::{Board, Page, Server};
+use isostep_report::listing::Listing;
 use isostep_sim::{Config, trace};
 
 use crate::process::{self, announce};
@@ -26,10 +27,13 @@ pub fn test(page: &Path) -> Result<()> {
     let shots = workspace::target_dir().join("web-shots");
     let native = workspace::target_dir().join("web-parking.csv");
     write_native_trace(&native)?;
+    let listed = workspace::target_dir().join("web-listed.txt");
+    write_native_listing(&listed)?;
     let mut tests = Command::new("node");
     tests.arg(workspace::root().join("web").join("test").join("page.mjs"));
     tests.arg("--chromium").arg(found()?);
-    tests.arg("--page").arg(served(page, None)?).arg("--trace").arg(native).arg("--shots").arg(&shots);
+    tests.arg("--page").arg(served(page, None)?).arg("--trace").arg(native);
+    tests.arg("--listed").arg(listed).arg("--shots").arg(&shots);
     with_emulated_board(page, &mut tests, |tests| {
         announce(&format!("the page in Chromium, pictures in {}", workspace::shown(&shots)));
         process::run(tests)
@@ -81,6 +85,13 @@ fn write_native_trace(to: &Path) -> Result<()> {
     let outcome = isostep_sim::run(&program, &Config { keep_waves: false, ..Config::default() })?;
     let file = fs::File::create(to).with_context(|| format!("cannot write {}", to.display()))?;
     Ok(trace::write(&outcome.edges, file)?)
+}
+
+/// What `isostep check --settings --write` takes of a listing, which the page must take too.
+fn write_native_listing(to: &Path) -> Result<()> {
+    let text = fs::read(workspace::root().join("crates/report/tests/listings/longmill-mk3.txt"))?;
+    let listing = Listing::read("longmill-mk3.txt", &text, &Config::default());
+    fs::write(to, listing.text()).with_context(|| format!("cannot write {}", to.display()))
 }
 
 /// The path of Chromium.

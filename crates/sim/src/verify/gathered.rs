@@ -23,9 +23,34 @@ pub struct Gathered {
     first_violation: Option<Violation>,
     steps_lost: u32,
     first_loss: Option<LossFigures>,
-    homing_ns: u64,
+    homing: HomingTime,
+}
+
+/// The time spent homing, summed from the pieces of a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct HomingTime {
+    total_ns: u64,
     /// Since when it has been homing, if it is.
-    homing_since_ns: Option<u64>,
+    since_ns: Option<u64>,
+}
+
+impl HomingTime {
+    /// Adds that of the next piece.
+    pub fn add(&mut self, piece: &Outcome) {
+        for &(t_ns, event) in &piece.events {
+            match event {
+                Event::State(State::Home) => self.since_ns = Some(t_ns),
+                Event::State(_) => self.total_ns += self.since_ns.take().map_or(0, |since_ns| t_ns - since_ns),
+                _ => {}
+            }
+        }
+    }
+
+    /// All of it, ns.
+    #[must_use]
+    pub fn total_ns(&self) -> u64 {
+        self.total_ns
+    }
 }
 
 impl Gathered {
@@ -58,13 +83,7 @@ impl Gathered {
         self.first_violation = self.first_violation.or_else(|| piece.violations.first().copied());
         self.steps_lost += piece.losses.iter().map(|loss| loss.steps).sum::<u32>();
         self.first_loss = self.first_loss.take().or_else(|| self.explained(piece));
-        for &(t_ns, event) in &piece.events {
-            match event {
-                Event::State(State::Home) => self.homing_since_ns = Some(t_ns),
-                Event::State(_) => self.homing_ns += self.homing_since_ns.take().map_or(0, |since_ns| t_ns - since_ns),
-                _ => {}
-            }
-        }
+        self.homing.add(piece);
     }
 
     /// The first loss of a piece, its move counted from the beginning of the program.
@@ -81,7 +100,7 @@ impl Gathered {
 
     /// Time spent homing so far, ns.
     pub fn homing_ns(&self) -> u64 {
-        self.homing_ns
+        self.homing.total_ns()
     }
 
     /// Moves of the program so far, without homing.
