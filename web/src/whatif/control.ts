@@ -48,7 +48,7 @@ export abstract class Control {
     const [axis, ...words] = this.row.name.split(" ");
     const isOfAxes = /^[A-Z]$/.test(axis ?? "");
     const axes = this.numbers.map((number) => this.rows.get(number)?.name[0]);
-    const name = isOfAxes ? `${words.join(" ")} of ${axes.join(" and ")}` : this.row.name;
+    const name = isOfAxes ? `${words.join(" ")} of ${axes.join(", ").replace(/, (.)$/, " and $1")}` : this.row.name;
     return name.replace(/^./, (letter) => letter.toUpperCase());
   }
 }

@@ -76,8 +76,8 @@ export class Knob extends Control {
 
   private tell(value: number): void {
     this.element.classList.toggle("moved", value !== this.inForce);
-    const rest = this.all.slice(1).map((number) => `$${number} ${this.scaled(number, value)}`);
-    this.others.textContent = [`$${this.first}`, ...rest].join(", ");
+    const named = this.all.map((number) => [number, this.scaled(number, value)]);
+    this.others.textContent = named.map(([number, moved]) => (moved === value ? `$${number}` : `$${number} ${moved}`)).join(", ");
   }
 
   /** What another axis has then: in the same ratio as now. */
