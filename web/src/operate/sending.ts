@@ -1,136 +1,82 @@
-// The program of the page, sent to the machine: no more bytes than it takes, and none after a refusal.
+// The program that is sent to the machine, as a person sees it: how far it is, how long it still takes, and why it has ended.
 
 import { button, duration, element, part } from "../elements";
-import type { Change, SentProgram } from "./change";
+import type { Change } from "./change";
 import { nameOf, type Status } from "./dialect";
 import { Estimate } from "./estimate";
-import { FORGOTTEN } from "./flight";
 import type { Machine } from "./machine";
-import { linesOf, realTime, type ProgramLine } from "./program";
+import type { NamedProgram } from "./operate";
+import { PageSender } from "./page-sender";
+import type { Progress, Sender, SenderWatcher } from "./sender";
+import { ServerSender } from "./server-sender";
 import { stop } from "./stop";
 
-/** Lines ahead of what fits, so that the flight is always full. */
-const AHEAD = 16;
-
-interface Job {
-  lines: ProgramLine[];
-  next: number;
-  answered: number;
-  estimate: Estimate;
+export class Sending implements SenderWatcher {
+  private readonly byPage: Sender;
+  private readonly byServer: Sender;
+  private estimate: Estimate | undefined;
   /** How long the machine has moved since the last answer, and when that was looked at. */
-  sinceMs: number;
-  lookedAt: number;
-}
-
-export class Sending {
-  private job: Job | undefined;
-  /** The line that was refused, and how, until the machine has said why. */
-  private refused: { line: ProgramLine; answer: string } | undefined;
+  private sinceMs = 0;
+  private lookedAt = 0;
 
   constructor(
     private readonly machine: Machine,
-    program: () => string,
+    program: () => NamedProgram,
     private readonly change: Change,
   ) {
-    button("send-program").onclick = () => this.start(program());
+    this.byPage = new PageSender(machine, this);
+    this.byServer = new ServerSender(machine, this);
+    // A second press may come before the next report.
+    button("send-program").onclick = () => this.progress || this.sender.start(program());
     button("stop-program").onclick = () => stop(machine);
-    machine.watch({
-      began: () => this.begin(),
-      alarmed: (words) => words && this.lock(),
-      linked: (link) => link === "lost" && this.leave(),
-      reported: (report) => this.follow(report),
-    });
+    machine.watch({ reported: (report) => this.follow(report) });
   }
 
-  private start(program: string): void {
-    // A second press may come before the next report.
-    if (this.job) return;
-    const lines = linesOf(program);
-    const acts = realTime(lines);
-    if (acts) return this.say(`Line ${acts.number} \`${acts.text}\` has a byte that the machine would obey at once (?, !, ~, or a letter beyond ASCII): take it out, or put it into a comment.`);
-    if (!lines.length) return this.say("The program is empty.");
-    const estimate = new Estimate(program, this.machine.settings);
-    this.job = { lines, next: 0, answered: 0, estimate, sinceMs: 0, lookedAt: performance.now() };
-    this.change.program = this.told(this.job);
-    this.machine.log(`the program, ${lines.length} lines`, "sent");
-    this.more(this.job);
+  began(progress: Progress): void {
+    this.sinceMs = 0;
+    this.lookedAt = performance.now();
+    const { sender } = this;
+    this.change.program = {
+      get line() {
+        return sender.progress?.next;
+      },
+      comment: (line, tool) => this.estimate?.comment(line, tool),
+    };
+    this.machine.log(`the program, ${progress.lines} lines`, "sent");
     this.show();
   }
 
-  /** What a change of the tool has to know of it. */
-  private told(job: Job): SentProgram {
-    return {
-      get line() {
-        return job.lines[job.answered]?.number;
-      },
-      comment: (line, tool) => job.estimate.comment(line, tool),
-    };
+  knows(text: string): void {
+    this.estimate?.end();
+    this.estimate = new Estimate(text, this.machine.settings);
   }
 
-  private more(job: Job): void {
-    while (this.job === job && job.next < job.lines.length && this.machine.underWay < AHEAD) this.send(job);
+  went(isAnswered: boolean): void {
+    if (isAnswered) this.sinceMs = 0;
   }
 
-  private send(job: Job): void {
-    const line = job.lines[job.next++];
-    if (!line) return;
-    this.machine.askOfProgram(line.sent, (answer) => {
-      if (this.job !== job || answer === FORGOTTEN) return;
-      job.answered++;
-      job.sinceMs = 0;
-      if (answer !== "ok") return this.refuse(line, answer);
-      this.more(job);
-    });
-  }
-
-  /** Lines behind the refused one are on their way already, and make no sense without it: the machine forgets them. */
-  private refuse(line: ProgramLine, answer: string): void {
-    this.refused = { line, answer };
-    this.end(`Stopped: line ${line.number} \`${line.text}\` was refused with ${answer}.`);
-    stop(this.machine);
-  }
-
-  private lock(): void {
-    if (!this.job) return;
-    this.end("Stopped by an alarm.");
-    this.machine.forgetWaiting();
-  }
-
-  private leave(): void {
-    const { job } = this;
-    if (!job) return;
-    const line = job.lines[job.answered]?.number ?? job.lines.at(-1)?.number;
-    this.end(`The link was lost before line ${line} was answered: the machine may have gone on with what it had.`);
-  }
-
-  private begin(): void {
-    this.end("Stopped: the machine has forgotten what it had not made.");
-    const { refused } = this;
-    if (!refused) return;
-    this.refused = undefined;
-    const { number, text } = refused.line;
-    this.machine.explain(refused.answer, (words) => this.say(`Stopped: line ${number} \`${text}\` was refused. ${words}`));
-  }
-
-  private follow(report: Status): void {
-    button("send-program").disabled = !["Idle", "Check"].includes(report.state) || this.job !== undefined;
-    const { job } = this;
-    if (!job) return;
-    const now = performance.now();
-    if (nameOf(report.state) === "Run") job.sinceMs += now - job.lookedAt;
-    job.lookedAt = now;
-    const isOver = job.answered === job.lines.length && ["Idle", "Check"].includes(report.state);
-    if (isOver) this.end(`Done: ${job.lines.length} lines.`);
-    else this.show(report);
-  }
-
-  private end(words: string): void {
-    if (!this.job) return;
-    this.job.estimate.end();
-    this.job = undefined;
+  ended(words: string): void {
+    this.estimate?.end();
+    this.estimate = undefined;
     this.change.program = undefined;
     this.say(words);
     this.show();
+  }
+
+  private get sender(): Sender {
+    return this.machine.jobs ? this.byServer : this.byPage;
+  }
+
+  private get progress(): Progress | undefined {
+    return this.sender.progress;
+  }
+
+  private follow(report: Status): void {
+    button("send-program").disabled = !["Idle", "Check"].includes(report.state) || this.progress !== undefined;
+    const now = performance.now();
+    if (nameOf(report.state) === "Run") this.sinceMs += now - this.lookedAt;
+    this.lookedAt = now;
+    if (this.progress) this.show(report);
   }
 
   private say(words: string): void {
@@ -138,18 +84,17 @@ export class Sending {
   }
 
   private show(report?: Status): void {
-    const { job } = this;
+    const { progress } = this;
     const bar = element("sent", HTMLProgressElement);
-    bar.hidden = button("stop-program").hidden = !job;
-    if (!job) return;
-    const time = job.estimate.at(job.lines[job.answered - 1]?.number ?? 0, job.sinceMs * 1e-3);
-    bar.value = time ? 1 - time.leftS / time.totalS : job.answered / job.lines.length;
-    this.say([this.change.words || this.where(job, report), time ? this.left(time.leftS) : ""].filter(Boolean).join(", "));
+    bar.hidden = button("stop-program").hidden = !progress;
+    if (!progress) return;
+    const time = this.estimate?.at(progress.last, this.sinceMs * 1e-3);
+    bar.value = time ? 1 - time.leftS / time.totalS : progress.answered / progress.lines;
+    this.say([this.change.words || this.where(progress, report), time ? this.left(time.leftS) : ""].filter(Boolean).join(", "));
   }
 
-  private where(job: Job, report?: Status): string {
-    const last = job.lines.at(-1)?.number;
-    return report?.line === undefined ? `${job.answered} of ${job.lines.length} lines answered` : `line ${report.line} of ${last} is under way`;
+  private where({ lines, answered, lastOfAll }: Progress, report?: Status): string {
+    return report?.line === undefined ? `${answered} of ${lines} lines answered` : `line ${report.line} of ${lastOfAll} is under way`;
   }
 
   private left(leftS: number): string {

@@ -1,0 +1,30 @@
+// Who sends a program: this page (page-sender.ts), or its server, which holds it whatever becomes of the page (server-sender.ts).
+
+import type { NamedProgram } from "./operate";
+
+/** How far a program has come. */
+export interface Progress {
+  lines: number;
+  answered: number;
+  /** The line of the file that was answered last, from 1; 0 for none. */
+  last: number;
+  /** The line of the file that is answered next. */
+  next: number | undefined;
+}
+
+export interface Sender {
+  /** While a program is sent. */
+  readonly progress: Progress | undefined;
+  start(program: NamedProgram): void;
+}
+
+/** What becomes known of a program that is sent. */
+export interface SenderWatcher {
+  began(progress: Progress): void;
+  /** Its text, which may be known later than that it has begun. */
+  knows(text: string): void;
+  /** Another line is answered, or the machine waits. */
+  went(isAnswered: boolean): void;
+  /** It is sent no more, or was not begun, and why. */
+  ended(words: string): void;
+}
