@@ -29,7 +29,7 @@ export class BridgePort implements Port, JobHolder {
   private readonly askers: ((program: NamedProgram) => void)[] = [];
   private why = REFUSED;
 
-  constructor(token: string, private readonly listener: Listener) {
+  constructor(token: string, listener: Listener) {
     const address = new URL(`board?token=${token}`, location.href);
     address.protocol = location.protocol.replace("http", "ws");
     address.hash = "";
@@ -46,9 +46,8 @@ export class BridgePort implements Port, JobHolder {
     this.socket.onclose = () => listener.lost({ line: null, words: this.why });
   }
 
-  send(message: Uint8Array<ArrayBuffer> | string): void {
-    if (this.socket.readyState === WebSocket.CONNECTING) this.waiting.push(message);
-    else this.socket.send(message);
+  send(bytes: Uint8Array<ArrayBuffer>): void {
+    this.pass(bytes);
   }
 
   close(): void {
@@ -66,7 +65,12 @@ export class BridgePort implements Port, JobHolder {
   }
 
   private tell(message: ToServer): void {
-    this.send(JSON.stringify(message));
+    this.pass(JSON.stringify(message));
+  }
+
+  private pass(message: Uint8Array<ArrayBuffer> | string): void {
+    if (this.socket.readyState === WebSocket.CONNECTING) this.waiting.push(message);
+    else this.socket.send(message);
   }
 
   private hear(told: FromServer): void {

@@ -5,6 +5,7 @@ import { goesOnChanging, HOLD, JOG_CANCEL, Lines, nameOf, RESET, setting, STATUS
 import { Flight, FORGOTTEN } from "./flight";
 import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
+import type { JobHolder } from "./server-sender";
 import { Words } from "./words";
 
 const ASK_EVERY_MS = 200;
@@ -101,6 +102,11 @@ export class Machine {
 
   get isAttached(): boolean {
     return this.port !== undefined;
+  }
+
+  /** The other end of the port, if it holds jobs. */
+  get jobs(): JobHolder | undefined {
+    return this.port?.jobs;
   }
 
   get state(): string {
@@ -235,6 +241,7 @@ export class Machine {
   }
 
   private letGo(): void {
+    if (this.jobs) return;
     this.byte(JOG_CANCEL);
     if (nameOf(this.state) === "Run") this.byte(HOLD);
   }

@@ -38,7 +38,7 @@ export class Operate {
     new Zero(machine);
     new Probe(machine);
     new Tool(machine);
-    new Sending(machine, () => program().text, new Change(machine));
+    new Sending(machine, program, new Change(machine));
     offerOverrides(machine);
     offerStop(machine);
     this.power = new Power(machine, settings);

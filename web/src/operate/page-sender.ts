@@ -1,6 +1,6 @@
 // A program that this page sends: no more bytes than the machine takes, and none after a refusal. It ends with the page.
 
-import { nameOf, type Status } from "./dialect";
+import type { Status } from "./dialect";
 import { FORGOTTEN } from "./flight";
 import type { Machine } from "./machine";
 import type { NamedProgram } from "./operate";
@@ -50,7 +50,7 @@ export class PageSender implements Sender {
   }
 
   private of({ lines, answered }: Job): Progress {
-    return { lines: lines.length, answered, last: lines[answered - 1]?.number ?? 0, next: lines[answered]?.number };
+    return { lines: lines.length, answered, last: lines[answered - 1]?.number ?? 0, next: lines[answered]?.number, end: lines.at(-1)?.number ?? 0 };
   }
 
   private more(job: Job): void {
@@ -63,7 +63,7 @@ export class PageSender implements Sender {
     this.machine.askOfProgram(line.sent, (answer) => {
       if (this.job !== job || answer === FORGOTTEN) return;
       job.answered++;
-      this.watcher.went(true);
+      this.watcher.went();
       if (answer !== "ok") return this.refuse(line, answer);
       this.more(job);
     });
@@ -85,8 +85,8 @@ export class PageSender implements Sender {
   private leave(): void {
     const { job } = this;
     if (!job) return;
-    const line = job.lines[job.answered]?.number ?? job.lines.at(-1)?.number;
-    this.end(`The link was lost before line ${line} was answered: the machine may have gone on with what it had.`);
+    const { next, end } = this.of(job);
+    this.end(`The link was lost before line ${next ?? end} was answered: the machine may have gone on with what it had.`);
   }
 
   private begin(): void {
@@ -100,7 +100,7 @@ export class PageSender implements Sender {
 
   private look({ state }: Status): void {
     const { job } = this;
-    if (job && job.answered === job.lines.length && ["Idle", "Check"].includes(nameOf(state))) this.end(`Done: ${job.lines.length} lines.`);
+    if (job && job.answered === job.lines.length && ["Idle", "Check"].includes(state)) this.end(`Done: ${job.lines.length} lines.`);
   }
 
   private end(words: string): void {

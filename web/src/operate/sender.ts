@@ -10,6 +10,8 @@ export interface Progress {
   last: number;
   /** The line of the file that is answered next. */
   next: number | undefined;
+  /** The last line of the file that is sent. */
+  end: number;
 }
 
 export interface Sender {
@@ -23,8 +25,8 @@ export interface SenderWatcher {
   began(progress: Progress): void;
   /** Its text, which may be known later than that it has begun. */
   knows(text: string): void;
-  /** Another line is answered, or the machine waits. */
-  went(isAnswered: boolean): void;
+  /** Another line is answered. */
+  went(): void;
   /** It is sent no more, or was not begun, and why. */
   ended(words: string): void;
 }

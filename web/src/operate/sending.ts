@@ -51,8 +51,8 @@ export class Sending implements SenderWatcher {
     this.estimate = new Estimate(text, this.machine.settings);
   }
 
-  went(isAnswered: boolean): void {
-    if (isAnswered) this.sinceMs = 0;
+  went(): void {
+    this.sinceMs = 0;
   }
 
   ended(words: string): void {
@@ -93,8 +93,8 @@ export class Sending implements SenderWatcher {
     this.say([this.change.words || this.where(progress, report), time ? this.left(time.leftS) : ""].filter(Boolean).join(", "));
   }
 
-  private where({ lines, answered, lastOfAll }: Progress, report?: Status): string {
-    return report?.line === undefined ? `${answered} of ${lines} lines answered` : `line ${report.line} of ${lastOfAll} is under way`;
+  private where({ lines, answered, end }: Progress, report?: Status): string {
+    return report?.line === undefined ? `${answered} of ${lines} lines answered` : `line ${report.line} of ${end} is under way`;
   }
 
   private left(leftS: number): string {

@@ -11,6 +11,7 @@ export interface ServersJob {
   answered: number;
   last: number;
   line: number | null;
+  end: number;
   state: "sending" | "waiting" | "done" | "stopped";
   words: string;
 }
@@ -47,15 +48,16 @@ export class ServerSender implements Sender {
     if (this.progress) this.end(`The server goes on with ${this.name}, as long as it runs: connect again to see how it is.`);
     if (!jobs) return;
     jobs.onJob = (job) => this.hear(job, jobs);
-    jobs.onRefused = (why) => this.watcher.ended(`Not sent: ${why}.`);
+    // Another page may have begun one meanwhile.
+    jobs.onRefused = (why) => (this.progress ? this.machine.log(why, "wrong") : this.watcher.ended(`Not sent: ${why}.`));
   }
 
-  private hear({ name, lines, answered, last, line, state, words }: ServersJob, holder: JobHolder): void {
+  private hear({ name, lines, answered, last, line, end, state, words }: ServersJob, holder: JobHolder): void {
     this.name = name;
     if (state === "done" || state === "stopped") return this.end(`${name}: ${words}`);
     const before = this.progress;
-    this.progress = { lines, answered, last, next: line ?? undefined };
-    if (before) return this.watcher.went(before.answered !== answered);
+    this.progress = { lines, answered, last, next: line ?? undefined, end };
+    if (before) return before.answered === answered ? undefined : this.watcher.went();
     this.watcher.began(this.progress);
     void holder.program().then(({ text }) => this.progress && this.watcher.knows(text));
   }

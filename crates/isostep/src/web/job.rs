@@ -30,6 +30,8 @@ pub struct Now<'a> {
     last: usize,
     /// The line of the file that is answered next.
     line: Option<usize>,
+    /// The last line of the file that is sent.
+    end: usize,
     pub state: State,
     /// Why it has ended.
     words: &'a str,
@@ -84,6 +86,7 @@ impl Job {
             answered: self.answered,
             last: self.answered.checked_sub(1).map_or(0, |last| self.lines[last].number),
             line: self.lines.get(self.answered).map(|line| line.number),
+            end: self.lines.last().map_or(0, |line| line.number),
             state: self.state,
             words: &self.words,
         }

@@ -483,7 +483,7 @@ fn a_job_goes_on_when_its_page_is_closed_and_a_page_that_comes_finds_its_line() 
         second.ask("|MPos:150.000,");
         drop(second);
         let last = Client::open(&host, &token).hear(">>");
-        assert!(last.contains("\"line\":null,\"state\":\"done\",\"words\":\"Done: 151 lines.\""), "{last}");
+        assert!(last.contains("\"line\":null,\"end\":151,\"state\":\"done\",\"words\":\"Done: 151 lines.\""), "{last}");
     });
 }
 
@@ -562,7 +562,7 @@ fn a_change_of_the_tool_is_made_by_hand_while_the_job_waits() {
     pty.write(format!("{m6}ok\r\n{tool}").as_bytes()).unwrap();
     first.hear("\"state\":\"waiting\"");
     let mut second = Client::open(&host, &token);
-    assert!(second.hear(m6).contains("\"answered\":1,\"last\":1,\"line\":2,\"state\":\"waiting\""));
+    assert!(second.hear(m6).contains("\"answered\":1,\"last\":1,\"line\":2,\"end\":31,\"state\":\"waiting\""));
     second.say(b"\xA3$TPW\n");
     assert_eq!(reads(&mut pty, "\n"), "\u{a3}$TPW\n", "nothing of the job is sent in between");
     first.say(b"\xA3$J=X1F9\n");
