@@ -408,7 +408,7 @@ impl Hub {
         self.says_idle().await
     }
 
-    /// Asks whether the machine is idle, and whether it has answered every line.
+    /// Asks whether the machine is idle, and whether it has answered every line that may move it.
     async fn says_idle(&mut self) -> bool {
         self.talk.status = None;
         self.send(&[STATUS]);
@@ -417,7 +417,7 @@ impl Hub {
         {
             lines.iter().for_each(|line| self.hear(line));
         }
-        self.talk.is_answered() && self.talk.status.as_ref().is_some_and(|status| status.state == "Idle")
+        !self.talk.may_move() && self.talk.status.as_ref().is_some_and(|status| status.state == "Idle")
     }
 
     /// The board is gone, and with it every page's session, and the job.

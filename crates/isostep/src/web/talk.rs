@@ -35,7 +35,16 @@ impl Line {
 
     /// It asks what a code means, which is printed as a message.
     pub fn asks_for_words(&self) -> bool {
-        self.bytes.get(..2).is_some_and(|begin| matches!(begin, b"$E" | b"$e" | b"$A" | b"$a"))
+        self.begins_with_any(b"EA")
+    }
+
+    /// It asks for something to be printed, and moves nothing.
+    fn only_asks(&self) -> bool {
+        self.begins_with_any(b"$#GIEA")
+    }
+
+    fn begins_with_any(&self, commands: &[u8]) -> bool {
+        matches!(self.bytes[..], [b'$', command, ..] if commands.contains(&command.to_ascii_uppercase()))
     }
 }
 
@@ -98,9 +107,9 @@ impl Talk {
         self.by_hand.front().or_else(|| self.under_way.front())
     }
 
-    /// Every line is answered.
-    pub fn is_answered(&self) -> bool {
-        self.head().is_none()
+    /// A line that may move the machine is not answered.
+    pub fn may_move(&self) -> bool {
+        self.by_hand.iter().chain(&self.under_way).any(|line| !line.only_asks())
     }
 
     /// Lines behind this are by hand. Returns false if the machine need not be told.
@@ -227,7 +236,7 @@ mod tests {
         talk.push(line(A, "G0X1"));
         sent(&mut talk);
         talk.reset();
-        assert!(talk.is_answered());
+        assert_eq!(talk.head(), None);
         talk.push(line(B, "G0X2"));
         assert_eq!(sent(&mut talk), [""; 0], "its page forgets it when it hears the welcome");
         talk.begin();

@@ -342,6 +342,7 @@ fn a_machine_that_was_idle_when_the_page_last_asked_is_asked_anew() {
 fn a_machine_that_is_idle_is_held_while_a_line_is_not_answered() {
     assert_eq!(last_bytes("line", b"G1X9F60\n", "", &[IDLE.as_bytes()]), r"\x85?!");
     assert_eq!(last_bytes("second", b"G1X9F60\nG1X0\n", "ok\r\n", &[IDLE.as_bytes()]), r"\x85?!");
+    assert_eq!(last_bytes("query", b"$$\n", "", &[IDLE.as_bytes()]), r"\x85??", "it moves nothing");
     let welcome = "\r\nGrbl 1.1h ['$' for help]\r\n";
     assert_eq!(last_bytes("reset", b"G1X9F60\n\x18", welcome, &[IDLE.as_bytes()]), r"\x85??", "the line is forgotten");
 }
