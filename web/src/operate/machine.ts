@@ -226,7 +226,10 @@ export class Machine {
   private accepted(line: string): void {
     this.homed.accepted(line);
     if (/^\$RST/i.test(line) || (/^\$C$/i.test(line) && this.state === "Check")) this.isResetting = true;
-    const set = setting(line);
+    this.note(setting(line));
+  }
+
+  private note(set: [number, string] | undefined): void {
     if (!set) return;
     this.settings.set(...set);
     this.tell((watcher) => watcher.set?.());
@@ -310,6 +313,8 @@ export class Machine {
     } else if (this.flight.hears(line)) {
       return;
     }
+    // Listed for a person, or changed by another page.
+    this.note(setting(line));
     if (line.startsWith("[")) this.tell((watcher) => watcher.said?.(line));
     this.log(line, line.startsWith("ALARM:") ? "wrong" : "");
   }

@@ -291,6 +291,9 @@ impl Hub {
 
     fn answer(&mut self, answer: &str) {
         let Some(line) = self.talk.answered() else { return };
+        if let (Some(setting), "ok") = (line.setting(), answer) {
+            self.say_to_others(line.owner, setting);
+        }
         match line.owner {
             Owner::Page(number) if self.pages.contains_key(&number) => self.say_to(number, answer),
             // It was in the machine when its page went.
@@ -329,6 +332,12 @@ impl Hub {
         for page in self.pages.values_mut() {
             page.say(line);
         }
+    }
+
+    /// A setting that has changed is known to its page by the answer, and to others by this.
+    fn say_to_others(&mut self, owner: Owner, line: &str) {
+        let others = self.pages.iter_mut().filter(|(number, _)| Owner::Page(**number) != owner);
+        others.for_each(|(_, page)| page.say(line));
     }
 
     fn say_to(&mut self, page: u64, line: &str) {

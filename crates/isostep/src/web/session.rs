@@ -24,7 +24,8 @@ const BYTES_MAX: usize = 4096;
 const HANGS: &str = "this page has not answered for 2 s, because its script or its computer slept: connect again";
 const UNKNOWN: &str = "the server does not understand this page: load it again";
 
-/// Lends the board to this page until one of them is gone, or the server ends.
+/// Lends the board to this page until one of them is gone, or the server ends. When this future is dropped, the hub finds that the page does
+/// not hear any more.
 pub async fn run(mut page: WebSocket, number: u64, hub: &Sender<(u64, Wish)>) {
     let (said, heard) = mpsc::channel(AHEAD);
     // A hub that has ended needs to know of nobody.

@@ -43,6 +43,13 @@ impl Line {
         self.begins_with_any(b"$#GIEA")
     }
 
+    /// What it sets, as the machine lists it, if it is a setting.
+    pub fn setting(&self) -> Option<&str> {
+        let text = std::str::from_utf8(&self.bytes).ok()?.trim();
+        let (number, _) = text.strip_prefix('$')?.split_once('=')?;
+        (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit())).then_some(text)
+    }
+
     fn begins_with_any(&self, commands: &[u8]) -> bool {
         matches!(self.bytes[..], [b'$', command, ..] if commands.contains(&command.to_ascii_uppercase()))
     }

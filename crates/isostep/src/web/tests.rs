@@ -416,6 +416,19 @@ fn each_page_hears_its_own_answers_and_all_hear_reports() {
     assert_eq!(second.hear(">\r\n"), format!("[MSG:words]\r\nok\r\nok\r\n[MSG:for all]\r\n{IDLE}"));
 }
 
+#[test]
+fn a_setting_that_one_page_changes_is_told_to_the_others() {
+    while_running(20.0, |path| {
+        let (host, token) = served("set", Some(path));
+        let (mut first, mut second) = (Client::open(&host, &token), Client::open(&host, &token));
+        second.hear("Grbl 1.1");
+        first.say(b"$110=0\n$110=2000\n");
+        let heard = second.hear("$110=2000\r\n");
+        assert!(!heard.contains("$110=0\r\n") && !heard.contains("ok\r\n"), "{heard}");
+        assert!(!first.hear("ok\r\n").contains("$110=2000\r\n"));
+    });
+}
+
 /// Only the jog of the page that goes is cancelled, also if the machine answers it later.
 #[test]
 fn a_page_that_goes_leaves_the_jog_of_another() {
