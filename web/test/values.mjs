@@ -124,6 +124,14 @@ test("what a line prints is given to who asked, and to nobody else", () => {
   assert.deepEqual(said, ["[MSG:of the first]", "[MSG:of nobody]"]);
 });
 
+test("a setting that another page has changed is known", () => {
+  const { machine, say } = attached();
+  const known = [];
+  machine.watch({ set: () => known.push(machine.settings.get(110)) });
+  say("$110=2000.000", "[MSG:$111=1]");
+  assert.deepEqual(known, ["2000.000"]);
+});
+
 const report = (state) => `<${state}|MPos:0.000,0.000,0.000|FS:0,0>`;
 
 test("in a change of the tool the lines of a person are by hand, and those of the program wait", () => {

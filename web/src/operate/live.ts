@@ -41,7 +41,7 @@ export class LivePicture {
   constructor(
     private readonly machine: Machine,
     private readonly picture: Picture,
-    private readonly program: () => string,
+    private readonly ofPage: () => string,
   ) {
     machine.watch({
       attached: () => this.forget(),
@@ -88,6 +88,11 @@ export class LivePicture {
     });
   }
 
+  /** The program that is planned. */
+  get program(): string | undefined {
+    return this.planned?.program;
+  }
+
   /** The lines from which the plan goes out. */
   get before(): string[] {
     return this.planned?.before ?? [];
@@ -97,6 +102,7 @@ export class LivePicture {
   adopt(program: string, before: string[]): void {
     if (this.planned?.program !== program || this.planned.before.join() !== before.join()) this.begin(program, before);
     this.made(this.plan?.atS(0) ?? 0);
+    void this.show();
   }
 
   private get mayPlan(): boolean {
@@ -105,7 +111,7 @@ export class LivePicture {
 
   private ask(): void {
     if (!this.mayPlan) return this.release();
-    const program = this.program();
+    const program = this.ofPage();
     readStart(this.machine, (start) => {
       if (!this.mayPlan) return this.release();
       const [before, { planned }] = [linesOfStart(start), this];

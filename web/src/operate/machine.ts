@@ -6,6 +6,7 @@ import { goesOnChanging, HOLD, JOG_CANCEL, LETTERS, Lines, nameOf, RESET, settin
 import { Flight, FORGOTTEN } from "./flight";
 import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
+import type { JobHolder } from "./server-sender";
 import { Words } from "./words";
 
 const ASK_EVERY_MS = 200;
@@ -102,6 +103,11 @@ export class Machine {
 
   get isAttached(): boolean {
     return this.port !== undefined;
+  }
+
+  /** The other end of the port, if it holds jobs. */
+  get jobs(): JobHolder | undefined {
+    return this.port?.jobs;
   }
 
   get state(): string {
@@ -226,7 +232,10 @@ export class Machine {
   private accepted(line: string): void {
     this.homed.accepted(line);
     if (/^\$RST/i.test(line) || (/^\$C$/i.test(line) && this.state === "Check")) this.isResetting = true;
-    const set = setting(line);
+    this.note(setting(line));
+  }
+
+  private note(set: [number, string] | undefined): void {
     if (!set) return;
     this.settings.set(...set);
     this.tell((watcher) => watcher.set?.());
@@ -241,6 +250,7 @@ export class Machine {
   }
 
   private letGo(): void {
+    if (this.jobs) return;
     this.byte(JOG_CANCEL);
     if (nameOf(this.state) === "Run") this.byte(HOLD);
   }
@@ -309,6 +319,8 @@ export class Machine {
     } else if (this.flight.hears(line)) {
       return;
     }
+    // Listed for a person, or changed by another page.
+    this.note(setting(line));
     if (line.startsWith("[")) this.tell((watcher) => watcher.said?.(line));
     this.log(line, line.startsWith("ALARM:") ? "wrong" : "");
   }

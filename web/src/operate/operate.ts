@@ -49,7 +49,7 @@ export class Operate {
     new Macros(machine);
     this.live = new LivePicture(machine, picture, () => sent().text);
     this.fits = new Fits(machine, this.live, this.fromLine);
-    new Sending(machine, () => sent().text, new Change(machine), this.live, this.fits);
+    new Sending(machine, sent, new Change(machine), this.live, this.fits);
     offerOverrides(machine);
     offerStop(machine);
     keepAwake(machine);

@@ -3,10 +3,13 @@
 
 import { worker } from "../job";
 import type { FromWorker, ToWorker, Trouble } from "../messages";
+import type { JobHolder } from "./server-sender";
 
 export interface Port {
   send(bytes: Uint8Array): void;
   close(): void;
+  /** If its other end holds jobs: it also sees to a page that goes. */
+  readonly jobs?: JobHolder;
 }
 
 export interface Listener {

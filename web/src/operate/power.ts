@@ -11,11 +11,14 @@ import { serversToken, serverHasBoard } from "./server";
 const PLATE_MM = 10;
 const NO_TOKEN = "The board is for those who know the server's token: open the address that isostep web has printed.";
 
+/** What Web Serial cannot promise. */
+const BY_PAGE = "This page sends the program itself: if it is closed, the machine is held; if the computer sleeps or the browser crashes, it stops with what it has.";
+
 /** What each machine is called, in the header and below its buttons. */
 const WHAT: Record<string, [string, string]> = {
   simulated: ["The firmware's own tasks, on a simulated machine, in this browser", "This is a simulated machine."],
-  usb: ["A board by USB; programs on a simulated machine", "This is a real machine."],
-  server: ["The board of this server; programs on a simulated machine", "This is a real machine."],
+  usb: ["A board by USB; programs on a simulated machine", `This is a real machine. ${BY_PAGE}`],
+  server: ["The board of this server; programs on a simulated machine", "This is a real machine. Its server sends the program, and goes on without this page."],
 };
 
 export class Power {

@@ -1,28 +1,20 @@
-//! The serial port of a board, while a page has it.
+//! The serial port of a board, while it is lent.
 
 use std::io::{ErrorKind, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
 
 use anyhow::{Context, Result};
 use isostep_sim::link::Lines;
 use serialport::SerialPort;
 use tokio::sync::mpsc::{self, Receiver, Sender};
-use tokio::time;
 
 use super::Board;
 use crate::console::port;
-use crate::flight::Flight;
 
 /// The most that is kept of the board's words. A reader that is slower lets the board wait, or drop its words.
 const AHEAD: usize = 64;
-/// Time that a board may take to say what it does. One that says nothing may move.
-const LAST_WORDS: Duration = Duration::from_secs(1);
-/// A board that has said nothing for so long has answered all that it was asked.
-const SILENCE: Duration = Duration::from_millis(100);
-const JOG_CANCEL: u8 = 0x85;
 
 /// The board's words, or why it says nothing more.
 type Heard = Result<Vec<u8>, String>;
@@ -34,9 +26,6 @@ pub struct Cable {
     is_over: Arc<AtomicBool>,
     reader: Option<JoinHandle<()>>,
     lines: Lines,
-    flight: Flight,
-    /// The last report.
-    report: Option<String>,
 }
 
 impl Cable {
@@ -52,22 +41,16 @@ impl Cable {
         let is_over = Arc::new(AtomicBool::new(false));
         let asked = is_over.clone();
         let reader = Some(thread::spawn(move || read(reader, &words, &asked)));
-        Ok(Self { port, heard, is_over, reader, lines: Lines::default(), flight: Flight::default(), report: None })
+        Ok(Self { port, heard, is_over, reader, lines: Lines::default() })
     }
 
-    /// The board's next words.
+    /// The lines that the board has said next, perhaps none.
     ///
     /// # Errors
     /// Why it says nothing more. When this future is dropped, nothing is lost.
-    pub async fn hear(&mut self) -> Heard {
+    pub async fn hear(&mut self) -> Result<Vec<String>, String> {
         let bytes = self.heard.recv().await.unwrap_or_else(|| Err("its reader has ended".to_owned()))?;
-        for line in self.lines.push(&bytes) {
-            self.flight.heard(&line);
-            if line.starts_with('<') {
-                self.report = Some(line);
-            }
-        }
-        Ok(bytes)
+        Ok(self.lines.push(&bytes))
     }
 
     /// Sends bytes to the board. It waits 20 ms at most.
@@ -75,38 +58,7 @@ impl Cable {
     /// # Errors
     /// When the board does not take them.
     pub fn send(&mut self, bytes: &[u8]) -> Result<(), String> {
-        self.flight.sent(bytes);
         self.port.write_all(bytes).map_err(|error| error.to_string())
-    }
-
-    /// Nobody looks at the machine any more: a jog is cancelled and a program held. Says what was done.
-    pub async fn leave(mut self) -> &'static str {
-        if self.send(&[JOG_CANCEL]).is_err() {
-            return "the board is gone too";
-        }
-        if time::timeout(LAST_WORDS, self.is_idle()).await.unwrap_or(false) {
-            return "the machine was idle";
-        }
-        let _ = self.send(b"!");
-        "a jog is cancelled, a program held"
-    }
-
-    /// The machine says that it is idle, twice: the first report may be an answer to the page, and of a time before
-    /// its last line.
-    async fn is_idle(&mut self) -> bool {
-        if !self.says_idle().await {
-            return false;
-        }
-        while let Ok(Ok(_)) = time::timeout(SILENCE, self.hear()).await {}
-        self.says_idle().await
-    }
-
-    /// Asks whether the machine is idle, and whether it has answered every line.
-    async fn says_idle(&mut self) -> bool {
-        self.report = None;
-        let _ = self.send(b"?");
-        while self.report.is_none() && self.hear().await.is_ok() {}
-        self.flight.in_flight() == 0 && self.report.as_ref().is_some_and(|report| report.starts_with("<Idle"))
     }
 }
 

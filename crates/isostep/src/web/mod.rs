@@ -2,14 +2,18 @@
 //!
 //! ```text
 //! browser -- HTTP -------- Access -- Page: its files, in memory
-//!         -- WebSocket --- Access -- Session: one page has the board -- Cable -- the serial port
+//!         -- WebSocket --- Access -- Session -- Hub: pages and a job share the board -- Cable -- the serial port
 //! ```
 
 mod access;
 mod cable;
+mod hub;
+mod job;
+mod message;
 mod page;
 mod server;
 mod session;
+mod talk;
 #[cfg(all(test, unix))]
 mod tests;
 
@@ -30,7 +34,7 @@ const BAUD: u32 = 115_200;
 #[derive(clap::Args)]
 #[command(after_help = "\
 It serves this computer alone, until Ctrl-C. With --port it prints an address with a token, new each time: whoever has it can
-operate the board, one page at a time. When that page is closed, a jog is cancelled and a program is held.
+operate the board, several pages at a time. When a page is closed, its jog is cancelled. A program that it has sent goes on.
 
 Examples:
   isostep web --open                                   the page, http://127.0.0.1:8000, in the browser
@@ -123,7 +127,7 @@ pub fn serve(page: Page, serving: Serving) -> Result<()> {
     let server = Server::bind(page, board, SocketAddr::new(at, serving.http_port.unwrap_or(HTTP_PORT)))?;
     println!("{} until Ctrl-C", server.address());
     if let Some(name) = name {
-        println!("whoever has this address may operate the board on {name}, one page at a time");
+        println!("whoever has this address may operate the board on {name}");
     }
     if !at.is_loopback() {
         println!("nothing on the way is encrypted: use it in a network that you trust");

@@ -3,6 +3,7 @@
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
@@ -13,27 +14,29 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::{mpsc, oneshot};
 use tokio::time;
 
 use super::access::Access;
+use super::hub::{Hub, Wish};
 use super::{Board, Page, session};
 
-/// A page that is loaded anew asks for the board before the one before has left it.
-const TURN_PATIENCE: Duration = Duration::from_secs(3);
-const TAKEN: &str = "another page has the board: close that one, then connect again";
+/// Time in which the machine is left when the server ends.
+const END_PATIENCE: Duration = Duration::from_secs(5);
 
-/// More than a page sends at once.
-const MESSAGE_BYTES_MAX: usize = 4096;
+/// More than the text of a program, which is the longest message of a page.
+const MESSAGE_BYTES_MAX: usize = 64 << 20;
+/// What pages want and the hub has not seen to.
+const WISHES_MAX: usize = 64;
 
 /// State that all requests share.
 struct Served {
     page: Page,
-    board: Option<Board>,
     access: Access,
-    /// One page at a time has the board.
-    turn: Semaphore,
-    ending: watch::Sender<bool>,
+    /// The hub, if there is a board.
+    hub: Option<mpsc::Sender<(u64, Wish)>>,
+    /// Pages that have asked for the board.
+    visitors: AtomicU64,
 }
 
 /// A server that has its address.
@@ -41,6 +44,8 @@ pub struct Server {
     listener: TcpListener,
     at: SocketAddr,
     served: Arc<Served>,
+    /// A board, and what pages want of it.
+    board: Option<(Board, mpsc::Receiver<(u64, Wish)>)>,
 }
 
 impl Server {
@@ -52,13 +57,15 @@ impl Server {
         let listener = TcpListener::bind(at).map_err(|error| trouble(at, &error))?;
         listener.set_nonblocking(true)?;
         let at = listener.local_addr()?;
-        let (turn, ending) = (Semaphore::new(1), watch::Sender::new(false));
-        Ok(Self { listener, at, served: Arc::new(Served { page, board, access: Access::new(at)?, turn, ending }) })
+        let (hub, wishes) = mpsc::channel(WISHES_MAX);
+        let served =
+            Served { page, access: Access::new(at)?, hub: board.is_some().then_some(hub), visitors: AtomicU64::new(0) };
+        Ok(Self { listener, at, served: Arc::new(served), board: board.map(|board| (board, wishes)) })
     }
 
     /// The address to open in a browser. The token stands where browsers do not send it on.
     pub fn address(&self) -> String {
-        let token = self.served.board.as_ref().map(|_| format!("#operate&token={}", self.served.access.token()));
+        let token = self.served.hub.as_ref().map(|_| format!("#operate&token={}", self.served.access.token()));
         format!("http://{}/{}", self.at, token.unwrap_or_default())
     }
 
@@ -81,12 +88,16 @@ impl Server {
     pub(super) fn serve_until(self, end: impl Future<Output = Result<()>>) -> Result<()> {
         tokio::runtime::Builder::new_current_thread().enable_all().build()?.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
+            let (ending, ends) = oneshot::channel();
+            let hub = self.board.map(|(board, wishes)| tokio::spawn(Hub::new(board).run(wishes, ends)));
             tokio::select! {
-                served = axum::serve(listener, router(self.served.clone())).into_future() => served?,
+                served = axum::serve(listener, router(self.served)).into_future() => served?,
                 ended = end => ended?,
             }
-            self.served.ending.send_replace(true);
-            let _ = time::timeout(TURN_PATIENCE, self.served.turn.acquire()).await;
+            drop(ending);
+            if let Some(hub) = hub {
+                let _ = time::timeout(END_PATIENCE, hub).await;
+            }
             Ok(())
         })
     }
@@ -116,7 +127,7 @@ fn router(served: Arc<Served>) -> Router {
         .with_state(served)
 }
 
-/// Refuses requests by another's name, and says to the browser what the page may do.
+/// Refuses wishes by another's name, and says to the browser what the page may do.
 async fn guard(State(served): State<Arc<Served>>, request: Request, next: Next) -> Response {
     let mut answer = match served.access.check_host(request.headers()) {
         Ok(()) => next.run(request).await,
@@ -149,7 +160,7 @@ async fn file(State(served): State<Arc<Served>>, uri: Uri, headers: HeaderMap) -
 
 /// Says whether there is a board. The page asks this of every server: among its files is one of that name, for those that have none.
 async fn about_board(State(served): State<Arc<Served>>) -> Response {
-    let words = format!("{{\"has_board\":{}}}", served.board.is_some());
+    let words = format!("{{\"has_board\":{}}}", served.hub.is_some());
     ([(header::CONTENT_TYPE, "application/json")], words).into_response()
 }
 
@@ -157,11 +168,10 @@ async fn board(State(served): State<Arc<Served>>, headers: HeaderMap, uri: Uri, 
     if let Err(why) = served.access.check_board(&headers, &uri) {
         return (StatusCode::FORBIDDEN, why).into_response();
     }
-    upgrade.max_message_size(MESSAGE_BYTES_MAX).on_upgrade(async move |page| {
-        let Some(board) = &served.board else { return session::refuse(page, "this server has no board").await };
-        match time::timeout(TURN_PATIENCE, served.turn.acquire()).await {
-            Ok(Ok(_turn)) => session::run(page, board, served.ending.subscribe()).await,
-            _ => session::refuse(page, TAKEN).await,
+    upgrade.max_message_size(MESSAGE_BYTES_MAX).max_frame_size(MESSAGE_BYTES_MAX).on_upgrade(async move |page| {
+        match &served.hub {
+            None => session::refuse(page, "this server has no board").await,
+            Some(hub) => session::run(page, served.visitors.fetch_add(1, Ordering::Relaxed), hub).await,
         }
     })
 }

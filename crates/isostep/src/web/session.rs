@@ -1,89 +1,103 @@
-//! A page that has the board, by a WebSocket: bytes are the board's, both ways; a text says why it ends.
+//! A page that has the board, by a WebSocket.
 
 use std::time::Duration;
 
 use axum::extract::ws::{Message, WebSocket};
-use tokio::sync::watch;
+use tokio::sync::mpsc::{self, Receiver, Sender};
+use tokio::task;
 use tokio::time::{self, MissedTickBehavior};
 
-use super::Board;
-use super::cable::Cable;
+use super::hub::Wish;
+use super::job::Job;
+use super::message::{Asked, Told};
 
-/// A page answers each ping, unless its computer sleeps or the network is gone.
-const PING_EVERY: Duration = Duration::from_millis(500);
-const PINGS_UNANSWERED_MAX: u32 = 4;
+/// The script of a page answers each question, unless it hangs, its computer sleeps or the network is gone.
+const ASK_EVERY: Duration = Duration::from_millis(500);
+const UNANSWERED_MAX: u32 = 4;
 /// Time that a page may take to read what the board says.
 const SEND_PATIENCE: Duration = Duration::from_secs(2);
+/// Messages that are kept for a page.
+const AHEAD: usize = 1024;
+/// More bytes than a page sends to the board at once.
+const BYTES_MAX: usize = 4096;
 
-/// Why a page has the board no more.
-enum End {
-    PageGone,
-    BoardGone(String),
-    ServerEnds,
-}
+const HANGS: &str = "this page has not answered for 2 s, because its script or its computer slept: connect again";
+const UNKNOWN: &str = "the server does not understand this page: load it again";
 
-/// Lends the board to this page until one of them is gone, or the server ends.
-pub async fn run(mut page: WebSocket, board: &Board, ending: watch::Receiver<bool>) {
-    let mut cable = match Cable::open(board) {
-        Ok(cable) => cable,
-        Err(error) => return refuse(page, &format!("{error:#}")).await,
-    };
-    println!("a page has the board");
-    match pass(&mut page, &mut cable, ending).await {
-        End::BoardGone(why) => {
-            println!("the board is gone: {why}");
-            refuse(page, &format!("the board is gone ({why}): plug it in, then connect again")).await;
-        }
-        End::PageGone => println!("the page has gone: {}", cable.leave().await),
-        End::ServerEnds => {
-            println!("ending: {}", cable.leave().await);
-            refuse(page, "the server has ended: start it again, and open the address that it prints").await;
-        }
+/// Lends the board to this page until one of them is gone, or the server ends. When this future is dropped, the hub finds that the page does
+/// not hear any more.
+pub async fn run(mut page: WebSocket, number: u64, hub: &Sender<(u64, Wish)>) {
+    let (said, heard) = mpsc::channel(AHEAD);
+    // A hub that has ended needs to know of nobody.
+    let _ = hub.send((number, Wish::Come(said))).await;
+    let why = pass(&mut page, number, hub, heard).await;
+    let _ = hub.send((number, Wish::Go)).await;
+    if let Some(why) = why {
+        refuse(page, why).await;
     }
 }
 
 /// Says why there is no board, and closes.
 pub async fn refuse(mut page: WebSocket, why: &str) {
-    let words = async {
-        page.send(Message::text(why)).await?;
-        page.send(Message::Close(None)).await
-    };
-    // A page that has gone already needs no words.
-    let _ = time::timeout(SEND_PATIENCE, words).await;
+    for message in [Told::Ended { why }.message(), Message::Close(None)] {
+        // A page that has gone already needs no words.
+        let _ = time::timeout(SEND_PATIENCE, page.send(message)).await;
+    }
 }
 
-async fn pass(page: &mut WebSocket, cable: &mut Cable, mut ending: watch::Receiver<bool>) -> End {
-    let mut pings = time::interval(PING_EVERY);
-    pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
+/// Passes on what the page and the hub say to each other. Returns why the page is to be refused, if it is.
+async fn pass(
+    page: &mut WebSocket,
+    number: u64,
+    hub: &Sender<(u64, Wish)>,
+    mut heard: Receiver<Message>,
+) -> Option<&'static str> {
+    let mut questions = time::interval(ASK_EVERY);
+    questions.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut unanswered = 0;
     loop {
         let said = tokio::select! {
             heard = page.recv() => match heard {
-                Some(Ok(Message::Binary(bytes))) => match cable.send(&bytes) {
-                    Ok(()) => None,
-                    Err(why) => return End::BoardGone(why),
-                },
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return End::PageGone,
-                Some(Ok(Message::Pong(_))) => { unanswered = 0; None }
-                Some(Ok(_)) => None,
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return None,
+                Some(Ok(message @ (Message::Binary(_) | Message::Text(_)))) => {
+                    unanswered = 0;
+                    match request(message).await {
+                        Err(why) => return Some(why),
+                        Ok(request) => if let Some(request) = request { hub.send((number, request)).await.ok()? },
+                    }
+                    continue;
+                }
+                Some(Ok(_)) => continue,
             },
-            heard = cable.hear() => match heard {
-                Ok(bytes) => Some(Message::binary(bytes)),
-                Err(why) => return End::BoardGone(why),
-            },
-            _ = pings.tick() => {
+            said = heard.recv() => said?,
+            _ = questions.tick() => {
                 unanswered += 1;
-                Some(Message::Ping(Default::default()))
+                if unanswered > UNANSWERED_MAX {
+                    return Some(HANGS);
+                }
+                Told::IsAlive.message()
             }
-            _ = ending.wait_for(|ends| *ends) => return End::ServerEnds,
         };
-        if unanswered > PINGS_UNANSWERED_MAX {
-            return End::PageGone;
+        let is_last = matches!(said, Message::Close(_));
+        if !matches!(time::timeout(SEND_PATIENCE, page.send(said)).await, Ok(Ok(()))) || is_last {
+            return None;
         }
-        if let Some(said) = said
-            && !matches!(time::timeout(SEND_PATIENCE, page.send(said)).await, Ok(Ok(())))
-        {
-            return End::PageGone;
-        }
+    }
+}
+
+/// What a page asks for by a message.
+async fn request(message: Message) -> Result<Option<Wish>, &'static str> {
+    match message {
+        Message::Binary(bytes) if bytes.len() <= BYTES_MAX => Ok(Some(Wish::Send(bytes.to_vec()))),
+        Message::Text(text) => Ok(match serde_json::from_str(&text).map_err(|_| UNKNOWN)? {
+            Asked::Alive => None,
+            Asked::Program => Some(Wish::Program),
+            // A long program takes its time, in which others are served.
+            Asked::Start { name, program, before } => {
+                let job = task::spawn_blocking(move || Job::read(name, program, before)).await;
+                Some(Wish::Start(Box::new(job.map_err(|error| error.to_string()).flatten())))
+            }
+        }),
+        _ => Err(UNKNOWN),
     }
 }
