@@ -146,4 +146,37 @@ export const tests = {
     await page.reload();
     await page.locator("#macros button", { hasText: "Far" }).waitFor();
   },
+
+  async "a program begins at a line, from what the lines before it leave, or it is said why not"() {
+    const page = await operated();
+    const program = "G21 G91 (relative)\nM3 S400\nG1 Z2 F600\nG1 X5\nG1 Y5\nG1 Z-1\nG1 X5\nG1 Y-3 F900\nG1 X-2\nG1 Z1\n";
+    await put(page, "program", program);
+    await page.fill("#from-line", "3");
+    await reads(page, "from-what", /^Line 3 is so near the beginning/);
+    await page.locator("#send-program:disabled").waitFor();
+    await page.fill("#from-line", "99");
+    await reads(page, "from-what", /^There is no line 99: the program has 11\.$/);
+    await page.fill("#from-line", "8");
+    await reads(page, "from-what", /^From line 8: up to Z 2\.000, over to X10\.000 Y5\.000, M3 S400, down to Z1\.000 of the machine with .*G91.*F600/);
+    await reads(page, "sending-what", /from line 8: 9 lines, about \d+ s, X 0\.0 to 10\.0, Y 0\.0 to 5\.0, Z 0\.0 to 2\.0/);
+    await page.locator("#send-program:enabled").click();
+    await is(page, "Run");
+    await reads(page, "tool-now", /^on, M3, S 400 now$/);
+    await reads(page, "sending-now", /^Done: 9 lines\.$/);
+    for (const [axis, mm] of [["x", "8.000"], ["y", "2.000"], ["z", "2.000"]]) await arrives(page, axis, mm);
+    await put(page, "program", "G21\nG1 X1 F600\nG10 L20 P1 X0\nG1 X2\nG1 X3\nG1 X4\nG1 X5\nG1 X6\n");
+    await page.fill("#from-line", "8");
+    await reads(page, "from-what", /^Line 3 sets offsets or places \(G10\)/);
+  },
+
+  async "a program that waits for a person says why, in its own words"() {
+    const page = await operated();
+    await put(page, "program", "G21 G91\nG1 X3 F1200\n(turn the part over)\nM0\nG1 X3\n");
+    await page.locator("#send-program:enabled").click();
+    await is(page, "Hold");
+    await reads(page, "sending-now", /^The program waits in line 4: turn the part over\. Resume goes on/);
+    await page.locator("#resume:enabled").click();
+    await reads(page, "sending-now", /^Done: 4 lines\.$/);
+    await stands(page, "x", 6);
+  },
 };

@@ -5,6 +5,7 @@ use isostep_sim::{Sim, Streamed, time};
 
 use crate::lines::Lines;
 use crate::motion::Motion;
+use crate::quick::homes;
 use crate::trouble::Trouble;
 use crate::watch::Watch;
 use crate::{config, summary};
@@ -17,7 +18,8 @@ pub enum Kept {
     Nothing,
     /// The line of each move: [`End::lines`].
     Lines,
-    /// The same, of a run without edges: what the machine would do, sooner. Nothing is checked.
+    /// The same, of a run without edges: what the machine would do, sooner. Nothing is checked. A program that homes has edges, which that
+    /// needs.
     Plan,
     /// Every step, as `isostep sim --trace` writes them.
     Trace,
@@ -52,8 +54,8 @@ impl Job {
     pub fn new(program: &[u8], settings: &str, kept: Kept) -> Result<Self, Trouble> {
         let mut config = config(settings)?;
         config.keep_waves = kept == Kept::Waves;
-        config.only_time = kept == Kept::Plan;
         let program = Program::read(program)?;
+        config.only_time = kept == Kept::Plan && !program.iter().any(|line| homes(line));
         let lines = program.len();
         let streamed = Streamed::new(Sim::new(&config), program);
         Ok(Self { streamed, lines, watch: Watch::new(kept) })

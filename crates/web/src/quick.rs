@@ -86,7 +86,7 @@ impl Quick {
 }
 
 /// True if a line homes.
-fn homes(line: &[u8]) -> bool {
+pub(crate) fn homes(line: &[u8]) -> bool {
     let Ok(line) = stripped(line) else { return false };
     let command = Interpreter::new().interpret(&line, ReportedState::Idle, &Settings::DEFAULT);
     line.starts_with('$') && matches!(command, Ok(Command::Home { .. }))

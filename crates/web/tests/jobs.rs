@@ -256,7 +256,7 @@ fn a_plan_is_the_run_without_its_edges() {
             (values, times_s, end.lines)
         });
         assert!(run.0.len() > 1_000);
-        assert_eq!(run, plan);
+        assert!(run == plan);
     }
 }
 

@@ -4,7 +4,7 @@
 import { part } from "../elements";
 import { AXIS_NAMES, Motion } from "../motion";
 import type { Picture } from "../picture/picture";
-import { nameOf, type Status } from "./dialect";
+import { nameOf, setting, type Status } from "./dialect";
 import type { Machine } from "./machine";
 import { Plan } from "./plan";
 import { inMm, linesOfStart, readStart } from "./start";
@@ -20,7 +20,7 @@ interface Planned {
   program: string;
   /** Lines that make a machine so as this one is. */
   before: string[];
-  settings: string;
+  settings: ReadonlyMap<number, string>;
   plan: Plan;
   isKnown: boolean;
 }
@@ -93,14 +93,18 @@ export class LivePicture {
     return this.planned?.program;
   }
 
-  /** The lines from which the plan goes out. */
+  /** From what the plan goes out: the machine's settings as lines of `$n=v`, and then the lines that make it such as it is. */
   get before(): string[] {
-    return this.planned?.before ?? [];
+    const { planned } = this;
+    return planned ? [...[...planned.settings].map(([number, value]) => `$${number}=${value}`), ...planned.before] : [];
   }
 
   /** A program goes that began so, whichever the page has: it is in the picture until it has ended. */
   adopt(program: string, before: string[]): void {
-    if (this.planned?.program !== program || this.planned.before.join() !== before.join()) this.begin(program, before);
+    if (this.planned?.program !== program || this.before.join() !== before.join()) {
+      const settings = before.map(setting).filter((each) => each !== undefined);
+      this.begin(program, before.filter((line) => !line.startsWith("$")), new Map(settings));
+    }
     this.made(this.plan?.atS(0) ?? 0);
     void this.show();
   }
@@ -115,19 +119,15 @@ export class LivePicture {
     readStart(this.machine, (start) => {
       if (!this.mayPlan) return this.release();
       const [before, { planned }] = [linesOfStart(start), this];
-      const isSame = planned?.program === program && planned.settings === this.settings && planned.before.join() === before.join();
-      if (!isSame) this.begin(program, before);
+      const isPlanned = planned?.program === program && isSame(planned.settings, this.machine.settings) && planned.before.join() === before.join();
+      if (!isPlanned) this.begin(program, before, new Map(this.machine.settings));
       else if (planned.isKnown) this.release();
     });
   }
 
-  private get settings(): string {
-    return [...this.machine.settings].join("\n");
-  }
-
-  private begin(program: string, before: string[]): void {
+  private begin(program: string, before: string[], settings: ReadonlyMap<number, string>): void {
     this.planned?.plan.end();
-    const next: Planned = { program, before, settings: this.settings, isKnown: false, plan: new Plan(program, this.machine.settings, before, () => this.take(next)) };
+    const next: Planned = { program, before, settings, isKnown: false, plan: new Plan(program, settings, before, () => this.take(next)) };
     this.planned = next;
     this.changed();
   }
@@ -204,4 +204,8 @@ export class LivePicture {
       requestAnimationFrame(() => this.step());
     }
   }
+}
+
+function isSame(one: ReadonlyMap<number, string>, other: ReadonlyMap<number, string>): boolean {
+  return one.size === other.size && [...one].every(([number, value]) => other.get(number) === value);
 }
