@@ -1,6 +1,7 @@
 // The page: a program on the machine, and the machine to operate.
 
 import { button, part } from "./elements";
+import { stayHere } from "./offline";
 import { SpeedProfiles } from "./profiles";
 import { Operate } from "./operate/operate";
 import { Run } from "./run";
@@ -52,3 +53,4 @@ for (const name of VIEWS) {
 const fromAddress = (): void => look(VIEWS.find((view) => location.hash === `#${view}`) ?? "run");
 window.addEventListener("hashchange", fromAddress);
 fromAddress();
+stayHere();

@@ -123,7 +123,7 @@ fn install(page: &Path) -> Result<()> {
 fn ensure_replaceable(out: &Path) -> Result<()> {
     let is_empty = out.read_dir().is_ok_and(|mut files| files.next().is_none());
     ensure!(
-        !out.exists() || is_empty || out.join("machine_bg.wasm").is_file(),
+        !out.exists() || is_empty || out.join("board.json").is_file(),
         "{} holds something else than a page, and would be emptied: name a new folder",
         out.display()
     );
