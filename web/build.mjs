@@ -23,7 +23,7 @@ async function files(folder) {
 await rm(out, { recursive: true, force: true });
 const loaded = join(out, "build");
 await mkdir(join(loaded, "programs"), { recursive: true });
-await build({ ...options, entryPoints: ["main.ts", "worker.ts"].map((file) => join(here, "src", file)), outdir: loaded, splitting: true, format: "esm" });
+const { metafile } = await build({ ...options, metafile: true, entryPoints: ["main.ts", "worker.ts"].map((file) => join(here, "src", file)), outdir: loaded, splitting: true, format: "esm" });
 await copyFile(join(here, "src/style.css"), join(loaded, "style.css"));
 await copyFile(join(here, "machine/machine_bg.wasm"), join(loaded, "machine_bg.wasm"));
 const programs = join(here, "../programs");
@@ -39,6 +39,17 @@ await writeFile(join(out, "index.html"), index.replaceAll('"build/', `"${name}/`
 const FILES = ["./", ...BESIDE, ...(await files(join(out, name))).map((file) => `${name}/${file}`)];
 const define = { BUILD: JSON.stringify(name), FILES: JSON.stringify(FILES) };
 await build({ ...options, entryPoints: [join(here, "src/service/service.ts")], outdir: out, format: "iife", define });
+
+// What the licences of packages ask for: their texts go with the code.
+const inputs = Object.keys(metafile.inputs).map((file) => /.*node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(file)?.[1]);
+const texts = [...new Set(inputs.filter(Boolean))].sort().map(async (name) => {
+  const folder = join(here, "node_modules", name);
+  const { version, license } = JSON.parse(await readFile(join(folder, "package.json"), "utf8"));
+  const words = (await readdir(folder)).filter((file) => /^(licen[sc]e|copying|notice)/i.test(file)).map((file) => readFile(join(folder, file), "utf8"));
+  if (!words.length) throw new Error(`${name} has no text of its licence`);
+  return `${"-".repeat(80)}\n${name} ${version}: ${license}\n\n${(await Promise.all(words)).join("\n").trim()}\n`;
+});
+await writeFile(join(out, "LICENCES.txt"), `The page contains these packages of npm:\n\n${(await Promise.all(texts)).join("\n")}`);
 
 // For servers that send what is compressed already, as ours does.
 for (const file of (await files(out)).filter((name) => /\.(html|css|js|wasm)$/.test(name))) {
