@@ -22,10 +22,10 @@ class Stand {
   async answer(request, answer) {
     if (this.build && request.url.match(BUILD) && !request.url.includes(this.build)) return void answer.writeHead(404).end();
     const own = (await (await fetch(paths.page)).text()).match(BUILD)[0];
-    const found = await fetch(new URL(request.url.replace(BUILD, own), paths.page));
+    const found = await fetch(new URL(`.${request.url.replace(BUILD, own)}`, paths.page));
     const isText = /html|service/.test(`${found.headers.get("content-type")} ${request.url}`);
     const content = isText && this.build ? (await found.text()).replaceAll(BUILD, this.build) : Buffer.from(await found.arrayBuffer());
-    const headers = ["content-type", "content-security-policy"].map((name) => [name, found.headers.get(name)]);
+    const headers = ["content-type", "content-security-policy"].map((name) => [name, found.headers.get(name)]).filter(([, value]) => value);
     answer.writeHead(found.status, Object.fromEntries(headers)).end(content);
   }
 
