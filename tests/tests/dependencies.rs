@@ -1,4 +1,4 @@
-//! Compares the dependencies with deny.toml: sources, licences and duplicates, as far as `cargo metadata` reports them.
+//! Compares the dependencies with deny.toml: sources, licences and duplicates, as far as `cargo metadata` and lock files report them.
 //! The other checks need cargo-deny, which takes long to build, and are made by `cargo xtask audit`.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -98,4 +98,48 @@ fn every_older_version_beside_a_newer_one_has_its_reason() {
         several.extend(older);
     }
     assert_eq!(several, known, "what `skip` of deny.toml names is gone, or is the only version");
+}
+
+/// The packages that a lock file of npm names: where each lies in node_modules, and what is said of it.
+fn of_npm(folder: &str) -> Vec<(String, Value)> {
+    let lock = fs::read_to_string(root().join(folder).join("package-lock.json")).unwrap();
+    let lock: Value = serde_json::from_str(&lock).unwrap();
+    let packages = lock["packages"].as_object().unwrap();
+    packages.iter().filter(|(place, _)| !place.is_empty()).map(|(place, said)| (place.clone(), said.clone())).collect()
+}
+
+#[test]
+fn every_package_of_npm_is_of_a_registry_with_its_hash_and_a_licence_that_is_allowed() {
+    let allowed = listed("allow");
+    for folder in ["web", "tests/emulator"] {
+        let packages = of_npm(folder);
+        assert!(!packages.is_empty(), "{folder}");
+        for (place, said) in packages {
+            let text = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
+            let (from, hash, licence) = (text("resolved"), text("integrity"), text("license"));
+            // Without an address it comes from the registry that npm is set to, and the hash says whether it is the same.
+            let is_of_registry = from.is_empty() || from.starts_with("https://registry.npmjs.org/");
+            assert!(is_of_registry && said["link"].is_null(), "{folder}/{place} comes from `{from}`");
+            assert!(hash.starts_with("sha512-"), "{folder}/{place} has the hash `{hash}`");
+            assert!(is_allowed(&licence, &allowed), "{folder}/{place}: `{licence}` is not allowed by deny.toml");
+        }
+    }
+}
+
+#[test]
+fn every_package_of_the_other_workspaces_is_of_crates_io_with_its_hash() {
+    let allowed = listed("allow-registry");
+    for folder in ["web/bindgen", "tests/fuzz"] {
+        let lock = fs::read_to_string(root().join(folder).join("Cargo.lock")).unwrap();
+        let mut count = 0;
+        for package in lock.split("[[package]]").filter(|package| package.contains("\nsource = ")) {
+            let value =
+                |key: &str| package.split_once(&format!("\n{key} = \"")).and_then(|(_, rest)| rest.split('"').next());
+            let registry = value("source").and_then(|source| source.strip_prefix("registry+"));
+            assert!(registry.is_some_and(|registry| allowed.contains(registry)), "{folder}: {package}");
+            assert!(value("checksum").is_some_and(|hash| hash.len() == 64), "{folder}: {package}");
+            count += 1;
+        }
+        assert!(count > 5, "{folder} names {count} packages");
+    }
 }

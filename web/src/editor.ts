@@ -56,7 +56,7 @@ export class Editor {
       marks,
       theme,
       EditorView.updateListener.of((update) => update.docChanged && this.changed()),
-      EditorView.contentAttributes.of({ "aria-label": "G-code; a file may be dropped here", spellcheck: "false", autocapitalize: "off" }),
+      EditorView.contentAttributes.of({ "aria-label": "G-code; a file may be dropped here", spellcheck: "false", autocapitalize: "off", tabindex: "0" }),
       // The page takes files.
       EditorView.domEventHandlers({
         drop: (event) => (event.dataTransfer?.files.length ?? 0) > 0,

@@ -11,7 +11,7 @@ export interface Watcher {
 }
 
 export function worker(): Worker {
-  return new Worker(new URL("worker.js", document.baseURI), { type: "module" });
+  return new Worker(new URL("worker.js", import.meta.url), { type: "module" });
 }
 
 /** One thing at a time, done by a worker. What is asked next ends it. */

@@ -2,6 +2,7 @@
 
 import { addressOf, type View, viewInAddress, VIEWS } from "./address";
 import { button, part } from "./elements";
+import { stayHere } from "./offline";
 import { Picture } from "./picture/picture";
 import { SpeedProfiles } from "./profiles";
 import { Operate } from "./operate/operate";
@@ -63,3 +64,4 @@ const fromAddress = (): void => {
 };
 window.addEventListener("hashchange", fromAddress);
 fromAddress();
+stayHere();

@@ -30,7 +30,7 @@ export class Programs {
 
   /** One of ours. */
   async fetch(name: string): Promise<void> {
-    const answer = await fetch(new URL(`programs/${name}`, document.baseURI));
+    const answer = await fetch(new URL(`programs/${name}`, import.meta.url));
     this.take(name, await answer.text());
   }
 }

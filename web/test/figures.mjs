@@ -10,9 +10,9 @@ const row = (name, ...cells) => console.log(name.padEnd(22), ...cells.map((cell)
 async function sizes() {
   row("kB", "as it is", "gzip", "brotli");
   const total = [0, 0, 0];
-  for (const entry of await readdir(paths.folder, { withFileTypes: true })) {
-    if (!entry.isFile() || /\.(gz|br)$/.test(entry.name)) continue;
-    const file = await readFile(join(paths.folder, entry.name));
+  for (const entry of await readdir(paths.folder, { recursive: true, withFileTypes: true })) {
+    if (!entry.isFile() || /\.(gz|br|nc)$/.test(entry.name)) continue;
+    const file = await readFile(join(entry.parentPath, entry.name));
     const bytes = [file.length, gzipSync(file, { level: 9 }).length, brotliCompressSync(file).length];
     bytes.forEach((count, index) => (total[index] += count));
     row(entry.name, ...bytes.map((count) => (count / 1e3).toFixed(1)));

@@ -2,10 +2,12 @@
 // ADDRESS is that of `isostep web`, without a board and with one; FILE is the trace of programs/parking.nc by the native simulator, and what the native
 // tool takes of a listing of grblHAL's.
 import assert from "node:assert/strict";
+import { tests as axe } from "./axe.mjs";
 import { browser, complaints, machines, paths } from "./harness.mjs";
 import { tests as live } from "./live.mjs";
 import { tests as look } from "./look.mjs";
 import { tests as ofMachine } from "./machines.mjs";
+import { tests as offline } from "./offline.mjs";
 import { tests as operate } from "./operate.mjs";
 import { tests as program } from "./program.mjs";
 import { tests as serial } from "./serial.mjs";
@@ -17,7 +19,7 @@ import { tests as whatIf } from "./whatif.mjs";
 
 let failed = 0;
 const either = Object.assign({}, ...machines.map(ofMachine));
-const tests = { ...program, ...whatIf, ...shown, ...operate, ...live, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...look };
+const tests = { ...program, ...whatIf, ...shown, ...operate, ...live, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...offline, ...axe, ...look };
 for (const [name, test] of Object.entries(tests)) {
   if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;

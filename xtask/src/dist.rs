@@ -1,23 +1,23 @@
 //! `cargo xtask dist`: makes the files of a release, for users without a toolchain.
 
+mod licences;
+mod page;
 mod which;
 
-use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
-use crate::process;
+use licences::{LICENCES, Linked};
+
 use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
 use crate::{build, workspace};
 
-/// Make the files of a release: UF2 files, a table of them, checksums, licences
+/// Make the files of a release: firmware, the page, the tool; a table of them, checksums, licences
 #[derive(clap::Args)]
 #[command(after_help = "\
 The files, in target/dist:
@@ -28,40 +28,79 @@ The files, in target/dist:
   isostep-VERSION-PORT-DRIVER[-estop-nc]-4-axes.uf2
                                      the same for X, Y, Z and A; the others are for three axes and a second motor
   isostep-VERSION-prove-PORT.uf2     the image that measures itself, for `isostep prove`; it never energises a motor
+  isostep-VERSION-page.zip           the page, for any file server: unpack it there
+  isostep-VERSION-TARGET             the tool for this platform with the page in it, for `isostep web` without Rust and Node.js
   WHICH.md                           a table: which of them is for which board, driver, number of axes, emergency stop and
                                      step port; it is printed too
-  LICENCES.txt                       of the project, and of every package that is linked into the firmware
+  LICENCES.txt                       of the project, and of every package that is in these files
   SHA256SUMS                         of the files above; `sha256sum --check SHA256SUMS` compares them
 
-The same sources and the same compiler make the same bytes.")]
-pub struct Args {}
+The same sources and the same compiler make the same bytes.
 
-pub fn run(Args {}: Args) -> Result<()> {
+Examples:
+  cargo xtask dist                   all of them: ten links of the firmware, the page, and the tool
+  cargo xtask dist --only page       the page and the tool, some minutes")]
+pub struct Args {
+    /// Make the files of this part alone
+    #[arg(long, value_name = "PART")]
+    only: Option<Part>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Part {
+    /// What boards run
+    Firmware,
+    /// The page, and the tool that has it in it
+    Page,
+}
+
+pub fn run(Args { only }: Args) -> Result<()> {
+    let makes = |part| only.is_none_or(|only| only == part);
     let folder = workspace::target_dir().join("dist");
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("{} cannot be emptied", folder.display()))?;
     }
     fs::create_dir_all(&folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    let (mut files, mut which, mut linked, mut of_page) = (Vec::new(), Vec::new(), Vec::new(), None);
+    if makes(Part::Firmware) {
+        files.extend(firmware(&folder)?);
+        which.push(which::table(&released().collect::<Vec<_>>()));
+        linked.push(Linked::firmware());
+    }
+    let host = page::host()?;
+    if makes(Part::Page) {
+        of_page = Some(page::build()?);
+        which.push(page::which(&host));
+        linked.extend([Linked::page(), Linked::tool(&host)]);
+    }
+    let licences = licences::text(&licences::packages(&linked)?, of_page.as_deref())?;
+    if let Some(page) = of_page {
+        files.push(written(&folder, &page::archive_name(), &page::archive(&page, &licences)?)?);
+        files.push(copied(&page::tool(&page, &host)?, &folder.join(page::tool_name(&host)))?);
+    }
+    files.sort();
+    let which = which.join("\n");
+    files.push(written(&folder, "WHICH.md", which.as_bytes())?);
+    files.push(written(&folder, LICENCES, licences.as_bytes())?);
+    let sums = files.iter().map(|path| checksum(path)).collect::<Result<String>>()?;
+    written(&folder, "SHA256SUMS", sums.as_bytes())?;
+    print!("\n{which}");
+    Ok(())
+}
+
+/// Builds every image, and writes it into the folder.
+fn firmware(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
-    let variants: Vec<_> = released().collect();
-    let mut by_features = variants.clone();
+    let mut by_features: Vec<_> = released().collect();
     by_features.sort_by_key(|variant| variant.features());
     for same_link in by_features.chunk_by(|one, other| one.features() == other.features()) {
         build::link(same_link[0])?;
         for &variant in same_link {
             build::finish(variant)?;
-            let uf2 = fs::read(workspace::firmware_uf2())?;
-            files.push(written(&folder, &name(variant), &uf2)?);
+            files.push(written(folder, &name(variant), &fs::read(workspace::firmware_uf2())?)?);
         }
     }
-    files.sort();
-    let which = which::table(&variants);
-    files.push(written(&folder, "WHICH.md", which.as_bytes())?);
-    files.push(written(&folder, "LICENCES.txt", licences(&linked()?)?.as_bytes())?);
-    let sums = files.iter().map(|path| checksum(path)).collect::<Result<String>>()?;
-    written(&folder, "SHA256SUMS", sums.as_bytes())?;
-    print!("\n{which}");
-    Ok(())
+    Ok(files)
 }
 
 /// Those that move a machine, and those that measure a board.
@@ -104,6 +143,13 @@ fn written(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
     Ok(path)
 }
 
+/// A copy that may be executed as the original may.
+fn copied(from: &Path, to: &Path) -> Result<PathBuf> {
+    fs::copy(from, to).with_context(|| format!("{} cannot be copied to {}", from.display(), to.display()))?;
+    println!("{}", workspace::shown(to));
+    Ok(to.to_owned())
+}
+
 /// A line in the format of sha256sum.
 fn checksum(path: &Path) -> Result<String> {
     let digest = Sha256::digest(fs::read(path)?);
@@ -115,96 +161,11 @@ fn checksum(path: &Path) -> Result<String> {
     Ok(format!("{hex}  {name}\n"))
 }
 
-/// The part of the output of `cargo metadata` that is used here.
-#[derive(Deserialize)]
-struct Metadata {
-    packages: Vec<Package>,
-}
-
-#[derive(Deserialize)]
-struct Package {
-    name: String,
-    version: String,
-    license: Option<String>,
-    manifest_path: PathBuf,
-}
-
-/// The packages from other authors that are linked into the firmware, by name.
-fn linked() -> Result<Vec<Package>> {
-    let cargo = |args: &[&str]| {
-        process::output(Command::new("cargo").current_dir(workspace::root()).args(args), "cargo comes with Rust")
-    };
-    let firmware = ["tree", "--package", workspace::FIRMWARE, "--target", workspace::FIRMWARE_TARGET, "--all-features"];
-    // A procedural macro runs in the compiler, so no code of it is linked in.
-    let tree = cargo(&[&firmware[..], &["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]].concat())?;
-    let linked: BTreeSet<_> = tree.lines().map(|line| line.trim_end_matches(" (*)")).collect();
-    let metadata = cargo(&["metadata", "--format-version=1"])?;
-    let Metadata { mut packages } = serde_json::from_str(&metadata).context("cargo metadata")?;
-    // The tree names a folder behind a package of this workspace.
-    packages.retain(|package| linked.contains(&*format!("{} v{}", package.name, package.version)));
-    packages.sort_by(|one, other| (&one.name, &one.version).cmp(&(&other.name, &other.version)));
-    Ok(packages)
-}
-
-/// All packages, followed by the text of each licence once.
-fn licences(packages: &[Package]) -> Result<String> {
-    let mut text = String::from(
-        "Isostep is under MIT or Apache-2.0, as you like. Linked into its firmware is Rust's core library, under MIT or\n\
-         Apache-2.0, and these packages of crates.io:\n\n",
-    );
-    let mut texts: Vec<(String, Vec<String>)> = Vec::new();
-    for license in ["LICENSE-MIT", "LICENSE-APACHE"] {
-        texts.push((fs::read_to_string(workspace::root().join(license))?, vec![format!("isostep: {license}")]));
-    }
-    for package in packages {
-        let Package { name, version, license, .. } = package;
-        let license = license.as_deref().with_context(|| format!("{name} does not name its licence"))?;
-        writeln!(text, "  {name} {version}: {license}")?;
-        for (file, words) in license_files(package)? {
-            let whose = format!("{name} {version}: {file}");
-            match texts.iter_mut().find(|(known, _)| *known == words) {
-                Some((_, names)) => names.push(whose),
-                None => texts.push((words, vec![whose])),
-            }
-        }
-    }
-    for (words, names) in texts {
-        write!(text, "\n{}\n{}\n\n{}\n", "-".repeat(80), names.join("\n"), words.trim_end())?;
-    }
-    Ok(text)
-}
-
-/// The licence files of a package, sorted by name.
-fn license_files(package: &Package) -> Result<Vec<(String, String)>> {
-    let folder = package.manifest_path.parent().context("a manifest lies in a folder")?;
-    let entries = fs::read_dir(folder).with_context(|| format!("{} cannot be read", folder.display()))?;
-    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-    let is_license = |name: &String| {
-        let name = name.to_uppercase();
-        ["LICENSE", "LICENCE", "COPYING", "NOTICE"].iter().any(|word| name.starts_with(word))
-    };
-    let names: BTreeSet<String> = names.filter(is_license).collect();
-    let files: Vec<_> = names.into_iter().filter(|name| folder.join(name).is_file()).collect();
-    files.into_iter().map(|name| Ok((name.clone(), fs::read_to_string(folder.join(name))?))).collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::collections::BTreeSet;
 
-    #[test]
-    fn every_linked_package_is_named_with_its_licence() {
-        let packages = linked().unwrap();
-        let names: Vec<&str> = packages.iter().map(|package| package.name.as_str()).collect();
-        assert!(names.contains(&"embassy-rp") && names.contains(&"libm"), "{names:?}");
-        // These run in the compiler or on the host, or are our own.
-        assert!(!["syn", "clap", "isostep-motion", "embassy-executor-macros"].iter().any(|name| names.contains(name)));
-        let text = licences(&packages).unwrap();
-        for name in names {
-            assert!(text.contains(&format!("\n  {name} ")), "{name}");
-        }
-        assert!(text.contains("Permission is hereby granted"));
-    }
+    use super::*;
 
     #[test]
     fn a_checksum_is_as_sha256sum_writes_it() {
@@ -230,13 +191,15 @@ mod tests {
             assert!(names.contains(&name.replace(".uf2", end)), "{names:?}");
         }
     }
+
     #[test]
     fn the_files_that_the_readme_names_are_made() {
         let readme = fs::read_to_string(workspace::root().join("README.md")).unwrap();
-        let named: Vec<_> =
-            readme.split('`').filter(|word| word.starts_with("isostep-") && word.ends_with(".uf2")).collect();
-        let made: BTreeSet<_> = released().map(super::name).collect();
-        assert!(named.len() >= 4, "{named:?}");
+        let is_file =
+            |word: &&str| word.starts_with("isostep-") && [".uf2", ".zip"].iter().any(|end| word.ends_with(end));
+        let named: Vec<_> = readme.split('`').filter(is_file).collect();
+        let made: BTreeSet<_> = released().map(super::name).chain([page::archive_name()]).collect();
+        assert!(named.len() >= 5, "{named:?}");
         assert!(named.iter().all(|name| made.contains(*name)), "{named:?} of {made:?}");
     }
 }

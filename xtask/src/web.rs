@@ -100,7 +100,8 @@ pub fn test_values() -> Result<()> {
 
 pub use chromium::missing;
 
-fn default_out() -> PathBuf {
+/// The folder of the page, unless another is named.
+pub fn default_out() -> PathBuf {
     workspace::target_dir().join("web")
 }
 
@@ -108,10 +109,14 @@ fn dir() -> PathBuf {
     workspace::root().join("web")
 }
 
-fn build(out: &Path) -> Result<()> {
+/// Builds the page into this folder.
+///
+/// # Errors
+/// When what it needs cannot be had, and when the folder holds something else.
+pub fn build(out: &Path) -> Result<()> {
     ensure_replaceable(out)?;
     toolchain::add_target(TARGET)?;
-    announce(&format!("isostep-web for {TARGET}"));
+    announce(&format!("the machine for {TARGET} (some minutes the first time, then what has changed)"));
     process::run(&mut machine("rustc"))?;
     let module = workspace::target_dir().join(TARGET).join("browser").join("isostep_web.wasm");
     write_bindings(&module)?;
@@ -135,7 +140,7 @@ fn install(page: &Path) -> Result<()> {
 fn ensure_replaceable(out: &Path) -> Result<()> {
     let is_empty = out.read_dir().is_ok_and(|mut files| files.next().is_none());
     ensure!(
-        !out.exists() || is_empty || out.join("machine_bg.wasm").is_file(),
+        !out.exists() || is_empty || out.join("board.json").is_file(),
         "{} holds something else than a page, and would be emptied: name a new folder",
         out.display()
     );
@@ -166,7 +171,7 @@ pub fn clippy() -> Result<Command> {
 fn write_bindings(module: &Path) -> Result<()> {
     let target = workspace::target_dir().join("bindgen");
     let manifest = dir().join("bindgen").join("Cargo.toml");
-    announce("the JavaScript of the machine (a tool is compiled once, some minutes)");
+    announce("the JavaScript of the machine (a tool for it is compiled once, in a minute)");
     let mut tool = Command::new("cargo");
     tool.current_dir(workspace::root()).args(["run", "--quiet", "--locked", "--manifest-path"]).arg(manifest);
     tool.arg("--target-dir").arg(target).arg("--").arg(module).arg(dir().join("machine"));
@@ -180,10 +185,14 @@ fn npm(script: &str) -> Command {
 }
 
 fn size_bytes(folder: &Path) -> Result<u64> {
-    let sizes = folder.read_dir()?.map(|entry| -> Result<u64> {
-        let entry = entry?;
-        let data = entry.metadata()?;
-        if data.is_dir() { size_bytes(&entry.path()) } else { Ok(data.len()) }
+    files(folder)?.iter().map(|file| Ok(file.metadata()?.len())).sum()
+}
+
+/// All files in a folder and below.
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = folder.read_dir()?.map(|entry| -> Result<_> {
+        let path = entry?.path();
+        if path.is_dir() { files(&path) } else { Ok(vec![path]) }
     });
-    sizes.sum()
+    Ok(entries.collect::<Result<Vec<_>>>()?.concat())
 }

@@ -205,7 +205,7 @@ fn every_file_of_a_release_holds_what_its_name_says_and_has_its_sum_and_its_row(
     let folder = stand_ins.0.join("target/dist");
     fs::create_dir_all(&folder).unwrap();
     fs::write(folder.join("isostep-0.0.1-pio-drv8825.uf2"), "old").unwrap();
-    let printed = stand_ins.succeeds("dist");
+    let printed = stand_ins.succeeds("dist --only firmware");
     let files: BTreeSet<_> =
         fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
     let images: BTreeSet<_> = files.iter().filter(|name| name.ends_with(".uf2")).cloned().collect();

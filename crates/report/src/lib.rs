@@ -12,17 +12,19 @@
 //! - [`speed_profiles`] puts speed profiles side by side.
 //! - [`compare`] holds the trace of another machine against the plans of a run.
 //! - [`again`] asks for the same program beside a run, without shapers or by the other rule at corners.
-//! - [`pictures`] draws all of it on a page.
+//! - `pictures`, a feature that is there by default, draws all of it on a page.
 #![forbid(unsafe_code)]
 
 pub mod again;
 pub mod check;
 pub mod compare;
+mod digits;
 pub mod fastest;
 mod figures;
 pub mod kinematics;
 pub mod listing;
 pub mod pace;
+#[cfg(feature = "pictures")]
 pub mod pictures;
 pub mod remarks;
 pub mod ringing;

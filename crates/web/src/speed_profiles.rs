@@ -1,8 +1,7 @@
 //! The speed profiles side by side, for a move of one axis.
 
 use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile};
-use isostep_report::pictures::profile as picture;
-use isostep_report::speed_profiles::{Curve, Row, STEPS_MAX, rows};
+use isostep_report::speed_profiles::{Curve, Derivatives, Row, STEPS_MAX, rows};
 use serde::Serialize;
 
 use crate::trouble::Trouble;
@@ -91,7 +90,7 @@ fn plan(asked: &Asked, speed_profile: SpeedProfile, steps: f64) -> Result<Profil
 }
 
 fn drawn(name: &'static str, curve: &Curve, steps_per_mm: f64) -> Option<Drawn> {
-    let picture::Curve { speed, accel, jerk, .. } = curve.exact.as_ref()?.curve_of(name, POINTS);
+    let Derivatives { speed, accel, jerk, .. } = curve.exact.as_ref()?.curve_of(name, POINTS);
     let mm = |points: &[(f64, f64)]| points.iter().map(|(_, steps)| steps / steps_per_mm).collect();
     let times = speed.iter().map(|(t_s, _)| *t_s).collect();
     Some(Drawn { name, times, speed: mm(&speed), accel: mm(&accel), jerk: mm(&jerk) })

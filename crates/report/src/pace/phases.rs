@@ -127,6 +127,7 @@ pub fn phases<'a>(outcome: &'a Outcome, sources: &'a [Option<Source>]) -> impl I
 }
 
 /// When the last move of the program ends, s from the start of the first one; `None` without a move.
+#[cfg(feature = "pictures")]
 pub fn end_s(outcome: &Outcome) -> Option<f64> {
     let mut program = outcome.program_moves();
     let first = program.next()?;

@@ -2,21 +2,7 @@
 
 use super::chart::{self, Axis, Chart, over_one_x};
 use super::theme::{self, CURVE};
-
-/// The curves of a profile over time, s. A curve without points is not drawn.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curve {
-    /// Its name in the key.
-    pub name: String,
-    /// Instants, s, and positions, steps.
-    pub position: Vec<(f64, f64)>,
-    /// Instants, s, and speeds, steps/s.
-    pub speed: Vec<(f64, f64)>,
-    /// Instants, s, and accelerations, steps/s².
-    pub accel: Vec<(f64, f64)>,
-    /// Instants, s, and jerks, steps/s³.
-    pub jerk: Vec<(f64, f64)>,
-}
+pub use crate::speed_profiles::Derivatives as Curve;
 
 /// A quantity over time.
 type Quantity = fn(&Curve) -> &[(f64, f64)];

@@ -1,7 +1,8 @@
 //! The closed form of a speed profile, for speed profiles that have one.
 
-use crate::pictures::profile as picture;
 use isostep_profile::Profile;
+
+use super::Derivatives;
 
 /// Number of instants per phase for drawing and for finding peaks.
 const INSTANTS: usize = 4_000;
@@ -38,16 +39,16 @@ impl Exact {
     }
 
     /// Position, speed, acceleration and jerk as curves over time.
-    pub fn curve(&self, name: &str) -> picture::Curve {
+    pub fn curve(&self, name: &str) -> Derivatives {
         self.curve_of(name, INSTANTS)
     }
 
     /// The same by so many instants in each phase, and its end.
-    pub fn curve_of(&self, name: &str, instants: usize) -> picture::Curve {
+    pub fn curve_of(&self, name: &str, instants: usize) -> Derivatives {
         let over_time = |value: fn(&Profile, f64) -> f64| {
             self.instants_s(instants).into_iter().map(|t_s| (t_s, value(&self.0, t_s))).collect()
         };
-        picture::Curve {
+        Derivatives {
             name: name.to_owned(),
             position: over_time(Profile::position_at),
             speed: over_time(Profile::speed_at),

@@ -1,15 +1,16 @@
 //! Speed profiles side by side: their steps, from which table, CSV and picture are made, and their figures as `isostep profile`
 //! prints them.
 
+mod derivatives;
 mod exact;
 mod table;
 
 use isostep_profile::{Profile, StepCounts};
 use isostep_sim::analysis::{gradient, mean_derivative};
 
+pub use self::derivatives::Derivatives;
 pub use self::exact::Exact;
 pub use self::table::{Row, rows};
-use crate::pictures::profile as picture;
 
 /// The largest number of steps of a move. It is bounded because every step is kept for table, file and picture.
 pub const STEPS_MAX: u32 = 1_000_000;
@@ -100,19 +101,19 @@ pub fn steps_at(edges_us: &[f64]) -> Vec<Step> {
 }
 
 /// Speed, acceleration and jerk, each by differences of the quantity before it (Fonseca-Campos 2023, section VI.A).
-pub fn differences(curve: &Curve) -> picture::Curve {
+pub fn differences(curve: &Curve) -> Derivatives {
     let (t_s, position): (Vec<f64>, Vec<f64>) = curve.samples.iter().copied().unzip();
     by_differences(&curve.name, &t_s, position)
 }
 
 /// The same of the positions at these instants, s.
-pub fn by_differences(name: &str, t_s: &[f64], position: Vec<f64>) -> picture::Curve {
+pub fn by_differences(name: &str, t_s: &[f64], position: Vec<f64>) -> Derivatives {
     let speed = gradient(t_s, &position);
     let accel = gradient(t_s, &speed);
     let jerk = gradient(t_s, &accel);
     let [position, speed, accel, jerk] =
         [position, speed, accel, jerk].map(|values| t_s.iter().copied().zip(values).collect());
-    picture::Curve { name: name.to_owned(), position, speed, accel, jerk }
+    Derivatives { name: name.to_owned(), position, speed, accel, jerk }
 }
 
 /// The largest magnitude.

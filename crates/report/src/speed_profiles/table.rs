@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Curve, Exact, differences, peak, peak_mean};
-use crate::pictures::chart::significant;
-use crate::pictures::profile as picture;
+use super::{Curve, Derivatives, Exact, differences, peak, peak_mean};
+use crate::digits::significant;
 
 /// A row's name and its text for each speed profile.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -50,8 +49,7 @@ fn peaks(curves: &[Curve]) -> Vec<Row> {
         cells: curves.iter().map(|curve| value(curve).map_or("-".to_owned(), digits)).collect(),
     };
     if curves.iter().all(|curve| curve.exact.is_none()) {
-        let slopes =
-            |curve: &Curve, points: fn(&picture::Curve) -> &[(f64, f64)]| Some(peak(points(&differences(curve))));
+        let slopes = |curve: &Curve, points: fn(&Derivatives) -> &[(f64, f64)]| Some(peak(points(&differences(curve))));
         return vec![
             row("peak acceleration by differences, steps/s2", &|curve| slopes(curve, |slopes| &slopes.accel)),
             row("peak jerk by differences, steps/s3", &|curve| slopes(curve, |slopes| &slopes.jerk)),

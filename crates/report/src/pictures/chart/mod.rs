@@ -6,6 +6,7 @@ mod legend;
 pub use draw::FRAME;
 
 use super::theme::{self, AXIS, CURVE, Colour, FINE, INK};
+use crate::digits::significant;
 
 /// Width of a picture, pixels.
 const WIDTH: u32 = 860;
@@ -284,13 +285,6 @@ pub fn short(value: f64) -> String {
         1e3.. => format!("{}k", short(value * 1e-3)),
         _ => significant(value, 3.0),
     }
-}
-
-/// A number with so many significant digits, without zeros at the end of decimals.
-pub(crate) fn significant(value: f64, digits: f64) -> String {
-    let decimals = if value == 0.0 { 0.0 } else { digits - 1.0 - value.abs().log10().floor() };
-    let text = format!("{value:.*}", decimals.clamp(0.0, 9.0) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 #[cfg(test)]
