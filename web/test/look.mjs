@@ -1,16 +1,20 @@
 // How the page looks, on every screen.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { hasEnded, opened, paths, PHONE, WIDE } from "./harness.mjs";
+import { hasEnded, opened, paths, PHONE, put, run, WIDE } from "./harness.mjs";
+import { answers, home, is, reads, stands } from "./machine.mjs";
 
 export const tests = {
   async "tabs, labels and widths are for everybody"() {
     const page = await opened("", { viewport: PHONE });
     await hasEnded(page);
-    for (const tab of ["run", "operate", "settings", "profiles"]) {
-      await page.click(`#tab-${tab}`);
-      const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
-      assert.equal(wide, 0, `${tab} is ${wide} pixels too wide for a phone`);
+    for (const width of [PHONE.width, 320, 2560]) {
+      await page.setViewportSize({ width, height: PHONE.height });
+      for (const tab of ["run", "operate", "settings", "profiles"]) {
+        await page.click(`#tab-${tab}`);
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+        assert.equal(wide, 0, `${tab} is ${wide} pixels too wide for ${width}`);
+      }
     }
     const nameless = await page.evaluate(() => [...document.querySelectorAll("input, select, textarea, button")]
       .filter((control) => !control.labels?.length && !control.getAttribute("aria-label") && !control.textContent.trim())
@@ -31,35 +35,57 @@ export const tests = {
     }
   },
 
-  async "pictures of the page"() {
-    const picture = async (page, name) => {
-      // Whole pages, with the bar at their end.
-      const { width } = page.viewportSize();
-      await page.setViewportSize({ width, height: await page.evaluate(() => document.documentElement.scrollHeight) });
-      await page.screenshot({ path: join(paths.shots, `${name}.png`), fullPage: true });
-    };
+  async "pictures of the page, in every view and state"() {
     for (const colorScheme of ["light", "dark"]) {
-      for (const [name, viewport] of Object.entries({ wide: WIDE, narrow: PHONE })) {
+      for (const [name, viewport] of Object.entries({ 320: { width: 320, height: 700 }, 390: PHONE, 1440: WIDE, 2560: { width: 2560, height: 1400 } })) {
         const page = await opened("", { viewport, colorScheme });
+        const picture = (what, options) => page.screenshot({ path: join(paths.shots, `${what}-${colorScheme}-${name}.png`), ...options });
+        const whole = { fullPage: true };
         await hasEnded(page);
-        await page.locator("#time").fill("50");
+        await page.locator("#time").fill("12");
         await page.locator("#advice tr").first().waitFor();
         // As a person sees it first: the picture in docs.
-        await page.screenshot({ path: join(paths.shots, `first-${colorScheme}-${name}.png`) });
-        await page.screenshot({ path: join(paths.shots, `run-${colorScheme}-${name}.png`), fullPage: true });
+        await picture("first");
+        await picture("run", whole);
+        await run(page, "G21 G91\nG42 X1\nG1 X5 F600\n");
+        await picture("run-refused", whole);
+        await page.selectOption("#programs", "two_tools.nc");
+        await hasEnded(page);
+        await page.selectOption("#tone", "lost");
         await page.selectOption("#plane", "3D");
         await page.locator("#space").waitFor();
         await page.locator("#picture").screenshot({ path: join(paths.shots, `space-${colorScheme}-${name}.png`) });
+        await page.selectOption("#plane", "XY");
+        await page.selectOption("#tone", "speed");
+        await page.selectOption("#programs", "engraving.nc");
+        await hasEnded(page);
         await page.click("#tab-profiles");
         await page.locator("#profiles-rows th").first().waitFor();
-        await page.screenshot({ path: join(paths.shots, `profiles-${colorScheme}-${name}.png`), fullPage: true });
+        await picture("profiles", whole);
         await page.click("#tab-operate");
-        await page.locator("#state[data-state=Idle]").waitFor();
-        await picture(page, `operate-${colorScheme}-${name}`);
+        await is(page, "Idle");
+        await reads(page, "sending-what", /about/);
+        await picture("machine-idle", whole);
+        await home(page);
+        await answers(page, "$J=G90 X120 Y90 F2800");
+        await stands(page, "x", 120);
+        await page.click("#zero-all");
+        await reads(page, "fits", /^It fits/);
+        await page.click("#send-program");
+        await reads(page, "sending-now", /^line 1[4-9] of/);
+        await picture("machine-run");
+        await page.click("#stop");
+        await is(page, "Idle");
+        await put(page, "program", "G21 G91\nG1 X400 F2000\n");
+        await reads(page, "fits", /^It does not fit/);
+        await picture("machine-does-not-fit");
+        await page.evaluate(() => document.getElementById("stop-button").click());
+        await is(page, "Alarm");
+        await picture("machine-alarm");
         await page.click("#tab-settings");
         await page.locator(".setting").first().waitFor();
         await page.locator(".setting[data-number='120'] input").fill("80");
-        await picture(page, `settings-${colorScheme}-${name}`);
+        await picture("settings", whole);
         await page.context().close();
       }
     }

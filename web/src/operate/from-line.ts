@@ -54,6 +54,7 @@ export class FromLine {
     if (why) return this.take("", why);
     const head = `${lines.slice(0, line - 1).join("\n")}\n$G\n$#\n`;
     readStart(this.machine, (start) => {
+      if (!start) return this.take("", "The machine does not say from where it starts: type the line again.");
       this.plan = new Plan(head, this.machine.settings, linesOfStart(start), () => this.plan && this.begin(text, lines, line, this.plan));
     });
   }

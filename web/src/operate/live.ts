@@ -117,7 +117,7 @@ export class LivePicture {
     if (!this.mayPlan) return this.release();
     const program = this.ofPage();
     readStart(this.machine, (start) => {
-      if (!this.mayPlan) return this.release();
+      if (!start || !this.mayPlan) return this.release();
       const [before, { planned }] = [linesOfStart(start), this];
       const isPlanned = planned?.program === program && isSame(planned.settings, this.machine.settings) && planned.before.join() === before.join();
       if (!isPlanned) this.begin(program, before, new Map(this.machine.settings));

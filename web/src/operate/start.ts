@@ -19,12 +19,12 @@ const MODES = /^(G17|G18|G19|G20|G21|G90|G91|G94|G5[4-9](\.[123])?|G61(\.1)?|G64
 const SYSTEMS = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 const LETTERS = "XYZA";
 
-/** Asks the machine. It must be at rest. */
-export function readStart(machine: Machine, then: (start: Start) => void): void {
+/** Asks the machine, which must be at rest. Nothing is known if it does not answer, as after a reset. */
+export function readStart(machine: Machine, then: (start: Start | undefined) => void): void {
   machine.query("$#", (offsets) => {
     machine.query("$G", (printed, answer) => {
       const modes = printed.find((line) => line.startsWith("[GC:"))?.slice(4, -1).split(" ");
-      if (answer === "ok" && modes) then({ offsets, modes, report: machine.report, isInches: machine.isInches });
+      then(answer === "ok" && modes ? { offsets, modes, report: machine.report, isInches: machine.isInches } : undefined);
     });
   });
 }
