@@ -13,12 +13,15 @@ const OURS: [string, string][] = [
   ["ringing.nc", "stops and corners"],
 ];
 
+/** The first thing that one sees. */
+export const FIRST = "engraving.nc";
+
 export class Programs {
   /** `take` gets one of ours, and `open` a file. */
   constructor(private readonly take: (name: string, text: string) => void, open: (file: File) => void) {
     const list = select("programs");
     for (const [file, words] of OURS) list.add(new Option(`${file}: ${words}`, file));
-    list.onchange = () => void this.fetch(list.value);
+    list.onchange = () => void example(list.value).then((text) => this.take(list.value, text));
     const chosen = input("file");
     chosen.onchange = () => {
       const [found] = chosen.files ?? [];
@@ -27,10 +30,9 @@ export class Programs {
     };
     button("open").onclick = () => chosen.click();
   }
+}
 
-  /** One of ours. */
-  async fetch(name: string): Promise<void> {
-    const answer = await fetch(new URL(`programs/${name}`, import.meta.url));
-    this.take(name, await answer.text());
-  }
+/** The text of one of ours. */
+export async function example(name: string): Promise<string> {
+  return (await fetch(new URL(`programs/${name}`, import.meta.url))).text();
 }

@@ -18,7 +18,7 @@ import { tellOfSettings } from "./mistake";
 import { Motion } from "./motion";
 import type { Picture } from "./picture/picture";
 import { Playback } from "./playback";
-import { Programs } from "./programs";
+import { example, FIRST, Programs } from "./programs";
 import { forgetChecks, tellChecks, tellFigures } from "./results";
 import { offerLink } from "./share";
 import { WhatIf } from "./whatif";
@@ -36,7 +36,6 @@ export class Run {
   private readonly playback = new Playback((time, isMoved) => this.look(time, isMoved));
   private readonly advice = new Advice((line) => this.go(line));
   private readonly whatIf = new WhatIf(() => ({ program: this.editor.value, settings: this.settingsLines }), (settings) => this.keep(settings));
-  private readonly programs = new Programs((name, text) => this.run(name, text), (file) => void this.open(file));
   private readonly listing = new Listing((lines) => this.set(lines), (file) => void this.open(file, true));
   private motion = new Motion();
   private name = "program.nc";
@@ -53,6 +52,7 @@ export class Run {
     private readonly picture: Picture,
     private readonly changed: () => void,
   ) {
+    new Programs((name, text) => this.run(name, text), (file) => void this.open(file));
     this.settings.addEventListener("input", () => this.changeSettings());
     takeDropped(part("drop"), (file, at) => {
       location.hash = addressOf("run");
@@ -68,15 +68,15 @@ export class Run {
       () => this.picture.file(),
     );
     window.addEventListener("pagehide", () => keepProgram({ name: this.name, isChanged: this.isChanged, text: this.editor.value, settings: this.settingsLines }));
-    if (!this.openLink()) void this.begin();
+    if (!this.openLink()) void this.begin().then(() => this.start());
   }
 
   /** With what was there before a reload, or with one of ours. */
   private async begin(): Promise<void> {
     const kept = keptProgram();
-    if (!kept) return this.programs.fetch("engraving.nc");
+    if (!kept) return this.load(FIRST, await example(FIRST));
     this.settings.value = kept.settings;
-    this.run(kept.name, kept.text);
+    this.load(kept.name, kept.text);
     this.isChanged = kept.isChanged;
   }
 
