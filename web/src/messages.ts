@@ -52,6 +52,7 @@ export type FromWorker =
   | { is: "trouble"; trouble: Trouble }
   | { is: "output"; bytes: Uint8Array; seconds: number }
   | { is: "tools"; tools: ToolRow[] }
+  | { is: "plain"; lines: [number: number, text: string][] | null }
   | { is: "planned"; motion: Columns[]; lines: LineTimes; answeredAtS: Float64Array; beganS: number; totalS: number; placeMm: number[]; said: string[] }
   | { is: "setting-rows"; rows: SettingRow[] }
   | { is: "settings-checked"; refusal: Trouble | null }

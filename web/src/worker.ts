@@ -1,6 +1,6 @@
 // The machine, apart from the page, so that the page never waits for it.
 
-import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, Quick, report, settingRows, settingsListed, settingsRefusal, swings, tools } from "../machine/machine.js";
+import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, plainLines, Quick, report, settingRows, settingsListed, settingsRefusal, swings, tools } from "../machine/machine.js";
 import type { Motion } from "../machine/machine.js";
 import type { Columns, FromWorker, Kept, LineTimes, Load, Summary, ToWorker, Trouble } from "./messages";
 
@@ -187,6 +187,7 @@ async function obey(message: ToWorker): Promise<void> {
       break;
     case "plan":
       tell({ is: "tools", tools: JSON.parse(tools(message.program)) });
+      tell({ is: "plain", lines: JSON.parse(plainLines(message.program)) });
       plan(message.program, message.before, message.settings);
       break;
     case "setting-rows":

@@ -202,6 +202,12 @@ impl QuickHandle {
     }
 }
 
+/// The plain lines of a program that computes or calls, as JSON.
+#[wasm_bindgen(js_name = plainLines)]
+pub fn plain_lines(program: &[u8]) -> Thrown<String> {
+    whole::plain(program).map_err(thrown)
+}
+
 /// The findings of `isostep check`, as JSON.
 #[wasm_bindgen]
 pub fn check(program: &[u8], settings: &str) -> Thrown<String> {

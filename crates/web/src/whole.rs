@@ -1,9 +1,9 @@
 //! The tool's findings about a whole program.
 
-use isostep_program::tools_asked;
+use isostep_program::{plain_lines, tools_asked};
 use isostep_report::check::{Check, Stand, rows};
 use isostep_report::{Figures, remarks};
-use isostep_sim::program::{Program, raw_lines};
+use isostep_sim::program::{Program, lines, raw_lines};
 use isostep_sim::{Flash, run_watched};
 use serde::Serialize;
 
@@ -41,6 +41,21 @@ struct ToolRow {
     line: usize,
     tool: u32,
     comment: Option<String>,
+}
+
+/// The plain lines of a program that computes or calls, each with the number of the line that it was made from, as JSON; `null` for a program of
+/// plain lines.
+///
+/// # Errors
+/// [`Trouble`] with the line that cannot be carried out.
+pub fn plain(program: &[u8]) -> Result<String, Trouble> {
+    let source = lines(program)?;
+    let is_plain = plain_lines(&source).is_ok_and(|made| made.is_plain());
+    let program = Program::read(program)?;
+    let numbered =
+        program.iter().enumerate().map(|(index, line)| (program.number(index + 1), String::from_utf8_lossy(line)));
+    let made = (!is_plain).then(|| numbered.collect::<Vec<_>>());
+    Ok(serde_json::to_string(&made).expect("texts have a form in JSON"))
 }
 
 /// Every figure of a run, as `isostep sim --json` writes them, for the program of this name.

@@ -238,6 +238,14 @@ fn a_check_says_what_the_tool_says() {
 }
 
 #[test]
+fn a_program_that_computes_is_made_plain() {
+    assert_eq!(whole::plain(b"G21\nG1 X1\n").unwrap(), "null");
+    let made = whole::plain(b"#1=3\no1 repeat [2]\nG1 X#1 F600\no1 endrepeat\n").unwrap();
+    assert_eq!(made, r#"[[3,"G1 X3 F600"],[3,"G1 X3 F600"]]"#);
+    assert!(whole::plain(b"G1 X[1/0]\n").unwrap_err().words.contains("line 1"));
+}
+
+#[test]
 fn a_report_has_the_figures_of_the_simulator() {
     let figures = Figures::new("arcs.nc", &run(ARCS, &Config::default()).unwrap());
     assert_eq!(whole::report("arcs.nc", ARCS, "").unwrap(), serde_json::to_string_pretty(&figures).unwrap());

@@ -38,7 +38,7 @@ export class PageSender implements Sender {
   }
 
   start(begun: Begun): void {
-    const lines = linesOf(begun.text);
+    const lines = linesOf(begun.text, begun.made);
     const acts = realTime(lines);
     if (acts) return this.watcher.ended(`Line ${acts.number} \`${acts.text}\` has a byte that the machine would obey at once (?, !, ~, or a letter beyond ASCII): take it out, or put it into a comment.`);
     if (!lines.length) return this.watcher.ended("The program is empty.");

@@ -26,6 +26,8 @@ export class Plan {
   readonly motion = new Motion();
   /** Which tools the program asks for, and what it says of them. */
   tools: ToolRow[] = [];
+  /** The plain lines that are made of a program that computes or calls, with the numbers of those that they are made from. */
+  made: [number: number, text: string][] | undefined;
   /** The whole of it, from the first line to the end, s; undefined before it is known, or if it cannot be. */
   totalS: number | undefined;
   /** Where the machine is at its end, mm, and what it has said last. */
@@ -48,6 +50,7 @@ export class Plan {
     this.before = before.length;
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
       if (data.is === "tools") return void (this.tools = data.tools);
+      if (data.is === "plain") return void (this.made = data.lines ?? undefined);
       if (data.is === "planned") this.take(data.motion, data);
       if (data.is === "trouble") this.trouble = this.placed(data.trouble.line, data.trouble.words);
       this.end();

@@ -11,9 +11,9 @@ export interface ProgramLine {
 /** Characters of a line that the machine takes, without spaces. */
 const CHARACTERS_MAX = 79;
 
-/** Those that say something, without their comments. */
-export function linesOf(program: string): ProgramLine[] {
-  const lines = program.split(/\r\r\n|\r\n|\r|\n/).map((text, index) => plain(text, index + 1));
+/** Those that say something, without their comments; of a program that computes or calls those that are made of it. */
+export function linesOf(program: string, made?: [number: number, text: string][]): ProgramLine[] {
+  const lines = made ? made.map(([number, text]) => plain(text, number)) : program.split(/\r\r\n|\r\n|\r|\n/).map((text, index) => plain(text, index + 1));
   return named(lines.filter(({ text }) => text));
 }
 

@@ -5,6 +5,8 @@ import type { NamedProgram } from "./operate";
 /** A program, and the lines that make a machine at power-up such as this one was when it was begun. */
 export interface Begun extends NamedProgram {
   before: string[];
+  /** The plain lines that it makes, if it computes or calls. */
+  made?: [number: number, text: string][] | undefined;
 }
 
 /** How far a program has come. */

@@ -91,7 +91,7 @@ export class Sending implements SenderWatcher {
     this.isAsked = false;
     if (this.progress) return;
     if (this.fits.refusal) return this.say("Not sent.");
-    this.sender.start({ ...this.program(), before: this.live.before });
+    this.sender.start({ ...this.program(), before: this.live.before, made: this.live.plan?.made });
   }
 
   private follow(report: Status): void {
