@@ -5,6 +5,7 @@ export interface KeptProgram {
   isChanged: boolean;
   text: string;
   settings: string;
+  axes: number;
 }
 
 const KEPT = "program";
