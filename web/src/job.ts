@@ -32,7 +32,7 @@ export class Task {
       if (data.is === "trouble") {
         this.cancel();
         failed(data.trouble);
-      } else if (hear(data)) this.cancel();
+      } else if (hear(data) && this.worker === machine) this.cancel();
     };
     machine.onerror = (event) => {
       this.cancel();
