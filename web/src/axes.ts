@@ -5,12 +5,12 @@ export const AXIS_NAMES = ["X", "Y", "Z", "A"] as const;
 export const AXES = 3;
 /** The fourth. It is rotary, in degrees, unless a setting makes it linear. */
 export const A = 3;
-/** 1 for a rotary A, which is the default; 0 for a linear one. */
+/** Bit 0 is 1 for a rotary A, which is the default, and 0 for a linear one. */
 const ROTARY = 376;
 /** The steps of A: only a machine that has A has this setting. */
 const STEPS_OF_A = 103;
 
-export const isRotary = (settings: ReadonlyMap<number, string>): boolean => Number(settings.get(ROTARY) ?? 1) === 1;
+export const isRotary = (settings: ReadonlyMap<number, string>): boolean => (Number(settings.get(ROTARY) ?? 1) & 1) === 1;
 
 /** How many axes a machine with all these settings has, of those that can be simulated. */
 export const axesOf = (settings: ReadonlyMap<number, string>): number => (settings.has(STEPS_OF_A) ? A + 1 : AXES);

@@ -12,7 +12,6 @@ export class ChoiceOfAxes {
   constructor(changed: () => void) {
     this.choice.onchange = () => {
       this.isChosen = true;
-      this.say("");
       changed();
     };
   }
@@ -23,7 +22,6 @@ export class ChoiceOfAxes {
 
   set value(axes: number) {
     this.choice.value = String(axes);
-    this.say("");
   }
 
   /** A program was run, and these lines were refused. Returns whether it should be run on the machine that there is now. */
@@ -38,7 +36,8 @@ export class ChoiceOfAxes {
     return !this.isChosen;
   }
 
-  private say(words: string): void {
+  /** Says what there is to say about the program that was run. */
+  say(words: string): void {
     part("axes-note").textContent = words;
   }
 }

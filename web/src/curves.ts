@@ -31,8 +31,9 @@ class Points {
 
   add(time: number, value: (axis: number, quantity: number) => number): void {
     CHARTS.forEach(({ quantity, axes }, index) => {
+      if (axes.some((axis) => axis >= this.axes)) return;
       this.data[index]?.[0]?.push(time);
-      axes.forEach((axis, line) => this.data[index]?.[line + 1]?.push(axis < this.axes ? value(axis, quantity) : 0));
+      axes.forEach((axis, line) => this.data[index]?.[line + 1]?.push(value(axis, quantity)));
     });
   }
 }

@@ -5,7 +5,8 @@ export interface KeptProgram {
   isChanged: boolean;
   text: string;
   settings: string;
-  axes: number;
+  /** Pages of before A have not kept it. */
+  axes?: number;
 }
 
 const KEPT = "program";

@@ -2,7 +2,7 @@
 
 import { addressOf, handed } from "./address";
 import { Advice } from "./advice";
-import { isRotary } from "./axes";
+import { AXES, isRotary } from "./axes";
 import { ChoiceOfAxes } from "./choice-of-axes";
 import { Curves } from "./curves";
 import { Downloads } from "./downloads";
@@ -84,7 +84,7 @@ export class Run {
     const kept = keptProgram();
     if (!kept) return this.programs.fetch("engraving.nc");
     this.settings.value = kept.settings;
-    this.axes.value = kept.axes;
+    this.axes.value = kept.axes ?? AXES;
     this.run(kept.name, kept.text);
     this.isChanged = kept.isChanged;
   }
@@ -166,6 +166,7 @@ export class Run {
   /** What is shown belongs to the text and the settings from which it was made. */
   private outdate(): void {
     this.changed();
+    this.axes.say("");
     if (part("results").dataset["state"] !== "ended") return;
     part("results").dataset["state"] = "outdated";
     this.say("The program or its settings have changed since this was run: run it again.");

@@ -151,7 +151,7 @@ fn ensure_replaceable(out: &Path) -> Result<()> {
 }
 
 /// The machine with A, as a target of its own.
-const FOUR_AXES: [&str; 2] = ["--example=machine4", "--features=four-axes"];
+pub const FOUR_AXES: [&str; 2] = ["--example=machine4", "--features=four-axes"];
 
 /// Cargo for a machine on the page. Paths of this computer are left out of what panics say.
 fn machine(verb: &str) -> Command {
