@@ -181,7 +181,10 @@ fn write_bindings(module: &Path, with_a: &Path) -> Result<()> {
         Ok(fs::read(folder.join("machine.js"))?)
     });
     let [one, other] = written;
-    ensure!(one? == other?, "the machine with A has another JavaScript than that without: see what of crates/web differs by the axes");
+    ensure!(
+        one? == other?,
+        "the machine with A has another JavaScript than that without: see what of crates/web differs by the axes"
+    );
     Ok(())
 }
 
