@@ -1,4 +1,5 @@
-// Writes the page into a folder: `node build.mjs FOLDER`. The module and its JavaScript are in `machine/` already.
+// Writes the page into a folder: `node build.mjs FOLDER`. The machine and its JavaScript are in `machine/` already,
+// and a machine with A, for which the same JavaScript is right, in `machine4/`.
 // What the page loads lies in a folder that is named by its content, so that no page ever loads what belongs to another build.
 import { build } from "esbuild";
 import { createHash } from "node:crypto";
@@ -25,7 +26,7 @@ const loaded = join(out, "build");
 await mkdir(join(loaded, "programs"), { recursive: true });
 const { metafile } = await build({ ...options, metafile: true, entryPoints: ["main.ts", "worker.ts"].map((file) => join(here, "src", file)), outdir: loaded, splitting: true, format: "esm" });
 await copyFile(join(here, "src/style.css"), join(loaded, "style.css"));
-await copyFile(join(here, "machine/machine_bg.wasm"), join(loaded, "machine_bg.wasm"));
+for (const machine of ["machine", "machine4"]) await copyFile(join(here, machine, "machine_bg.wasm"), join(loaded, `${machine}_bg.wasm`));
 const programs = join(here, "../programs");
 for (const file of (await readdir(programs)).filter((name) => name.endsWith(".nc"))) await copyFile(join(programs, file), join(loaded, "programs", file));
 for (const file of [...BESIDE, "board.json"]) await copyFile(join(here, "src", file), join(out, file));
@@ -36,7 +37,9 @@ for (const file of await files(out)) hash.update(`\n${file}\n`).update(await rea
 const name = hash.digest("hex").slice(0, 16);
 await rename(loaded, join(out, name));
 await writeFile(join(out, "index.html"), index.replaceAll('"build/', `"${name}/`));
-const FILES = ["./", ...BESIDE, ...(await files(join(out, name))).map((file) => `${name}/${file}`)];
+// What only some programs want is kept when it is wanted.
+const later = ["machine4_bg.wasm"];
+const FILES = ["./", ...BESIDE, ...(await files(join(out, name))).filter((file) => !later.includes(file)).map((file) => `${name}/${file}`)];
 const define = { BUILD: JSON.stringify(name), FILES: JSON.stringify(FILES) };
 await build({ ...options, entryPoints: [join(here, "src/service/service.ts")], outdir: out, format: "iife", define });
 

@@ -63,6 +63,12 @@ export class Charts {
     this.place.dataset["points"] = String(data.reduce((sum, chart) => sum + chart.length * (chart[0]?.length ?? 0), 0));
   }
 
+  /** Another name for a chart. */
+  name(index: number, name: string): void {
+    const title = this.plots[index]?.root.querySelector(".u-title");
+    if (title) title.textContent = name;
+  }
+
   /** Marks a time. */
   at(time: number): void {
     const isInside = time >= this.span[0] && time <= this.span[1];

@@ -1,10 +1,11 @@
 // Speed, acceleration and jerk of each axis over time, with the equal intervals shaded.
 
 import type uPlot from "uplot";
+import { A, AXIS_NAMES, unitOf } from "./axes";
 import { Charts, type Data } from "./charts";
 import { button, part } from "./elements";
 import { colour } from "./drawing";
-import { AXES, AXIS_NAMES, Kind, Motion } from "./motion";
+import { Kind, Motion } from "./motion";
 
 /** With more phases than this in view, the lowest and highest values of equal parts of the time are drawn. */
 const ROWS_MAX = 2_000;
@@ -17,19 +18,31 @@ const SHADES: Partial<Record<Kind, string>> = {
   [Kind.Cruise]: "cruise",
   [Kind.Decelerate]: "decel",
 };
-const NAMES = ["Speed, mm/s", "Acceleration, mm/s²", "Jerk, mm/s³"];
-const LINES = AXIS_NAMES.map((name) => ({ name, colour: name.toLowerCase() }));
+const QUANTITIES = [["Speed", "s"], ["Acceleration", "s²"], ["Jerk", "s³"]] as const;
+/** Axes of one chart: the degrees of A have a chart of their own for each quantity. */
+const GROUPS = [[0, 1, 2], [A]];
+const CHARTS = QUANTITIES.flatMap((_, quantity) => GROUPS.map((axes) => ({ quantity, axes })));
 
 /** Data that grows by a point: a time, and the value of each axis, of each chart. */
 class Points {
-  readonly data: Data[] = NAMES.map(() => Array.from({ length: 1 + AXES }, () => []));
+  readonly data: Data[] = CHARTS.map(({ axes }) => Array.from({ length: 1 + axes.length }, () => []));
+
+  constructor(private readonly axes: number) {}
 
   add(time: number, value: (axis: number, quantity: number) => number): void {
-    this.data.forEach((chart, quantity) => {
-      chart[0]?.push(time);
-      for (let axis = 0; axis < AXES; axis++) chart[axis + 1]?.push(value(axis, quantity));
+    CHARTS.forEach(({ quantity, axes }, index) => {
+      if (axes.some((axis) => axis >= this.axes)) return;
+      this.data[index]?.[0]?.push(time);
+      axes.forEach((axis, line) => this.data[index]?.[line + 1]?.push(value(axis, quantity)));
     });
   }
+}
+
+/** What a chart shows, with its unit. */
+function nameOf({ quantity, axes }: (typeof CHARTS)[number], isRotary: boolean): string {
+  const [name, seconds] = QUANTITIES[quantity] ?? ["", ""];
+  const [first = 0] = axes;
+  return `${name}${first === A ? " of A" : ""}, ${unitOf(first, isRotary)}/${seconds}`;
 }
 
 export class Curves {
@@ -41,7 +54,7 @@ export class Curves {
   constructor(onPick: (time: number) => void) {
     this.charts = new Charts(
       part("curves"),
-      NAMES.map((name) => ({ name, lines: LINES })),
+      CHARTS.map((chart) => ({ name: nameOf(chart, true), lines: chart.axes.map((axis) => ({ name: AXIS_NAMES[axis] ?? "", colour: (AXIS_NAMES[axis] ?? "").toLowerCase() })) })),
       { data: (from, to) => this.data(from, to), zoomed: (from, to) => this.look(from, to), picked: onPick, under: (plot) => this.shade(plot) },
     );
     button("zoom-in").onclick = () => this.zoom(0.5);
@@ -53,6 +66,8 @@ export class Curves {
 
   show(motion: Motion): void {
     this.motion = motion;
+    CHARTS.forEach((chart, index) => this.charts.name(index, nameOf(chart, motion.isRotary)));
+    part("key-a").hidden = motion.axes <= A;
     this.all();
   }
 
@@ -93,7 +108,7 @@ export class Curves {
 
   private data(from: number, to: number): Data[] {
     const [first, last] = this.rows(from, to);
-    const points = new Points();
+    const points = new Points(this.motion.axes);
     if (last - first > ROWS_MAX) this.addBins(points, from, to);
     else this.addRows(points, first, last, [from, to]);
     return points.data;
@@ -105,6 +120,7 @@ export class Curves {
 
   private addRows(points: Points, first: number, last: number, [begin, end]: [number, number]): void {
     const { motion } = this;
+    const all = Array.from({ length: motion.axes }, (_, axis) => axis);
     const rest = (time: number): void => points.add(time, () => 0);
     let ended = begin;
     for (let row = first; row <= last; row++) {
@@ -112,10 +128,10 @@ export class Curves {
       const [from, to] = [Math.max(begin, motion.from(row)), Math.min(end, motion.to(row))];
       if (from - ended > 1e-6) [ended, from].forEach(rest);
       ended = to;
-      const count = motion.axis(row, 0, 0).jerk || motion.axis(row, 1, 0).jerk || motion.axis(row, 2, 0).jerk ? POINTS : 1;
+      const count = all.some((axis) => motion.axis(row, axis, 0).jerk) ? POINTS : 1;
       for (let point = 0; point <= count && to > from; point++) {
         const after = from + ((to - from) * point) / count - motion.from(row);
-        const axes = [0, 1, 2].map((axis) => motion.axis(row, axis, after));
+        const axes = all.map((axis) => motion.axis(row, axis, after));
         points.add(motion.from(row) + after, (axis, quantity) => [axes[axis]?.speed, axes[axis]?.accel, axes[axis]?.jerk][quantity] ?? 0);
       }
     }

@@ -1,13 +1,11 @@
 // The lowest and highest speed, acceleration and jerk of each axis in equal parts of time, so that a run of any length is drawn at
 // once, and right at every zoom.
 
-import { AXES } from "./axes";
 import { Column } from "./column";
 import type { Motion } from "./motion";
 
 /** Speed, acceleration and jerk. */
 export const QUANTITIES = 3;
-const NUMBERS = AXES * QUANTITIES;
 /** Phases of a block, of which the extremes are kept. */
 const BLOCK = 64;
 /** A pause that is longer than this, s, is one: the machine is at rest in it. */
@@ -22,10 +20,12 @@ export class Bins {
     private readonly from: number,
     to: number,
     readonly count: number,
+    /** Of each part: so many quantities of so many axes. */
+    readonly numbers: number,
   ) {
     this.width = (to - from) / count;
-    this.lows = new Float32Array(count * NUMBERS).fill(Infinity);
-    this.highs = new Float32Array(count * NUMBERS).fill(-Infinity);
+    this.lows = new Float32Array(count * numbers).fill(Infinity);
+    this.highs = new Float32Array(count * numbers).fill(-Infinity);
   }
 
   readonly width: number;
@@ -47,14 +47,14 @@ export class Bins {
 
   take(bin: number, number: number, low: number, high = low): void {
     if (bin < 0 || bin >= this.count) return;
-    const at = bin * NUMBERS + number;
+    const at = bin * this.numbers + number;
     this.lows[at] = Math.min(this.lows[at] ?? low, low);
     this.highs[at] = Math.max(this.highs[at] ?? high, high);
   }
 
   /** The lowest and highest value of an axis in a part; 0 where nothing is known. */
   range(bin: number, axis: number, quantity: number): [number, number] {
-    const at = bin * NUMBERS + axis * QUANTITIES + quantity;
+    const at = bin * this.numbers + axis * QUANTITIES + quantity;
     const [low = 0, high = 0] = [this.lows[at], this.highs[at]];
     return low <= high ? [low, high] : [0, 0];
   }
@@ -70,12 +70,12 @@ export class Envelope {
   /** Takes those blocks in that are whole by now. */
   grow(): void {
     for (; this.done + BLOCK <= this.motion.length; this.done += BLOCK) {
-      const whole = new Bins(0, 1, 1);
+      const whole = new Bins(0, 1, 1, this.numbers);
       for (let row = this.done; row < this.done + BLOCK; row++) {
         if (row > this.done && this.motion.from(row) - this.motion.to(row - 1) > PAUSE_S) this.takeRest(whole, 0, 0);
         this.takePiece(whole, 0, row, 0, this.span(row));
       }
-      const ranges = Array.from({ length: NUMBERS }, (_, number) => whole.range(0, Math.floor(number / QUANTITIES), number % QUANTITIES));
+      const ranges = Array.from({ length: this.numbers }, (_, number) => whole.range(0, Math.floor(number / QUANTITIES), number % QUANTITIES));
       this.lows.push(Float32Array.from(ranges, ([low]) => low));
       this.highs.push(Float32Array.from(ranges, ([, high]) => high));
     }
@@ -84,7 +84,7 @@ export class Envelope {
   /** The extremes in so many parts of a span of time. */
   bins(from: number, to: number, count: number): Bins {
     const { motion } = this;
-    const bins = new Bins(from, to, count);
+    const bins = new Bins(from, to, count, this.numbers);
     let ended = from;
     for (let row = Math.max(0, motion.rowAt(from)); row < motion.length && motion.from(row) < to; ) {
       if (motion.from(row) - ended > PAUSE_S) this.takeRest(bins, ended, motion.from(row));
@@ -94,6 +94,10 @@ export class Envelope {
     }
     if (ended < to) this.takeRest(bins, ended, to);
     return bins;
+  }
+
+  private get numbers(): number {
+    return this.motion.axes * QUANTITIES;
   }
 
   private span(row: number): number {
@@ -106,8 +110,8 @@ export class Envelope {
     if (row % BLOCK || next > this.done) return 0;
     const bin = bins.at(this.motion.from(row));
     if (bin !== bins.at(this.motion.to(next - 1))) return 0;
-    const at = (row / BLOCK) * NUMBERS;
-    for (let number = 0; number < NUMBERS; number++) bins.take(bin, number, this.lows.at(at + number), this.highs.at(at + number));
+    const at = (row / BLOCK) * bins.numbers;
+    for (let number = 0; number < bins.numbers; number++) bins.take(bin, number, this.lows.at(at + number), this.highs.at(at + number));
     return next;
   }
 
@@ -124,14 +128,14 @@ export class Envelope {
   private takeRest(bins: Bins, from: number, to: number): void {
     const last = Math.min(bins.at(to), bins.count - 1);
     for (let bin = Math.max(0, bins.at(from)); bin <= last; bin++) {
-      for (let number = 0; number < NUMBERS; number++) bins.take(bin, number, 0);
+      for (let number = 0; number < bins.numbers; number++) bins.take(bin, number, 0);
     }
   }
 
   /** Takes in a phase from one instant to another, counted from its beginning. */
   private takePiece(bins: Bins, bin: number, row: number, from: number, to: number): void {
     if (this.span(row) <= 0) return;
-    for (let axis = 0; axis < AXES; axis++) {
+    for (let axis = 0; axis < this.motion.axes; axis++) {
       const [first, last] = [this.motion.axis(row, axis, from), this.motion.axis(row, axis, to)];
       // Speed is highest or lowest where the acceleration is 0.
       const turn = first.jerk ? from - first.accel / first.jerk : from;

@@ -1,5 +1,6 @@
 // A program that runs in a worker of its own, which ends with it.
 
+import { select } from "./elements";
 import type { Columns, FromWorker, Kept, LineTimes, Summary, ToWorker, Trouble } from "./messages";
 
 export interface Watcher {
@@ -10,9 +11,13 @@ export interface Watcher {
   trouble(trouble: Trouble): void;
 }
 
-export function worker(): Worker {
-  return new Worker(new URL("worker.js", import.meta.url), { type: "module" });
+/** A worker with a machine of so many axes, by its name; if nobody says, as many as are chosen beside the program. */
+export function worker(axes = chosenAxes()): Worker {
+  return new Worker(new URL("worker.js", import.meta.url), { type: "module", name: `${axes} axes` });
 }
+
+/** How many axes the simulated machine has. */
+export const chosenAxes = (): number => Number(select("axes").value);
 
 /** One thing at a time, done by a worker. What is asked next ends it. */
 export class Task {
@@ -27,7 +32,7 @@ export class Task {
       if (data.is === "trouble") {
         this.cancel();
         failed(data.trouble);
-      } else if (hear(data)) this.cancel();
+      } else if (hear(data) && this.worker === machine) this.cancel();
     };
     machine.onerror = (event) => {
       this.cancel();

@@ -5,6 +5,8 @@ export interface KeptProgram {
   isChanged: boolean;
   text: string;
   settings: string;
+  /** Pages of before A have not kept it. */
+  axes?: number;
 }
 
 const KEPT = "program";

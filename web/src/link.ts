@@ -1,11 +1,13 @@
 // A link that has a program and its settings in itself, behind the `#`, which browsers do not send.
 
 import { addressOf } from "./address";
+import { AXES } from "./axes";
 
 export interface Shared {
   name: string;
   text: string;
   settings: string;
+  axes: number;
 }
 
 /** By this name a link has what it shares. */
@@ -15,8 +17,8 @@ export const LINK_MAX = 8_000;
 /** A link of that length can unfold to a thousand times as much. */
 const UNFOLDED_MAX_BYTES = 1_000_000;
 
-export async function linkOf({ name, text, settings }: Shared): Promise<string> {
-  const plain = new Blob([JSON.stringify([name, text, settings])]);
+export async function linkOf({ name, text, settings, axes }: Shared): Promise<string> {
+  const plain = new Blob([JSON.stringify([name, text, settings, axes])]);
   const folded = await new Response(plain.stream().pipeThrough(new CompressionStream("deflate-raw"))).arrayBuffer();
   const page = location.href.replace(/#.*$/, "");
   return `${page}${addressOf("run")}&${SHARED}=${asText(new Uint8Array(folded))}`;
@@ -26,8 +28,10 @@ export async function linkOf({ name, text, settings }: Shared): Promise<string> 
 export async function sharedBy(text: string): Promise<Shared> {
   const plain = await unfolded(asBytes(text));
   try {
-    const [name, program, settings] = JSON.parse(plain) as unknown[];
-    if ([name, program, settings].every((each) => typeof each === "string")) return { name, text: program, settings } as Shared;
+    // Links of before A have no number of axes.
+    const [name, program, settings, axes = AXES] = JSON.parse(plain) as unknown[];
+    const isWhole = [name, program, settings].every((each) => typeof each === "string") && [AXES, AXES + 1].includes(axes as number);
+    if (isWhole) return { name, text: program, settings, axes } as Shared;
   } catch {
     // No JSON is no program either.
   }

@@ -5,7 +5,6 @@ import { Column } from "./column";
 import { Envelope } from "./envelope";
 import type { Columns, LineTimes } from "./messages";
 
-export { AXES, AXIS_NAMES } from "./axes";
 const COLUMNS = 4;
 
 export enum Kind {
@@ -38,9 +37,14 @@ export class Motion {
   lines: LineTimes = { times: new Float64Array(), lines: new Uint32Array() };
   isShaped = false;
   topSpeed = 0;
+  /** As many as the machine has that made it. */
+  axes = AXES;
+  /** Whether A is in degrees. */
+  isRotary = true;
 
   add(columns: Columns): void {
     const from = this.length;
+    if (columns.kinds.length) this.axes = columns.values.length / (columns.kinds.length * COLUMNS);
     this.times.push(columns.times);
     this.kinds.push(columns.kinds);
     this.values.push(columns.values);
@@ -94,7 +98,7 @@ export class Motion {
   speed(row: number): number {
     const span = this.to(row) - this.from(row);
     let squares = 0;
-    for (let axis = 0; axis < AXES; axis++) {
+    for (let axis = 0; axis < this.axes; axis++) {
       squares += (this.place(row, axis, span) - this.place(row, axis, 0)) ** 2;
     }
     return span > 0 ? Math.sqrt(squares) / span : 0;
@@ -102,7 +106,7 @@ export class Motion {
 
   /** An axis in a phase, so long after its beginning. */
   axis(row: number, axis: number, after: number): AxisMotion {
-    const at = (row * AXES + axis) * COLUMNS;
+    const at = (row * this.axes + axis) * COLUMNS;
     const [place, speed] = [this.values.at(at), this.values.at(at + 1)];
     const [begins, ends] = [this.values.at(at + 2), this.values.at(at + 3)];
     const jerk = (ends - begins) / (this.to(row) - this.from(row));
@@ -116,14 +120,14 @@ export class Motion {
 
   /** The place of an axis in a phase, so long after its beginning, mm. */
   place(row: number, axis: number, after: number): number {
-    const at = (row * AXES + axis) * COLUMNS;
+    const at = (row * this.axes + axis) * COLUMNS;
     const begins = this.values.at(at + 2);
     const span = this.to(row) - this.from(row);
     const jerk = (this.values.at(at + 3) - begins) / span;
     return this.values.at(at) + after * (this.values.at(at + 1) + after * (begins / 2 + (after * jerk) / 6));
   }
 
-  /** Where the axes are in a phase, so long after its beginning, mm. */
+  /** Where X, Y and Z are in a phase, so long after its beginning, mm. */
   placesIn(row: number, after: number): [number, number, number] {
     return [this.place(row, 0, after), this.place(row, 1, after), this.place(row, 2, after)];
   }
@@ -185,9 +189,9 @@ export class Motion {
   /** Where the axes are at a time. */
   places(time: number): number[] {
     const row = Math.max(0, this.rowAt(time));
-    if (!this.length) return new Array(AXES).fill(0);
+    if (!this.length) return new Array(this.axes).fill(0);
     const after = Math.min(Math.max(0, time - this.from(row)), this.to(row) - this.from(row));
-    return Array.from({ length: AXES }, (_, axis) => this.place(row, axis, after));
+    return Array.from({ length: this.axes }, (_, axis) => this.place(row, axis, after));
   }
 
   /** The speed along the path at a time, mm/s. */
@@ -199,7 +203,7 @@ export class Motion {
   /** The speed along the path in a phase, so long after its beginning, mm/s. */
   speedIn(row: number, after: number): number {
     let squares = 0;
-    for (let axis = 0; axis < AXES; axis++) squares += this.axis(row, axis, after).speed ** 2;
+    for (let axis = 0; axis < this.axes; axis++) squares += this.axis(row, axis, after).speed ** 2;
     return Math.sqrt(squares);
   }
 }

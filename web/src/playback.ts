@@ -1,7 +1,8 @@
 // Time on the page: a slider, and playing at a speed.
 
+import { placesInWords } from "./axes";
 import { button, input, part, select } from "./elements";
-import { AXIS_NAMES, Motion } from "./motion";
+import { Motion } from "./motion";
 
 export class Playback {
   private readonly slider = input("time");
@@ -26,10 +27,10 @@ export class Playback {
   go(time: number, isMoved = true): void {
     this.time = Math.min(Math.max(0, time), this.motion.end);
     this.slider.value = String(this.time);
-    const places = this.motion.places(this.time).map((mm, axis) => `${AXIS_NAMES[axis]} ${mm.toFixed(2)}`);
+    const places = this.motion.places(this.time).map((place, axis) => ({ axis, words: place.toFixed(2) }));
     const speed = this.motion.speedAt(this.time).toFixed(1);
     part("time-now").textContent = `${this.time.toFixed(3)} s`;
-    part("place-now").textContent = this.motion.isHomingAt(this.time) ? "homing" : `${places.join("  ")} mm, ${speed} mm/s`;
+    part("place-now").textContent = this.motion.isHomingAt(this.time) ? "homing" : `${placesInWords(places, this.motion.isRotary, "  ")}, ${speed} mm/s`;
     this.slider.setAttribute("aria-valuetext", `${this.time.toFixed(2)} seconds`);
     this.onTime(this.time, isMoved);
   }

@@ -1,17 +1,17 @@
 // What became of a program: its figures, and every promise.
 
+import { placesInWords } from "./axes";
 import { duration, made, part } from "./elements";
 import type { Summary } from "./messages";
-import { AXIS_NAMES } from "./motion";
 
-export function tellFigures(summary: Summary): void {
-  const place = summary.position_mm.map((mm, axis) => `${AXIS_NAMES[axis]} ${mm.toFixed(2)}`).join(", ");
+export function tellFigures(summary: Summary, isRotary: boolean): void {
+  const place = placesInWords(summary.position_mm.map((mm, axis) => ({ axis, words: mm.toFixed(2) })), isRotary);
   const rows: [string, string][] = [
     ["the program takes", duration(summary.duration_s - summary.homing_s)],
     ["homing", summary.homing_s ? duration(summary.homing_s) : "none"],
     ["moves", summary.moves.toLocaleString("en")],
     ["steps", summary.steps.toLocaleString("en")],
-    ["ends at", `${place} mm`],
+    ["ends at", place],
   ];
   part("figures").replaceChildren(
     ...rows.map(([name, value]) => {

@@ -2,6 +2,8 @@
 
 import { addressOf, handed } from "./address";
 import { Advice } from "./advice";
+import { AXES, isRotary } from "./axes";
+import { ChoiceOfAxes } from "./choice-of-axes";
 import { Curves } from "./curves";
 import { Downloads } from "./downloads";
 import { takeDropped } from "./drops";
@@ -10,7 +12,7 @@ import { area, button, duration, element, made, part } from "./elements";
 import { run, Task, type Watcher } from "./job";
 import { keepProgram, keptProgram } from "./kept";
 import { linked } from "./lines";
-import { SHARED, sharedBy } from "./link";
+import { type Shared, SHARED, sharedBy } from "./link";
 import { isListing, Listing } from "./listing";
 import { tooLong } from "./long";
 import type { LineTimes, Summary, Trouble } from "./messages";
@@ -20,6 +22,7 @@ import type { Picture } from "./picture/picture";
 import { Playback } from "./playback";
 import { example, FIRST, Programs } from "./programs";
 import { forgetChecks, tellChecks, tellFigures } from "./results";
+import { read } from "./settings/lines";
 import { offerLink } from "./share";
 import { WhatIf } from "./whatif";
 
@@ -37,6 +40,7 @@ export class Run {
   private readonly advice = new Advice((line) => this.go(line));
   private readonly whatIf = new WhatIf(() => ({ program: this.editor.value, settings: this.settingsLines }), (settings) => this.keep(settings));
   private readonly listing = new Listing((lines) => this.set(lines), (file) => void this.open(file, true));
+  private readonly axes = new ChoiceOfAxes(() => this.changeSettings());
   private motion = new Motion();
   private name = "program.nc";
   /** The text is not that of the file any more. */
@@ -58,7 +62,7 @@ export class Run {
       location.hash = addressOf("run");
       void this.open(file, part("settings-details").contains(at));
     });
-    offerLink(() => ({ name: this.name, text: this.editor.value, settings: this.settingsLines }));
+    offerLink(() => this.shared);
     button("run").onclick = () => this.start();
     button("cancel").onclick = () => this.stop("Cancelled.");
     new Downloads(
@@ -67,8 +71,12 @@ export class Run {
       { busy: (isBusy) => this.setBusy(isBusy), say: (words) => this.say(words), trouble: (trouble) => this.fail(trouble) },
       () => this.picture.file(),
     );
-    window.addEventListener("pagehide", () => keepProgram({ name: this.name, isChanged: this.isChanged, text: this.editor.value, settings: this.settingsLines }));
+    window.addEventListener("pagehide", () => keepProgram({ ...this.shared, isChanged: this.isChanged }));
     if (!this.openLink()) void this.begin().then(() => this.start());
+  }
+
+  private get shared(): Shared {
+    return { name: this.name, text: this.editor.value, settings: this.settingsLines, axes: this.axes.value };
   }
 
   /** With what was there before a reload, or with one of ours. */
@@ -76,6 +84,7 @@ export class Run {
     const kept = keptProgram();
     if (!kept) return this.load(FIRST, await example(FIRST));
     this.settings.value = kept.settings;
+    this.axes.value = kept.axes ?? AXES;
     this.load(kept.name, kept.text);
     this.isChanged = kept.isChanged;
   }
@@ -85,9 +94,10 @@ export class Run {
     const shared = handed(SHARED);
     if (shared === undefined) return false;
     sharedBy(shared).then(
-      ({ name, text, settings }) => {
+      ({ name, text, settings, axes }) => {
         const words = tooLong(text) ?? tooLong(settings);
         if (words) return this.refuse(`the link: ${words}`);
+        this.axes.value = axes;
         this.load(name, text);
         this.keep(settings);
       },
@@ -156,6 +166,7 @@ export class Run {
   /** What is shown belongs to the text and the settings from which it was made. */
   private outdate(): void {
     this.changed();
+    this.axes.say("");
     if (part("results").dataset["state"] !== "ended") return;
     part("results").dataset["state"] = "outdated";
     this.say("The program or its settings have changed since this was run: run it again.");
@@ -173,6 +184,7 @@ export class Run {
     tellOfSettings(undefined);
     part("results").dataset["state"] = "running";
     this.motion = new Motion();
+    this.motion.isRotary = isRotary(read(this.settingsLines));
     this.began = performance.now();
     this.setBusy(true);
     this.say("The machine homes and runs in virtual time.");
@@ -231,11 +243,12 @@ export class Run {
 
   private async show(summary: Summary, wallSeconds: number, lines: LineTimes): Promise<void> {
     this.setBusy(false);
+    if (this.axes.turns(summary.refusals)) return this.start();
     this.drawNextAt = 0;
     this.motion.lines = lines;
     const times = summary.duration_s / Math.max(wallSeconds, 1e-3);
     this.say(`${duration(summary.duration_s)} of machine time, run in ${wallSeconds.toFixed(2)} s: ${times.toFixed(0)} times as fast.`);
-    tellFigures(summary);
+    tellFigures(summary, this.motion.isRotary);
     tellChecks(summary);
     const stopped = summary.state === "Idle" ? [] : [{ line: null, words: `The machine ended in ${summary.state}` }];
     const refused = summary.refusals.map(({ line, text, code, words }) => ({ line, words: `\`${text.trim()}\`: error:${code} ${words}` }));

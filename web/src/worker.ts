@@ -204,7 +204,9 @@ async function obey(message: ToWorker): Promise<void> {
   }
 }
 
-const ready = init({ module_or_path: new URL("machine_bg.wasm", self.location.href) });
+/** Its name says how many axes its machine has. That with A is another module with the same functions. */
+const MODULE = self.name === "4 axes" ? "machine4_bg.wasm" : "machine_bg.wasm";
+const ready = init({ module_or_path: new URL(MODULE, self.location.href) });
 
 self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
   obey(data).catch((error: unknown) => tell({ is: "trouble", trouble: trouble(error) }));

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { once } from "node:events";
 import { createServer } from "node:http";
-import { complaints, hasEnded, opened, paths } from "./harness.mjs";
+import { complaints, hasEnded, opened, paths, run } from "./harness.mjs";
 
 const BUILD = /[0-9a-f]{16}/g;
 const GONE = "Failed to load resource: net::ERR_CONNECTION_REFUSED";
@@ -76,6 +76,25 @@ export const tests = {
     await page.locator("#space").waitFor();
     assert.equal(await page.evaluate(() => fetch("board.json").then(() => "answered", () => "not kept")), "not kept");
     expectGone(2);
+  },
+
+  async "the machine with A is kept once it was wanted, and not before"() {
+    const stand = await new Stand().start();
+    const page = await opened(stand.address);
+    await hasEnded(page);
+    await keeps(page, await shown(page));
+    await page.reload();
+    await hasEnded(page);
+    const isThere = () => page.evaluate(() => caches.match(new URL("machine4_bg.wasm", document.querySelector("link[rel=stylesheet]").href)).then(Boolean));
+    assert.equal(await isThere(), false);
+    await run(page, "G21 G91\nG1 A90 F1200\n");
+    assert.match(await page.textContent("#figures"), /A 90\.00 degrees/);
+    assert.equal(await isThere(), true);
+    await stand.end();
+    await page.reload();
+    await hasEnded(page);
+    assert.match(await page.textContent("#figures"), /A 90\.00 degrees/);
+    expectGone(1);
   },
 
   async "another build is shown as soon as it is served, and stays when the server goes"() {

@@ -2,6 +2,7 @@
 // ADDRESS is that of `isostep web`, without a board and with one; FILE is the trace of programs/parking.nc by the native simulator, and what the native
 // tool takes of a listing of grblHAL's.
 import assert from "node:assert/strict";
+import { tests as axes } from "./axes.mjs";
 import { tests as axe } from "./axe.mjs";
 import { browser, complaints, machines, paths } from "./harness.mjs";
 import { tests as live } from "./live.mjs";
@@ -19,7 +20,7 @@ import { tests as whatIf } from "./whatif.mjs";
 
 let failed = 0;
 const either = Object.assign({}, ...machines.map(ofMachine));
-const tests = { ...program, ...whatIf, ...shown, ...operate, ...live, ...settings, ...simulated, ...either, ...(paths.board && served), ...serial, ...offline, ...axe, ...look };
+const tests = { ...program, ...whatIf, ...shown, ...operate, ...live, ...settings, ...simulated, ...axes, ...either, ...(paths.board && served), ...serial, ...offline, ...axe, ...look };
 for (const [name, test] of Object.entries(tests)) {
   if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;

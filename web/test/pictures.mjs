@@ -13,12 +13,13 @@ const MODULES = ["motion", "picture/segments", "picture/tone", "operate/progress
 const INSTANTS = 1_000;
 const SLICE_US = 100_000;
 const STEPS_PER_MM = 50;
+const LETTERS = "XYZA";
 
-/** The page's own modules and the machine, as a browser gets them. */
-async function bundled() {
+/** The page's own modules and the machine, as a browser gets them; under another head as modules of their own. */
+async function bundled(head = "") {
   const contents = [...MODULES.map((name) => `export * from "./${name}";`), 'export { default as init, Job } from "../machine/machine.js";'].join("\n");
   const stdin = { contents, resolveDir: at("../src"), loader: "ts" };
-  const { outputFiles } = await build({ stdin, bundle: true, format: "esm", target: "es2022", write: false, logLevel: "error" });
+  const { outputFiles } = await build({ stdin, bundle: true, format: "esm", target: "es2022", write: false, logLevel: "error", banner: { js: head } });
   return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
 }
 
@@ -26,10 +27,13 @@ globalThis.performance ??= { now: () => 0 };
 Object.assign(globalThis, { document: { createElement: () => ({}) }, matchMedia: () => ({ addEventListener() {} }) });
 const { init, Job, madeAt, Motion, restFrom, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
 await init({ module_or_path: await readFile(at("../machine/machine_bg.wasm")) });
+/** The machine with A, beside the other. */
+const { init: initWithA, Job: JobWithA } = await bundled("// The machine with A.");
+await initWithA({ module_or_path: await readFile(at("../machine4/machine_bg.wasm")) });
 
 /** A run, what the page keeps of it, and its steps if they are wanted. */
-function made(program, { settings = "", kept = "lines" } = {}) {
-  const job = new Job(new TextEncoder().encode(program), settings, kept);
+function made(program, { settings = "", kept = "lines", machine = Job } = {}) {
+  const job = new machine(new TextEncoder().encode(program), settings, kept);
   const motion = new Motion();
   const rows = [];
   const take = () => {
@@ -55,9 +59,9 @@ function made(program, { settings = "", kept = "lines" } = {}) {
 function stepsOf(trace) {
   const [head, ...rows] = trace.trim().split("\n").map((row) => row.split(","));
   const column = (name) => head.indexOf(name);
-  const axes = ["X", "Y", "Z"].map(() => ({ times: [], places: [] }));
+  const axes = [...LETTERS].map(() => ({ times: [], places: [] }));
   for (const row of rows) {
-    const axis = axes["XYZ".indexOf(row[column("axis")].toUpperCase())];
+    const axis = axes[LETTERS.indexOf(row[column("axis")].toUpperCase())];
     axis.times.push(Number(row[column("t_ns")]) * 1e-9);
     axis.places.push(Number(row[column("position_steps")]) / STEPS_PER_MM);
   }
@@ -84,30 +88,47 @@ const OURS = ["parking.nc", "arcs.nc", "engraving.nc"];
 const theirs = process.env.ISOSTEP_CORPUS ? (await readdir(join(process.env.ISOSTEP_CORPUS, "original"))).map((name) => join(process.env.ISOSTEP_CORPUS, "original", name)) : [];
 const programs = [...OURS.map((name) => at(`../../programs/${name}`)), ...theirs];
 
+/** Asserts that the tool is where the steps have it, at random instants. Returns how far each axis was from its zero, added up. */
+function follows(motion, trace) {
+  const steps = stepsOf(trace).slice(0, motion.axes);
+  const random = numbers(1);
+  // Homing counts from wherever the machine stood, and ends at 0.
+  let homedS = 0;
+  for (let row = 0; row < motion.length && motion.isHoming(row); row++) homedS = motion.to(row);
+  const moved = steps.map(() => 0);
+  for (let instant = 0; instant < INSTANTS; instant++) {
+    const time = random() * motion.end;
+    const places = motion.places(time);
+    assert.equal(places.length, steps.length);
+    if (motion.isHomingAt(time)) continue;
+    steps.forEach(({ times, places: stepped }, axis) => {
+      const last = lastBefore(times, time);
+      const place = last < 0 || times[last] <= homedS ? 0 : stepped[last];
+      moved[axis] += Math.abs(place);
+      // A step stands for the place halfway to it.
+      assert.ok(Math.abs(places[axis] - place) <= 1.05 / STEPS_PER_MM, `${time} s, axis ${axis}: the picture has ${places[axis]}, the steps ${place} mm`);
+    });
+  }
+  return moved;
+}
+
+test(`with A: where the page has all four axes, the steps have them, at ${INSTANTS} instants`, () => {
+  const program = "G21 G90\n$H\nG1 X20 Y10 Z5 A90 F2000\nG0 A-45\nG91 G2 X10 I5 A30 F900\nG1 A12.34\nX1 A-1\nX1 Y1\nG90 G0 X0 Y0 Z0 A0\n";
+  const { motion, summary, trace } = made(program, { kept: "trace", machine: JobWithA });
+  assert.deepEqual(summary.refusals, []);
+  assert.equal(motion.axes, 4);
+  for (const moved of follows(motion, trace)) assert.ok(moved > INSTANTS, `${moved}: it stands still`);
+  assert.ok(Math.abs(motion.places(motion.end)[3]) < 1e-3);
+  assert.match(made(program).summary.refusals[0].text, /A90/, "the other machine has no A");
+});
+
 for (const path of programs) {
   const name = path.split("/").at(-1);
   const program = await readFile(path, "utf8");
 
   test(`${name}: where the picture has the tool, the steps have it, at ${INSTANTS} instants`, () => {
     const { motion, trace } = made(program, { kept: "trace" });
-    const steps = stepsOf(trace);
-    const random = numbers(1);
-    // Homing counts from wherever the machine stood, and ends at 0.
-    let homedS = 0;
-    for (let row = 0; row < motion.length && motion.isHoming(row); row++) homedS = motion.to(row);
-    let moved = 0;
-    for (let instant = 0; instant < INSTANTS; instant++) {
-      const time = random() * motion.end;
-      const places = motion.places(time);
-      if (motion.isHomingAt(time)) continue;
-      steps.forEach(({ times, places: stepped }, axis) => {
-        const last = lastBefore(times, time);
-        const place = last < 0 || times[last] <= homedS ? 0 : stepped[last];
-        moved += Math.abs(place);
-        // A step stands for the place halfway to it.
-        assert.ok(Math.abs(places[axis] - place) <= 1.05 / STEPS_PER_MM, `${time} s, axis ${axis}: the picture has ${places[axis]}, the steps ${place} mm`);
-      });
-    }
+    const moved = follows(motion, trace).reduce((sum, each) => sum + each);
     assert.ok(moved > INSTANTS, "it stands still");
   });
 

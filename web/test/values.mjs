@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["envelope", "long", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send", "whatif/becomes", "whatif/scale"];
+const MODULES = ["axes", "choice-of-axes", "envelope", "long", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send", "whatif/becomes", "whatif/scale"];
 
 /** The page's own modules, as a browser gets them. */
 async function bundled() {
@@ -20,7 +20,7 @@ async function bundled() {
 const timers = [];
 const ticks = [];
 Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: (act) => ticks.push(act), clearTimeout() {} });
-const { askedTool, AXES, becomes, changes, differences, FORGOTTEN, factorAt, HeldJog, Lines, linesOf, Machine, Motion, placeOf, read, realTime, reason, rounded, send, setting, status, tooLong, toolWords, UNKNOWN, withSettings, written } = await bundled();
+const { askedTool, becomes, changes, differences, FORGOTTEN, factorAt, hasA, HeldJog, Lines, linesOf, Machine, Motion, placeOf, placesInWords, read, realTime, reason, rounded, send, setting, status, tooLong, toolWords, UNKNOWN, withSettings, written } = await bundled();
 
 const WINDOW_BYTES = 128;
 const RESET = 0x18;
@@ -346,12 +346,12 @@ test("the page's modules exist, and so does what its worker asks the machine for
   assert.deepEqual(asked.filter((name) => !given.includes(name)), []);
 });
 
-/** A motion of phases of random lengths, with a pause now and then, from a number. */
-function randomMotion(phases, seed) {
+/** A motion of so many axes in phases of random lengths, with a pause now and then, from a number. */
+function randomMotion(axes, phases, seed) {
   let state = seed;
   const random = () => ((state = (state * 1_103_515_245 + 12_345) % 2_147_483_648) / 2_147_483_648);
   const motion = new Motion();
-  let [time, values] = [0, Array.from({ length: AXES }, () => ({ place: 0, speed: 0, accel: 0 }))];
+  let [time, values] = [0, Array.from({ length: axes }, () => ({ place: 0, speed: 0, accel: 0 }))];
   for (let phase = 0; phase < phases; phase++) {
     const span = random() < 0.1 ? 5 * random() + 0.01 : 0.02 * random() + 1e-4;
     const ends = values.map(() => (phase % 7 === 6 ? 0 : 400 * random() - 200));
@@ -389,13 +389,14 @@ function axisAt(motion, axis, time) {
 }
 
 test("curves of a long run are those of its motion, at every zoom", () => {
-  for (const seed of [1, 2, 3]) {
-    const motion = randomMotion(3_000, seed);
+  for (const [axes, seed] of [[3, 1], [3, 2], [4, 3], [4, 4]]) {
+    const motion = randomMotion(axes, 3_000, seed);
+    assert.equal(motion.axes, axes);
     for (const [from, to] of [[0, motion.end], [motion.end * 0.4, motion.end * 0.5], [motion.end * 0.7, motion.end * 0.701]]) {
       const bins = motion.envelope.bins(from, to, 1_000);
       let [values, flat] = [0, 0];
       for (let bin = 0; bin < bins.count; bin++) {
-        for (let axis = 0; axis < AXES; axis++) {
+        for (let axis = 0; axis < axes; axis++) {
           const within = Array.from({ length: 9 }, (_, part) => axisAt(motion, axis, from + (bin + (part + 0.5) / 9) * bins.width));
           for (const quantity of [0, 1, 2]) {
             const [low, high] = bins.range(bin, axis, quantity);
@@ -414,6 +415,27 @@ test("curves of a long run are those of its motion, at every zoom", () => {
       assert.ok(values > 1_000 && flat < 9_000, "the curves are not flat");
     }
   }
+});
+
+test("places of a rotary axis are degrees, and not mm", () => {
+  const places = ["1.00", "-2.00", "0.00", "90.00"].map((words, axis) => ({ axis, words }));
+  assert.equal(placesInWords(places, true), "X 1.00, Y -2.00, Z 0.00 mm, A 90.00 degrees");
+  assert.equal(placesInWords(places, false), "X 1.00, Y -2.00, Z 0.00, A 90.00 mm");
+  assert.equal(placesInWords(places.slice(0, 3), true), "X 1.00, Y -2.00, Z 0.00 mm");
+  assert.equal(placesInWords([], true), "");
+});
+
+test("a machine with A is wanted for words of A, and for no comment, name or function", () => {
+  for (const line of ["G1 X1 A90", "g0a-4.5", "G1 A [#1 + 2]", "A#<angle>", "N7 G91 A.5"]) assert.ok(hasA(line), line);
+  for (const line of ["G1 X1 (A90)", "X1 ; A90", "$A1", "X[ABS[-2]]", "X[ATAN[1]/[2]]", "X#<a1>", "G42 X1"]) assert.ok(!hasA(line), line);
+});
+
+test("with inches a rotary axis is in degrees all the same", () => {
+  const { machine, say } = attached();
+  say("Grbl 1.1h ['$' for help]", "$13=1", "$103=50.000", "ok", "<Idle|MPos:1.0000,0.0000,0.0000,10.000|FS:0.0,0>");
+  assert.deepEqual(machine.inMm(machine.report.machinePosition), [25.4, 0, 0, 10]);
+  say("$376=0");
+  assert.deepEqual(machine.inMm(machine.report.machinePosition), [25.4, 0, 0, 254]);
 });
 
 test("a letter beyond ASCII is refused as what acts at once, unless a comment has it", () => {

@@ -3,6 +3,7 @@
 mod chromium;
 mod figures;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -117,9 +118,11 @@ pub fn build(out: &Path) -> Result<()> {
     ensure_replaceable(out)?;
     toolchain::add_target(TARGET)?;
     announce(&format!("the machine for {TARGET} (some minutes the first time, then what has changed)"));
-    process::run(&mut machine("rustc"))?;
-    let module = workspace::target_dir().join(TARGET).join("browser").join("isostep_web.wasm");
-    write_bindings(&module)?;
+    process::run(machine("rustc").args(["--lib", "--crate-type", "cdylib"]))?;
+    announce("the same with a fourth axis");
+    process::run(machine("build").args(FOUR_AXES))?;
+    let modules = workspace::target_dir().join(TARGET).join("browser");
+    write_bindings(&modules.join("isostep_web.wasm"), &modules.join("examples").join("machine4.wasm"))?;
     node::install(&dir())?;
     announce("types of the page, and its files");
     process::run(&mut npm("check"))?;
@@ -147,13 +150,13 @@ fn ensure_replaceable(out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Cargo for the machine on the page. Paths of this computer are left out of what panics say.
+/// The machine with A, as a target of its own.
+pub const FOUR_AXES: [&str; 2] = ["--example=machine4", "--features=four-axes"];
+
+/// Cargo for a machine on the page. Paths of this computer are left out of what panics say.
 fn machine(verb: &str) -> Command {
     let mut command = cargo(verb);
-    command.args(["--package=isostep-web", "--lib", "--profile=browser", "--target", TARGET]);
-    if verb == "rustc" {
-        command.args(["--crate-type", "cdylib"]);
-    }
+    command.args(["--package=isostep-web", "--profile=browser", "--target", TARGET]);
     command.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", toolchain::short_paths());
     command
 }
@@ -164,18 +167,35 @@ fn machine(verb: &str) -> Command {
 /// Without the target.
 pub fn clippy() -> Result<Command> {
     toolchain::add_target(TARGET)?;
-    Ok(machine("clippy"))
+    let mut command = machine("clippy");
+    command.arg("--lib");
+    Ok(command)
 }
 
-/// Writes what JavaScript sees of the module, by a tool that has packages of its own.
-fn write_bindings(module: &Path) -> Result<()> {
+/// Writes what JavaScript sees of both modules. It must be the same, as the page has one JavaScript for both.
+fn write_bindings(module: &Path, with_a: &Path) -> Result<()> {
+    announce("the JavaScript of the machines (a tool for it is compiled once, in a minute)");
+    let written = [(module, "machine"), (with_a, "machine4")].map(|(module, folder)| -> Result<_> {
+        let folder = dir().join(folder);
+        process::run(&mut bindgen(module, &folder))?;
+        Ok(fs::read(folder.join("machine.js"))?)
+    });
+    let [one, other] = written;
+    ensure!(
+        one? == other?,
+        "the machine with A has another JavaScript than that without: see what of crates/web differs by the axes"
+    );
+    Ok(())
+}
+
+/// The tool for it, which has packages of its own.
+fn bindgen(module: &Path, folder: &Path) -> Command {
     let target = workspace::target_dir().join("bindgen");
     let manifest = dir().join("bindgen").join("Cargo.toml");
-    announce("the JavaScript of the machine (a tool for it is compiled once, in a minute)");
     let mut tool = Command::new("cargo");
     tool.current_dir(workspace::root()).args(["run", "--quiet", "--locked", "--manifest-path"]).arg(manifest);
-    tool.arg("--target-dir").arg(target).arg("--").arg(module).arg(dir().join("machine"));
-    process::run(&mut tool)
+    tool.arg("--target-dir").arg(target).arg("--").arg(module).arg(folder);
+    tool
 }
 
 fn npm(script: &str) -> Command {

@@ -1,5 +1,7 @@
 // Grbl's dialect, from the side of a sender.
 
+import { AXIS_NAMES } from "../axes";
+
 export const HOLD = 0x21;
 export const RESUME = 0x7e;
 export const RESET = 0x18;
@@ -11,7 +13,7 @@ export const MIST = 0xa1;
 export const TOOL_CHANGE = 0xa3;
 export const MM_PER_INCH = 25.4;
 /** The axes that a machine may have, in the order in which it reports them. */
-export const LETTERS = ["X", "Y", "Z", "A"];
+export const LETTERS: readonly string[] = AXIS_NAMES;
 
 /** What is known by the last reports. A machine does not tell all of it in each. */
 export interface Status {

@@ -1,11 +1,11 @@
 // The program before it is sent: its name, where it would go, how long it takes, and whether the machine can.
 
+import { AXIS_NAMES, placesInWords } from "../axes";
 import { button, duration, input, part } from "../elements";
-import { AXIS_NAMES } from "../motion";
 import type { FromLine } from "./from-line";
 import type { LivePicture } from "./live";
 import type { Machine } from "./machine";
-import type { Plan } from "./plan";
+import type { Beyond, Plan } from "./plan";
 import { linesOf } from "./program";
 
 export class Fits {
@@ -23,7 +23,7 @@ export class Fits {
   get refusal(): string {
     if (this.fromLine.refusal) return this.fromLine.refusal;
     const beyond = this.live.plan?.beyond.filter(({ axis }) => this.machine.homed.has(axis)) ?? [];
-    return beyond.map(({ axis, placeMm, travelMm, line }) => `${axis} would go to ${placeMm.toFixed(2)} mm, which is ${past(placeMm, travelMm)}, first in line ${line}.`).join(" ");
+    return beyond.map((axis) => `${axis.axis} would go to ${axis.placeMm.toFixed(2)} ${axis.unit}, which is ${past(axis)}, first in line ${axis.line}.`).join(" ");
   }
 
   show(): void {
@@ -51,8 +51,8 @@ export class Fits {
     if (plan.trouble) return ["unknown", `What the machine would do is not known: ${plan.trouble}`];
     const { refusal } = this;
     if (refusal) return ["no", `It does not fit. ${refusal} Move the work's zero, or the work.`];
-    const moved = plan.extents.map(([low, high], axis) => (high > low ? (AXIS_NAMES[axis] ?? "") : "")).filter(Boolean);
-    const blind = moved.filter((axis) => !this.machine.homed.has(axis));
+    const moved = plan.extents.flatMap(([low, high], axis) => (high > low ? [axis] : []));
+    const blind = moved.filter((axis) => !plan.isEndless(axis)).map((axis) => AXIS_NAMES[axis] ?? "").filter((axis) => !this.machine.homed.has(axis));
     if (blind.length) return ["unknown", `Whether it fits is not known: ${blind.join(", ")} ${blind.length > 1 ? "are" : "is"} not homed.`];
     return ["yes", moved.length ? "It fits into the travel." : ""];
   }
@@ -69,9 +69,9 @@ export class Fits {
 
 /** The extents, from the machine's zero. */
 function where(plan: Plan): string {
-  const found = plan.extents.flatMap(([low, high], axis) => (high > low ? [`${AXIS_NAMES[axis]} ${low.toFixed(1)} to ${high.toFixed(1)}`] : []));
-  return found.length ? `${found.join(", ")} mm of the machine` : "";
+  const found = plan.extents.flatMap(([low, high], axis) => (high > low ? [{ axis, words: `${low.toFixed(1)} to ${high.toFixed(1)}` }] : []));
+  return found.length ? `${placesInWords(found, plan.motion.isRotary)} of the machine` : "";
 }
 
-const past = (placeMm: number, travelMm: number): string =>
-  placeMm < 0 ? `${(-placeMm).toFixed(2)} mm below the machine's zero` : `${(placeMm - travelMm).toFixed(2)} mm past the end of the travel at ${travelMm} mm`;
+const past = ({ placeMm, travelMm, unit }: Beyond): string =>
+  placeMm < 0 ? `${(-placeMm).toFixed(2)} ${unit} below the machine's zero` : `${(placeMm - travelMm).toFixed(2)} ${unit} past the end of the travel at ${travelMm} ${unit}`;

@@ -1,7 +1,7 @@
 // Jogging: held down jogs, let go cancels; or by steps, of which each is made whole.
 
 import { input, part } from "../elements";
-import { JOG_CANCEL, LETTERS, MM_PER_INCH } from "./dialect";
+import { JOG_CANCEL, LETTERS } from "./dialect";
 import { HeldJog } from "./held";
 import { FORGOTTEN } from "./flight";
 import type { Machine } from "./machine";
@@ -84,9 +84,9 @@ export class Jog {
     // A step ends by itself: were it cancelled when the key is let go, it would be of another length.
     if (stepMm) return this.ask(`$J=G21 G91 ${LETTERS[axis]}${direction * stepMm} F${feed}`);
     this.by = by;
-    const { report, isInches } = this.machine;
+    const { report } = this.machine;
     this.machine.log(`jog ${LETTERS[axis]}${direction > 0 ? "+" : "-"} F${feed}, while it is held`, "sent");
-    this.held = new HeldJog(axis, direction, feed, this.mostMm(axis, direction), report, isInches, (line) => this.ask(line));
+    this.held = new HeldJog(axis, direction, feed, this.mostMm(axis, direction), report, this.machine.isInInches(axis), (line) => this.ask(line));
   }
 
   private ask(line: string): void {
@@ -103,7 +103,7 @@ export class Jog {
   private mostMm(axis: number, direction: number): number {
     const travelMm = Number(this.machine.settings.get(TRAVEL + axis));
     if (!this.machine.homed.has(LETTERS[axis] ?? "") || !travelMm) return BLIND_MM;
-    const placeMm = (this.machine.report.machinePosition[axis] ?? 0) * (this.machine.isInches ? MM_PER_INCH : 1);
+    const placeMm = this.machine.inMm(this.machine.report.machinePosition)[axis] ?? 0;
     return Math.max(0, direction > 0 ? travelMm - placeMm : placeMm);
   }
 

@@ -1,13 +1,14 @@
 // The picture of the machine that is operated: as far as it can go, the program's path where it would be made, and the tool where the machine
 // reports it. What is made already stands out.
 
+import { AXES } from "../axes";
 import { part } from "../elements";
-import { AXIS_NAMES, Motion } from "../motion";
+import { Motion } from "../motion";
 import type { Picture } from "../picture/picture";
 import { nameOf, setting, type Status } from "./dialect";
 import type { Machine } from "./machine";
 import { Plan } from "./plan";
-import { inMm, linesOfStart, readStart } from "./start";
+import { linesOfStart, readStart } from "./start";
 
 /** Where the travel of the first axis stands. */
 const TRAVEL = 130;
@@ -158,9 +159,9 @@ export class LivePicture {
   }
 
   private async show(): Promise<void> {
-    const { settings, report, isInches } = this.machine;
-    const travel = AXIS_NAMES.map((_, axis) => Number(settings.get(TRAVEL + axis)));
-    const workZero = report.offset.length ? inMm(report.offset, isInches) : undefined;
+    const { settings, report } = this.machine;
+    const travel = Array.from({ length: AXES }, (_, axis) => Number(settings.get(TRAVEL + axis)));
+    const workZero = report.offset.length ? this.machine.inMm(report.offset) : undefined;
     const motion = this.plan?.motion ?? new Motion();
     part("picture").dataset["of"] = this.plan ? "program" : "machine";
     await this.picture.show({ motion, travel: travel.every((mm) => mm > 0) ? travel : [], ...(workZero && { workZero }) });
@@ -177,12 +178,12 @@ export class LivePicture {
   /** Goes to what is known now, evenly. */
   private draw(): void {
     if (!this.isLooked) return;
-    const { report, isInches, link } = this.machine;
+    const { report, link } = this.machine;
     if (!report.machinePosition.length || link === "lost") {
       this.drawn = undefined;
       return this.picture.at({ made: this.madeS, tool: undefined });
     }
-    const to = { made: this.madeS, tool: inMm(report.machinePosition, isInches) };
+    const to = { made: this.madeS, tool: this.machine.inMm(report.machinePosition) };
     if (!this.drawn || this.drawn.made > to.made) this.drawn = to;
     this.from = { ...this.drawn, atMs: performance.now() };
     if (!this.isDrawing) requestAnimationFrame(() => this.step());
@@ -194,7 +195,7 @@ export class LivePicture {
     this.isDrawing = false;
     if (!from || !this.drawn || !this.isLooked) return;
     const share = Math.min(1, (performance.now() - from.atMs) / BETWEEN_MS);
-    const tool = inMm(machine.report.machinePosition, machine.isInches);
+    const tool = machine.inMm(machine.report.machinePosition);
     if (!tool.length) return;
     const between = (one: number, other: number): number => (Number.isFinite(one + other) ? one + share * (other - one) : other);
     this.drawn = { made: between(from.made, this.madeS), tool: tool.map((mm, axis) => between(from.tool[axis] ?? mm, mm)) };

@@ -1,8 +1,8 @@
 // A machine on the other side of a port, whichever it is: what it said last, and what it may be asked.
 
+import { AXES, isRotary, unitOf } from "../axes";
 import type { Trouble } from "../messages";
-import { AXIS_NAMES } from "../motion";
-import { goesOnChanging, HOLD, JOG_CANCEL, LETTERS, Lines, nameOf, RESET, setting, STATUS, status, TOOL_CHANGE, UNKNOWN, type Status } from "./dialect";
+import { goesOnChanging, HOLD, JOG_CANCEL, LETTERS, Lines, MM_PER_INCH, nameOf, RESET, setting, STATUS, status, TOOL_CHANGE, UNKNOWN, type Status } from "./dialect";
 import { Flight, FORGOTTEN } from "./flight";
 import { Homed } from "./homed";
 import type { Listener, Port } from "./port";
@@ -116,7 +116,7 @@ export class Machine {
 
   /** The letters of its axes, as many as it reports. */
   get axes(): string[] {
-    return LETTERS.slice(0, this.report.machinePosition.length || AXIS_NAMES.length);
+    return LETTERS.slice(0, this.report.machinePosition.length || AXES);
   }
 
   /** Whether it moves, or may for all that is known. */
@@ -128,6 +128,16 @@ export class Machine {
   /** Whether it reports inches. */
   get isInches(): boolean {
     return this.settings.get(13) === "1";
+  }
+
+  /** The same of an axis: a rotary one is in degrees. */
+  isInInches(axis: number): boolean {
+    return this.isInches && unitOf(axis, isRotary(this.settings)) === "mm";
+  }
+
+  /** Places that it reports, in mm, and of a rotary axis in degrees. */
+  inMm(places: number[]): number[] {
+    return places.map((place, axis) => (this.isInInches(axis) ? place * MM_PER_INCH : place));
   }
 
   /** Lines that wait or are under way. */

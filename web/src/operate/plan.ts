@@ -1,9 +1,10 @@
 // What the machine would do with a program, from where it stands: the same program runs in virtual time, with the settings, the offsets and the
 // place of the machine. So its path, the time left, and whether it fits are known before a line is sent.
 
+import { AXIS_NAMES, axesOf, isRotary, unitOf } from "../axes";
 import { worker } from "../job";
 import type { Columns, FromWorker, ToolRow, ToWorker } from "../messages";
-import { AXIS_NAMES, Motion } from "../motion";
+import { Motion } from "../motion";
 
 /** The ends of the travel are looked at afterwards, so that they can be named, and a change of the tool takes no time. */
 const WITHOUT_ENDS = "$20=0\n$21=0\n$341=0\n";
@@ -15,9 +16,10 @@ const TRAVEL = 130;
 /** An axis that would leave its travel. */
 export interface Beyond {
   axis: string;
-  /** The farthest place. */
+  /** The farthest place, mm, or degrees of a rotary axis, as all of an axis. */
   placeMm: number;
   travelMm: number;
+  unit: string;
   /** The first line that goes beyond. */
   line: number;
 }
@@ -35,7 +37,7 @@ export class Plan {
   said: string[] = [];
   /** Why it cannot be run. */
   trouble = "";
-  private readonly worker = worker();
+  private readonly worker: Worker;
   private readonly before: number;
   private beganS = 0;
   private answeredAtS: Float64Array = new Float64Array();
@@ -48,6 +50,8 @@ export class Plan {
     done: () => void,
   ) {
     this.before = before.length;
+    this.motion.isRotary = isRotary(settings);
+    this.worker = worker(axesOf(settings));
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
       if (data.is === "tools") return void (this.tools = data.tools);
       if (data.is === "plain") return void (this.made = data.lines ?? undefined);
@@ -106,7 +110,12 @@ export class Plan {
     return next < 0 ? this.motion.end : (times[next] ?? this.motion.end);
   }
 
-  /** From where to where each axis goes, mm of the machine; of no motion nothing. */
+  /** Whether an axis has no end, as a rotary one may. */
+  isEndless(axis: number): boolean {
+    return Number(this.settings.get(TRAVEL + axis)) === 0;
+  }
+
+  /** From where to where each axis goes, mm of the machine, degrees of a rotary axis; of no motion nothing. */
   get extents(): [number, number][] {
     const found: [number, number][] = [];
     this.look((axis, mm) => {
@@ -125,7 +134,7 @@ export class Plan {
       if (!travelMm || past(placeMm) <= ROUNDED_MM) return;
       const before = found.get(axis);
       const line = before?.line ?? this.motion.lineAt(timeS) - this.before;
-      if (!before || past(placeMm) > past(before.placeMm)) found.set(axis, { axis: AXIS_NAMES[axis] ?? "", placeMm, travelMm, line });
+      if (!before || past(placeMm) > past(before.placeMm)) found.set(axis, { axis: AXIS_NAMES[axis] ?? "", placeMm, travelMm, unit: unitOf(axis, this.motion.isRotary), line });
     });
     return [...found.values()];
   }
@@ -142,7 +151,9 @@ export class Plan {
     const { motion } = this;
     for (let row = 0; row < motion.length; row++) {
       if (motion.isHoming(row)) continue;
-      for (const after of [0, motion.to(row) - motion.from(row)]) motion.placesIn(row, after).forEach((mm, axis) => see(axis, mm, motion.from(row)));
+      for (const after of [0, motion.to(row) - motion.from(row)]) {
+        for (let axis = 0; axis < motion.axes; axis++) see(axis, motion.place(row, axis, after), motion.from(row));
+      }
     }
   }
 

@@ -1,5 +1,6 @@
 // Where the machine is: from the zero of the work, and from its own.
 
+import { A, isRotary, unitOf } from "../axes";
 import { button, element, input, part } from "../elements";
 import { LETTERS, type Status } from "./dialect";
 import type { Machine } from "./machine";
@@ -15,18 +16,18 @@ export class Position {
   }
 
   private show(report: Status): void {
-    const decimals = this.machine.isInches ? 4 : 3;
     // What is not known is not 0.
-    const text = (value: number | undefined): string => (value === undefined ? "–" : value.toFixed(decimals).replace(/^-(0\.0+)$/, "$1"));
+    const text = (value: number | undefined, axis: number): string => (value === undefined ? "–" : value.toFixed(this.machine.isInInches(axis) ? 4 : 3).replace(/^-(0\.0+)$/, "$1"));
     const { axes } = this.machine;
     for (const row of part("places").querySelectorAll<HTMLElement>("[data-axis]")) {
       const axis = row.dataset["axis"] ?? "";
       const index = LETTERS.indexOf(axis);
       row.hidden = !axes.includes(axis);
-      part(`work-${axis.toLowerCase()}`).textContent = text(report.workPosition[index]);
-      part(`place-${axis.toLowerCase()}`).textContent = text(report.machinePosition[index]);
+      part(`work-${axis.toLowerCase()}`).textContent = text(report.workPosition[index], index);
+      part(`place-${axis.toLowerCase()}`).textContent = text(report.machinePosition[index], index);
       button(`home-${axis.toLowerCase()}`).disabled = button("home").disabled;
     }
+    part("letter-a").textContent = unitOf(A, isRotary(this.machine.settings)) === "degrees" ? "A°" : "A";
     part("position-unit").textContent = this.machine.isInches ? "inches" : "mm";
     button("zero").disabled = button("go").disabled = report.state !== "Idle";
   }

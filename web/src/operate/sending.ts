@@ -11,7 +11,6 @@ import { PageSender } from "./page-sender";
 import { madeAt } from "./progress";
 import type { Begun, Progress, Sender, SenderWatcher } from "./sender";
 import { ServerSender } from "./server-sender";
-import { inMm } from "./start";
 import { stop } from "./stop";
 
 const UNSEEN = "Where it would go is being worked out. Press again to send it unseen.";
@@ -106,7 +105,7 @@ export class Sending implements SenderWatcher {
   private note({ next, end }: Progress, { line, machinePosition }: Status): void {
     const { plan } = this.live;
     if (this.madeS === undefined || plan?.totalS === undefined) return;
-    this.madeS = madeAt(plan, { from: line, to: line ?? next ?? end }, inMm(machinePosition, this.machine.isInches), Math.max(this.madeS, plan.atS(0)));
+    this.madeS = madeAt(plan, { from: line, to: line ?? next ?? end }, this.machine.inMm(machinePosition), Math.max(this.madeS, plan.atS(0)));
     this.live.made(this.madeS);
   }
 

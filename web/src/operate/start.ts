@@ -1,7 +1,7 @@
 // From what a program starts: offsets, lengths of tools, modes and the place, as the machine tells them, and as lines that make a machine
 // at power-up so. They stand before the program where it is run in virtual time.
 
-import { MM_PER_INCH, type Status } from "./dialect";
+import { LETTERS, type Status } from "./dialect";
 import type { Machine } from "./machine";
 
 /** What the machine prints of itself. */
@@ -17,7 +17,6 @@ export interface Start {
 /** Modes that a program starts with. What is on, and which tool is in, moves nothing. */
 const MODES = /^(G17|G18|G19|G20|G21|G90|G91|G94|G5[4-9](\.[123])?|G61(\.1)?|G64|G98|G99|F[\d.]+|S[\d.]+)$/;
 const SYSTEMS = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
-const LETTERS = "XYZA";
 
 /** Asks the machine, which must be at rest. Nothing is known if it does not answer, as after a reset. */
 export function readStart(machine: Machine, then: (start: Start | undefined) => void): void {
@@ -52,9 +51,6 @@ export function linesOfStart({ offsets, modes, report, isInches }: Start): strin
   ];
   return [...lines, modes.filter((mode) => MODES.test(mode) && !SYSTEMS.includes(mode)).join(" ")].filter(Boolean);
 }
-
-/** Places that the machine reports, in mm. */
-export const inMm = (places: number[], isInches: boolean): number[] => places.map((place) => (isInches ? place * MM_PER_INCH : place));
 
 const isZero = (place: number[]): boolean => place.every((value) => value === 0);
 

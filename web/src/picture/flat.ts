@@ -2,7 +2,7 @@
 
 import { canvas, part, select } from "../elements";
 import { colour, onChange, pen } from "../drawing";
-import { AXIS_NAMES } from "../motion";
+import { AXIS_NAMES } from "../axes";
 import { Handling } from "./handling";
 import type { Moment, Shown, View } from "./picture";
 import { fitted, Plane, type Window } from "./plane";

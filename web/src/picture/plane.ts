@@ -1,7 +1,7 @@
 // A plane of the machine on a canvas: where places are, with a grid, the travel and the zero of the work.
 
 import { colour, label, roundStep } from "../drawing";
-import { AXIS_NAMES } from "../motion";
+import { AXIS_NAMES } from "../axes";
 
 const MARGIN = { left: 46, right: 14, top: 14, bottom: 34 };
 /** Room around what is drawn, as a share of it. */

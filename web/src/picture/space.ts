@@ -7,7 +7,7 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { colour, onChange } from "../drawing";
 import { canvas } from "../elements";
-import { AXIS_NAMES } from "../motion";
+import { AXIS_NAMES } from "../axes";
 import { madeAt } from "./flat";
 import type { Moment, Shown, View } from "./picture";
 import type { Segments } from "./segments";

@@ -39,8 +39,13 @@ async function kept(request: RequestInfo): Promise<Response | undefined> {
   return (await caches.match(request, { cacheName: OWN })) ?? caches.match(request);
 }
 
+/** What is not among the files, as the machine with A, is kept once it was wanted. */
 async function keptFirst(request: Request): Promise<Response> {
-  return (await kept(request)) ?? fetch(request);
+  const found = await kept(request);
+  if (found) return found;
+  const answer = await fetch(request);
+  if (answer.ok && request.url.includes(BUILD)) await (await caches.open(OWN)).put(request, answer.clone());
+  return answer;
 }
 
 async function serverFirst(request: Request): Promise<Response> {

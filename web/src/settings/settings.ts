@@ -1,6 +1,7 @@
 // The settings of the machine: entered or loaded, looked at, and sent.
 
-import { area, button, input, made, part, save } from "../elements";
+import { AXES, axesOf } from "../axes";
+import { area, button, input, made, part, save, select } from "../elements";
 import type { SettingRow } from "../messages";
 import type { Machine } from "../operate/machine";
 import { Form } from "./form";
@@ -10,7 +11,7 @@ import { mayBeSet, send } from "./send";
 import { Table } from "./table";
 
 export class SettingsView {
-  private readonly table = new Table();
+  private table = new Table(AXES);
   private readonly form = new Form(() => this.showPending());
   private rows: SettingRow[] = [];
   private isSending = false;
@@ -24,13 +25,28 @@ export class SettingsView {
     this.offerFile();
     this.offerDefaults();
     machine.watch({
-      set: () => this.show(),
+      set: () => this.follow(),
       reported: (report, before) => report.state !== before.state && this.showPending(),
     });
-    void this.table.rows().then((rows) => {
-      this.rows = rows;
-      this.show();
-    });
+    void this.read();
+  }
+
+  /** Another machine may have another number of axes, and so other settings. */
+  private follow(): void {
+    const axes = axesOf(this.machine.settings);
+    if (axes === this.table.axes) return this.show();
+    this.table.end();
+    this.table = new Table(axes);
+    this.rows = [];
+    void this.read();
+  }
+
+  private async read(): Promise<void> {
+    const { table } = this;
+    const rows = await table.rows();
+    if (table !== this.table) return;
+    this.rows = rows;
+    this.show();
   }
 
   private get differences(): string {
@@ -144,6 +160,7 @@ export class SettingsView {
   }
 
   private useForRun(): void {
+    select("axes").value = String(this.table.axes);
     area("settings").value = this.differences;
     area("settings").dispatchEvent(new Event("input"));
     this.say("The settings that differ from the defaults stand on the page of programs now, and count from the next run and power-up on.");

@@ -4,11 +4,18 @@ import { worker } from "../job";
 import type { FromWorker, SettingRow, ToWorker, Trouble } from "../messages";
 
 export class Table {
-  private readonly worker = worker();
+  private readonly worker: Worker;
   private readonly waiting: ((answer: FromWorker) => void)[] = [];
 
-  constructor() {
+  /** Of a machine with so many axes. */
+  constructor(readonly axes: number) {
+    this.worker = worker(axes);
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.waiting.shift()?.(data);
+  }
+
+  /** It is wanted no more. */
+  end(): void {
+    this.worker.terminate();
   }
 
   async rows(): Promise<SettingRow[]> {

@@ -1,6 +1,6 @@
 // A run for its time alone, in a worker of its own. What is asked next ends it.
 
-import { bytes, Task } from "../job";
+import { bytes, chosenAxes, Task } from "../job";
 import type { Found, Load, Swings, Trouble } from "../messages";
 
 /** What is known of it so far. */
@@ -19,7 +19,7 @@ export class Trial {
 
   /** Asks for a program with settings, unless that is what is known already. Calls `heard` when more is known, and `progress`. */
   ask(program: string, settings: string, load: Load | undefined, heard: () => void, progress: (share: number) => void): void {
-    const key = JSON.stringify([program, settings, load]);
+    const key = JSON.stringify([program, settings, load, chosenAxes()]);
     if (key === this.key) return heard();
     this.key = key;
     this.known = {};
