@@ -1,16 +1,48 @@
 // A machine on the page, as a person drives it, and what its console says. Nothing here knows which machine it is.
 import assert from "node:assert/strict";
-import { opened, put } from "./harness.mjs";
+import { machines, opened, put } from "./harness.mjs";
 
 /** Where the wait for the machine to do something ends. */
-const PATIENCE_MS = 60_000;
+const PATIENCE_MS = 120_000;
 
-/** A page that operates, with a machine in Idle. */
-export async function operated(view = "operate") {
-  const page = await opened(`#${view}`);
+/** A page that operates, with a machine in Idle: at power-up, or as if it were. */
+export async function operated({ address, isSimulated } = machines[0], view = "operate") {
+  const page = await opened(isSimulated ? `#${view}` : address);
+  await page.locator("#bar :is([data-state=Idle], [data-state=Alarm], [data-state=Hold])").waitFor({ state: "attached", timeout: PATIENCE_MS });
+  await hasSettings(page);
+  if (!isSimulated) await restore(page);
   await is(page, "Idle");
-  await page.waitForFunction(() => document.querySelectorAll("#setting-groups .setting").length > 0);
+  await page.click(`#tab-${view}`);
   return page;
+}
+
+const hasSettings = (page) => page.waitForFunction(() => document.querySelectorAll("#setting-groups .setting").length > 0);
+
+/** Lines behind this are not forgotten with those before. */
+async function beginsAnew(page, act) {
+  const welcomes = page.locator("#log div", { hasText: "Grbl 1.1" });
+  const before = await welcomes.count();
+  await act();
+  await welcomes.nth(before).waitFor({ state: "attached" });
+  await page.waitForFunction(() => document.getElementById("state").dataset.state !== "Off");
+}
+
+/** A board that was operated before is at its zero, with the settings, offsets and modes of power-up, and nothing is homed. */
+async function restore(page) {
+  await beginsAnew(page, () => page.click("#reset"));
+  await answers(page, "$X");
+  await beginsAnew(page, () => answers(page, "$RST=*"));
+  await is(page, "Idle");
+  await answers(page, "$J=G53 G21 G90 Z0 F2800");
+  await answers(page, "$J=G53 G21 G90 X0 Y0 F2800");
+  for (const axis of ["x", "y", "z"]) await stands(page, axis, 0);
+  // Steps of another length take the zero of their axis away.
+  for (const number of [100, 101, 102]) {
+    const steps = await setting(page, number);
+    await answers(page, `$${number}=${steps / 2}`);
+    await answers(page, `$${number}=${steps}`);
+  }
+  await reads(page, "homed-now", /^no$/);
 }
 
 export const is = (page, state) => page.locator(`#bar [data-state=${state}]`).waitFor({ state: "attached", timeout: PATIENCE_MS });
