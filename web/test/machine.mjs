@@ -18,23 +18,15 @@ export async function operated({ address, isSimulated } = machines[0], view = "o
 
 const hasSettings = (page) => page.waitForFunction(() => document.querySelectorAll("#setting-groups .setting").length > 0);
 
-/** Lines behind this are not forgotten with those before. */
-async function beginsAnew(page, act) {
-  const welcomes = page.locator("#log div", { hasText: "Grbl 1.1" });
-  const before = await welcomes.count();
-  await act();
-  await welcomes.nth(before).waitFor({ state: "attached" });
-  await page.waitForFunction(() => document.getElementById("state").dataset.state !== "Off");
+/** Sends a line until it is not forgotten by a welcome that was on its way. */
+async function obeys(page, line) {
+  while ((await answers(page, line)).at(-1) === "forgotten");
 }
 
 /** A board that was operated before is at its zero, with the settings, offsets and modes of power-up, and nothing is homed. */
 async function restore(page) {
-  await beginsAnew(page, () => page.click("#reset"));
-  await answers(page, "$X");
-  await beginsAnew(page, () => answers(page, "$RST=*"));
-  await is(page, "Idle");
-  await answers(page, "$J=G53 G21 G90 Z0 F2800");
-  await answers(page, "$J=G53 G21 G90 X0 Y0 F2800");
+  await page.click("#reset");
+  for (const line of ["$X", "$RST=*", "$J=G53 G21 G90 Z0 F2800", "$J=G53 G21 G90 X0 Y0 F2800"]) await obeys(page, line);
   await page.waitForFunction(() => ["x", "y", "z"].every((axis) => Number(document.getElementById(`place-${axis}`).textContent) === 0));
   if (/^(no|unknown)$/.test(await page.locator("#homed-now").textContent())) return;
   // Steps of another length take the zero of their axis away.

@@ -247,7 +247,7 @@ export const tests = (machine) => ({
     await page.evaluate(() => ["first", "second"].forEach(() => document.getElementById("send-program").click()));
     await reads(page, "sending-now", /\bDone: 2 lines\.$/);
     await stands(page, "x", 4);
-    await sends(page, `G21 G91\nG38.2 Z-2 F300\n${"G1 X1\n".repeat(40)}`);
+    await sends(page, `G21 G91\nG38.2 Z-1 F300\n${"G1 X1\n".repeat(40)}`);
     await is(page, "Alarm");
     await reads(page, "sending-now", /\bStopped by an alarm[.,]/);
     await page.click("#unlock");
@@ -258,7 +258,7 @@ export const tests = (machine) => ({
     const page = await operated(machine);
     await sends(page, "G21 G91\nG42 X1\nG1 X50 F1200\n");
     await reads(page, "sending-now", /\bStopped: line 2 `G42 X1` was refused\. error:20: ./);
-    assert.ok((await rests(page, "x")) < 5, "the line behind it was in the machine already");
+    assert.ok((await rests(page, "x")) < 25, "the line behind it was in the machine already");
   },
 
   async [`${machine.name}: errors are reported in the machine's words`]() {
