@@ -3,7 +3,7 @@ import { mkdir } from "node:fs/promises";
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
-const options = Object.fromEntries(["page", "folder", "board", "trace", "listed", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
+const options = Object.fromEntries(["page", "folder", "board", "server", "emulator", "trace", "listed", "shots", "chromium", "only"].map((name) => [name, { type: "string" }]));
 export const { values: paths } = parseArgs({ options: { ...options, program: { type: "string", multiple: true } } });
 const PATIENCE_MS = 30_000;
 /** The emulated board homes in seconds of its own, which are longer ones on a computer that has other work. */

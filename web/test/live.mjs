@@ -1,7 +1,7 @@
 // The picture of the machine that is operated, and what is known of a program before it is sent: whichever machine it is.
 import assert from "node:assert/strict";
 import { put } from "./harness.mjs";
-import { answers, home, is, operated, place, reads, rests, sent, stands } from "./machine.mjs";
+import { answers, home, is, operated, place, reads, rests, sends, sent, stands } from "./machine.mjs";
 
 /** A square of 40 mm, and then a way back. */
 const SQUARE = "G21 G90\nG1 X40 F1500\nG1 Y40\nG1 X0\nG1 Y0\n";
@@ -29,9 +29,9 @@ async function colourAt(page, canvas, share) {
 
 const arrives = (page, axis, place) => page.waitForFunction(([axis, place]) => document.getElementById(`place-${axis}`).textContent === place, [axis, place]);
 
-export const tests = {
-  async "the picture has the tool where the machine is, and the path from the work's zero"() {
-    const page = await operated();
+export const tests = (machine) => ({
+  async [`${machine.name}: the picture has the tool where the machine is, and the path from the work's zero`]() {
+    const page = await operated(machine);
     await home(page);
     await put(page, "program", SQUARE);
     await answers(page, "$J=G90 X100 Y60 F2800");
@@ -49,8 +49,8 @@ export const tests = {
     await page.waitForFunction(() => document.getElementById("tool").dataset.at.startsWith("65.00 "));
   },
 
-  async "a program that does not fit is refused, with the axis, the place, the limit and the line"() {
-    const page = await operated();
+  async [`${machine.name}: a program that does not fit is refused, with the axis, the place, the limit and the line`]() {
+    const page = await operated(machine);
     await home(page);
     const travel = Number((await answers(page, "$$")).find((line) => line.startsWith("$130=")).split("=")[1]);
     await put(page, "program", SQUARE);
@@ -69,8 +69,8 @@ export const tests = {
     await reads(page, "fits", /^It does not fit\. X would go to -?[\d.]+ mm, which is|^It fits/);
   },
 
-  async "what is not homed is said, and nothing is refused for it"() {
-    const page = await operated();
+  async [`${machine.name}: what is not homed is said, and nothing is refused for it`]() {
+    const page = await operated(machine);
     await put(page, "program", SQUARE);
     await reads(page, "fits", /^Whether it fits is not known: X, Y are not homed\.$/);
     await page.click("#home-x");
@@ -81,8 +81,8 @@ export const tests = {
     await page.locator("#send-program:enabled").waitFor();
   },
 
-  async "what is made stands out while the program goes, and the time left is that of what is ahead"() {
-    const page = await operated();
+  async [`${machine.name}: what is made stands out while the program goes, and the time left is that of what is ahead`]() {
+    const page = await operated(machine);
     await put(page, "program", SQUARE);
     await reads(page, "sending-what", /about 8 s/);
     await page.click("#send-program");
@@ -93,12 +93,12 @@ export const tests = {
     const all = await colourAt(page, "path", 0.5);
     assert.ok(made.length > 50 && made.at[3] > 100, "a side is made");
     assert.ok(made.at.slice(0, 3).every((part, index) => Math.abs(part - all.at[index]) < 6), `it has its colour: ${made.at}, ${all.at}`);
-    await reads(page, "sending-now", /^Done: 5 lines\.$/);
+    await reads(page, "sending-now", /\bDone: 5 lines\.$/);
     assert.equal((await page.getAttribute("#path", "class")) ?? "", "");
   },
 
-  async "the tool goes round the outline, and to a typed place"() {
-    const page = await operated();
+  async [`${machine.name}: the tool goes round the outline, and to a typed place`]() {
+    const page = await operated(machine);
     await put(page, "program", "G21 G90\nG0 X2 Y1\nG1 X9 Y4 F1500\n");
     await page.locator("#outline:enabled").waitFor();
     await reads(page, "sending-what", /X 0\.0 to 9\.0, Y 0\.0 to 4\.0/);
@@ -122,8 +122,49 @@ export const tests = {
     assert.deepEqual(await sent(page, 2), ["$J=G21 G90 X1 F1500", "$J=G21 G90 Z1 F1500"], "down goes last");
   },
 
-  async "a macro sends its lines until one is refused; ! and ~ hold and resume"() {
-    const page = await operated();
+  async [`${machine.name}: a gamepad jogs while its stick is held; one button holds, another stops`]() {
+    const page = await operated(machine);
+    await page.evaluate(() => {
+      const buttons = Array.from({ length: 16 }, () => ({ pressed: false }));
+      const gamepad = (window.gamepad = { id: "A gamepad", mapping: "standard", axes: [0, 0, 0, 0], buttons });
+      navigator.getGamepads = () => [null, gamepad];
+      window.dispatchEvent(Object.assign(new Event("gamepadconnected"), { gamepad }));
+    });
+    await reads(page, "gamepad", /^A gamepad: left stick/);
+    const tilts = (stick, value) => page.evaluate(([stick, value]) => (window.gamepad.axes[stick] = value), [stick, value]);
+    const presses = (button, pressed = true) => page.evaluate(([button, pressed]) => (window.gamepad.buttons[button].pressed = pressed), [button, pressed]);
+    const passes = (axis, mm) => page.waitForFunction(([axis, mm]) => Number(document.getElementById(`place-${axis}`).textContent) > mm, [axis, mm]);
+    await tilts(0, 0.4);
+    await page.waitForTimeout(300);
+    assert.deepEqual([await page.locator("#state").textContent(), await rests(page, "x")], ["Idle", 0], "it is near its middle");
+    await tilts(0, 1);
+    await passes("x", 8);
+    await tilts(0, 0);
+    const x = await rests(page, "x");
+    assert.ok(x < 8 + 25, `${x} mm`);
+    // Up is less.
+    await tilts(3, -1);
+    await passes("z", 2);
+    await tilts(3, 0);
+    await is(page, "Idle");
+    await presses(12);
+    await passes("y", 2);
+    await presses(12, false);
+    assert.equal(await rests(page, "x"), x);
+    await sends(page, "G21 G91\nG1 X40 F600\n");
+    await is(page, "Run");
+    await presses(1);
+    await is(page, "Hold");
+    await presses(1, false);
+    await page.locator("#resume:enabled").click();
+    await is(page, "Run");
+    await presses(0);
+    await reads(page, "sending-now", /Stopped/);
+    assert.ok((await rests(page, "x")) < x + 40);
+  },
+
+  async [`${machine.name}: a macro sends its lines until one is refused; ! and ~ hold and resume`]() {
+    const page = await operated(machine);
     await page.locator("#macros-text").evaluate((text) => Object.assign(text, { value: "[Far]\nG21 G91\nG1 X40 F1200\n\n[Wrong]\nG42 X1\nG0 X5\n" }).dispatchEvent(new Event("input")));
     await page.click("#macros button:text-is('Far')");
     await is(page, "Run");
@@ -147,8 +188,8 @@ export const tests = {
     await page.locator("#macros button", { hasText: "Far" }).waitFor();
   },
 
-  async "a program begins at a line, from what the lines before it leave, or it is said why not"() {
-    const page = await operated();
+  async [`${machine.name}: a program begins at a line, from what the lines before it leave, or it is said why not`]() {
+    const page = await operated(machine);
     const program = "G21 G91 (relative)\nM3 S400\nG1 Z2 F600\nG1 X5\nG1 Y5\nG1 Z-1\nG1 X5\nG1 Y-3 F900\nG1 X-2\nG1 Z1\n";
     await put(page, "program", program);
     await page.fill("#from-line", "3");
@@ -162,21 +203,21 @@ export const tests = {
     await page.locator("#send-program:enabled").click();
     await is(page, "Run");
     await reads(page, "tool-now", /^on, M3, S 400 now$/);
-    await reads(page, "sending-now", /^Done: 9 lines\.$/);
+    await reads(page, "sending-now", /\bDone: 9 lines\.$/);
     for (const [axis, mm] of [["x", "8.000"], ["y", "2.000"], ["z", "2.000"]]) await arrives(page, axis, mm);
     await put(page, "program", "G21\nG1 X1 F600\nG10 L20 P1 X0\nG1 X2\nG1 X3\nG1 X4\nG1 X5\nG1 X6\n");
     await page.fill("#from-line", "8");
     await reads(page, "from-what", /^Line 3 sets offsets or places \(G10\)/);
   },
 
-  async "a program that waits for a person says why, in its own words"() {
-    const page = await operated();
+  async [`${machine.name}: a program that waits for a person says why, in its own words`]() {
+    const page = await operated(machine);
     await put(page, "program", "G21 G91\nG1 X3 F1200\n(turn the part over)\nM0\nG1 X3\n");
     await page.locator("#send-program:enabled").click();
     await is(page, "Hold");
     await reads(page, "sending-now", /^The program waits in line 4: turn the part over\. Resume goes on/);
     await page.locator("#resume:enabled").click();
-    await reads(page, "sending-now", /^Done: 4 lines\.$/);
+    await reads(page, "sending-now", /\bDone: 4 lines\.$/);
     await stands(page, "x", 6);
   },
-};
+});

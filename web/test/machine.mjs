@@ -1,16 +1,41 @@
 // A machine on the page, as a person drives it, and what its console says. Nothing here knows which machine it is.
 import assert from "node:assert/strict";
-import { opened, put } from "./harness.mjs";
+import { machines, opened, put } from "./harness.mjs";
 
 /** Where the wait for the machine to do something ends. */
-const PATIENCE_MS = 60_000;
+const PATIENCE_MS = 120_000;
 
-/** A page that operates, with a machine in Idle. */
-export async function operated(view = "operate") {
-  const page = await opened(`#${view}`);
+/** A page that operates, with a machine in Idle: at power-up, or as if it were. */
+export async function operated({ address, isSimulated } = machines[0], view = "operate") {
+  const page = await opened(isSimulated ? `#${view}` : address);
+  await page.locator("#bar :is([data-state=Idle], [data-state=Alarm], [data-state=Hold])").waitFor({ state: "attached", timeout: PATIENCE_MS });
+  await hasSettings(page);
+  if (!isSimulated) await restore(page);
   await is(page, "Idle");
-  await page.waitForFunction(() => document.querySelectorAll("#setting-groups .setting").length > 0);
+  await page.click(`#tab-${view}`);
   return page;
+}
+
+const hasSettings = (page) => page.waitForFunction(() => document.querySelectorAll("#setting-groups .setting").length > 0);
+
+/** Sends a line until it is not forgotten by a welcome that was on its way. */
+async function obeys(page, line) {
+  while ((await answers(page, line)).at(-1) === "forgotten");
+}
+
+/** A board that was operated before is at its zero, with the settings, offsets and modes of power-up, and nothing is homed. */
+async function restore(page) {
+  await page.click("#reset");
+  for (const line of ["$X", "$RST=*", "$J=G53 G21 G90 Z0 F2800", "$J=G53 G21 G90 X0 Y0 F2800"]) await obeys(page, line);
+  await page.waitForFunction(() => ["x", "y", "z"].every((axis) => Number(document.getElementById(`place-${axis}`).textContent) === 0));
+  if (/^(no|unknown)$/.test(await page.locator("#homed-now").textContent())) return;
+  // Steps of another length take the zero of their axis away.
+  const listed = await answers(page, "$$");
+  for (const [, number, steps] of listed.map((line) => /^\$(10[0-2])=(.*)/.exec(line)).filter(Boolean)) {
+    await answers(page, `$${number}=${steps / 2}`);
+    await answers(page, `$${number}=${steps}`);
+  }
+  await reads(page, "homed-now", /^(no|unknown)$/);
 }
 
 export const is = (page, state) => page.locator(`#bar [data-state=${state}]`).waitFor({ state: "attached", timeout: PATIENCE_MS });

@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import { tests as axes } from "./axes.mjs";
 import { tests as axe } from "./axe.mjs";
+import { tests as faults } from "./faults.mjs";
 import { browser, complaints, machines, paths } from "./harness.mjs";
 import { tests as live } from "./live.mjs";
 import { tests as look } from "./look.mjs";
@@ -19,8 +20,8 @@ import { tests as simulated } from "./simulated.mjs";
 import { tests as whatIf } from "./whatif.mjs";
 
 let failed = 0;
-const either = Object.assign({}, ...machines.map(ofMachine));
-const tests = { ...program, ...whatIf, ...shown, ...operate, ...live, ...settings, ...simulated, ...axes, ...either, ...(paths.board && served), ...serial, ...offline, ...axe, ...look };
+const either = Object.assign({}, ...machines.flatMap((machine) => [ofMachine, operate, live, settings].map((of) => of(machine))));
+const tests = { ...program, ...whatIf, ...shown, ...simulated, ...axes, ...either, ...(paths.board && served), ...(paths.emulator && faults), ...serial, ...offline, ...axe, ...look };
 for (const [name, test] of Object.entries(tests)) {
   if (!name.includes(paths.only ?? "")) continue;
   complaints.length = 0;

@@ -21,9 +21,9 @@ async function saved(page, button) {
   return readFile(await download.path(), "utf8");
 }
 
-export const tests = {
-  async "every setting that the machine lists has a row with its name, unit and default"() {
-    const page = await operated("settings");
+export const tests = (machine) => ({
+  async [`${machine.name}: every setting that the machine lists has a row with its name, unit and default`]() {
+    const page = await operated(machine, "settings");
     const listed = (await answers(page, "$$")).flatMap((line) => /^\$(\d+)=/.exec(line)?.[1] ?? []);
     const shown = await page.locator(".setting").evaluateAll((rows) => rows.map((row) => row.dataset.number));
     assert.deepEqual(shown.toSorted((a, b) => a - b), listed.toSorted((a, b) => a - b));
@@ -34,8 +34,8 @@ export const tests = {
     assert.equal(await page.locator("#setting-groups", { hasText: "Not described" }).count(), 0);
   },
 
-  async "what is entered is listed, then set; a number, a switch, a mask, a choice"() {
-    const page = await operated("settings");
+  async [`${machine.name}: what is entered is listed, then set; a number, a switch, a mask, a choice`]() {
+    const page = await operated(machine, "settings");
     await enter(page, 120, "75.5");
     await field(page, 21).getByRole("switch").uncheck();
     await field(page, 3).getByLabel("direction invert: Y").check();
@@ -51,8 +51,8 @@ export const tests = {
     assert.equal(await saved(page, "#save-differences"), "$3=2\n$21=0\n$120=75.500\n$950=1\n");
   },
 
-  async "a refusal stands at its row in the machine's words, and nothing else was sent"() {
-    const page = await operated("settings");
+  async [`${machine.name}: a refusal stands at its row in the machine's words, and nothing else was sent`]() {
+    const page = await operated(machine, "settings");
     await enter(page, 120, "80");
     await enter(page, 31, "5000");
     await send(page);
@@ -74,8 +74,8 @@ export const tests = {
     assert.equal(await setting(page, 120), 80);
   },
 
-  async "a file is looked at before it is sent, in whichever order its lines are"() {
-    const page = await operated("settings");
+  async [`${machine.name}: a file is looked at before it is sent, in whichever order its lines are`]() {
+    const page = await operated(machine, "settings");
     await load(page, "; mine\n$31=2000\n$30=3000\n$27=100\n$130=500\n$131=500\n$132=500\n$999=1\n$0=2\nok\n");
     await reads(page, "settings-status", /^mine\.txt: 6 of 8 values are not in force\. Left out.*\$999\.$/);
     assert.equal(await page.locator("#pending-list li").count(), 6);
@@ -100,8 +100,8 @@ export const tests = {
     assert.match(await page.locator("#settings-status").textContent(), /no \$n=v line/);
   },
 
-  async "defaults are restored after a question"() {
-    const page = await operated("settings");
+  async [`${machine.name}: defaults are restored after a question`]() {
+    const page = await operated(machine, "settings");
     await enter(page, 120, "80");
     await send(page);
     await page.click("#restore-settings");
@@ -115,8 +115,8 @@ export const tests = {
     assert.equal(await setting(page, 120), 50);
   },
 
-  async "what a person is typing stays when the machine has other settings"() {
-    const page = await operated("settings");
+  async [`${machine.name}: what a person is typing stays when the machine has other settings`]() {
+    const page = await operated(machine, "settings");
     const typed = field(page, 120).locator("input");
     // On the way to 50.5 it is the number that is in force.
     await typed.fill("50.");
@@ -133,8 +133,8 @@ export const tests = {
     assert.equal(await typed.inputValue(), "80", "what was sent is not entered any more");
   },
 
-  async "settings wait while the machine moves"() {
-    const page = await operated("settings");
+  async [`${machine.name}: settings wait while the machine moves`]() {
+    const page = await operated(machine, "settings");
     await enter(page, 120, "80");
     await page.click("#tab-operate");
     await sends(page, "G21 G91\nG1 X40 F1200\nG1 X-40\n");
@@ -147,4 +147,4 @@ export const tests = {
     await send(page);
     assert.equal(await setting(page, 120), 80);
   },
-};
+});

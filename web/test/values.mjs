@@ -451,10 +451,13 @@ test("a link that is lost or silent is told as that, and nothing of before is sh
   machine.watch({ linked: (link, words) => links.push([link, words]) });
   say("Grbl 1.1h ['$' for help]", "<Run|MPos:1.000,2.000,3.000|FS:600,0>");
   assert.deepEqual([machine.link, machine.mayMove, machine.report.machinePosition], ["connected", true, [1, 2, 3]]);
+  const clock = { ms: performance.now() };
+  context.mock.method(performance, "now", () => clock.ms);
+  const passes = (ms) => ((clock.ms += ms), ticks.at(-1)());
+  passes(60_000);
+  assert.equal(machine.link, "connected", "a page that has slept has not asked");
   // Nothing comes for 3 s.
-  const now = performance.now.bind(performance);
-  context.mock.method(performance, "now", () => now() + 3_000);
-  ticks.at(-1)();
+  for (let tick = 0; tick < 15; tick++) passes(200);
   assert.equal(machine.link, "silent");
   assert.match(links.at(-1)[1], /has not answered for 3 s/);
   say("<Run|MPos:1.500,2.000,3.000|FS:600,0>");
@@ -486,7 +489,7 @@ test("a machine whose link is lost may still move, and one that never answered i
 });
 
 /** What a held jog asks for on a machine that goes at its feed at once, when the page renews it at these instants, ms. */
-function jogged(renewedAtMs, { feed = 1_200, mostMm = 1_000 } = {}) {
+function jogged(renewedAtMs, { feed = 1_200, mostMm = 1_000, isHeard = () => true } = {}) {
   const clock = { ms: 0 };
   const now = performance.now;
   performance.now = () => clock.ms;
@@ -501,7 +504,7 @@ function jogged(renewedAtMs, { feed = 1_200, mostMm = 1_000 } = {}) {
       clock.ms = ms;
       movedMm = Math.min(sum(), movedMm + speedMmPerMs);
       if (!renewedAtMs(ms)) continue;
-      if (ms % 200 === 0) held.report(report());
+      if (ms % 200 === 0 && isHeard(ms)) held.report(report());
       if (ms % 40 === 0) held.renew();
       path.push(movedMm);
     }
@@ -511,7 +514,7 @@ function jogged(renewedAtMs, { feed = 1_200, mostMm = 1_000 } = {}) {
   }
 }
 
-test("a held jog goes on while the page lives, and ends by itself when it hangs", () => {
+test("a held jog goes on while the page lives and hears the machine, and ends by itself otherwise", () => {
   const alive = jogged(() => true);
   assert.ok(Math.abs(alive.movedMm - 240) < 1, `20 mm/s for 12 s is ${alive.movedMm} mm`);
   assert.ok(alive.asked.every((line) => /^\$J=G21 G91 X2\.000 F1200$/.test(line)));
@@ -519,6 +522,9 @@ test("a held jog goes on while the page lives, and ends by itself when it hangs"
   const hung = jogged((ms) => ms <= 2_000);
   const behind = hung.movedMm - hung.path.at(-1);
   assert.ok(behind > 0 && behind <= 20 * 0.3 + 1e-9, `${behind} mm behind the hang`);
+  // The machine is not heard from 2 s on.
+  const silent = jogged(() => true, { isHeard: (ms) => ms <= 2_000 });
+  assert.ok(silent.movedMm > 40 && silent.movedMm <= 20 * (2 + 0.5 + 0.3) + 1e-9, `${silent.movedMm} mm`);
   const ended = jogged(() => true, { mostMm: 7.5 });
   assert.deepEqual([ended.movedMm, ended.asked.at(-1)], [7.5, "$J=G21 G91 X1.500 F1200"]);
 });

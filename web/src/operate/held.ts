@@ -7,6 +7,9 @@ import { LETTERS, MM_PER_INCH, type Status } from "./dialect";
 const MOVE_S = 0.1;
 /** How much of the way the machine has ahead at most, s at the feed. */
 const AHEAD_S = 0.3;
+/** For how long it is taken to go on as reported last, s: reports come some five times a second. What is asked for of a machine that is silent would be
+ * made when nobody expects it. */
+const UNSEEN_S = 0.5;
 /** The shortest move, mm. */
 const LEAST_MM = 0.001;
 
@@ -45,7 +48,7 @@ export class HeldJog {
 
   /** Asks for as much more as keeps it moving. To be called again and again, while the key is held down. */
   renew(): void {
-    const sinceS = (performance.now() - this.reportedAtMs) / 1000;
+    const sinceS = Math.min(UNSEEN_S, (performance.now() - this.reportedAtMs) / 1000);
     const isAtMm = Math.min(this.askedMm, this.movedMm + this.speedMmPerS * sinceS);
     while (this.askedMm - isAtMm + this.moveMm <= this.aheadMm * (1 + 1e-9)) {
       const mm = Math.min(this.moveMm, this.mostMm - this.askedMm);

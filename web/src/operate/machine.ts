@@ -49,6 +49,8 @@ export class Machine {
   /** Whether this machine has said anything, and when it was heard last, ms. */
   private isHeard = false;
   private heardAt = 0;
+  /** When it was asked last, ms. */
+  private askedAt = 0;
   private lines = new Lines();
   private readonly flight = new Flight((line) => this.write(`${line}\n`));
   private readonly watchers: Watcher[] = [];
@@ -296,7 +298,11 @@ export class Machine {
 
   /** Asks for a report. What was asked before should have been answered long ago. */
   private inquire(): void {
-    const silentMs = performance.now() - this.heardAt;
+    const now = performance.now();
+    // A page that is hidden, that hangs or that sleeps does not ask.
+    if (now - this.askedAt > SILENT_MS) this.heardAt = now;
+    this.askedAt = now;
+    const silentMs = now - this.heardAt;
     if (silentMs > SILENT_MS) this.setLink("silent", `The machine has not answered for ${Math.floor(silentMs / 1000)} s: what is shown may be old, and it may still move.`);
     this.byte(STATUS);
   }

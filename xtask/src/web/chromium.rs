@@ -12,6 +12,8 @@ use isostep_report::listing::Listing;
 use isostep_sim::{Config, trace};
 
 use crate::process::{self, announce};
+#[cfg(unix)]
+use crate::toolchain::cargo;
 use crate::{toolchain, workspace};
 
 /// Chromium by the names that it has on systems.
@@ -29,15 +31,39 @@ pub fn test(page: &Path) -> Result<()> {
     write_native_trace(&native)?;
     let listed = workspace::target_dir().join("web-listed.txt");
     write_native_listing(&listed)?;
-    let mut tests = Command::new("node");
-    tests.arg(workspace::root().join("web").join("test").join("page.mjs"));
-    tests.arg("--chromium").arg(found()?);
-    tests.arg("--page").arg(served(page, None)?).arg("--trace").arg(native);
-    tests.arg("--listed").arg(listed).arg("--shots").arg(&shots);
+    let address = served(page, None)?;
+    let mut tests = tests(&address, &shots)?;
+    tests.arg("--trace").arg(native).arg("--listed").arg(listed);
     with_emulated_board(page, &mut tests, |tests| {
         announce(&format!("the page in Chromium, pictures in {}", workspace::shown(&shots)));
         process::run(tests)
-    })
+    })?;
+    test_faults(page, &address, &shots)
+}
+
+/// The tests of the page at this address.
+fn tests(address: &str, shots: &Path) -> Result<Command> {
+    let mut tests = Command::new("node");
+    tests.arg(workspace::root().join("web").join("test").join("page.mjs"));
+    tests.arg("--chromium").arg(found()?).arg("--page").arg(address).arg("--shots").arg(shots);
+    Ok(tests)
+}
+
+/// Tests faults of one part alone, for which the board and the server are processes of their own.
+#[cfg(unix)]
+fn test_faults(page: &Path, address: &str, shots: &Path) -> Result<()> {
+    announce("the tool, which serves the page");
+    process::run(cargo("build").args(["--package", "isostep", "--bin", "isostep"]))?;
+    announce("faults with the emulated board");
+    let mut tests = tests(address, shots)?;
+    tests.arg("--server").arg(workspace::target_dir().join("debug").join("isostep")).arg("--folder").arg(page);
+    tests.arg("--emulator").arg(std::env::current_exe()?).args(["--only", "fault: "]);
+    process::run(&mut tests)
+}
+
+#[cfg(not(unix))]
+fn test_faults(_: &Path, _: &str, _: &Path) -> Result<()> {
+    Ok(())
 }
 
 /// Tells the tests where the page is that has the emulated board.
