@@ -7,12 +7,12 @@ import { Form } from "./form";
 import { differences, file, isNumber, read, reason } from "./lines";
 import type { Row } from "./row";
 import { mayBeSet, send } from "./send";
-import { Table } from "./table";
+import { refusal, rows } from "./table";
 
 export class SettingsView {
-  private readonly table = new Table();
   private readonly form = new Form(() => this.showPending());
   private rows: SettingRow[] = [];
+  private asked: Promise<void> | undefined;
   private isSending = false;
 
   constructor(private readonly machine: Machine) {
@@ -27,10 +27,12 @@ export class SettingsView {
       set: () => this.show(),
       reported: (report, before) => report.state !== before.state && this.showPending(),
     });
-    void this.table.rows().then((rows) => {
-      this.rows = rows;
-      this.show();
-    });
+  }
+
+  /** The rows are asked for when there is a machine that they are of. */
+  private async ask(): Promise<void> {
+    this.rows = await rows();
+    this.show();
   }
 
   private get differences(): string {
@@ -46,7 +48,9 @@ export class SettingsView {
   }
 
   private show(): void {
-    if (!this.rows.length || !this.machine.settings.size) return;
+    if (!this.machine.settings.size) return;
+    this.asked ??= this.ask();
+    if (!this.rows.length) return;
     this.form.show(this.rows, this.machine.settings);
     this.showPending();
   }
@@ -94,7 +98,7 @@ export class SettingsView {
       wanted.set(row.about.number, row.value);
     }
     const lines = [...wanted].filter(([number]) => known.has(number));
-    const trouble = await this.table.refusal(file(lines));
+    const trouble = await refusal(file(lines));
     if (!trouble) return true;
     const number = lines[(trouble.line ?? 0) - 1]?.[0];
     const words = reason(trouble.words);

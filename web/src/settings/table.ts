@@ -1,30 +1,26 @@
-// The table of settings, from the machine's own code.
+// The table of settings, from the machine's own code. A worker answers one question, because one that waits for more takes memory.
 
-import { worker } from "../job";
+import { Task } from "../job";
 import type { FromWorker, SettingRow, ToWorker, Trouble } from "../messages";
 
-export class Table {
-  private readonly worker = worker();
-  private readonly waiting: ((answer: FromWorker) => void)[] = [];
+export async function rows(): Promise<SettingRow[]> {
+  const answer = await ask({ do: "setting-rows" });
+  return answer.is === "setting-rows" ? answer.rows : [];
+}
 
-  constructor() {
-    this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.waiting.shift()?.(data);
-  }
+/** Why these settings cannot be together, on whichever board. */
+export async function refusal(lines: string): Promise<Trouble | null> {
+  const answer = await ask({ do: "check-settings", lines });
+  if (answer.is === "trouble") return answer.trouble;
+  return answer.is === "settings-checked" ? answer.refusal : null;
+}
 
-  async rows(): Promise<SettingRow[]> {
-    const answer = await this.ask({ do: "setting-rows" });
-    return answer.is === "setting-rows" ? answer.rows : [];
-  }
-
-  /** Why these settings cannot be together, on whichever board. */
-  async refusal(lines: string): Promise<Trouble | null> {
-    const answer = await this.ask({ do: "check-settings", lines });
-    if (answer.is === "trouble") return answer.trouble;
-    return answer.is === "settings-checked" ? answer.refusal : null;
-  }
-
-  private ask(question: ToWorker): Promise<FromWorker> {
-    this.worker.postMessage(question);
-    return new Promise((resolve) => this.waiting.push(resolve));
-  }
+function ask(question: ToWorker): Promise<FromWorker> {
+  return new Promise((resolve) => {
+    const hear = (answer: FromWorker): boolean => {
+      resolve(answer);
+      return true;
+    };
+    new Task().ask(question, hear, (trouble) => resolve({ is: "trouble", trouble }));
+  });
 }
