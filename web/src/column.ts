@@ -1,5 +1,8 @@
 // Numbers of one kind, of which more come.
 
+/** As much more than is needed is taken when there is no more room. */
+const ROOM = 1.5;
+
 /** A column that grows. */
 export class Column<A extends Float64Array | Float32Array | Uint8Array> {
   length = 0;
@@ -7,7 +10,7 @@ export class Column<A extends Float64Array | Float32Array | Uint8Array> {
 
   push(more: A): void {
     if (this.length + more.length > this.array.length) {
-      const wider = new (this.array.constructor as new (length: number) => A)(2 * (this.length + more.length));
+      const wider = new (this.array.constructor as new (length: number) => A)(Math.ceil(ROOM * (this.length + more.length)));
       wider.set(this.array);
       this.array = wider;
     }

@@ -108,9 +108,9 @@ export class Curves {
 
   private data(from: number, to: number): Data[] {
     const [first, last] = this.rows(from, to);
+    if (last - first > ROWS_MAX) return this.extremes(from, to);
     const points = new Points(this.motion.axes);
-    if (last - first > ROWS_MAX) this.addBins(points, from, to);
-    else this.addRows(points, first, last, [from, to]);
+    this.addRows(points, first, last, [from, to]);
     return points.data;
   }
 
@@ -138,11 +138,14 @@ export class Curves {
     if (ended < end) [ended, end].forEach(rest);
   }
 
-  private addBins(points: Points, from: number, to: number): void {
+  private extremes(from: number, to: number): Data[] {
     const bins = this.motion.envelope.bins(from, Math.min(to, this.motion.end), BINS);
-    for (let bin = 0; bin < bins.count; bin++) {
-      for (const end of [0, 1] as const) points.add(bins.middle(bin), (axis, quantity) => bins.range(bin, axis, quantity)[end]);
-    }
+    const column = (value: (bin: number, isHigh: boolean) => number): number[] => Array.from({ length: 2 * BINS }, (_, point) => value(point >> 1, point % 2 === 1));
+    const times = column((bin) => bins.middle(bin));
+    return CHARTS.map(({ quantity, axes }) => {
+      const isThere = axes.every((axis) => axis < this.motion.axes);
+      return [isThere ? times : [], ...axes.map((axis) => (isThere ? column((bin, isHigh) => bins.value(bin, axis, quantity, isHigh)) : []))];
+    });
   }
 
   private shade(plot: uPlot): void {

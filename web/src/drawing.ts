@@ -14,13 +14,16 @@ export function pen(canvas: HTMLCanvasElement): Pen | undefined {
   const { clientWidth: width, clientHeight: height } = canvas;
   if (width < LEAST_PX || height < LEAST_PX) return undefined;
   const scale = window.devicePixelRatio || 1;
-  canvas.width = Math.round(width * scale);
-  canvas.height = Math.round(height * scale);
   const context = canvas.getContext("2d");
   if (!context) throw new Error("this browser has no canvas");
-  context.setTransform(scale, 0, 0, scale, 0, 0);
+  const pixels = [width, height].map((px) => Math.round(px * scale)) as [number, number];
+  // A canvas that gets a size anew is made anew, which is too slow for each picture of a tool that moves.
+  if (canvas.width !== pixels[0] || canvas.height !== pixels[1]) {
+    [canvas.width, canvas.height] = pixels;
+    context.setTransform(scale, 0, 0, scale, 0, 0);
+    context.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+  }
   context.clearRect(0, 0, width, height);
-  context.font = `12px ${getComputedStyle(document.body).fontFamily}`;
   return { context, width, height };
 }
 

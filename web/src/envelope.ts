@@ -7,14 +7,15 @@ import type { Motion } from "./motion";
 /** Speed, acceleration and jerk. */
 export const QUANTITIES = 3;
 /** Phases of a block, of which the extremes are kept. */
-const BLOCK = 64;
+const BLOCK = 16;
 /** A pause that is longer than this, s, is one: the machine is at rest in it. */
 const PAUSE_S = 1e-6;
 
 /** The extremes in equal parts of a span of time. */
 export class Bins {
-  private readonly lows: Float32Array;
-  private readonly highs: Float32Array;
+  /** Of each part, QUANTITIES of each axis. Without motion from Infinity to -Infinity. */
+  readonly lows: Float32Array;
+  readonly highs: Float32Array;
 
   constructor(
     private readonly from: number,
@@ -52,11 +53,10 @@ export class Bins {
     this.highs[at] = Math.max(this.highs[at] ?? high, high);
   }
 
-  /** The lowest and highest value of an axis in a part; 0 where nothing is known. */
-  range(bin: number, axis: number, quantity: number): [number, number] {
-    const at = bin * this.numbers + axis * QUANTITIES + quantity;
-    const [low = 0, high = 0] = [this.lows[at], this.highs[at]];
-    return low <= high ? [low, high] : [0, 0];
+  /** The lowest value of an axis in a part, or the highest; 0 where nothing is known. */
+  value(bin: number, axis: number, quantity: number, isHigh: boolean): number {
+    const value = (isHigh ? this.highs : this.lows)[bin * this.numbers + axis * QUANTITIES + quantity] ?? 0;
+    return Number.isFinite(value) ? value : 0;
   }
 }
 
@@ -75,9 +75,8 @@ export class Envelope {
         if (row > this.done && this.motion.from(row) - this.motion.to(row - 1) > PAUSE_S) this.takeRest(whole, 0, 0);
         this.takePiece(whole, 0, row, 0, this.span(row));
       }
-      const ranges = Array.from({ length: this.numbers }, (_, number) => whole.range(0, Math.floor(number / QUANTITIES), number % QUANTITIES));
-      this.lows.push(Float32Array.from(ranges, ([low]) => low));
-      this.highs.push(Float32Array.from(ranges, ([, high]) => high));
+      this.lows.push(whole.lows);
+      this.highs.push(whole.highs);
     }
   }
 
@@ -135,16 +134,20 @@ export class Envelope {
   /** Takes in a phase from one instant to another, counted from its beginning. */
   private takePiece(bins: Bins, bin: number, row: number, from: number, to: number): void {
     if (this.span(row) <= 0) return;
-    for (let axis = 0; axis < this.motion.axes; axis++) {
-      const [first, last] = [this.motion.axis(row, axis, from), this.motion.axis(row, axis, to)];
+    const { motion } = this;
+    const still = motion.isHoming(row) ? 0 : 1;
+    for (let axis = 0; axis < motion.axes; axis++) {
+      // Numbers alone, because objects for every phase of a long run keep the page from answering.
+      const [speed, last] = [motion.speedOf(row, axis, from), motion.speedOf(row, axis, to)];
+      const [accel, lastAccel] = [motion.accelOf(row, axis, from), motion.accelOf(row, axis, to)];
+      const jerk = motion.jerkOf(row, axis);
       // Speed is highest or lowest where the acceleration is 0.
-      const turn = first.jerk ? from - first.accel / first.jerk : from;
-      const turned = turn > from && turn < to ? this.motion.axis(row, axis, turn).speed : first.speed;
-      const still = this.motion.isHoming(row) ? 0 : 1;
+      const turn = jerk ? from - accel / jerk : from;
+      const turned = turn > from && turn < to ? motion.speedOf(row, axis, turn) : speed;
       const at = axis * QUANTITIES;
-      bins.take(bin, at, still * Math.min(first.speed, last.speed, turned), still * Math.max(first.speed, last.speed, turned));
-      bins.take(bin, at + 1, still * Math.min(first.accel, last.accel), still * Math.max(first.accel, last.accel));
-      bins.take(bin, at + 2, still * first.jerk);
+      bins.take(bin, at, still * Math.min(speed, last, turned), still * Math.max(speed, last, turned));
+      bins.take(bin, at + 1, still * Math.min(accel, lastAccel), still * Math.max(accel, lastAccel));
+      bins.take(bin, at + 2, still * jerk);
     }
   }
 }

@@ -23,10 +23,10 @@ export const chosenAxes = (): number => Number(select("axes").value);
 export class Task {
   private worker: Worker | undefined;
 
-  /** Asks a new worker. `hear` says whether that was all. */
-  ask(message: ToWorker, hear: (said: FromWorker) => boolean, failed: (trouble: Trouble) => void): void {
+  /** Asks a new worker, with a machine of so many axes or of as many as are chosen. `hear` says whether that was all. */
+  ask(message: ToWorker, hear: (said: FromWorker) => boolean, failed: (trouble: Trouble) => void, axes?: number): void {
     this.cancel();
-    const machine = worker();
+    const machine = worker(axes);
     this.worker = machine;
     machine.onmessage = ({ data }: MessageEvent<FromWorker>) => {
       if (data.is === "trouble") {

@@ -5,9 +5,12 @@ import { bytes, Task } from "./job";
 import { rowOf } from "./rows";
 import { setting } from "./operate/dialect";
 
+/** The first lines tell what a file is. */
+const TELLING_LINES = 1_000;
+
 /** A file of which most lines set something is a listing, and no program. */
 export function isListing(text: string): boolean {
-  const lines = text.split(/\r\n|\r|\n/).filter((line) => line.trim());
+  const lines = text.split(/\r\n|\r|\n/, TELLING_LINES).filter((line) => line.trim());
   const sets = lines.filter((line) => setting(line) || /^\s*\$[A-Za-z][\w/]*\s*=/.test(line));
   return sets.length > lines.length / 2;
 }

@@ -25,6 +25,9 @@ export interface AxisMotion {
   jerk: number;
 }
 
+/** A place, or something of each axis. */
+export type Places = [number, number, number];
+
 export class Motion {
   private readonly times = new Column<Float64Array>(new Float64Array(1024));
   private readonly kinds = new Column<Uint8Array>(new Uint8Array(512));
@@ -41,6 +44,11 @@ export class Motion {
   axes = AXES;
   /** Whether A is in degrees. */
   isRotary = true;
+  /** The largest acceleration of any axis, or jump of its speed, as a share of its limit. */
+  topLoad = 0;
+  /** Where the path is, mm: from and to. Without a path from Infinity to -Infinity. */
+  low: Places = [Infinity, Infinity, Infinity];
+  high: Places = [-Infinity, -Infinity, -Infinity];
 
   add(columns: Columns): void {
     const from = this.length;
@@ -54,20 +62,30 @@ export class Motion {
     this.powers.push(columns.powers);
     for (let row = from; row < this.length; row++) {
       this.isShaped ||= (this.kinds.at(row) & SHAPED) !== 0;
-      this.noteSpeed(row);
+      this.note(row);
     }
     this.envelope.grow();
   }
 
-  private noteSpeed(row: number): void {
-    if (!this.isHoming(row)) this.topSpeed = Math.max(this.topSpeed, this.speed(row));
+  private note(row: number): void {
+    if (this.isHoming(row)) return;
+    this.topSpeed = Math.max(this.topSpeed, this.speed(row));
+    this.topLoad = Math.max(this.topLoad, this.load(row), this.jump(row));
+    const span = this.to(row) - this.from(row);
+    for (let axis = 0; axis < AXES; axis++) {
+      const [from, to] = [this.place(row, axis, 0), this.place(row, axis, span)];
+      this.low[axis] = Math.min(this.low[axis] ?? from, from, to);
+      this.high[axis] = Math.max(this.high[axis] ?? from, from, to);
+    }
   }
 
   /** What was made before a time is of no interest, as homing is. */
   beginAt(time: number): void {
     for (let row = 0; row < this.length && this.from(row) < time; row++) this.kinds.set(row, this.kinds.at(row) | HOMING);
-    this.topSpeed = 0;
-    for (let row = 0; row < this.length; row++) this.noteSpeed(row);
+    this.topSpeed = this.topLoad = 0;
+    this.low.fill(Infinity);
+    this.high.fill(-Infinity);
+    for (let row = 0; row < this.length; row++) this.note(row);
   }
 
   get length(): number {
@@ -106,29 +124,36 @@ export class Motion {
 
   /** An axis in a phase, so long after its beginning. */
   axis(row: number, axis: number, after: number): AxisMotion {
-    const at = (row * this.axes + axis) * COLUMNS;
-    const [place, speed] = [this.values.at(at), this.values.at(at + 1)];
-    const [begins, ends] = [this.values.at(at + 2), this.values.at(at + 3)];
-    const jerk = (ends - begins) / (this.to(row) - this.from(row));
-    return {
-      place: place + after * (speed + after * (begins / 2 + (after * jerk) / 6)),
-      speed: speed + after * (begins + (after * jerk) / 2),
-      accel: begins + after * jerk,
-      jerk,
-    };
+    const [place, speed] = [this.place(row, axis, after), this.speedOf(row, axis, after)];
+    return { place, speed, accel: this.accelOf(row, axis, after), jerk: this.jerkOf(row, axis) };
   }
 
   /** The place of an axis in a phase, so long after its beginning, mm. */
   place(row: number, axis: number, after: number): number {
     const at = (row * this.axes + axis) * COLUMNS;
-    const begins = this.values.at(at + 2);
-    const span = this.to(row) - this.from(row);
-    const jerk = (this.values.at(at + 3) - begins) / span;
-    return this.values.at(at) + after * (this.values.at(at + 1) + after * (begins / 2 + (after * jerk) / 6));
+    const jerk = this.jerkOf(row, axis);
+    return this.values.at(at) + after * (this.values.at(at + 1) + after * (this.values.at(at + 2) / 2 + (after * jerk) / 6));
+  }
+
+  /** The speed of an axis in a phase, so long after its beginning, mm/s. */
+  speedOf(row: number, axis: number, after: number): number {
+    const at = (row * this.axes + axis) * COLUMNS;
+    return this.values.at(at + 1) + after * (this.values.at(at + 2) + (after * this.jerkOf(row, axis)) / 2);
+  }
+
+  /** Its acceleration, mm/s². */
+  accelOf(row: number, axis: number, after: number): number {
+    return this.values.at((row * this.axes + axis) * COLUMNS + 2) + after * this.jerkOf(row, axis);
+  }
+
+  /** Its jerk, mm/s³. */
+  jerkOf(row: number, axis: number): number {
+    const at = (row * this.axes + axis) * COLUMNS;
+    return (this.values.at(at + 3) - this.values.at(at + 2)) / (this.to(row) - this.from(row));
   }
 
   /** Where X, Y and Z are in a phase, so long after its beginning, mm. */
-  placesIn(row: number, after: number): [number, number, number] {
+  placesIn(row: number, after: number): Places {
     return [this.place(row, 0, after), this.place(row, 1, after), this.place(row, 2, after)];
   }
 
@@ -203,7 +228,7 @@ export class Motion {
   /** The speed along the path in a phase, so long after its beginning, mm/s. */
   speedIn(row: number, after: number): number {
     let squares = 0;
-    for (let axis = 0; axis < this.axes; axis++) squares += this.axis(row, axis, after).speed ** 2;
+    for (let axis = 0; axis < this.axes; axis++) squares += this.speedOf(row, axis, after) ** 2;
     return Math.sqrt(squares);
   }
 }

@@ -19,6 +19,7 @@ import type { LineTimes, Summary, Trouble } from "./messages";
 import { tellOfSettings } from "./mistake";
 import { Motion } from "./motion";
 import type { Picture } from "./picture/picture";
+import { Breath } from "./picture/segments";
 import { Playback } from "./playback";
 import { example, FIRST, Programs } from "./programs";
 import { forgetChecks, tellChecks, tellFigures } from "./results";
@@ -253,14 +254,18 @@ export class Run {
     const stopped = summary.state === "Idle" ? [] : [{ line: null, words: `The machine ended in ${summary.state}` }];
     const refused = summary.refusals.map(({ line, text, code, words }) => ({ line, words: `\`${text.trim()}\`: error:${code} ${words}` }));
     this.tell([...refused, ...stopped]);
-    this.curves.show(this.motion);
-    this.playback.show(this.motion);
-    part("shaped-note").hidden = !this.motion.isShaped;
+    this.travel = summary.travel_mm;
+    const { motion } = this;
+    this.curves.show(motion);
+    // One after the other, so that the page answers in between.
+    await new Breath().take();
+    if (motion !== this.motion) return;
+    this.playback.show(motion);
+    part("shaped-note").hidden = !motion.isShaped;
     this.advice.look(this.editor.value, this.settingsLines);
     this.whatIf.look();
-    this.travel = summary.travel_mm;
     await this.draw();
-    part("results").dataset["state"] = "ended";
+    if (motion === this.motion) part("results").dataset["state"] = "ended";
   }
 
   /** The run is looked at, or no more: the picture may show the machine meanwhile. */

@@ -1,4 +1,5 @@
 // What the tests of the page share: a browser, pages in it, and what a person does there.
+import assert from "node:assert/strict";
 import { mkdir } from "node:fs/promises";
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
@@ -45,6 +46,20 @@ export async function opened(address = "", { viewport = WIDE, colorScheme = "lig
 export function longProgram(moves) {
   const lines = Array.from({ length: moves }, (_, line) => `G1 ${["X", "Y"][line % 2]}${line % 4 < 2 ? "" : "-"}0.2`);
   return `G21 G91 F2400\n${lines.join("\n")}\n`;
+}
+
+/** Cancels a run, and returns how long after the click the page has shown so, by its own clock, ms. */
+export async function cancelledAfterMs(page) {
+  await page.evaluate(() => {
+    window.cancelled = new Promise((resolve) => {
+      const shown = ({ timeStamp }) => requestAnimationFrame(() => setTimeout(() => resolve(performance.now() - timeStamp)));
+      document.getElementById("cancel").addEventListener("click", shown, { once: true });
+    });
+  });
+  await page.click("#cancel");
+  const ms = await page.evaluate(() => window.cancelled);
+  assert.equal(await page.locator("#status").textContent(), "Cancelled.");
+  return ms;
 }
 
 export const hasEnded = (page) => page.locator("#results[data-state=ended]").waitFor();

@@ -86,7 +86,8 @@ function numbers(seed) {
 
 const OURS = ["parking.nc", "arcs.nc", "engraving.nc"];
 const theirs = process.env.ISOSTEP_CORPUS ? (await readdir(join(process.env.ISOSTEP_CORPUS, "original"))).map((name) => join(process.env.ISOSTEP_CORPUS, "original", name)) : [];
-const programs = [...OURS.map((name) => at(`../../programs/${name}`)), ...theirs];
+const paths = [...OURS.map((name) => at(`../../programs/${name}`)), ...theirs];
+const programs = await Promise.all(paths.map(async (path) => [path.split("/").at(-1), await readFile(path, "utf8")]));
 
 /** Asserts that the tool is where the steps have it, at random instants. Returns how far each axis was from its zero, added up. */
 function follows(motion, trace) {
@@ -122,9 +123,17 @@ test(`with A: where the page has all four axes, the steps have them, at ${INSTAN
   assert.match(made(program).summary.refusals[0].text, /A90/, "the other machine has no A");
 });
 
-for (const path of programs) {
-  const name = path.split("/").at(-1);
-  const program = await readFile(path, "utf8");
+/** A smooth surface in rows, as CAM writes it. */
+function relief(lines, inRow = 100) {
+  const line = (_, index) => {
+    const [row, column] = [Math.floor(index / inRow), index % inRow];
+    const [x, y] = [0.2 * (row % 2 ? inRow - 1 - column : column), 0.4 * row];
+    return `X${x.toFixed(3)} Y${y.toFixed(3)} Z${(2 * Math.sin(x / 6) * Math.cos(y / 8)).toFixed(3)}`;
+  };
+  return `G21 G90 G1 F2400\n${Array.from({ length: lines }, line).join("\n")}\n`;
+}
+
+for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2_000)]]) {
 
   test(`${name}: where the picture has the tool, the steps have it, at ${INSTANTS} instants`, () => {
     const { motion, trace } = made(program, { kept: "trace" });
@@ -163,6 +172,52 @@ for (const path of programs) {
       const [place, shown] = [motion.places(drawn.ends[index]), drawn.places.slice(6 * index + 3, 6 * index + 6)];
       place.forEach((mm, axis) => assert.ok(Math.abs(mm - shown[axis]) < 0.25 / STEPS_PER_MM, `line ${index}: ${mm} is drawn at ${shown[axis]}`));
     }
+  });
+
+  test(`${name}: the curves of equal parts of the time have the lowest and highest values of the motion there, at any zoom`, () => {
+    const { motion } = made(program);
+    const [begin, end] = [Array.from({ length: motion.length }, (_, row) => row).find((row) => !motion.isHoming(row)), motion.end];
+    const quantities = ["speed", "accel", "jerk"];
+    const most = [0, 0, 0].map(() => [0, 0, 0]);
+    for (const [from, count] of [[motion.from(begin), 20], [motion.from(begin), 1_200], [(motion.from(begin) + end) / 2, 100]]) {
+      const bins = motion.envelope.bins(from, end, count);
+      const found = Array.from({ length: count }, () => quantities.map(() => [0, 1, 2].map(() => [Infinity, -Infinity])));
+      const see = (time, row) => {
+        const bin = bins.at(time);
+        if (bin < 0 || bin >= count) return;
+        for (let axis = 0; axis < 3; axis++) {
+          const at = motion.axis(row, axis, time - motion.from(row));
+          quantities.forEach((name, quantity) => {
+            const range = found[bin][quantity][axis];
+            [range[0], range[1]] = [Math.min(range[0], at[name]), Math.max(range[1], at[name])];
+            most[quantity][axis] = Math.max(most[quantity][axis], Math.abs(at[name]));
+          });
+        }
+      };
+      for (let row = begin; row < motion.length; row++) {
+        const spanS = motion.to(row) - motion.from(row);
+        const points = Math.ceil(INSTANTS / 20 + (spanS / bins.width) * 20);
+        for (let point = 0; point <= points; point++) see(motion.from(row) + (spanS * point) / points, row);
+      }
+      let seen = 0;
+      for (let bin = 0; bin < count; bin++) {
+        quantities.forEach((name, quantity) => {
+          for (let axis = 0; axis < 3; axis++) {
+            const [low, high] = found[bin][quantity][axis];
+            if (low > high) continue;
+            const room = 0.02 * most[quantity][axis] + 1e-3;
+            const [drawnLow, drawnHigh] = [false, true].map((isHigh) => bins.value(bin, axis, quantity, isHigh));
+            const words = `${name} of axis ${axis} in part ${bin} of ${count}: ${low} to ${high} is drawn from ${drawnLow} to ${drawnHigh}`;
+            assert.ok(drawnLow <= low + 1e-3 * (1 + Math.abs(low)) && drawnHigh >= high - 1e-3 * (1 + Math.abs(high)), words);
+            // What is drawn is reached, but for rests, which are no phases, and for parts of which instants see too little.
+            assert.ok(drawnLow >= Math.min(low, 0) - room && drawnHigh <= Math.max(high, 0) + room, words);
+            seen++;
+          }
+        });
+      }
+      assert.ok(seen > 60, `${seen} ranges`);
+    }
+    assert.ok(most.every((axes) => Math.max(...axes) > 1 || axes === most[2]), `${most}`);
   });
 
   test(`${name}: a machine that reports its line and place is found where it is on its path`, () => {

@@ -13,14 +13,21 @@ use crate::trouble::Trouble;
 /// A longer program's record takes more memory than a page should ask for.
 pub(crate) const RECORDED_LINES_MAX: usize = 50_000;
 
-/// The findings of `isostep check`, as JSON of rows. Nothing moves.
+/// The findings of `isostep check`, as JSON of rows: of a program that is too long, those from its lines alone. Nothing moves.
 ///
 /// # Errors
 /// [`Trouble`] with the line of the program, or of the settings, that cannot be.
 pub fn check(program: &[u8], settings: &str) -> Result<String, Trouble> {
     let config = config(settings)?;
     let lines = Program::read_raw(program)?;
-    let check = Check::of(&lines, &config.settings, Stand::default(), &mut |_| {});
+    let check = if lines.len() > RECORDED_LINES_MAX {
+        let why = format!(
+            "more lines than {RECORDED_LINES_MAX} take more memory here than a page has: `isostep check` says how long they take, and why"
+        );
+        Check::unrun(&lines, &config.settings, Stand::default(), &why)
+    } else {
+        Check::of(&lines, &config.settings, Stand::default(), &mut |_| {})
+    };
     Ok(serde_json::to_string(&rows(&check, false)).expect("texts have a form in JSON"))
 }
 

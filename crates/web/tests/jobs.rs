@@ -246,6 +246,24 @@ fn a_program_that_computes_is_made_plain() {
 }
 
 #[test]
+fn a_check_of_a_program_that_is_too_long_for_a_page_is_of_its_lines_alone() {
+    let program = [
+        b"G21 G91
+"
+        .as_slice(),
+        &b"G1 X0.001 F600
+"
+        .repeat(50_000),
+        b"G42
+",
+    ]
+    .concat();
+    let rows = whole::check(&program, "").unwrap();
+    assert!(rows.contains("line 50002 `G42`") && rows.contains("X 0.000 to 50.000"), "{rows}");
+    assert!(rows.contains("more lines than 50000"), "{rows}");
+}
+
+#[test]
 fn a_report_has_the_figures_of_the_simulator() {
     let figures = Figures::new("arcs.nc", &run(ARCS, &Config::default()).unwrap());
     assert_eq!(whole::report("arcs.nc", ARCS, "").unwrap(), serde_json::to_string_pretty(&figures).unwrap());

@@ -14,6 +14,8 @@ fn main() -> Result<()> {
         .web(true)?
         .typescript(true)
         .out_name("machine")
+        // The page shows the words of a panic and its place, and no names of functions.
+        .remove_name_section(true)
         .remove_producers_section(true)
         .generate(&folder)
         .with_context(|| format!("{} gives no JavaScript", module.display()))

@@ -1,6 +1,6 @@
 // A run as lines to draw: bounded in number, in the order of time, each with its colour.
 
-import type { Motion } from "../motion";
+import type { Motion, Places } from "../motion";
 import type { Tone } from "./tone";
 
 /** No picture has more lines than this, however long the program is. */
@@ -9,6 +9,10 @@ export const SEGMENTS_MAX = 60_000;
 const FINE = 1 / 3000;
 /** The page answers in between, ms. */
 const SLICE_MS = 8;
+/** Phases between two looks at the clock. */
+const IN_ONE_GO = 32;
+/** Places for lines that are known already; more than twice as many as there are lines. A power of two. */
+const TABLE = 2 ** 17;
 
 export interface Segments {
   count: number;
@@ -18,8 +22,8 @@ export interface Segments {
   /** When each was first made, s. */
   ends: Float64Array;
   /** Where the path is, mm: from and to. Of no path from 0 to 0. */
-  low: [number, number, number];
-  high: [number, number, number];
+  low: Places;
+  high: Places;
 }
 
 /** Lets the page answer when it has not for a while. */
@@ -37,15 +41,16 @@ export class Breath {
 }
 
 class Builder {
-  private readonly seen = new Set<string>();
+  /** Lines that are there, each with its number from 1 in the first free place from that of its hash on. */
+  private readonly table = new Int32Array(TABLE);
   readonly made: Segments;
-  private from: number[] = [];
-  private last: number[] = [];
+  private from: Places = [0, 0, 0];
+  private last: Places = [Infinity, Infinity, Infinity];
   private rank = -1;
   private end = 0;
   private isOpen = false;
 
-  constructor(low: [number, number, number], high: [number, number, number], private readonly fine: number) {
+  constructor(low: Places, high: Places, private readonly fine: number) {
     const [places, ranks, ends] = [new Float32Array(6 * SEGMENTS_MAX), new Uint8Array(SEGMENTS_MAX), new Float64Array(SEGMENTS_MAX)];
     this.made = { count: 0, places, ranks, ends, low, high };
   }
@@ -55,13 +60,13 @@ class Builder {
   }
 
   /** Goes on to a place. What is shorter than can be seen is drawn with what follows. */
-  line(from: number[], to: number[], rank: number, end: number): void {
-    if (rank !== this.rank || this.far(this.last, from) >= this.fine) {
+  line(from: Places, to: Places, rank: number, end: number): void {
+    if (rank !== this.rank || far(this.last, from) >= this.fine) {
       this.finish();
       this.from = from;
     }
     [this.last, this.rank, this.end, this.isOpen] = [to, rank, end, true];
-    if (this.far(this.from, to) < this.fine) return;
+    if (far(this.from, to) < this.fine) return;
     this.finish();
     this.from = to;
   }
@@ -70,32 +75,54 @@ class Builder {
   finish(): void {
     if (!this.isOpen || this.isFull) return;
     this.isOpen = false;
-    const both = [...this.from, ...this.last];
-    const key = `${this.rank} ${both.map((mm) => Math.round(mm / this.fine)).join(" ")}`;
-    if (this.seen.has(key)) return;
-    this.seen.add(key);
     const { made } = this;
-    made.places.set(both, 6 * made.count);
+    made.places.set(this.from, 6 * made.count);
+    made.places.set(this.last, 6 * made.count + 3);
     made.ranks[made.count] = this.rank;
     made.ends[made.count] = this.end;
-    made.count++;
+    if (!this.isThere(made.count)) made.count++;
   }
 
-  private far(one: number[], other: number[]): number {
-    return Math.max(...one.map((mm, axis) => Math.abs(mm - (other[axis] ?? Infinity))));
+  /** Whether a line of the same colour is there already, as far as can be seen. Otherwise it is from now on. */
+  private isThere(line: number): boolean {
+    const { ranks } = this.made;
+    let hash = ranks[line] ?? 0;
+    for (let end = 0; end < 6; end++) {
+      hash = Math.imul(hash ^ this.cell(line, end), 0x9e3779b1);
+      hash ^= hash >>> 15;
+    }
+    for (let place = hash & (TABLE - 1); ; place = (place + 1) & (TABLE - 1)) {
+      const other = (this.table[place] ?? 0) - 1;
+      if (other < 0) {
+        this.table[place] = line + 1;
+        return false;
+      }
+      let end = 0;
+      while (end < 6 && this.cell(other, end) === this.cell(line, end)) end++;
+      if (end === 6 && ranks[other] === ranks[line]) return true;
+    }
   }
+
+  /** A number of a place of a line, in units of what can be seen. */
+  private cell(line: number, end: number): number {
+    return Math.round((this.made.places[6 * line + end] ?? 0) / this.fine);
+  }
+}
+
+function far(one: Places, other: Places): number {
+  return Math.max(Math.abs(one[0] - other[0]), Math.abs(one[1] - other[1]), Math.abs(one[2] - other[2]));
 }
 
 /** The lines of a run, if it has any; nothing if they are wanted no more. */
 export async function segments(motion: Motion, tone: Tone, isWanted: () => boolean): Promise<Segments | undefined> {
   const breath = new Breath();
-  const bounds = await boundsOf(motion, breath, isWanted);
-  if (!bounds) return undefined;
-  const size = Math.max(...bounds.high.map((high, axis) => high - (bounds.low[axis] ?? 0)), 1e-3);
+  const isPath = motion.low[0] <= motion.high[0];
+  const [low, high]: [Places, Places] = isPath ? [[...motion.low], [...motion.high]] : [[0, 0, 0], [0, 0, 0]];
+  const size = Math.max(far(low, high), 1e-3);
   for (let fine = size * FINE; ; fine *= 2) {
-    const builder = new Builder(bounds.low, bounds.high, fine);
+    const builder = new Builder(low, high, fine);
     for (let row = 0; row < motion.length && !builder.isFull; row++) {
-      if (breath.isDue) {
+      if (row % IN_ONE_GO === 0 && breath.isDue) {
         await breath.take();
         if (!isWanted()) return undefined;
       }
@@ -111,23 +138,4 @@ function add(builder: Builder, motion: Motion, tone: Tone, row: number): void {
   tone.parts(motion, row, (from, to, rank) => {
     builder.line(motion.placesIn(row, from), motion.placesIn(row, to), rank, begin + to);
   });
-}
-
-async function boundsOf(motion: Motion, breath: Breath, isWanted: () => boolean): Promise<Pick<Segments, "low" | "high"> | undefined> {
-  const low: [number, number, number] = [Infinity, Infinity, Infinity];
-  const high: [number, number, number] = [-Infinity, -Infinity, -Infinity];
-  for (let row = 0; row < motion.length; row++) {
-    if (breath.isDue) {
-      await breath.take();
-      if (!isWanted()) return undefined;
-    }
-    if (motion.isHoming(row)) continue;
-    for (const after of [0, motion.to(row) - motion.from(row)]) {
-      motion.placesIn(row, after).forEach((mm, axis) => {
-        low[axis] = Math.min(low[axis] ?? mm, mm);
-        high[axis] = Math.max(high[axis] ?? mm, mm);
-      });
-    }
-  }
-  return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [0, 0, 0] };
 }

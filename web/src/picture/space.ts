@@ -29,6 +29,7 @@ export class Space implements View {
   private readonly tool = new Mesh(new SphereGeometry(1), new MeshBasicMaterial());
   /** What is around the path: a grid below it, the travel, and the axes where the zero is. */
   private around = new Group();
+  private isDue = false;
   private shown: Shown | undefined;
   private moment: Moment = { made: Infinity, tool: undefined };
 
@@ -70,7 +71,7 @@ export class Space implements View {
 
   file(): Promise<Blob | null> {
     // What was drawn is there until the page is shown.
-    this.render();
+    this.draw();
     return new Promise((resolve) => this.canvas.toBlob(resolve));
   }
 
@@ -94,10 +95,7 @@ export class Space implements View {
     if (!width || !height) return;
     const shades = tone.colours.map(shade);
     const colours = new Float32Array(6 * segments.count);
-    for (let index = 0; index < segments.count; index++) {
-      const { r, g, b } = shades[segments.ranks[index] ?? 0] ?? shade("ink");
-      colours.set([r, g, b, r, g, b], 6 * index);
-    }
+    for (let end = 0; end < 2 * segments.count; end++) shades[segments.ranks[end >> 1] ?? 0]?.toArray(colours, 3 * end);
     this.done.geometry.setAttribute("color", new BufferAttribute(colours, 3));
     this.dots.geometry.setAttribute("position", new BufferAttribute(dotsOf(segments), 3));
     this.dots.material.color = shade("over");
@@ -148,7 +146,13 @@ export class Space implements View {
     this.render();
   }
 
+  /** Draws it with the next picture of the screen, once, however much changes until then. */
   private render(): void {
+    this.isDue ||= requestAnimationFrame(() => this.draw()) > 0;
+  }
+
+  private draw(): void {
+    this.isDue = false;
     this.renderer.render(this.scene, this.camera);
   }
 }
@@ -176,8 +180,7 @@ function letterOf(name: string, fill: string): Sprite {
 function dotsOf({ places, count }: Segments): Float32Array {
   const dots: number[] = [];
   for (let at = 0; at < 6 * count; at += 6) {
-    const [x = 0, y = 0, z = 0, ...to] = places.slice(at, at + 6);
-    if (x === to[0] && y === to[1] && z === to[2]) dots.push(x, y, z);
+    if ([0, 1, 2].every((axis) => places[at + axis] === places[at + axis + 3])) dots.push(...places.subarray(at, at + 3));
   }
   return new Float32Array(dots);
 }

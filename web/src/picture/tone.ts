@@ -64,10 +64,7 @@ const load: Tone = {
     equal(motion, row, motion.kind(row) === Kind.Blend, (from, to) => part(from, to, rank));
   },
   key(motion) {
-    let most = 0;
-    for (let row = 0; row < motion.length; row++) {
-      if (!motion.isHoming(row)) most = Math.max(most, motion.load(row), motion.jump(row));
-    }
+    const most = motion.topLoad;
     const loud = most > WITHIN ? `above it, at most ${(100 * most).toFixed(0)} %` : undefined;
     return { name: "Acceleration of the worst axis", low: "0", high: "100 % of its limit", ...(loud && { loud }) };
   },

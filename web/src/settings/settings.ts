@@ -1,6 +1,6 @@
 // The settings of the machine: entered or loaded, looked at, and sent.
 
-import { AXES, axesOf } from "../axes";
+import { axesOf } from "../axes";
 import { area, button, input, made, part, save, select } from "../elements";
 import type { SettingRow } from "../messages";
 import type { Machine } from "../operate/machine";
@@ -8,10 +8,11 @@ import { Form } from "./form";
 import { differences, file, isNumber, read, reason } from "./lines";
 import type { Row } from "./row";
 import { mayBeSet, send } from "./send";
-import { Table } from "./table";
+import { refusal, rows } from "./table";
 
 export class SettingsView {
-  private table = new Table(AXES);
+  /** How many axes the rows are of. */
+  private axes = 0;
   private readonly form = new Form(() => this.showPending());
   private rows: SettingRow[] = [];
   private isSending = false;
@@ -28,24 +29,22 @@ export class SettingsView {
       set: () => this.follow(),
       reported: (report, before) => report.state !== before.state && this.showPending(),
     });
-    void this.read();
   }
 
-  /** Another machine may have another number of axes, and so other settings. */
+  /** The rows are asked for when there is a machine that they are of. Another machine may have another number of axes, and so other settings. */
   private follow(): void {
+    if (!this.machine.settings.size) return;
     const axes = axesOf(this.machine.settings);
-    if (axes === this.table.axes) return this.show();
-    this.table.end();
-    this.table = new Table(axes);
+    if (axes === this.axes) return this.show();
+    this.axes = axes;
     this.rows = [];
-    void this.read();
+    void this.ask(axes);
   }
 
-  private async read(): Promise<void> {
-    const { table } = this;
-    const rows = await table.rows();
-    if (table !== this.table) return;
-    this.rows = rows;
+  private async ask(axes: number): Promise<void> {
+    const found = await rows(axes);
+    if (axes !== this.axes) return;
+    this.rows = found;
     this.show();
   }
 
@@ -62,7 +61,7 @@ export class SettingsView {
   }
 
   private show(): void {
-    if (!this.rows.length || !this.machine.settings.size) return;
+    if (!this.machine.settings.size || !this.rows.length) return;
     this.form.show(this.rows, this.machine.settings);
     this.showPending();
   }
@@ -110,7 +109,7 @@ export class SettingsView {
       wanted.set(row.about.number, row.value);
     }
     const lines = [...wanted].filter(([number]) => known.has(number));
-    const trouble = await this.table.refusal(file(lines));
+    const trouble = await refusal(file(lines), this.axes);
     if (!trouble) return true;
     const number = lines[(trouble.line ?? 0) - 1]?.[0];
     const words = reason(trouble.words);
@@ -160,7 +159,7 @@ export class SettingsView {
   }
 
   private useForRun(): void {
-    select("axes").value = String(this.table.axes);
+    select("axes").value = String(this.axes);
     area("settings").value = this.differences;
     area("settings").dispatchEvent(new Event("input"));
     this.say("The settings that differ from the defaults stand on the page of programs now, and count from the next run and power-up on.");

@@ -1,37 +1,26 @@
-// The table of settings, from the machine's own code.
+// The table of settings, from the machine's own code. A worker answers one question, because one that waits for more takes memory.
 
-import { worker } from "../job";
+import { Task } from "../job";
 import type { FromWorker, SettingRow, ToWorker, Trouble } from "../messages";
 
-export class Table {
-  private readonly worker: Worker;
-  private readonly waiting: ((answer: FromWorker) => void)[] = [];
+export async function rows(axes: number): Promise<SettingRow[]> {
+  const answer = await ask({ do: "setting-rows" }, axes);
+  return answer.is === "setting-rows" ? answer.rows : [];
+}
 
-  /** Of a machine with so many axes. */
-  constructor(readonly axes: number) {
-    this.worker = worker(axes);
-    this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.waiting.shift()?.(data);
-  }
+/** Why these settings cannot be together, on whichever board. */
+export async function refusal(lines: string, axes: number): Promise<Trouble | null> {
+  const answer = await ask({ do: "check-settings", lines }, axes);
+  if (answer.is === "trouble") return answer.trouble;
+  return answer.is === "settings-checked" ? answer.refusal : null;
+}
 
-  /** It is wanted no more. */
-  end(): void {
-    this.worker.terminate();
-  }
-
-  async rows(): Promise<SettingRow[]> {
-    const answer = await this.ask({ do: "setting-rows" });
-    return answer.is === "setting-rows" ? answer.rows : [];
-  }
-
-  /** Why these settings cannot be together, on whichever board. */
-  async refusal(lines: string): Promise<Trouble | null> {
-    const answer = await this.ask({ do: "check-settings", lines });
-    if (answer.is === "trouble") return answer.trouble;
-    return answer.is === "settings-checked" ? answer.refusal : null;
-  }
-
-  private ask(question: ToWorker): Promise<FromWorker> {
-    this.worker.postMessage(question);
-    return new Promise((resolve) => this.waiting.push(resolve));
-  }
+function ask(question: ToWorker, axes: number): Promise<FromWorker> {
+  return new Promise((resolve) => {
+    const hear = (answer: FromWorker): boolean => {
+      resolve(answer);
+      return true;
+    };
+    new Task().ask(question, hear, (trouble) => resolve({ is: "trouble", trouble }), axes);
+  });
 }

@@ -14,6 +14,10 @@ use crate::workspace;
 
 /// Moves of the programs that are made for it. The longest is run on the page only.
 const MOVES: [usize; 2] = [20_000, 200_000];
+/// Lines of the relief.
+const RELIEF_LINES: usize = 20_000;
+/// Lines in a row of it.
+const IN_ROW: usize = 200;
 
 /// Measures the page of this folder.
 pub fn print(page: &Path) -> Result<()> {
@@ -24,8 +28,10 @@ pub fn print(page: &Path) -> Result<()> {
         programs.push(folder.join(format!("moves-{moves}.nc")));
         fs::write(&programs[programs.len() - 1], short_moves(moves))?;
     }
+    programs.insert(1, folder.join(format!("relief-{RELIEF_LINES}.nc")));
+    fs::write(&programs[1], relief(RELIEF_LINES))?;
     println!("{:<22} {:>12} {:>12} {:>8}", "on this computer", "machine, s", "run in, s", "times");
-    for path in &programs[..2] {
+    for path in &programs[..3] {
         let stopwatch = Stopwatch::start();
         let outcome = isostep_sim::run(&fs::read(path)?, &Config { keep_waves: false, ..Config::default() })?;
         let (machine_s, elapsed_s) = (outcome.duration_ns as f64 * 1e-9, stopwatch.elapsed_s());
@@ -39,6 +45,17 @@ pub fn print(page: &Path) -> Result<()> {
         figures.arg("--program").arg(path);
     }
     process::run(&mut figures)
+}
+
+/// A smooth surface in rows 0.4 mm apart, with a place every 0.2 mm, as CAM writes it.
+fn relief(lines: usize) -> String {
+    let line = |number: usize| {
+        let (row, column) = (number / IN_ROW, number % IN_ROW);
+        let along = if row.is_multiple_of(2) { column } else { IN_ROW - 1 - column };
+        let (x, y) = (0.2 * along as f64, 0.4 * row as f64);
+        format!("X{x:.3} Y{y:.3} Z{:.3}\n", 2.0 * (x / 6.0).sin() * (y / 8.0).cos())
+    };
+    format!("G21 G90 G1 F2400\n{}", (0..lines).map(line).collect::<String>())
 }
 
 /// A chain of short moves with a blend at each corner.

@@ -58,11 +58,21 @@ struct Made {
 }
 
 impl Check {
+    /// Checks the lines of a program, and does not run it, for a reason that is told in place of its time.
+    pub fn unrun(program: &Program, settings: &Settings, stand: Stand, why: &str) -> Self {
+        let (start_mm, survey) = survey(program, settings, stand.start_mm);
+        Self::new(start_mm, survey, Err(why.to_owned()))
+    }
+
     /// Checks a program on a machine with these settings. Calls `watch` now and then with how many more lines are done.
     pub fn of(program: &Program, settings: &Settings, stand: Stand, watch: &mut dyn FnMut(usize)) -> Self {
         let (start_mm, survey) = survey(program, settings, stand.start_mm);
         let stand = Stand { start_mm: Some(start_mm), ..stand };
         let made = made(program, settings, stand, &survey, watch);
+        Self::new(start_mm, survey, made)
+    }
+
+    fn new(start_mm: [f64; AXES], survey: Survey, made: Result<Made, String>) -> Self {
         let (trouble, made) = made.map_or_else(|trouble| (Some(trouble), None), |made| (None, Some(made)));
         Self {
             start_mm,
