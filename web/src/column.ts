@@ -1,28 +1,34 @@
 // Numbers of one kind, of which more come.
 
-/** As much more than is needed is taken when there is no more room. */
-const ROOM = 1.5;
+/** Numbers of a piece: a power of two. */
+const PIECE = 2 ** 12;
 
-/** A column that grows. */
-export class Column<A extends Float64Array | Float32Array | Uint8Array> {
+type Numbers = Float64Array | Float32Array | Uint8Array;
+
+/** A column that grows by pieces, so that nothing is ever copied and no room is left over. */
+export class Column<A extends Numbers> {
   length = 0;
-  constructor(private array: A) {}
+  private readonly pieces: A[] = [];
+
+  constructor(private readonly kind: new (length: number) => A) {}
 
   push(more: A): void {
-    if (this.length + more.length > this.array.length) {
-      const wider = new (this.array.constructor as new (length: number) => A)(Math.ceil(ROOM * (this.length + more.length)));
-      wider.set(this.array);
-      this.array = wider;
+    for (let from = 0; from < more.length; ) {
+      const at = this.length % PIECE;
+      if (at === 0) this.pieces.push(new this.kind(PIECE));
+      const part = more.subarray(from, from + PIECE - at);
+      this.pieces.at(-1)?.set(part, at);
+      this.length += part.length;
+      from += part.length;
     }
-    this.array.set(more, this.length);
-    this.length += more.length;
   }
 
   set(index: number, value: number): void {
-    this.array[index] = value;
+    const piece = this.pieces[(index / PIECE) | 0];
+    if (piece) piece[index % PIECE] = value;
   }
 
   at(index: number): number {
-    return this.array[index] ?? 0;
+    return this.pieces[(index / PIECE) | 0]?.[index % PIECE] ?? 0;
   }
 }

@@ -61,8 +61,8 @@ export class Bins {
 }
 
 export class Envelope {
-  private readonly lows = new Column<Float32Array>(new Float32Array(1024));
-  private readonly highs = new Column<Float32Array>(new Float32Array(1024));
+  private readonly lows = new Column<Float32Array>(Float32Array);
+  private readonly highs = new Column<Float32Array>(Float32Array);
   private done = 0;
 
   constructor(private readonly motion: Motion) {}

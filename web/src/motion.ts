@@ -29,13 +29,13 @@ export interface AxisMotion {
 export type Places = [number, number, number];
 
 export class Motion {
-  private readonly times = new Column<Float64Array>(new Float64Array(1024));
-  private readonly kinds = new Column<Uint8Array>(new Uint8Array(512));
-  private readonly values = new Column<Float32Array>(new Float32Array(8192));
-  private readonly loads = new Column<Float32Array>(new Float32Array(1024));
-  private readonly asked = new Column<Float32Array>(new Float32Array(512));
-  private readonly powerTimes = new Column<Float64Array>(new Float64Array(64));
-  private readonly powers = new Column<Float32Array>(new Float32Array(64));
+  private readonly times = new Column<Float64Array>(Float64Array);
+  private readonly kinds = new Column<Uint8Array>(Uint8Array);
+  private readonly values = new Column<Float32Array>(Float32Array);
+  private readonly loads = new Column<Float32Array>(Float32Array);
+  private readonly asked = new Column<Float32Array>(Float32Array);
+  private readonly powerTimes = new Column<Float64Array>(Float64Array);
+  private readonly powers = new Column<Float32Array>(Float32Array);
   readonly envelope = new Envelope(this);
   lines: LineTimes = { times: new Float64Array(), lines: new Uint32Array() };
   isShaped = false;
