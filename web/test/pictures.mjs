@@ -164,7 +164,7 @@ for (const path of programs) {
 
 /** What the lines before one leave, by the machine's own words. */
 function leftBefore(lines, line) {
-  const { motion, summary } = made(`${lines.slice(0, line - 1).join("\n")}\nG4 P0\n$G\n$#\n`, { kept: "plan" });
+  const { motion, summary } = made(`${lines.slice(0, line - 1).join("\n")}\n$G\n$#\n`, { kept: "plan" });
   const said = (name) => summary.said_last.filter((text) => text.startsWith(`[${name}:`)).at(-1)?.slice(name.length + 2, -1) ?? "";
   let highestMm = 0;
   for (let row = 0; row < motion.length; row++) if (!motion.isHoming(row)) highestMm = Math.max(highestMm, motion.place(row, 2, 0));
