@@ -72,6 +72,9 @@ export const tests = (machine) => ({
     await page.click("#unlock");
     await is(page, "Idle");
     await reads(page, "homed-now", /^yes$/);
+    // Far from the switches, so that there is time to stop it.
+    await answers(page, "$J=G53 G21 G90 X40 Y40 Z40 F2800");
+    await stands(page, "z", 40);
     await page.click("#home");
     await is(page, "Home");
     await page.click("#stop");

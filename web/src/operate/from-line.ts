@@ -52,7 +52,8 @@ export class FromLine {
     if (line === 1) return this.take("");
     const why = whyNotFrom(lines, line) || (this.machine.state === "Idle" ? "" : "The machine must be Idle for that.");
     if (why) return this.take("", why);
-    const head = `${lines.slice(0, line - 1).join("\n")}\n$G\n$#\n`;
+    // Offsets are listed at rest only.
+    const head = `${lines.slice(0, line - 1).join("\n")}\nG4 P0\n$G\n$#\n`;
     readStart(this.machine, (start) => {
       if (!start) return this.take("", "The machine does not say from where it starts: type the line again.");
       this.plan = new Plan(head, this.machine.settings, linesOfStart(start), () => this.plan && this.begin(text, lines, line, this.plan));
