@@ -247,17 +247,7 @@ fn a_program_that_computes_is_made_plain() {
 
 #[test]
 fn a_check_of_a_program_that_is_too_long_for_a_page_is_of_its_lines_alone() {
-    let program = [
-        b"G21 G91
-"
-        .as_slice(),
-        &b"G1 X0.001 F600
-"
-        .repeat(50_000),
-        b"G42
-",
-    ]
-    .concat();
+    let program = [b"G21 G91\n".as_slice(), &b"G1 X0.001 F600\n".repeat(50_000), b"G42\n"].concat();
     let rows = whole::check(&program, "").unwrap();
     assert!(rows.contains("line 50002 `G42`") && rows.contains("X 0.000 to 50.000"), "{rows}");
     assert!(rows.contains("more lines than 50000"), "{rows}");
