@@ -154,7 +154,7 @@ export const tests = {
     await page.locator(".setting[data-number='376']", { hasText: "rotary" }).waitFor();
     await page.click("#settings-for-run");
     assert.equal(await page.inputValue("#axes"), "4");
-    const three = await operated("settings");
+    const three = await operated(undefined, "settings");
     await three.fill("#find-setting", "$102");
     await three.locator(".setting[data-number='102']").waitFor();
     assert.equal(await three.locator(".setting[data-number='103']").count(), 0);
