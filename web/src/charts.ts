@@ -37,6 +37,7 @@ export class Charts {
   private readonly plots: uPlot[];
   private readonly cursors: HTMLElement[];
   private span: [number, number] = [0, 1];
+  private time = 0;
 
   constructor(
     private readonly place: HTMLElement,
@@ -71,6 +72,7 @@ export class Charts {
 
   /** Marks a time. */
   at(time: number): void {
+    this.time = time;
     const isInside = time >= this.span[0] && time <= this.span[1];
     this.plots.forEach((plot, index) => {
       const cursor = this.cursors[index];
@@ -121,5 +123,6 @@ export class Charts {
   private fit(): void {
     for (const plot of this.plots) plot.setSize(this.size());
     this.show(...this.span);
+    this.at(this.time);
   }
 }
