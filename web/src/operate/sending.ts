@@ -33,6 +33,7 @@ export class Sending implements SenderWatcher {
     this.byPage = new PageSender(machine, this);
     this.byServer = new ServerSender(machine, this);
     button("send-program").onclick = () => void this.ask();
+    live.watch(() => this.enable());
     button("stop-program").onclick = () => stop(machine);
     machine.watch({
       reported: (report) => this.follow(report),
@@ -93,9 +94,13 @@ export class Sending implements SenderWatcher {
     this.sender.start({ ...this.program(), before: this.live.before, made: this.live.plan?.made });
   }
 
+  private enable(): void {
+    button("send-program").disabled = !["Idle", "Check"].includes(this.machine.state) || this.progress !== undefined || this.fits.refusal !== "";
+  }
+
   private follow(report: Status): void {
     const { progress } = this;
-    button("send-program").disabled = !["Idle", "Check"].includes(report.state) || progress !== undefined || this.fits.refusal !== "";
+    this.enable();
     if (!progress) return;
     this.note(progress, report);
     this.show(report);
