@@ -3,7 +3,7 @@
 
 import { defaultKeymap, history, historyKeymap } from "@codemirror/commands";
 import { searchKeymap } from "@codemirror/search";
-import { EditorState, type Extension } from "@codemirror/state";
+import { EditorState, type Extension, type Text } from "@codemirror/state";
 import { drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { part } from "./elements";
 import { gcode } from "./gcode";
@@ -35,6 +35,7 @@ export class Editor {
   /** In a shadow root of its own, because only there its styles need no permission of the content security policy. */
   private readonly view: EditorView;
   private marked = 0;
+  private text: { doc: Text; value: string } | undefined;
 
   /** `changed` hears of every change that a person makes, and `refused` why what was pasted is not taken. */
   constructor(
@@ -72,8 +73,11 @@ export class Editor {
     return words !== undefined;
   }
 
+  /** The text, which is made once for each change: it may be megabytes, and is asked for with every report of a machine. */
   get value(): string {
-    return this.view.state.doc.toString();
+    const { doc } = this.view.state;
+    if (this.text?.doc !== doc) this.text = { doc, value: doc.toString() };
+    return this.text.value;
   }
 
   load(text: string): void {

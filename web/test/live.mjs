@@ -1,7 +1,7 @@
 // The picture of the machine that is operated, and what is known of a program before it is sent: whichever machine it is.
 import assert from "node:assert/strict";
 import { put } from "./harness.mjs";
-import { answers, home, is, operated, place, reads, rests, sends, sent, stands } from "./machine.mjs";
+import { answers, endsWith, home, is, operated, place, reads, rests, sends, sent, stands } from "./machine.mjs";
 
 /** A square of 40 mm, and then a way back. */
 const SQUARE = "G21 G90\nG1 X40 F1500\nG1 Y40\nG1 X0\nG1 Y0\n";
@@ -93,7 +93,7 @@ export const tests = (machine) => ({
     const all = await colourAt(page, "path", 0.5);
     assert.ok(made.length > 50 && made.at[3] > 100, "a side is made");
     assert.ok(made.at.slice(0, 3).every((part, index) => Math.abs(part - all.at[index]) < 6), `it has its colour: ${made.at}, ${all.at}`);
-    await reads(page, "sending-now", /\bDone: 5 lines\.$/);
+    await endsWith(page, machine, "Done: 5 lines\\.");
     assert.equal((await page.getAttribute("#path", "class")) ?? "", "");
   },
 
@@ -203,7 +203,7 @@ export const tests = (machine) => ({
     await page.locator("#send-program:enabled").click();
     await is(page, "Run");
     await reads(page, "tool-now", /^on, M3, S 400 now$/);
-    await reads(page, "sending-now", /\bDone: 9 lines\.$/);
+    await endsWith(page, machine, "Done: 9 lines\\.");
     for (const [axis, mm] of [["x", "8.000"], ["y", "2.000"], ["z", "2.000"]]) await arrives(page, axis, mm);
     await put(page, "program", "G21\nG1 X1 F600\nG10 L20 P1 X0\nG1 X2\nG1 X3\nG1 X4\nG1 X5\nG1 X6\n");
     await page.fill("#from-line", "8");
@@ -217,7 +217,7 @@ export const tests = (machine) => ({
     await is(page, "Hold");
     await reads(page, "sending-now", /^The program waits in line 4: turn the part over\. Resume goes on/);
     await page.locator("#resume:enabled").click();
-    await reads(page, "sending-now", /\bDone: 4 lines\.$/);
+    await endsWith(page, machine, "Done: 4 lines\\.");
     await stands(page, "x", 6);
   },
 });

@@ -111,3 +111,6 @@ export async function sends(page, program) {
 
 /** The place is this one, to the last decimal of a report. */
 export const stands = async (page, axis, wanted, of) => assert.ok(Math.abs((await rests(page, axis, of)) - wanted) < 0.0015, `${axis} ${await place(page, axis, of)}`);
+
+/** What stands below a program that has ended, whole: a server that holds it says its name, and more of where it was. */
+export const endsWith = (page, { isSimulated }, ofPage, ofServer = ofPage) => reads(page, "sending-now", new RegExp(isSimulated ? `^${ofPage}$` : `^[^:]+: ${ofServer}$`));

@@ -259,7 +259,7 @@ for (const name of ["parking.nc", "arcs.nc", "engraving.nc"]) {
     let begun = 0;
     for (let line = 7; line < lines.length; line += 3) {
       const left = leftBefore(lines, line);
-      if (whyNotFrom(lines, line) || whyNotAfter(lines[line - 1], line, left)) continue;
+      if (whyNotFrom(lines, line) || whyNotAfter(lines, line, left)) continue;
       const { text } = restFrom(lines, line, left);
       assert.deepEqual(text.split("\n").slice(line - 1), lines.slice(line - 1), "lines keep their numbers");
       const rest = made(text, { settings, kept: "plan" });
@@ -279,3 +279,13 @@ for (const name of ["parking.nc", "arcs.nc", "engraving.nc"]) {
     assert.ok(begun > 4, `${begun} lines`);
   });
 }
+
+test("a program does not go on with an arc, a cycle or an inverse time of a line before, wherever the line that does stands", () => {
+  const lines = ["G21 G90 F600", ...Array.from({ length: 8 }, () => "G1 X1"), "G81 X2 Z-1 R1", "(here)", "F700", "X3", "G80", "G1 X4"];
+  const left = (motion) => ({ modes: [motion, "G21", "G90", "G94", "F600"], length: 0, placeMm: [0, 0, 0], highestMm: 0, isInches: false });
+  assert.match(whyNotAfter(lines, 11, left("G81")), /^Line 13 goes on with G81/);
+  assert.match(whyNotAfter(lines, 13, left("G2")), /^Line 13 goes on with G2/);
+  assert.equal(whyNotAfter(lines, 11, left("G1")), "");
+  assert.equal(whyNotAfter(lines, 14, left("G81")), "");
+  assert.match(whyNotAfter(lines, 9, { ...left("G1"), modes: ["G1", "G93"] }), /inverse time \(G93\)/);
+});

@@ -22,13 +22,13 @@ export class Fits {
   /** Why the program must not be sent as it is; empty if it may. */
   get refusal(): string {
     if (this.fromLine.refusal) return this.fromLine.refusal;
-    const beyond = this.live.plan?.beyond.filter(({ axis }) => this.machine.homed.has(axis)) ?? [];
+    const beyond = this.live.planOf(this.fromLine.program.text)?.beyond.filter(({ axis }) => this.machine.homed.has(axis)) ?? [];
     return beyond.map((axis) => `${axis.axis} would go to ${axis.placeMm.toFixed(2)} ${axis.unit}, which is ${past(axis)}, first in line ${axis.line}.`).join(" ");
   }
 
   show(): void {
     const { name, text } = this.fromLine.program;
-    const { plan } = this.live;
+    const plan = this.live.planOf(text);
     const lines = linesOf(text).length;
     const what = [`${name}: ${lines} ${lines === 1 ? "line" : "lines"}`, plan?.totalS === undefined ? "" : `about ${duration(plan.totalS, 0)}`, plan ? where(plan) : ""];
     part("sending-what").textContent = `${what.filter(Boolean).join(", ")}.`;
@@ -36,7 +36,7 @@ export class Fits {
   }
 
   private showFit(): void {
-    const { plan } = this.live;
+    const plan = this.live.planOf(this.fromLine.program.text);
     const [kind, words] = this.fit(plan);
     const place = part("fits");
     if (place.textContent !== words) place.textContent = words;
@@ -45,7 +45,7 @@ export class Fits {
   }
 
   private fit(plan: Plan | undefined): [kind: "yes" | "no" | "unknown", words: string] {
-    if (!this.machine.isAttached || !plan) return ["unknown", ""];
+    if (!this.machine.isAttached || !plan) return [this.fromLine.refusal ? "no" : "unknown", ""];
     // It stands above.
     if (this.fromLine.refusal) return ["no", ""];
     if (plan.trouble) return ["unknown", `What the machine would do is not known: ${plan.trouble}`];

@@ -11,11 +11,14 @@ import { linesOfStart, readStart } from "./start";
 const Z = 2;
 /** A number that is being typed is looked at when it has been left alone for so long, ms. */
 const CALM_MS = 300;
+const WAITS = "The lines before are run in virtual time.";
 
 export class FromLine {
   private rest: { of: string; line: number; text: string } | undefined;
   private plan: Plan | undefined;
   private timer: number | undefined;
+  /** What is found for a line that was typed before is of no use. */
+  private looks = 0;
   /** Why there is nothing to send; empty if there is. */
   refusal = "";
 
@@ -27,6 +30,8 @@ export class FromLine {
   ) {
     input("from-line").oninput = () => {
       clearTimeout(this.timer);
+      // Nothing is sent before it is known from where: the whole program would go.
+      this.take("", WAITS);
       this.timer = window.setTimeout(() => this.look(), CALM_MS);
     };
   }
@@ -48,22 +53,24 @@ export class FromLine {
   private look(): void {
     const { text } = this.whole();
     const [lines, line] = [text.split(/\r\r\n|\r\n|\r|\n/), Number(input("from-line").value)];
-    this.plan?.end();
     if (line === 1) return this.take("");
     const why = whyNotFrom(lines, line) || (this.machine.state === "Idle" ? "" : "The machine must be Idle for that.");
     if (why) return this.take("", why);
     // Offsets are listed at rest only.
     const head = `${lines.slice(0, line - 1).join("\n")}\nG4 P0\n$G\n$#\n`;
+    const mine = this.looks;
     readStart(this.machine, (start) => {
+      if (mine !== this.looks) return;
       if (!start) return this.take("", "The machine does not say from where it starts: type the line again.");
-      this.plan = new Plan(head, this.machine.settings, linesOfStart(start), () => this.plan && this.begin(text, lines, line, this.plan));
+      const plan = new Plan(head, this.machine.settings, linesOfStart(start), () => mine === this.looks && this.begin(text, lines, line, plan));
+      this.plan = plan;
     });
   }
 
   private begin(text: string, lines: string[], line: number, plan: Plan): void {
     if (plan.trouble) return this.take("", `What the lines before leave is not known: ${plan.trouble}`);
     const left = this.left(plan);
-    const why = whyNotAfter(lines[line - 1] ?? "", line, left);
+    const why = whyNotAfter(lines, line, left);
     if (why) return this.take("", why);
     const rest = restFrom(lines, line, left);
     this.rest = { of: text, line, text: rest.text };
@@ -81,6 +88,8 @@ export class FromLine {
   }
 
   private take(words: string, refusal = ""): void {
+    this.looks++;
+    this.plan?.end();
     this.rest = undefined;
     this.refusal = refusal;
     part("from-what").textContent = words || refusal;

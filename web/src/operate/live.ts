@@ -51,9 +51,14 @@ export class LivePicture {
     });
   }
 
-  /** What the machine would do with the program of the page, if that is known. */
+  /** What the machine would do with the program that was planned last, if that is known. */
   get plan(): Plan | undefined {
     return this.planned?.isKnown ? this.planned.plan : undefined;
+  }
+
+  /** The same, if it is of this program. */
+  planOf(program: string): Plan | undefined {
+    return this.planned?.program === program ? this.plan : undefined;
   }
 
   /** Tells when the plan is another. */
@@ -111,7 +116,7 @@ export class LivePicture {
   }
 
   private get mayPlan(): boolean {
-    return this.isLooked && this.machine.state === "Idle" && this.machine.settings.size > 0 && this.madeS === Infinity && this.machine.underWay === 0;
+    return this.isLooked && this.machine.state === "Idle" && this.machine.settings.size > 0 && this.madeS === Infinity;
   }
 
   private ask(): void {
@@ -151,7 +156,7 @@ export class LivePicture {
     this.madeS = Infinity;
     this.release();
     this.changed();
-    if (this.isLooked) void this.show();
+    void this.show();
   }
 
   private changed(): void {
@@ -159,6 +164,7 @@ export class LivePicture {
   }
 
   private async show(): Promise<void> {
+    if (!this.isLooked) return;
     const { settings, report } = this.machine;
     const travel = Array.from({ length: AXES }, (_, axis) => Number(settings.get(TRAVEL + axis)));
     const workZero = report.offset.length ? this.machine.inMm(report.offset) : undefined;
@@ -171,7 +177,7 @@ export class LivePicture {
   private follow(report: Status, before: Status): void {
     const isMoved = report.offset.join() !== before.offset.join();
     if (nameOf(report.state) === "Idle" && (before.state !== report.state || isMoved)) this.replan();
-    if (this.isLooked && isMoved) void this.show();
+    if (isMoved) void this.show();
     this.draw();
   }
 

@@ -35,6 +35,10 @@ export class Plan {
   /** Where the machine is at its end, mm, and what it has said last. */
   placeMm: number[] = [];
   said: string[] = [];
+  /** From where to where each axis goes, mm of the machine, degrees of a rotary axis; of no motion nothing. */
+  extents: [number, number][] = [];
+  /** How far each axis goes beyond its travel, and the first line that does. */
+  beyond: Beyond[] = [];
   /** Why it cannot be run. */
   trouble = "";
   private readonly worker: Worker;
@@ -115,46 +119,37 @@ export class Plan {
     return Number(this.settings.get(TRAVEL + axis)) === 0;
   }
 
-  /** From where to where each axis goes, mm of the machine, degrees of a rotary axis; of no motion nothing. */
-  get extents(): [number, number][] {
-    const found: [number, number][] = [];
-    this.look((axis, mm) => {
-      const [low, high] = found[axis] ?? [mm, mm];
-      found[axis] = [Math.min(low, mm), Math.max(high, mm)];
-    });
-    return found;
-  }
-
-  /** How far each axis goes beyond its travel, and the first line that does. */
-  get beyond(): Beyond[] {
-    const found = new Map<number, Beyond>();
-    this.look((axis, placeMm, timeS) => {
-      const travelMm = Number(this.settings.get(TRAVEL + axis));
-      const past = (mm: number): number => Math.max(-mm, mm - travelMm);
-      if (!travelMm || past(placeMm) <= ROUNDED_MM) return;
-      const before = found.get(axis);
-      const line = before?.line ?? this.motion.lineAt(timeS) - this.before;
-      if (!before || past(placeMm) > past(before.placeMm)) found.set(axis, { axis: AXIS_NAMES[axis] ?? "", placeMm, travelMm, unit: unitOf(axis, this.motion.isRotary), line });
-    });
-    return [...found.values()];
-  }
-
   private take(motion: Columns[], { lines, answeredAtS, beganS, totalS, placeMm, said }: Extract<FromWorker, { is: "planned" }>): void {
     for (const columns of motion) this.motion.add(columns);
     this.motion.lines = lines;
     this.motion.beginAt(beganS);
     [this.placeMm, this.said] = [placeMm, said];
     [this.answeredAtS, this.beganS, this.totalS] = [answeredAtS, beganS, totalS - beganS];
+    this.look();
   }
 
-  private look(see: (axis: number, placeMm: number, timeS: number) => void): void {
+  /** Looks at the whole once: the page asks with every report. */
+  private look(): void {
     const { motion } = this;
+    const beyond = new Map<number, Beyond>();
     for (let row = 0; row < motion.length; row++) {
       if (motion.isHoming(row)) continue;
       for (const after of [0, motion.to(row) - motion.from(row)]) {
-        for (let axis = 0; axis < motion.axes; axis++) see(axis, motion.place(row, axis, after), motion.from(row));
+        for (let axis = 0; axis < motion.axes; axis++) this.see(axis, motion.place(row, axis, after), motion.from(row), beyond);
       }
     }
+    this.beyond = [...beyond.values()];
+  }
+
+  private see(axis: number, placeMm: number, timeS: number, beyond: Map<number, Beyond>): void {
+    const [low, high] = this.extents[axis] ?? [placeMm, placeMm];
+    this.extents[axis] = [Math.min(low, placeMm), Math.max(high, placeMm)];
+    const travelMm = Number(this.settings.get(TRAVEL + axis));
+    const past = (mm: number): number => Math.max(-mm, mm - travelMm);
+    if (!travelMm || past(placeMm) <= ROUNDED_MM) return;
+    const before = beyond.get(axis);
+    const line = before?.line ?? this.motion.lineAt(timeS) - this.before;
+    if (!before || past(placeMm) > past(before.placeMm)) beyond.set(axis, { axis: AXIS_NAMES[axis] ?? "", placeMm, travelMm, unit: unitOf(axis, this.motion.isRotary), line });
   }
 
   private placed(line: number | null, words: string): string {

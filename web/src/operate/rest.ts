@@ -19,6 +19,9 @@ const LINES = 6;
 /** Words of `$G` that are sent again behind the place. */
 const AGAIN = /^(G0|G1|G1[789]|G2[01]|G9[0134]|G5[4-9](\.[123])?|G61(\.1)?|G64|G9[89]|F[\d.]+|S[\d.]+)$/;
 const MOTION = /^G(0|1|2|3|38\.[2-5]|73|8[0-9])$/;
+const OWN_MOTION = /G\s*(0*[0-3]|38\.[2-5]|73|8\d)(?![\d.])/i;
+/** A line without a motion of its own goes on with the one before. */
+const GOES_ON = /[XYZAIJKR]\s*[-+.\d]/i;
 /** What moves the zero of the work, or what is remembered, would have to be made too. */
 const SETS = /G\s*(10|92|28\.1|30\.1)(?![\d.])/i;
 
@@ -26,7 +29,7 @@ const SETS = /G\s*(10|92|28\.1|30\.1)(?![\d.])/i;
 export function whyNotFrom(lines: string[], line: number): string {
   if (!Number.isInteger(line) || line < 1 || line > lines.length) return `There is no line ${line}: the program has ${lines.length}.`;
   if (line <= LINES) return `Line ${line} is so near the beginning that the program goes from line 1, or from line ${LINES + 1} on.`;
-  const plain = lines.map((text) => text.replace(/;.*|\([^)]*\)/g, ""));
+  const plain = lines.map(withoutComments);
   const computed = plain.findIndex((text) => /#|^\s*O\s*[<\d]|\[/i.test(text) && !/^\s*O\d+\s*$/i.test(text));
   if (computed >= 0) return `Line ${computed + 1} computes or calls (#, [], O): such a program goes from its first line only.`;
   const sets = plain.slice(0, line - 1).findIndex((text) => SETS.test(text));
@@ -34,13 +37,17 @@ export function whyNotFrom(lines: string[], line: number): string {
   return "";
 }
 
-/** Why it cannot be begun there by what the lines before leave; empty if it can. */
-export function whyNotAfter(text: string, line: number, { modes }: Left): string {
+/** Why it cannot be begun there by what the lines before leave; empty if it can. What goes on with their motion may stand behind lines without a motion. */
+export function whyNotAfter(lines: string[], line: number, { modes }: Left): string {
+  if (modes.includes("G93")) return `Line ${line} is in inverse time (G93), so no feed is known by which to go down to it: take one behind G94.`;
   const motion = modes.find((mode) => MOTION.test(mode)) ?? "G0";
-  const isOwn = /G\s*(0*[0-3]|38\.[2-5]|73|8\d)(?![\d.])/i.test(text);
-  const goesOn = /[XYZAIJKR]\s*[-+.\d]/i.test(text) && !isOwn;
-  return goesOn && !["G0", "G1", "G80"].includes(motion) ? `Line ${line} goes on with ${motion} of a line before: take the line with ${motion}.` : "";
+  const rest = lines.slice(line - 1).map(withoutComments);
+  const index = rest.findIndex((text) => OWN_MOTION.test(text) || GOES_ON.test(text));
+  const goesOn = index >= 0 && !OWN_MOTION.test(rest[index] ?? "");
+  return goesOn && !["G0", "G1", "G80"].includes(motion) ? `Line ${line + index} goes on with ${motion} of a line before: take the line with ${motion}.` : "";
 }
+
+const withoutComments = (text: string): string => text.replace(/;.*|\([^)]*\)/g, "");
 
 /** The program from a line on. Its lines keep their numbers. */
 export function restFrom(lines: string[], line: number, left: Left): { text: string; words: string } {

@@ -91,7 +91,8 @@ export class Sending implements SenderWatcher {
     this.isAsked = false;
     if (this.progress) return;
     if (this.fits.refusal) return this.say("Not sent.");
-    this.sender.start({ ...this.program(), before: this.live.before, made: this.live.plan?.made });
+    const program = this.program();
+    this.sender.start({ ...program, before: this.live.before, made: this.live.planOf(program.text)?.made });
   }
 
   private enable(): void {
