@@ -1,11 +1,8 @@
 //! Runs a program on a machine at power-up.
 
-use isostep_sim::program::Program;
-use isostep_sim::{Sim, Streamed, time};
-
 use crate::lines::Lines;
 use crate::motion::Motion;
-use crate::quick::homes;
+use crate::sent::Sent;
 use crate::trouble::Trouble;
 use crate::watch::Watch;
 use crate::{config, summary};
@@ -29,8 +26,7 @@ pub enum Kept {
 
 /// A program under way.
 pub struct Job {
-    streamed: Streamed,
-    lines: usize,
+    sent: Sent,
     watch: Watch,
 }
 
@@ -54,11 +50,7 @@ impl Job {
     pub fn new(program: &[u8], settings: &str, kept: Kept) -> Result<Self, Trouble> {
         let mut config = config(settings)?;
         config.keep_waves = kept == Kept::Waves;
-        let program = Program::read(program)?;
-        config.only_time = kept == Kept::Plan && !program.iter().any(|line| homes(line));
-        let lines = program.len();
-        let streamed = Streamed::new(Sim::new(&config), program);
-        Ok(Self { streamed, lines, watch: Watch::new(kept) })
+        Ok(Self { sent: Sent::new(program, config, kept == Kept::Plan)?, watch: Watch::new(kept) })
     }
 
     /// Runs until `until_us` since power-up, and returns whether the program has come to its end.
@@ -66,25 +58,24 @@ impl Job {
     /// # Errors
     /// [`Trouble`] if it never ends.
     pub fn advance(&mut self, until_us: f64) -> Result<bool, Trouble> {
-        let has_ended = self.streamed.run_until(time::instant_from((until_us * 1e3) as u64))?;
-        let piece = self.streamed.take_piece();
+        let (has_ended, piece) = self.sent.advance(until_us)?;
         self.watch.add(&piece);
         Ok(has_ended)
     }
 
     /// Machine time, us since power-up.
     pub fn now_us(&self) -> f64 {
-        self.streamed.progress().t_ns as f64 * 1e-3
+        self.sent.now_us()
     }
 
     /// Lines answered so far.
     pub fn answered(&self) -> usize {
-        self.streamed.progress().answered
+        self.sent.answered()
     }
 
     /// Lines of the program.
     pub fn lines(&self) -> usize {
-        self.lines
+        self.sent.lines()
     }
 
     /// The motion of the axes since this was asked last.
@@ -102,8 +93,8 @@ impl Job {
     /// # Errors
     /// [`Trouble`] if the machine did not answer a line.
     pub fn end(self) -> Result<End, Trouble> {
-        let Self { streamed, mut watch, .. } = self;
-        let end = streamed.end()?;
+        let Self { sent, mut watch } = self;
+        let end = sent.end()?;
         let lines = watch.end(&end);
         let summary = summary::of(&watch.gathered, &end);
         Ok(End { summary, motion: watch.take_motion(), rows: watch.take_rows(), lines })

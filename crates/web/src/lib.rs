@@ -32,6 +32,7 @@ mod panic;
 mod power;
 mod quick;
 pub mod ringing;
+mod sent;
 pub mod speed_profiles;
 mod summary;
 pub mod table;

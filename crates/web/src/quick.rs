@@ -1,20 +1,17 @@
 //! Runs a program only to find how long it takes, and how far it leaves its path.
 
-use isostep_console::{Command, Interpreter, ReportedState, Settings};
 use isostep_report::timing;
-use isostep_sim::program::{Program, stripped};
 use isostep_sim::verify::HomingTime;
-use isostep_sim::{Config, Sim, Streamed, time};
 use serde::Serialize;
 
 use crate::config;
 use crate::departures::Departures;
+use crate::sent::Sent;
 use crate::trouble::Trouble;
 
 /// A program under way of which nothing is drawn or checked. No edges are made, unless it homes: that needs carriages that move.
 pub struct Quick {
-    streamed: Streamed,
-    lines: usize,
+    sent: Sent,
     homing: HomingTime,
     departures: Departures,
 }
@@ -37,11 +34,8 @@ impl Quick {
     /// # Errors
     /// [`Trouble`] with the line of the program, or of the settings, that cannot be.
     pub fn new(program: &[u8], settings: &str) -> Result<Self, Trouble> {
-        let program = Program::read(program)?;
-        let config = Config { only_time: !program.iter().any(|line| homes(line)), ..config(settings)? };
-        let lines = program.len();
-        let streamed = Streamed::new(Sim::new(&config), program);
-        Ok(Self { streamed, lines, homing: HomingTime::default(), departures: Departures::default() })
+        let sent = Sent::new(program, config(settings)?, true)?;
+        Ok(Self { sent, homing: HomingTime::default(), departures: Departures::default() })
     }
 
     /// Runs until `until_us` since power-up, and returns whether the program has come to its end.
@@ -49,8 +43,7 @@ impl Quick {
     /// # Errors
     /// [`Trouble`] if it never ends.
     pub fn advance(&mut self, until_us: f64) -> Result<bool, Trouble> {
-        let has_ended = self.streamed.run_until(time::instant_from((until_us * 1e3) as u64))?;
-        let piece = self.streamed.take_piece();
+        let (has_ended, piece) = self.sent.advance(until_us)?;
         self.homing.add(&piece);
         self.departures.add(&piece);
         Ok(has_ended)
@@ -58,17 +51,17 @@ impl Quick {
 
     /// Machine time, us since power-up.
     pub fn now_us(&self) -> f64 {
-        self.streamed.progress().t_ns as f64 * 1e-3
+        self.sent.now_us()
     }
 
     /// Lines answered so far.
     pub fn answered(&self) -> usize {
-        self.streamed.progress().answered
+        self.sent.answered()
     }
 
     /// Lines of the program.
     pub fn lines(&self) -> usize {
-        self.lines
+        self.sent.lines()
     }
 
     /// Its end.
@@ -76,18 +69,11 @@ impl Quick {
     /// # Errors
     /// [`Trouble`] if the machine did not answer a line.
     pub fn end(self) -> Result<Found, Trouble> {
-        let Self { streamed, mut homing, mut departures, .. } = self;
-        let end = streamed.end()?;
+        let Self { sent, mut homing, mut departures } = self;
+        let end = sent.end()?;
         homing.add(&end);
         departures.add(&end);
         let program_ns = end.duration_ns - homing.total_ns();
         Ok(Found { program_s: program_ns as f64 * 1e-9, stopped: timing::stopped(&end), departures })
     }
-}
-
-/// True if a line homes.
-pub(crate) fn homes(line: &[u8]) -> bool {
-    let Ok(line) = stripped(line) else { return false };
-    let command = Interpreter::new().interpret(&line, ReportedState::Idle, &Settings::DEFAULT);
-    line.starts_with('$') && matches!(command, Ok(Command::Home { .. }))
 }
