@@ -197,8 +197,16 @@ export const tests = (machine) => ({
     await page.locator("#send-program:disabled").waitFor();
     await page.fill("#from-line", "99");
     await reads(page, "from-what", /^There is no line 99: the program has 11\.$/);
-    await page.fill("#from-line", "8");
+    await page.fill("#from-line", "1");
+    await page.locator("#send-program:enabled").waitFor();
+    // Whoever presses before it is known from where sends nothing: not the whole program either.
+    await page.evaluate(() => {
+      Object.assign(document.getElementById("from-line"), { value: "8" }).dispatchEvent(new Event("input"));
+      document.getElementById("send-program").disabled = false;
+      document.getElementById("send-program").click();
+    });
     await reads(page, "from-what", /^From line 8: up to Z 2\.000, over to X10\.000 Y5\.000, M3 S400, down to Z1\.000 of the machine with .*G91.*F600/);
+    assert.equal(await page.locator("#log .sent", { hasText: "the program" }).count(), 0);
     await reads(page, "sending-what", /from line 8: 9 lines, about \d+ s, X 0\.0 to 10\.0, Y 0\.0 to 5\.0, Z 0\.0 to 2\.0/);
     await page.locator("#send-program:enabled").click();
     await is(page, "Run");
