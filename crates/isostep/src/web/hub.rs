@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use axum::extract::ws::Message;
+use isostep_console::Error;
 use isostep_console::realtime::{self, Realtime};
 use isostep_sim::stream::asked_tool;
 use tokio::sync::mpsc::{Receiver, Sender};
@@ -33,6 +34,8 @@ const TELL_EVERY: Duration = Duration::from_millis(200);
 const LAST_WORDS: Duration = Duration::from_secs(1);
 /// A board that has said nothing for so long has answered all that it was asked.
 const SILENCE: Duration = Duration::from_millis(100);
+/// A report that is older than this may be of before a jog.
+pub const REPORTED: Duration = Duration::from_millis(400);
 /// Time that pages may take to hear why the server ends.
 const GOODBYE: Duration = Duration::from_secs(2);
 
@@ -77,8 +80,8 @@ pub struct Hub {
     asked_at: Instant,
     /// What pages know of the job, and since when.
     told: (Option<(State, usize)>, Instant),
-    /// The page that has jogged last.
-    jogs: Option<u64>,
+    /// The page that has jogged last, and when it asked for it.
+    jogs: Option<(u64, Instant)>,
     /// The message of M6, and whether the machine has waited for the tool since.
     tool: Option<(String, bool)>,
     /// The alarm of which the words come next has just been raised.
@@ -190,14 +193,13 @@ impl Hub {
                 page.partial.push(byte);
                 if matches!(byte, b'\n' | b'\r') {
                     let line = Line { owner, bytes: std::mem::take(&mut page.partial) };
-                    self.jogs = if line.is_jog() { Some(number) } else { self.jogs };
-                    self.talk.push(line);
-                    self.fill();
+                    self.take_line(number, line);
                 }
             }
             Some(Realtime::Status) => self.ask(ASKED_APART),
             Some(Realtime::Reset) => self.reset(),
             Some(Realtime::ToolChange) if !self.talk.begin_by_hand() => {}
+            Some(Realtime::JogCancel) if self.another_jogs(number) => {}
             Some(at_once) => {
                 if at_once == Realtime::JogCancel {
                     self.talk.cancel_jogs(owner);
@@ -205,6 +207,28 @@ impl Hub {
                 self.send(&[byte]);
             }
         }
+    }
+
+    fn take_line(&mut self, number: u64, line: Line) {
+        let line = match line.is_jog() {
+            true if self.another_jogs(number) => Line::refused(line.owner),
+            true => {
+                self.jogs = Some((number, Instant::now()));
+                line
+            }
+            false => line,
+        };
+        self.talk.push(line);
+        self.fill();
+    }
+
+    /// Another page jogs: until it has let go and the machine rests, this one does not, and its letting go is of nothing.
+    fn another_jogs(&self, number: u64) -> bool {
+        let may_jog = |page, since: Instant| {
+            let says_jog = self.talk.status.as_ref().is_some_and(|status| status.state == "Jog");
+            says_jog || since.elapsed() < REPORTED || self.talk.has_jogs(Owner::Page(page))
+        };
+        self.jogs.is_some_and(|(page, since)| page != number && may_jog(page, since))
     }
 
     /// Sends what there is room for.
@@ -295,6 +319,10 @@ impl Hub {
             self.say_to_others(line.owner, setting);
         }
         match line.owner {
+            Owner::Page(number) if line.is_refused() => {
+                self.say_to(number, "[MSG:Another page jogs: wait until it lets go]");
+                self.say_to(number, &format!("error:{}", Error::NotIdle.code()));
+            }
             Owner::Page(number) if self.pages.contains_key(&number) => self.say_to(number, answer),
             // It was in the machine when its page went.
             Owner::Page(_) if line.is_jog() => self.send(&[JOG_CANCEL]),
@@ -384,7 +412,7 @@ impl Hub {
             return;
         }
         self.talk.forget_waiting(Owner::Page(number));
-        if self.pages.is_empty() || self.jogs == Some(number) {
+        if self.pages.is_empty() || self.jogs.is_some_and(|(page, _)| page == number) {
             self.send(&[JOG_CANCEL]);
         }
         match self.job.as_ref().filter(|job| !job.is_over()) {

@@ -27,7 +27,20 @@ pub struct Line {
     pub bytes: Vec<u8>,
 }
 
+/// What is sent in the stead of a line that is refused, so that its answer comes at its turn: the machine skips a comment.
+const REFUSED: &[u8] = b"(refused: another page jogs)\n";
+
 impl Line {
+    /// It is not to be sent, and its owner is to hear so at its turn.
+    pub fn refused(owner: Owner) -> Self {
+        Self { owner, bytes: REFUSED.to_vec() }
+    }
+
+    /// See [`Line::refused`].
+    pub fn is_refused(&self) -> bool {
+        self.bytes == REFUSED
+    }
+
     /// It is a jog.
     pub fn is_jog(&self) -> bool {
         self.bytes.get(..3).is_some_and(|begin| begin.eq_ignore_ascii_case(b"$J="))
@@ -112,6 +125,12 @@ impl Talk {
     /// The line that is answered next.
     pub fn head(&self) -> Option<&Line> {
         self.by_hand.front().or_else(|| self.under_way.front())
+    }
+
+    /// A jog of this owner waits or is not answered.
+    pub fn has_jogs(&self, owner: Owner) -> bool {
+        let lanes = self.waiting.iter().chain(&self.by_hand).chain(&self.under_way);
+        lanes.into_iter().any(|line| line.owner == owner && line.is_jog())
     }
 
     /// A line that may move the machine is not answered.

@@ -452,6 +452,31 @@ fn a_page_that_goes_leaves_the_jog_of_another() {
 }
 
 #[test]
+fn one_page_jogs_at_a_time_and_only_its_own_letting_go_counts() {
+    let mut pty = Pty::open(None).unwrap();
+    let (host, token) = served("turns", Some(pty.path()));
+    let (mut first, mut second) = (Client::open(&host, &token), Client::open(&host, &token));
+    first.say(b"$J=X1F1\n");
+    reads(&mut pty, "$J=X1F1\n");
+    pty.write(b"ok\r\n<Jog|MPos:0,0,0|FS:0,0>\r\n").unwrap();
+    second.hear(">\r\n");
+    second.say(b"$J=Y1F1\n\x85$G\n");
+    let sent = reads(&mut pty, "$G\n");
+    assert!(sent.contains("(refused: another page jogs)\n") && !sent.contains('Y') && !sent.contains('\u{85}'), "{sent}");
+    pty.write(b"ok\r\nok\r\n").unwrap();
+    assert_eq!(second.hear("ok\r\n"), "[MSG:Another page jogs: wait until it lets go]\r\nerror:8\r\nok\r\n");
+    first.say(b"\x85");
+    reads(&mut pty, "\u{85}");
+    // A report that was made before the jog says Idle too.
+    thread::sleep(super::hub::REPORTED);
+    pty.write(IDLE.as_bytes()).unwrap();
+    second.hear(">\r\n");
+    second.say(b"$J=Y1F1\n\x85");
+    let sent = reads(&mut pty, "\u{85}");
+    assert!(sent.contains("$J=Y1F1\n"), "{sent}");
+}
+
+#[test]
 fn pages_that_ask_for_reports_do_not_ask_more_often_together() {
     let mut pty = Pty::open(None).unwrap();
     let (host, token) = served("often", Some(pty.path()));
