@@ -81,7 +81,7 @@ export const tests = {
       knob.dispatchEvent(new Event("input"));
     });
     await page.locator("#what-if-time", { hasText: "becomes" }).waitFor();
-    await page.locator("#advice", { hasText: /A -45\.0 to 90\.0/ }).waitFor();
+    await page.locator("#advice", { hasText: /Z 0\.000 to 0\.000 mm: 30\.000 x 0\.000 x 0\.000, A -45\.000 to 90\.000 degrees/ }).waitFor();
     const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save-trace")]);
     assert.match(await readFile(await download.path(), "utf8"), /,A,/i);
   },

@@ -462,7 +462,10 @@ fn one_page_jogs_at_a_time_and_only_its_own_letting_go_counts() {
     second.hear(">\r\n");
     second.say(b"$J=Y1F1\n\x85$G\n");
     let sent = reads(&mut pty, "$G\n");
-    assert!(sent.contains("(refused: another page jogs)\n") && !sent.contains('Y') && !sent.contains('\u{85}'), "{sent}");
+    assert!(
+        sent.contains("(refused: another page jogs)\n") && !sent.contains('Y') && !sent.contains('\u{85}'),
+        "{sent}"
+    );
     pty.write(b"ok\r\nok\r\n").unwrap();
     assert_eq!(second.hear("ok\r\n"), "[MSG:Another page jogs: wait until it lets go]\r\nerror:8\r\nok\r\n");
     first.say(b"\x85");

@@ -150,14 +150,16 @@ fn places(check: &Check) -> Vec<Row> {
         let [low_mm, high_mm] = [extents.low_mm, extents.high_mm].map(|mm| without_dust(mm[index]));
         format!("{} {low_mm:.3} to {high_mm:.3}", AXIS_NAMES[index])
     };
-    let axes = std::array::from_fn::<_, AXES, _>(axis).join(", ");
-    let sizes = extents.size_mm().map(|mm| format!("{mm:.3}")).join(" x ");
+    let (rotary, linear): (Vec<_>, Vec<_>) = (0..AXES).partition(|&index| check.survey.settings.is_rotary(index));
+    let sizes: Vec<_> = linear.iter().map(|&index| format!("{:.3}", extents.size_mm()[index])).collect();
+    let mut axes = format!("{} mm: {}", linear.into_iter().map(axis).collect::<Vec<_>>().join(", "), sizes.join(" x "));
+    rotary.into_iter().for_each(|index| axes += &format!(", {} degrees", axis(index)));
     let start = check.start_mm.map(|mm| mm.to_string()).join(",");
     let travel = match &check.survey.outside {
         None => format!("it stays within, from --start {start}"),
         Some(outside) => format!("left: {}", remarks::outside(outside)),
     };
-    vec![row("extents", format!("{axes} mm: {sizes}")), row("travel", travel)]
+    vec![row("extents", axes), row("travel", travel)]
 }
 
 /// Rounds very small values to zero, so that `-0.000` is not printed.
@@ -180,7 +182,12 @@ fn times(check: &Check) -> Vec<Row> {
         pace::beyond_board(pace).map(|words| row("the board", words)),
     ];
     let limited = (pace.moves > 0).then(|| row("limited by", pace::limited_by(pace)));
-    let rest = [limited, lost(check), corners(check), pace::fastest(pace).map(|words| row("fastest", words))];
+    let rest = [
+        limited,
+        lost(check),
+        corners(check),
+        pace::fastest(pace, &check.survey.settings).map(|words| row("fastest", words)),
+    ];
     rows.into_iter().flatten().chain(probed).chain(rest.into_iter().flatten()).collect()
 }
 

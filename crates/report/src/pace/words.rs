@@ -2,6 +2,8 @@
 
 use super::{BOARD_MOVES_PER_S, CornerLimit, LEAST_SHOWN_S, Pace, Rule, Second, SlowPlace, Why};
 
+use isostep_console::Settings;
+
 use crate::remarks::{AXIS_NAMES, words};
 
 /// A limit that holds for a smaller part of the time is left out.
@@ -131,10 +133,17 @@ pub fn beyond_board(pace: &Pace) -> Option<String> {
 }
 
 /// The axis that comes nearest to its top speed.
-pub fn fastest(pace: &Pace) -> Option<String> {
+pub fn fastest(pace: &Pace, settings: &Settings) -> Option<String> {
     let axis = pace.fastest_axis?;
     let of = &pace.axes[axis];
-    Some(format!("{}: {:.2} of {:.2} mm/s, {:.0} %", AXIS_NAMES[axis], of.highest_mm_s, of.top_mm_s, 100.0 * of.share))
+    let unit = if settings.is_rotary(axis) { "degrees/s" } else { "mm/s" };
+    Some(format!(
+        "{}: {:.2} of {:.2} {unit}, {:.0} %",
+        AXIS_NAMES[axis],
+        of.highest_mm_s,
+        of.top_mm_s,
+        100.0 * of.share
+    ))
 }
 
 #[cfg(test)]
@@ -151,7 +160,10 @@ mod tests {
     fn of_changed_limits_nothing_is_claimed() {
         let pace = pace("$100=100\nG0 X150\nG4 P0\n$100=50\nG0 X0\n");
         assert_eq!(limited_by(&pace), "what is not reported: the program changes its limits on the way");
-        assert_eq!((lost(&pace), worst(&pace).count(), corners(&pace).count(), fastest(&pace)), (None, 0, 0, None));
+        assert_eq!(
+            (lost(&pace), worst(&pace).count(), corners(&pace).count(), fastest(&pace, &Settings::DEFAULT)),
+            (None, 0, 0, None)
+        );
     }
 
     #[test]
