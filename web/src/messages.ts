@@ -5,7 +5,8 @@ export interface Columns {
   times: Float64Array;
   kinds: Uint8Array;
   values: Float32Array;
-  loads: Float32Array;
+  changes: Float32Array;
+  loads: Uint16Array;
   asked: Float32Array;
   powerTimes: Float64Array;
   powers: Float32Array;

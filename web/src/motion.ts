@@ -5,7 +5,10 @@ import { Column } from "./column";
 import { Envelope } from "./envelope";
 import type { Columns, LineTimes } from "./messages";
 
-const COLUMNS = 4;
+/** Numbers of one axis in a row: see `COLUMNS` in crates/web. */
+const COLUMNS = 3;
+/** Shares of limits are in such parts: see `LOAD_PARTS` there. */
+const LOAD_PARTS = 4096;
 
 export enum Kind {
   Blend = 0,
@@ -32,7 +35,8 @@ export class Motion {
   private readonly times = new Column<Float64Array>(Float64Array);
   private readonly kinds = new Column<Uint8Array>(Uint8Array);
   private readonly values = new Column<Float32Array>(Float32Array);
-  private readonly loads = new Column<Float32Array>(Float32Array);
+  private readonly changes = new Column<Float32Array>(Float32Array);
+  private readonly loads = new Column<Uint16Array>(Uint16Array);
   private readonly asked = new Column<Float32Array>(Float32Array);
   private readonly powerTimes = new Column<Float64Array>(Float64Array);
   private readonly powers = new Column<Float32Array>(Float32Array);
@@ -56,6 +60,7 @@ export class Motion {
     this.times.push(columns.times);
     this.kinds.push(columns.kinds);
     this.values.push(columns.values);
+    this.changes.push(columns.changes);
     this.loads.push(columns.loads);
     this.asked.push(columns.asked);
     this.powerTimes.push(columns.powerTimes);
@@ -73,7 +78,8 @@ export class Motion {
     this.topLoad = Math.max(this.topLoad, this.load(row), this.jump(row));
     const span = this.to(row) - this.from(row);
     for (let axis = 0; axis < AXES; axis++) {
-      const [from, to] = [this.place(row, axis, 0), this.place(row, axis, span)];
+      const from = this.place(row, axis, 0);
+      const to = this.place(row, axis, span);
       this.low[axis] = Math.min(this.low[axis] ?? from, from, to);
       this.high[axis] = Math.max(this.high[axis] ?? from, from, to);
     }
@@ -148,13 +154,13 @@ export class Motion {
 
   /** Its jerk, mm/s³. */
   jerkOf(row: number, axis: number): number {
-    const at = (row * this.axes + axis) * COLUMNS;
-    return (this.values.at(at + 3) - this.values.at(at + 2)) / (this.to(row) - this.from(row));
+    const change = this.changes.at(row * this.axes + axis);
+    return change && change / (this.to(row) - this.from(row));
   }
 
-  /** Where X, Y and Z are in a phase, so long after its beginning, mm. */
-  placesIn(row: number, after: number): Places {
-    return [this.place(row, 0, after), this.place(row, 1, after), this.place(row, 2, after)];
+  /** Writes where X, Y and Z are in a phase, so long after its beginning, mm. */
+  placesIn(row: number, after: number, into: Float64Array): void {
+    for (let axis = 0; axis < AXES; axis++) into[axis] = this.place(row, axis, after);
   }
 
   /** The last phase that has begun at a time; -1 before the first. */
@@ -164,12 +170,12 @@ export class Motion {
 
   /** The largest acceleration of any axis in a phase, as a share of its limit. */
   load(row: number): number {
-    return this.loads.at(2 * row);
+    return this.loads.at(2 * row) / LOAD_PARTS;
   }
 
   /** The same of the jump of speed where a phase begins. */
   jump(row: number): number {
-    return this.loads.at(2 * row + 1);
+    return this.loads.at(2 * row + 1) / LOAD_PARTS;
   }
 
   /** The speed along the path that was asked for in a phase, mm/s; infinite where nothing was. */

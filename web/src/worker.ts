@@ -41,6 +41,7 @@ function columns(motion: Motion): Columns {
     times: motion.takeTimes(),
     kinds: motion.takeKinds(),
     values: motion.takeValues(),
+    changes: motion.takeChanges(),
     loads: motion.takeLoads(),
     asked: motion.takeAsked(),
     powerTimes: motion.takePowerTimes(),

@@ -39,7 +39,7 @@ function made(program, { settings = "", kept = "lines", machine = Job } = {}) {
   const take = () => {
     const piece = job.takeMotion();
     motion.add({
-      times: piece.takeTimes(), kinds: piece.takeKinds(), values: piece.takeValues(), loads: piece.takeLoads(), asked: piece.takeAsked(),
+      times: piece.takeTimes(), kinds: piece.takeKinds(), values: piece.takeValues(), changes: piece.takeChanges(), loads: piece.takeLoads(), asked: piece.takeAsked(),
       powerTimes: piece.takePowerTimes(), powers: piece.takePowers(),
     });
     piece.free();
@@ -155,7 +155,11 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
         tone.parts(motion, row, (from, to, rank) => {
           // The speed by where the axes are, just before and behind the middle of the part.
           const [middle, half] = [(from + to) / 2, Math.min(1e-3, (to - from) / 4)];
-          const [before, behind] = [motion.placesIn(row, middle - half), motion.placesIn(row, middle + half)];
+          const [before, behind] = [middle - half, middle + half].map((after) => {
+            const places = new Float64Array(3);
+            motion.placesIn(row, after, places);
+            return places;
+          });
           const speed = Math.hypot(...before.map((mm, axis) => behind[axis] - mm)) / (2 * half);
           const class_ = tone.scale.indexOf(tone.colours[rank]);
           const asked = motion.askedIn(row);

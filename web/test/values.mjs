@@ -356,8 +356,8 @@ function randomMotion(axes, phases, seed) {
     const span = random() < 0.1 ? 5 * random() + 0.01 : 0.02 * random() + 1e-4;
     const ends = values.map(() => (phase % 7 === 6 ? 0 : 400 * random() - 200));
     const columns = {
-      times: Float64Array.of(time, time + span), kinds: Uint8Array.of(1 + (phase % 3)), loads: Float32Array.of(0, 0), asked: Float32Array.of(0), powerTimes: new Float64Array(), powers: new Float32Array(),
-      values: Float32Array.from(values.flatMap(({ place, speed, accel }, axis) => [place, speed, accel, ends[axis]])),
+      times: Float64Array.of(time, time + span), kinds: Uint8Array.of(1 + (phase % 3)), loads: Uint16Array.of(0, 0), asked: Float32Array.of(0), powerTimes: new Float64Array(), powers: new Float32Array(),
+      values: Float32Array.from(values.flatMap(({ place, speed, accel }) => [place, speed, accel])), changes: Float32Array.from(values, ({ accel }, axis) => ends[axis] - accel),
     };
     motion.add(columns);
     values = values.map((_, axis) => motion.axis(phase, axis, span));

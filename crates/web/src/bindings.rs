@@ -53,15 +53,21 @@ impl MotionColumns {
         std::mem::take(&mut self.0.kinds)
     }
 
-    /// Four numbers of each axis.
+    /// Three numbers of each axis.
     #[wasm_bindgen(js_name = takeValues)]
     pub fn take_values(&mut self) -> Vec<f32> {
         std::mem::take(&mut self.0.values)
     }
 
-    /// Its acceleration, and the jump where it begins, as shares of their limits.
+    /// How much larger the acceleration of each axis is at the end, mm/s².
+    #[wasm_bindgen(js_name = takeChanges)]
+    pub fn take_changes(&mut self) -> Vec<f32> {
+        std::mem::take(&mut self.0.changes_mm_s2)
+    }
+
+    /// Its acceleration, and the jump where it begins, in 4096ths of their limits.
     #[wasm_bindgen(js_name = takeLoads)]
-    pub fn take_loads(&mut self) -> Vec<f32> {
+    pub fn take_loads(&mut self) -> Vec<u16> {
         std::mem::take(&mut self.0.loads)
     }
 

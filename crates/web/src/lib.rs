@@ -44,7 +44,7 @@ pub use departures::Departures;
 pub use job::{End, Job, Kept};
 pub use lines::Lines;
 pub use live::Live;
-pub use motion::{COLUMNS, Kind, LOADS, Motion};
+pub use motion::{COLUMNS, Kind, LOAD_PARTS, LOADS, Motion};
 pub use power::Power;
 pub use quick::{Found, Quick};
 pub use trouble::{About, Trouble};

@@ -11,10 +11,12 @@ use isostep_sim::{MoveRecord, Outcome};
 
 use crate::power::Power;
 
-/// Numbers of one axis in a row: place, mm; speed, mm/s; acceleration at the beginning and at the end, mm/s².
-pub const COLUMNS: usize = 4;
+/// Numbers of one axis in a row: place, mm; speed, mm/s; acceleration, mm/s²; all at its beginning.
+pub const COLUMNS: usize = 3;
 /// Numbers of a row about its acceleration.
 pub const LOADS: usize = 2;
+/// They are shares of a limit, in so many parts of it.
+pub const LOAD_PARTS: f64 = 4096.0;
 /// A phase that begins no later than this behind another goes on from it, s.
 const SOON_S: f64 = 1e-6;
 /// Phases of a ramp whose jerk changes all the time.
@@ -58,9 +60,11 @@ pub struct Motion {
     pub kinds: Vec<u8>,
     /// [`COLUMNS`] numbers of each axis.
     pub values: Vec<f32>,
+    /// How much larger the acceleration of each axis is at its end, mm/s².
+    pub changes_mm_s2: Vec<f32>,
     /// [`LOADS`] numbers of each: the acceleration as a share of its limit, of the axis where that is largest; and the same of
-    /// the jump of speed where the phase begins, over the time in which a jump is measured.
-    pub loads: Vec<f32>,
+    /// the jump of speed where the phase begins, over the time in which a jump is measured. In [`LOAD_PARTS`].
+    pub loads: Vec<u16>,
     /// The speed along the path that each would have without ramps, mm/s: see [`asked_mm_s`].
     pub asked_mm_s: Vec<f32>,
     /// The power that the tool was given meanwhile.
@@ -120,8 +124,9 @@ impl Motion {
             let (speed, _) = motion_steps(record, interval, axis, from_s + aside_s);
             let [begins, ends] =
                 [from_s + aside_s, to_s - aside_s].map(|t_s| motion_steps(record, interval, axis, t_s).1);
-            let values = [record.place_steps(axis, from_s), speed, begins, ends];
+            let values = [record.place_steps(axis, from_s), speed, begins];
             self.values.extend(values.map(|steps| (steps / steps_per_mm) as f32));
+            self.changes_mm_s2.push(((ends - begins) / steps_per_mm) as f32);
         }
         self.push_load(piece, record, interval, [from_s, to_s]);
     }
@@ -146,7 +151,7 @@ impl Motion {
             load = load.max(accel.abs().max(last_accel.abs()) / limit);
             jump = jump.max((speed - before[axis]).abs() / (either * across::span_s(piece, limits)));
         }
-        self.loads.extend([load, jump].map(|share| share as f32));
+        self.loads.extend([load, jump].map(|share| (share * LOAD_PARTS).round() as u16));
         self.end = next;
     }
 }

@@ -5,7 +5,7 @@ use isostep_sim::measure::across;
 use isostep_sim::program::Program;
 use isostep_sim::tool::ToolOutput;
 use isostep_sim::{Config, Port, lines_of_moves, run, settings, trace, vcd};
-use isostep_web::{About, COLUMNS, End, Job, Kept, Kind, LOADS, Motion, Trouble, whole};
+use isostep_web::{About, COLUMNS, End, Job, Kept, Kind, LOAD_PARTS, LOADS, Motion, Trouble, whole};
 use serde_json::Value;
 
 const PARKING: &[u8] = include_bytes!("../../../programs/parking.nc");
@@ -23,6 +23,7 @@ fn made(program: &[u8], every_us: f64) -> (Vec<u8>, Value, Motion) {
         motion.times_s.extend(more.times_s);
         motion.kinds.extend(more.kinds);
         motion.values.extend(more.values);
+        motion.changes_mm_s2.extend(more.changes_mm_s2);
     };
     loop {
         until_us += every_us;
@@ -62,8 +63,8 @@ fn the_motion_drawn_is_the_motion_made() {
     for (name, program) in [("parking", PARKING), ("arcs", ARCS), ("curved", CURVED)] {
         let outcome = run(program, &Config::default()).unwrap();
         let (_, _, motion) = made(program, 100_000.0);
-        let columns = COLUMNS * outcome.position_mm.len();
-        let rows: Vec<_> = motion.values.chunks_exact(columns).zip(motion.times_s.chunks_exact(2)).collect();
+        let axes = outcome.position_mm.len();
+        let rows: Vec<_> = motion.values.chunks_exact(COLUMNS * axes).zip(motion.times_s.chunks_exact(2)).collect();
         assert_eq!(rows.len(), motion.kinds.len());
         let program = |row: usize| motion.kinds[row] & Kind::HOMING == 0;
         let pairs = rows.windows(2).enumerate().filter(|(row, pair)| program(*row) && pair[0].1[1] == pair[1].1[0]);
@@ -71,13 +72,14 @@ fn the_motion_drawn_is_the_motion_made() {
         for (row, pair) in pairs {
             let (values, times_s) = pair[0];
             let span_s = times_s[1] - times_s[0];
-            for axis in 0..outcome.position_mm.len() {
-                let of = |values: &[f32]| -> Vec<f64> {
-                    values[axis * COLUMNS..][..COLUMNS].iter().map(|value| f64::from(*value)).collect()
+            for axis in 0..axes {
+                let of = |values: &[f32]| -> [f64; COLUMNS] {
+                    std::array::from_fn(|column| f64::from(values[axis * COLUMNS + column]))
                 };
-                let ([place, speed, begins, ends], next) = (of(values)[..].try_into().unwrap(), of(pair[1].0));
-                let then_mm_s = speed + (begins + ends) / 2.0 * span_s;
-                let then_mm = place + speed * span_s + (2.0 * begins + ends) / 6.0 * span_s * span_s;
+                let ([place, speed, begins], next) = (of(values), of(pair[1].0));
+                let change = f64::from(motion.changes_mm_s2[row * axes + axis]);
+                let then_mm_s = speed + (begins + change / 2.0) * span_s;
+                let then_mm = place + speed * span_s + (3.0 * begins + change) / 6.0 * span_s * span_s;
                 let place = (name, row, axis);
                 assert!((then_mm - next[0]).abs() < 0.01, "{place:?}: {then_mm} and {} mm", next[0]);
                 let is_turn = motion.kinds[row + 1] == Kind::Accelerate as u8;
@@ -89,9 +91,10 @@ fn the_motion_drawn_is_the_motion_made() {
         let (last, times_s) = rows[rows.len() - 1];
         let span_s = times_s[1] - times_s[0];
         for (axis, end_mm) in outcome.position_mm.into_iter().enumerate() {
-            let [place, speed, begins, ends] = last[axis * COLUMNS..][..COLUMNS].try_into().unwrap();
+            let [place, speed, begins] = last[axis * COLUMNS..][..COLUMNS].try_into().unwrap();
+            let change = motion.changes_mm_s2[(rows.len() - 1) * axes + axis];
             let at = |value: f32| f64::from(value);
-            let then_mm = at(place) + at(speed) * span_s + (2.0 * at(begins) + at(ends)) / 6.0 * span_s * span_s;
+            let then_mm = at(place) + at(speed) * span_s + (3.0 * at(begins) + at(change)) / 6.0 * span_s * span_s;
             assert!((then_mm - end_mm).abs() < 0.02, "{name}: {then_mm} and {end_mm} mm");
         }
     }
@@ -107,9 +110,9 @@ fn a_jerk_is_drawn_as_it_is() {
         let mut motion = job.take_motion();
         let rest = job.end().unwrap().motion;
         motion.times_s.extend(rest.times_s);
-        motion.values.extend(rest.values);
-        let jerks: Vec<_> = (motion.values.chunks_exact(COLUMNS * 3).zip(motion.times_s.chunks_exact(2)))
-            .map(|(values, times_s)| f64::from(values[3] - values[2]) / (times_s[1] - times_s[0]))
+        motion.changes_mm_s2.extend(rest.changes_mm_s2);
+        let jerks: Vec<_> = (motion.changes_mm_s2.chunks_exact(3).zip(motion.times_s.chunks_exact(2)))
+            .map(|(changes, times_s)| f64::from(changes[0]) / (times_s[1] - times_s[0]))
             .collect();
         let most = jerks.iter().copied().fold(0.0, f64::max);
         let signs: Vec<_> = jerks.iter().map(|jerk| (jerk / most.max(1e-9) * 100.0).round() / 100.0).collect();
@@ -191,7 +194,7 @@ fn accelerations_are_shares_of_their_limits() {
     let most = |program: &[u8], settings, of: usize| {
         let (motion, end) = ended(program, settings, Kept::Nothing);
         let loads = motion.loads.iter().chain(&end.motion.loads).skip(of).step_by(LOADS);
-        loads.copied().fold(0.0, f32::max)
+        f64::from(loads.copied().max().unwrap_or_default()) / LOAD_PARTS
     };
     for speed_profile in ["", "$940=1", "$920=20"] {
         let load = most(b"G91\nG1 X30 Y10 F2400\nY20\nX-5\n", speed_profile, 0);
@@ -203,7 +206,7 @@ fn accelerations_are_shares_of_their_limits() {
     let jump = most(&[b"G61 ", corner].concat(), "", 1);
     let outcome = run(&[b"G61 ", corner].concat(), &Config::default()).unwrap();
     let expected = across::highest(&outcome).unwrap().ratio;
-    assert!((0.7..1.4).contains(&(f64::from(jump) / expected)), "{jump}, by the edges {expected}");
+    assert!((0.7..1.4).contains(&(jump / expected)), "{jump}, by the edges {expected}");
 }
 
 #[test]
@@ -269,7 +272,8 @@ fn a_plan_is_the_run_without_its_edges() {
             let (motion, end) = ended(program, "", kept);
             let values = [motion.values, end.motion.values].concat();
             let times_s = [motion.times_s, end.motion.times_s].concat();
-            (values, times_s, end.lines)
+            let changes = [motion.changes_mm_s2, end.motion.changes_mm_s2].concat();
+            (values, times_s, changes, end.lines)
         });
         assert!(run.0.len() > 1_000);
         assert!(run == plan);

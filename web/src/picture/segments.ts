@@ -44,8 +44,12 @@ class Builder {
   /** Lines that are there, each with its number from 1 in the first free place from that of its hash on. */
   private readonly table = new Int32Array(TABLE);
   readonly made: Segments;
-  private from: Places = [0, 0, 0];
-  private last: Places = [Infinity, Infinity, Infinity];
+  /** Where the line that gathers begins, and where it has come to; then the ends of a part. Numbers in one place, as objects for every part of a long run
+   * would be much to clear away. */
+  private readonly from = new Float64Array(3);
+  private readonly last = new Float64Array(3).fill(Infinity);
+  private readonly begins = new Float64Array(3);
+  private readonly ends = new Float64Array(3);
   private rank = -1;
   private end = 0;
   private isOpen = false;
@@ -59,16 +63,21 @@ class Builder {
     return this.made.count >= SEGMENTS_MAX;
   }
 
-  /** Goes on to a place. What is shorter than can be seen is drawn with what follows. */
-  line(from: Places, to: Places, rank: number, end: number): void {
-    if (rank !== this.rank || far(this.last, from) >= this.fine) {
+  /** Goes on by a part of a phase. What is shorter than can be seen is drawn with what follows. */
+  part(motion: Motion, row: number, from: number, to: number, rank: number): void {
+    motion.placesIn(row, from, this.begins);
+    motion.placesIn(row, to, this.ends);
+    if (rank !== this.rank || !isNear(this.last, this.begins, this.fine)) {
       this.finish();
-      this.from = from;
+      this.from.set(this.begins);
     }
-    [this.last, this.rank, this.end, this.isOpen] = [to, rank, end, true];
-    if (far(this.from, to) < this.fine) return;
+    this.last.set(this.ends);
+    this.rank = rank;
+    this.end = motion.from(row) + to;
+    this.isOpen = true;
+    if (isNear(this.from, this.ends, this.fine)) return;
     this.finish();
-    this.from = to;
+    this.from.set(this.ends);
   }
 
   /** Draws what has gathered, unless a line of this colour is there already. */
@@ -109,8 +118,10 @@ class Builder {
   }
 }
 
-function far(one: Places, other: Places): number {
-  return Math.max(Math.abs(one[0] - other[0]), Math.abs(one[1] - other[1]), Math.abs(one[2] - other[2]));
+/** Whether two places are so near that nobody sees them apart. */
+function isNear(one: Float64Array, other: Float64Array, fine: number): boolean {
+  for (let axis = 0; axis < 3; axis++) if (!(Math.abs((one[axis] ?? 0) - (other[axis] ?? 0)) < fine)) return false;
+  return true;
 }
 
 /** The lines of a run, if it has any; nothing if they are wanted no more. */
@@ -118,7 +129,7 @@ export async function segments(motion: Motion, tone: Tone, isWanted: () => boole
   const breath = new Breath();
   const isPath = motion.low[0] <= motion.high[0];
   const [low, high]: [Places, Places] = isPath ? [[...motion.low], [...motion.high]] : [[0, 0, 0], [0, 0, 0]];
-  const size = Math.max(far(low, high), 1e-3);
+  const size = Math.max(...low.map((mm, axis) => (high[axis] ?? mm) - mm), 1e-3);
   for (let fine = size * FINE; ; fine *= 2) {
     const builder = new Builder(low, high, fine);
     for (let row = 0; row < motion.length && !builder.isFull; row++) {
@@ -126,16 +137,9 @@ export async function segments(motion: Motion, tone: Tone, isWanted: () => boole
         await breath.take();
         if (!isWanted()) return undefined;
       }
-      if (!motion.isHoming(row)) add(builder, motion, tone, row);
+      if (!motion.isHoming(row)) tone.parts(motion, row, (from, to, rank) => builder.part(motion, row, from, to, rank));
     }
     builder.finish();
     if (!builder.isFull) return builder.made;
   }
-}
-
-function add(builder: Builder, motion: Motion, tone: Tone, row: number): void {
-  const begin = motion.from(row);
-  tone.parts(motion, row, (from, to, rank) => {
-    builder.line(motion.placesIn(row, from), motion.placesIn(row, to), rank, begin + to);
-  });
 }
