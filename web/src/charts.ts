@@ -37,7 +37,7 @@ export class Charts {
   private readonly plots: uPlot[];
   private readonly cursors: HTMLElement[];
   private span: [number, number] = [0, 1];
-  private time = 0;
+  private time: number | undefined;
 
   constructor(
     private readonly place: HTMLElement,
@@ -73,6 +73,10 @@ export class Charts {
   /** Marks a time. */
   at(time: number): void {
     this.time = time;
+    this.mark(time);
+  }
+
+  private mark(time: number): void {
     const isInside = time >= this.span[0] && time <= this.span[1];
     this.plots.forEach((plot, index) => {
       const cursor = this.cursors[index];
@@ -123,6 +127,6 @@ export class Charts {
   private fit(): void {
     for (const plot of this.plots) plot.setSize(this.size());
     this.show(...this.span);
-    this.at(this.time);
+    if (this.time !== undefined) this.mark(this.time);
   }
 }

@@ -42,6 +42,7 @@ export function colour(name: string): string {
   }
   probe.style.color = `var(--${name})`;
   const { color } = getComputedStyle(probe);
+  if (!getComputedStyle(document.documentElement).getPropertyValue(`--${name}`)) console.error(`the style sheet has no colour --${name}`);
   known.set(name, color);
   return color;
 }

@@ -7,7 +7,7 @@ import type { Profiles } from "./messages";
 
 const NAMES = ["Speed, mm/s", "Acceleration, mm/s²", "Jerk, mm/s³"];
 /** As many colours as speed profiles. */
-const COLOURS = ["x", "y", "z", "tool", "profile-5", "profile-6", "muted"];
+const COLOURS = ["x", "y", "z", "tool", "speed-profile-5", "speed-profile-6", "muted"];
 
 /** A move, in mm and s, in the order in which the machine takes it. */
 interface Asked {
@@ -74,7 +74,7 @@ export class SpeedProfiles {
     this.table(profiles);
     this.end = Math.max(...profiles.curves.map(({ times }) => times.at(-1) ?? 0), 1e-3);
     part("profiles-charts").replaceChildren();
-    const lines = profiles.names.map((name, index) => ({ name, colour: COLOURS[index % COLOURS.length] ?? "ink" }));
+    const lines = profiles.names.map((name, index) => ({ name, colour: colourOf(index) }));
     this.charts = new Charts(part("profiles-charts"), NAMES.map((name) => ({ name, lines })), {
       data: () => data(profiles),
       zoomed: (from, to) => this.charts?.show(from, to),
@@ -85,7 +85,7 @@ export class SpeedProfiles {
 
   private table({ names, rows }: Profiles): void {
     const head = made("tr", "");
-    head.append(made("td", ""), ...names.map((name) => made("th", name)));
+    head.append(made("td", ""), ...names.map(keyed));
     const body = rows.map(({ name, cells }) => {
       const row = made("tr", "");
       row.append(made("th", name), ...cells.map((cell) => made("td", cell, "number")));
@@ -93,6 +93,17 @@ export class SpeedProfiles {
     });
     part("profiles-rows").replaceChildren(head, ...body);
   }
+}
+
+const colourOf = (index: number): string => COLOURS[index % COLOURS.length] ?? "ink";
+
+/** A name with the colour of its lines. */
+function keyed(name: string, index: number): HTMLElement {
+  const head = made("th", "");
+  const line = made("i", "", "line");
+  line.style.background = `var(--${colourOf(index)})`;
+  head.append(line, name);
+  return head;
 }
 
 /** What prints the same figures. */

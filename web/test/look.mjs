@@ -38,9 +38,9 @@ export const tests = {
   async "pictures of the page, in every view and state"() {
     for (const colorScheme of ["light", "dark"]) {
       for (const [name, viewport] of Object.entries({ 320: { width: 320, height: 700 }, 390: PHONE, 1440: WIDE, 2560: { width: 2560, height: 1400 } })) {
-        const page = await opened("", { viewport, colorScheme });
+        const page = await opened("", { viewport, colorScheme, ...(viewport.width <= PHONE.width && { hasTouch: true, isMobile: true }) });
         const picture = (what, options) => page.screenshot({ path: join(paths.shots, `${what}-${colorScheme}-${name}.png`), ...options });
-        const whole = { fullPage: true };
+        const whole = { fullPage: true, style: ".bar { position: static !important }" };
         await hasEnded(page);
         await page.locator("#time").fill("12");
         await page.locator("#advice tr").first().waitFor();
@@ -78,10 +78,10 @@ export const tests = {
         await is(page, "Idle");
         await put(page, "program", "G21 G91\nG1 X400 F2000\n");
         await reads(page, "fits", /^It does not fit/);
-        await picture("machine-does-not-fit");
+        await picture("machine-does-not-fit", whole);
         await page.evaluate(() => document.getElementById("stop-button").click());
         await is(page, "Alarm");
-        await picture("machine-alarm");
+        await picture("machine-alarm", whole);
         await page.click("#tab-settings");
         await page.locator(".setting").first().waitFor();
         await page.locator(".setting[data-number='120'] input").fill("80");

@@ -135,10 +135,12 @@ export const tests = (machine) => ({
     await person.sends("$20=1");
     await person.sends("G90 G0 X9999");
     await person.is("Alarm");
-    assert.match(await page.locator("#alarm").textContent(), /^ALARM:2: /);
+    const words = await page.locator("#alarm").textContent();
+    assert.match(words, /^ALARM:2: /);
+    assert.equal(await page.locator("#bar-trouble").textContent(), words);
     await page.click("#unlock");
     await person.is("Idle");
-    assert.ok(await page.locator("#alarm").isHidden());
+    for (const id of ["alarm", "bar-trouble"]) assert.ok(await page.locator(`#${id}`).isHidden());
     await person.sends("$20=0");
     await person.says("> $20=0");
   },

@@ -1,7 +1,7 @@
 // What is shown of a run, and what can be saved of it.
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { hasEnded, opened, parked, put, run } from "./harness.mjs";
+import { hasEnded, opened, PHONE, parked, put, run } from "./harness.mjs";
 
 /** A corner that is taken exactly, and a laser. */
 const CORNER = "G21 G91 G61\nG1 X20 F1200\nY20\n";
@@ -73,6 +73,29 @@ export const tests = {
     assert.ok(await page.locator("#space").isHidden());
   },
 
+  async "the whole is seen in space, on wide and tall screens, until somebody turns it"() {
+    const page = await parked();
+    await page.selectOption("#plane", "3D");
+    const reaches = (from, to) => page.waitForFunction(([from, to]) => {
+      const reach = Number(document.getElementById("space").dataset.reach);
+      return reach > from && reach < to;
+    }, [from, to]);
+    await reaches(0.8, 1);
+    await page.setViewportSize(PHONE);
+    await reaches(0.8, 1);
+    await page.selectOption("#fit", "travel");
+    await reaches(0.8, 1);
+    assert.match(await page.textContent("#path-key"), /The box: the travel\.$/);
+    await page.selectOption("#programs", "engraving.nc");
+    await page.locator("#results:not([data-state=ended])").waitFor({ state: "attached" });
+    await hasEnded(page);
+    await page.selectOption("#fit", "path");
+    await reaches(0.8, 1);
+    await page.focus("#space");
+    for (let press = 0; press < 3; press++) await page.keyboard.press("+");
+    await reaches(1.1, 9);
+  },
+
   async "what limits a program is said as the tool says it, and its lines are a click away"() {
     const page = await parked();
     await run(page, "G21 G91\nG1 X40 F2400\nY40\nX-40\nG1 Y5 F100\n");
@@ -123,6 +146,9 @@ export const tests = {
   async "speed profiles stand side by side with the figures of the tool"() {
     const page = await opened("#profiles");
     await page.locator("#profiles-rows th", { hasText: "s-curve" }).waitFor();
+    const keys = await page.locator("#profiles-rows .line").evaluateAll((lines) => lines.map((line) => getComputedStyle(line).backgroundColor));
+    assert.equal(new Set(keys).size, 7);
+    assert.ok(!keys.includes("rgba(0, 0, 0, 0)"), keys.join());
     await page.fill("#profile-start", "0");
     await page.locator("#profiles-refused li").nth(3).waitFor();
     const total = page.locator("#profiles-rows tr", { hasText: "total, s" });

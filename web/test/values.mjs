@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["axes", "choice-of-axes", "envelope", "long", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send", "whatif/becomes", "whatif/scale"];
+const MODULES = ["axes", "choice-of-axes", "envelope", "long", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send", "units", "whatif/becomes", "whatif/scale"];
 
 /** The page's own modules, as a browser gets them. */
 async function bundled() {
@@ -20,7 +20,7 @@ async function bundled() {
 const timers = [];
 const ticks = [];
 Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: (act) => ticks.push(act), clearTimeout() {} });
-const { askedTool, becomes, changes, differences, FORGOTTEN, factorAt, hasA, HeldJog, Lines, linesOf, Machine, Motion, placeOf, placesInWords, read, realTime, reason, rounded, send, setting, status, tooLong, toolWords, UNKNOWN, withSettings, written } = await bundled();
+const { askedTool, becomes, changes, differences, FORGOTTEN, factorAt, hasA, HeldJog, Lines, linesOf, Machine, Motion, placeOf, placesInWords, read, realTime, reason, rounded, send, setting, status, tooLong, toolWords, unitInSigns, UNKNOWN, withSettings, written } = await bundled();
 
 const WINDOW_BYTES = 128;
 const RESET = 0x18;
@@ -570,4 +570,9 @@ test("a line that is too long is named, and one that is as long as may be is not
   assert.match(tooLong(`G0\n${"x".repeat(65_537)}\n`), /^line 2 has 65,537 characters, and a line has 65,536 at most/);
   assert.match(tooLong("x".repeat(5_000_000)), /^line 1 has 5,000,000/);
   assert.equal(tooLong(""), undefined);
+});
+
+test("units are written as people write them", () => {
+  const found = ["mm/s2", "degrees/s3", "us", "mm/min", "steps/mm", "mm", ""].map(unitInSigns);
+  assert.deepEqual(found, ["mm/s²", "degrees/s³", "µs", "mm/min", "steps/mm", "mm", ""]);
 });

@@ -28,7 +28,7 @@ export class State {
     machine.watch({
       reported: (report) => this.show(report),
       linked: (_, words) => this.showLink(words),
-      alarmed: (words) => this.showAlarm(words),
+      alarmed: (words) => this.tell("alarm", words),
     });
   }
 
@@ -43,9 +43,7 @@ export class State {
   }
 
   private showLink(words: string): void {
-    const place = part("link-trouble");
-    place.textContent = words;
-    place.hidden = !words;
+    this.tell("link-trouble", words);
     this.showState();
   }
 
@@ -67,9 +65,15 @@ export class State {
     for (const id of ["stop", "reset"]) button(id).disabled = !this.machine.isAttached;
   }
 
-  private showAlarm(words: string): void {
-    const place = part("alarm");
-    place.textContent = words;
-    place.hidden = !words;
+  /** What is wrong, with the machine and with the link to it: above its panels, and at the foot of every view. */
+  private tell(id: "alarm" | "link-trouble", words: string): void {
+    say(id, words);
+    say("bar-trouble", part("link-trouble").textContent || part("alarm").textContent || "");
   }
+}
+
+function say(id: string, words: string): void {
+  const place = part(id);
+  place.textContent = words;
+  place.hidden = !words;
 }

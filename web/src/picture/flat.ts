@@ -35,7 +35,7 @@ export class Flat implements View {
         void this.draw();
       },
     });
-    select("fit").onchange = () => this.fit();
+    select("fit").addEventListener("change", () => this.fit());
   }
 
   look(plane: string): void {

@@ -105,7 +105,7 @@ export class Picture {
     scale.append(...tone.scale.map(swatch));
     const above = loud ? [", ", swatch("over"), ` ${loud}`] : [];
     const colours = count ? [`${name}: ${low} `, scale, ` ${high}`, ...above, ". "] : [];
-    const around = [travel.length && "Dashed: the travel.", workZero && "Cross: the zero of the work."].filter(Boolean).join(" ");
+    const around = [travel.length && (this.view === this.flat ? "Dashed: the travel." : "The box: the travel."), workZero && "Cross: the zero of the work."].filter(Boolean).join(" ");
     part("path-key").replaceChildren(...colours, around);
   }
 }

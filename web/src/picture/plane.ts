@@ -63,7 +63,7 @@ export class Plane {
     context.textBaseline = "top";
     for (let mm = Math.ceil(lowX / step) * step; mm <= highX; mm += step) {
       line(context, [this.x(mm), MARGIN.top], [this.x(mm), bottom]);
-      if (this.x(mm) < right - 34) context.fillText(label(mm, step), this.x(mm), bottom + 6);
+      if (this.x(mm) < right - 52) context.fillText(label(mm, step), this.x(mm), bottom + 6);
     }
     context.textAlign = "right";
     context.textBaseline = "middle";

@@ -1,12 +1,15 @@
 // The path in space, to be turned by mouse, touch and keys. It is loaded when it is first looked at.
 
 import {
-  Box3, Box3Helper, BufferAttribute, BufferGeometry, CanvasTexture, Color, GridHelper, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial,
+  Box3, Box3Helper, BufferAttribute, BufferGeometry, CanvasTexture, Color, GridHelper, Group, LineBasicMaterial, LineSegments, MathUtils, Mesh, MeshBasicMaterial,
   PerspectiveCamera, Points, PointsMaterial, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
 import { colour, onChange } from "../drawing";
-import { canvas } from "../elements";
+import { canvas, select } from "../elements";
 import { AXIS_NAMES } from "../axes";
 import { madeAt } from "./flat";
 import type { Moment, Shown, View } from "./picture";
@@ -14,8 +17,29 @@ import type { Segments } from "./segments";
 
 /** What a key turns by, radians. */
 const TURN = Math.PI / 24;
+/** From where the whole is seen: the front, the right and above. */
+const AWAY = new Vector3(0.75, -1.15, 0.9).normalize();
+/** Room around it, as a share. */
+const ROOM = 0.06;
+/** How wide lines of the path are, px. */
+const WIDE_PX = 2.25;
 /** The colour of a colour of the style sheet. */
 const shade = (name: string): Color => new Color(colour(name));
+
+/** The lines of the path, or the first of them. */
+class Lines extends LineSegments2 {
+  count = 0;
+
+  constructor(opacity: number) {
+    super(new LineSegmentsGeometry(), new LineMaterial({ vertexColors: true, linewidth: WIDE_PX, transparent: opacity < 1, opacity }));
+    this.frustumCulled = false;
+  }
+
+  override onBeforeRender(renderer: WebGLRenderer): void {
+    super.onBeforeRender(renderer);
+    this.geometry.instanceCount = this.count;
+  }
+}
 
 export class Space implements View {
   private readonly canvas = canvas("space");
@@ -23,13 +47,15 @@ export class Space implements View {
   private readonly camera = new PerspectiveCamera(40, 1, 0.1, 10_000);
   private readonly controls = new OrbitControls(this.camera, this.canvas);
   private readonly scene = new Scene();
-  private readonly done = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ vertexColors: true }));
-  private readonly ahead = new LineSegments(this.done.geometry, new LineBasicMaterial({ transparent: true, opacity: 0.25, vertexColors: true }));
+  private readonly done = new Lines(1);
+  private readonly ahead = new Lines(0.25);
   private readonly dots = new Points(new BufferGeometry(), new PointsMaterial({ size: 7, sizeAttenuation: false }));
   private readonly tool = new Mesh(new SphereGeometry(1), new MeshBasicMaterial());
   /** What is around the path: a grid below it, the travel, and the axes where the zero is. */
   private around = new Group();
   private isDue = false;
+  /** Nobody has turned it or come nearer: it shows the whole. */
+  private isWhole = true;
   private shown: Shown | undefined;
   private moment: Moment = { made: Infinity, tool: undefined };
 
@@ -37,17 +63,22 @@ export class Space implements View {
     this.camera.up.set(0, 0, 1);
     this.scene.add(this.ahead, this.done, this.dots, this.tool, this.around);
     this.controls.addEventListener("change", () => this.render());
+    this.controls.addEventListener("start", () => (this.isWhole = false));
+    select("fit").addEventListener("change", () => {
+      this.isWhole = true;
+      if (this.shown) this.paint(this.shown);
+    });
     this.canvas.addEventListener("keydown", (event) => this.turnBy(event));
     onChange(this.canvas, () => this.shown && this.paint(this.shown));
   }
 
   show(shown: Shown): void {
-    const isOther = shown.motion !== this.shown?.motion;
+    if (shown.motion !== this.shown?.motion) this.isWhole = true;
     this.shown = shown;
-    const { geometry } = this.done;
     const { places, count } = shown.segments;
-    geometry.setAttribute("position", new BufferAttribute(places.slice(0, 6 * count), 3));
-    if (isOther) this.stand();
+    this.done.geometry.dispose();
+    this.ahead.geometry = this.done.geometry = new LineSegmentsGeometry().setPositions(places.slice(0, 6 * count));
+    this.ahead.count = count;
     this.paint(shown);
   }
 
@@ -55,11 +86,8 @@ export class Space implements View {
     this.moment = moment;
     if (!this.shown) return;
     const { motion, segments } = this.shown;
-    const { geometry } = this.done;
-    const made = moment.made >= motion.end ? segments.count : madeAt(segments, moment.made);
-    this.done.onBeforeRender = () => geometry.setDrawRange(0, 2 * made);
-    this.done.onAfterRender = () => geometry.setDrawRange(0, Infinity);
-    geometry.setDrawRange(0, Infinity);
+    this.done.count = moment.made >= motion.end ? segments.count : madeAt(segments, moment.made);
+    this.ahead.visible = this.done.count < segments.count;
     this.tool.visible = moment.tool !== undefined;
     if (moment.tool) this.tool.position.copy(placed(moment.tool));
     this.render();
@@ -75,16 +103,21 @@ export class Space implements View {
     return new Promise((resolve) => this.canvas.toBlob(resolve));
   }
 
-  /** Looks at the whole from the front, the right and above. */
-  private stand(): void {
-    if (!this.shown) return;
-    const { min, max } = whole(this.shown);
-    const aspect = this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1);
-    const size = Math.max(min.distanceTo(max), 1) / Math.min(1, aspect);
-    this.controls.target.copy(min).add(max).multiplyScalar(0.5);
-    this.camera.position.copy(this.controls.target).add(new Vector3(0.75, -1.15, 0.9).multiplyScalar(size));
-    [this.camera.near, this.camera.far] = [size / 1000, size * 20];
-    this.tool.scale.setScalar(size / 90);
+  /** Goes as near as the whole is seen. */
+  private stand(shown: Shown): void {
+    const box = whole(shown);
+    const tall = Math.tan(MathUtils.degToRad(this.camera.fov / 2)) * (1 - ROOM);
+    const right = new Vector3().crossVectors(this.camera.up, AWAY).normalize();
+    const top = new Vector3().crossVectors(AWAY, right);
+    box.getCenter(this.controls.target);
+    const distances = corners(box).map((corner) => {
+      corner.sub(this.controls.target);
+      return corner.dot(AWAY) + Math.max(Math.abs(corner.dot(right)) / (tall * this.camera.aspect), Math.abs(corner.dot(top)) / tall);
+    });
+    const distance = Math.max(...distances, 1);
+    this.camera.position.copy(this.controls.target).addScaledVector(AWAY, distance);
+    [this.camera.near, this.camera.far] = [distance / 1000, distance * 20];
+    this.tool.scale.setScalar(distance / 110);
     this.controls.update();
   }
 
@@ -96,7 +129,7 @@ export class Space implements View {
     const shades = tone.colours.map(shade);
     const colours = new Float32Array(6 * segments.count);
     for (let end = 0; end < 2 * segments.count; end++) shades[segments.ranks[end >> 1] ?? 0]?.toArray(colours, 3 * end);
-    this.done.geometry.setAttribute("color", new BufferAttribute(colours, 3));
+    this.done.geometry.setColors(colours);
     this.dots.geometry.setAttribute("position", new BufferAttribute(dotsOf(segments), 3));
     this.dots.material.color = shade("over");
     this.tool.material.color = shade("tool");
@@ -104,6 +137,7 @@ export class Space implements View {
     this.renderer.setPixelRatio(window.devicePixelRatio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    if (this.isWhole) this.stand(shown);
     this.camera.updateProjectionMatrix();
     this.at(this.moment);
   }
@@ -138,6 +172,7 @@ export class Space implements View {
     const [round, up, nearer] = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], "+": [0, 0, 1], "-": [0, 0, -1] }[event.key] ?? [];
     if (round === undefined || up === undefined || nearer === undefined) return;
     event.preventDefault();
+    this.isWhole = false;
     const away = this.camera.position.clone().sub(this.controls.target);
     const side = new Vector3().crossVectors(this.camera.up, away).normalize();
     away.applyAxisAngle(this.camera.up, round * TURN).applyAxisAngle(side, -up * TURN).multiplyScalar(1 - 0.15 * nearer);
@@ -154,14 +189,23 @@ export class Space implements View {
   private draw(): void {
     this.isDue = false;
     this.renderer.render(this.scene, this.camera);
+    // Read by the tests, and by nobody else: how far from the middle the whole reaches, and where the picture ends.
+    const reach = this.shown ? corners(whole(this.shown)).flatMap((corner) => corner.project(this.camera).toArray().slice(0, 2)) : [];
+    this.canvas.dataset["reach"] = Math.max(...reach.map(Math.abs)).toFixed(2);
   }
 }
 
 const placed = ([x = 0, y = 0, z = 0]: number[]): Vector3 => new Vector3(x, y, z);
 
-/** What is looked at: the path, or where there is none, as far as the machine can go. */
+/** What is looked at: the path; as far as the machine can go if that is wanted, or there is none. */
 function whole({ segments: { count, low, high }, travel }: Shown): Box3 {
-  return count ? new Box3(placed(low), placed(high)) : new Box3(new Vector3(), placed(travel));
+  const box = count ? new Box3(placed(low), placed(high)) : new Box3();
+  if (travel.length && (!count || select("fit").value === "travel")) box.union(new Box3(new Vector3(), placed(travel)));
+  return box.isEmpty() ? new Box3(new Vector3(), new Vector3(1, 1, 1)) : box;
+}
+
+function corners({ min, max }: Box3): Vector3[] {
+  return [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
 }
 
 function letterOf(name: string, fill: string): Sprite {

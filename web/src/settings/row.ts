@@ -2,6 +2,7 @@
 
 import { made } from "../elements";
 import type { SettingRow } from "../messages";
+import { unitInSigns } from "../units";
 import { control, type Control } from "./control";
 import { isEqual } from "./lines";
 
@@ -17,7 +18,7 @@ export class Row {
     changed: () => void,
   ) {
     const { number, name, unit } = about;
-    this.control = control(about, `$${number} ${name}${unit && `, ${unit}`}`, () => {
+    this.control = control(about, `$${number} ${name}${unit && `, ${unitInSigns(unit)}`}`, () => {
       this.refuse("");
       this.mark();
       changed();
@@ -26,7 +27,7 @@ export class Row {
     const what = made("div", "", "what");
     what.append(made("span", name, "name"), made("small", this.remark), this.refusal);
     const value = made("div", "", "value");
-    value.append(this.control.element, made("span", unit, "unit"));
+    value.append(this.control.element, made("span", unitInSigns(unit), "unit"));
     this.refusal.setAttribute("role", "alert");
     this.element.append(made("code", `$${number}`), what, value, this.byDefault);
     this.refuse("");
@@ -35,7 +36,7 @@ export class Row {
   private get remark(): string {
     const { kind, remark, min, max, unit } = this.about;
     const hasRange = ["whole", "number"].includes(kind) && Number.isFinite(max);
-    const range = min === max ? `only ${min}` : `${min} to ${max} ${unit}`.trim();
+    const range = min === max ? `only ${min}` : `${min} to ${max} ${unitInSigns(unit)}`.trim();
     return [remark, hasRange ? range : ""].filter(Boolean).join("; ");
   }
 
@@ -54,7 +55,7 @@ export class Row {
   /** As a person reads a change. */
   get change(): string {
     const { number, name, unit } = this.about;
-    return `$${number} ${name}: ${this.inForce} → ${this.value} ${unit}`.trim();
+    return `$${number} ${name}: ${this.inForce} → ${this.value} ${unitInSigns(unit)}`.trim();
   }
 
   /** What the machine has now. What a person has entered, or is typing, stays until it is sent. */

@@ -9,11 +9,11 @@ export class Choice extends Control {
 
   constructor(numbers: number[], rows: Rows, changed: () => void) {
     super(numbers, rows);
-    const label = made("label", this.name);
+    const label = made("label", "");
     for (const [value, name] of this.row.options) this.select.add(new Option(name, String(value)));
     this.select.onchange = changed;
     this.select.dataset["number"] = String(this.first);
-    label.append(this.select);
+    label.append(made("span", this.name), this.select);
     this.element.append(label);
   }
 

@@ -1,6 +1,7 @@
 // A slider and a number for one setting, or for one of several axes.
 
 import { made } from "../elements";
+import { unitInSigns } from "../units";
 import { Control } from "./control";
 import type { Rows } from "./knobs";
 import { factorAt, placeOf, rounded, STEP } from "./scale";
@@ -32,8 +33,8 @@ export class Knob extends Control {
       this.slide(this.number.valueAsNumber);
       changed();
     };
-    const label = made("label", unit ? `${this.name}, ${unit}` : this.name);
-    label.append(this.number);
+    const label = made("label", "");
+    label.append(made("span", unit ? `${this.name}, ${unitInSigns(unit)}` : this.name), this.number);
     this.element.append(label, this.slider, this.others);
   }
 
