@@ -5,8 +5,8 @@ import type { Tone } from "./tone";
 
 /** No picture has more lines than this, however long the program is. */
 export const SEGMENTS_MAX = 60_000;
-/** Nothing is drawn more finely than this share of the whole. */
-const FINE = 1 / 3000;
+/** Nothing is drawn more finely than this share of the whole: some 20 times as fine as a screen, for those who come nearer. */
+const FINEST = 1 / 50_000;
 /** The page answers in between, ms. */
 const SLICE_MS = 8;
 /** Phases between two looks at the clock. */
@@ -130,7 +130,7 @@ export async function segments(motion: Motion, tone: Tone, isWanted: () => boole
   const isPath = motion.low[0] <= motion.high[0];
   const [low, high]: [Places, Places] = isPath ? [[...motion.low], [...motion.high]] : [[0, 0, 0], [0, 0, 0]];
   const size = Math.max(...low.map((mm, axis) => (high[axis] ?? mm) - mm), 1e-3);
-  for (let fine = size * FINE; ; fine *= 2) {
+  for (let fine = size * FINEST; ; fine *= 2) {
     const builder = new Builder(low, high, fine);
     for (let row = 0; row < motion.length && !builder.isFull; row++) {
       if (row % IN_ONE_GO === 0 && breath.isDue) {
