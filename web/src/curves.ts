@@ -2,41 +2,18 @@
 
 import type uPlot from "uplot";
 import { A, AXIS_NAMES, unitOf } from "./axes";
-import { Charts, type Data } from "./charts";
+import { Charts } from "./charts";
 import { button, part } from "./elements";
 import { colour } from "./drawing";
 import { Kind, Motion } from "./motion";
+import { CHARTS, ROWS_MAX, rowsIn, samples } from "./samples";
 
-/** With more phases than this in view, the lowest and highest values of equal parts of the time are drawn. */
-const ROWS_MAX = 2_000;
-/** Parts of the time in view, some of the width of a pixel. */
-const BINS = 1_200;
-/** Points of a phase in which the acceleration changes. */
-const POINTS = 8;
 const SHADES: Partial<Record<Kind, string>> = {
   [Kind.Accelerate]: "accel",
   [Kind.Cruise]: "cruise",
   [Kind.Decelerate]: "decel",
 };
 const QUANTITIES = [["Speed", "s"], ["Acceleration", "s²"], ["Jerk", "s³"]] as const;
-/** Axes of one chart: the degrees of A have a chart of their own for each quantity. */
-const GROUPS = [[0, 1, 2], [A]];
-const CHARTS = QUANTITIES.flatMap((_, quantity) => GROUPS.map((axes) => ({ quantity, axes })));
-
-/** Data that grows by a point: a time, and the value of each axis, of each chart. */
-class Points {
-  readonly data: Data[] = CHARTS.map(({ axes }) => Array.from({ length: 1 + axes.length }, () => []));
-
-  constructor(private readonly axes: number) {}
-
-  add(time: number, value: (axis: number, quantity: number) => number): void {
-    CHARTS.forEach(({ quantity, axes }, index) => {
-      if (axes.some((axis) => axis >= this.axes)) return;
-      this.data[index]?.[0]?.push(time);
-      axes.forEach((axis, line) => this.data[index]?.[line + 1]?.push(value(axis, quantity)));
-    });
-  }
-}
 
 /** What a chart shows, with its unit. */
 function nameOf({ quantity, axes }: (typeof CHARTS)[number], isRotary: boolean): string {
@@ -55,7 +32,7 @@ export class Curves {
     this.charts = new Charts(
       part("curves"),
       CHARTS.map((chart) => ({ name: nameOf(chart, true), lines: chart.axes.map((axis) => ({ name: AXIS_NAMES[axis] ?? "", colour: (AXIS_NAMES[axis] ?? "").toLowerCase() })) })),
-      { data: (from, to) => this.data(from, to), zoomed: (from, to) => this.look(from, to), picked: onPick, under: (plot) => this.shade(plot) },
+      { data: (from, to) => samples(this.motion, from, to), zoomed: (from, to) => this.look(from, to), picked: onPick, under: (plot) => this.shade(plot) },
     );
     button("zoom-in").onclick = () => this.zoom(0.5);
     button("zoom-out").onclick = () => this.zoom(2);
@@ -106,51 +83,9 @@ export class Curves {
     this.charts.at(this.time);
   }
 
-  private data(from: number, to: number): Data[] {
-    const [first, last] = this.rows(from, to);
-    if (last - first > ROWS_MAX) return this.extremes(from, to);
-    const points = new Points(this.motion.axes);
-    this.addRows(points, first, last, [from, to]);
-    return points.data;
-  }
-
-  private rows(from: number, to: number): [number, number] {
-    return [Math.max(0, this.motion.rowAt(from)), this.motion.rowAt(to)];
-  }
-
-  private addRows(points: Points, first: number, last: number, [begin, end]: [number, number]): void {
-    const { motion } = this;
-    const all = Array.from({ length: motion.axes }, (_, axis) => axis);
-    const rest = (time: number): void => points.add(time, () => 0);
-    let ended = begin;
-    for (let row = first; row <= last; row++) {
-      if (motion.isHoming(row)) continue;
-      const [from, to] = [Math.max(begin, motion.from(row)), Math.min(end, motion.to(row))];
-      if (from - ended > 1e-6) [ended, from].forEach(rest);
-      ended = to;
-      const count = all.some((axis) => motion.axis(row, axis, 0).jerk) ? POINTS : 1;
-      for (let point = 0; point <= count && to > from; point++) {
-        const after = from + ((to - from) * point) / count - motion.from(row);
-        const axes = all.map((axis) => motion.axis(row, axis, after));
-        points.add(motion.from(row) + after, (axis, quantity) => [axes[axis]?.speed, axes[axis]?.accel, axes[axis]?.jerk][quantity] ?? 0);
-      }
-    }
-    if (ended < end) [ended, end].forEach(rest);
-  }
-
-  private extremes(from: number, to: number): Data[] {
-    const bins = this.motion.envelope.bins(from, Math.min(to, this.motion.end), BINS);
-    const column = (value: (bin: number, isHigh: boolean) => number): number[] => Array.from({ length: 2 * BINS }, (_, point) => value(point >> 1, point % 2 === 1));
-    const times = column((bin) => bins.middle(bin));
-    return CHARTS.map(({ quantity, axes }) => {
-      const isThere = axes.every((axis) => axis < this.motion.axes);
-      return [isThere ? times : [], ...axes.map((axis) => (isThere ? column((bin, isHigh) => bins.value(bin, axis, quantity, isHigh)) : []))];
-    });
-  }
-
   private shade(plot: uPlot): void {
     const { motion } = this;
-    const [first, last] = this.rows(...this.span);
+    const [first, last] = rowsIn(motion, ...this.span);
     if (!motion.length || last - first > ROWS_MAX) return;
     const { left, top, width, height } = plot.bbox;
     const x = (time: number): number => Math.min(left + width, Math.max(left, plot.valToPos(time, "x", true)));

@@ -8,7 +8,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["motion", "picture/segments", "picture/tone", "operate/progress", "operate/rest"];
+const MODULES = ["motion", "samples", "picture/segments", "picture/tone", "operate/progress", "operate/rest"];
 /** Instants at which a picture is held against the steps. */
 const INSTANTS = 1_000;
 const SLICE_US = 100_000;
@@ -25,7 +25,7 @@ async function bundled(head = "") {
 
 globalThis.performance ??= { now: () => 0 };
 Object.assign(globalThis, { document: { createElement: () => ({}) }, matchMedia: () => ({ addEventListener() {} }) });
-const { init, Job, madeAt, Motion, restFrom, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
+const { CHARTS, init, Job, madeAt, Motion, restFrom, samples, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
 await init({ module_or_path: await readFile(at("../machine/machine_bg.wasm")) });
 /** The machine with A, beside the other. */
 const { init: initWithA, Job: JobWithA } = await bundled("// The machine with A.");
@@ -84,7 +84,7 @@ function numbers(seed) {
   return () => ((state = (Math.imul(state, 1664525) + 1013904223) >>> 0) / 2 ** 32);
 }
 
-const OURS = ["parking.nc", "arcs.nc", "engraving.nc"];
+const OURS = ["parking.nc", "arcs.nc", "engraving.nc", "two_tools.nc"];
 const theirs = process.env.ISOSTEP_CORPUS ? (await readdir(join(process.env.ISOSTEP_CORPUS, "original"))).map((name) => join(process.env.ISOSTEP_CORPUS, "original", name)) : [];
 const paths = [...OURS.map((name) => at(`../../programs/${name}`)), ...theirs];
 const programs = await Promise.all(paths.map(async (path) => [path.split("/").at(-1), await readFile(path, "utf8")]));
@@ -126,6 +126,9 @@ test(`with A: where the page has all four axes, the steps have them, at ${INSTAN
 /** A speed profile whose acceleration changes all the time. */
 const CURVED = "$940=1\nG21 G91\nG1 X60 Y17 F2400\nY-32 F1500\nX-25 Y15 Z4\nG0 X-35 Z-4\n";
 
+/** Full acceleration up to a pause and behind it. */
+const PAUSE = "G21 G91 G61\nG1 X10 F1200\nG4 P0.5\nX-10\nG4 P1\nY5 Z3\n";
+
 /** A smooth surface in rows, as CAM writes it. */
 function relief(lines, inRow = 100) {
   const line = (_, index) => {
@@ -136,7 +139,33 @@ function relief(lines, inRow = 100) {
   return `G21 G90 G1 F2400\n${Array.from({ length: lines }, line).join("\n")}\n`;
 }
 
-for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2_000)], ["an S-curve", CURVED]]) {
+/** How far a place is from the nearest line that is drawn, mm. */
+function besideMm({ places, count }, [x, y, z]) {
+  let nearest = Infinity;
+  for (let at = 0; at < 6 * count; at += 6) {
+    const [dx, dy, dz] = [places[at + 3] - places[at], places[at + 4] - places[at + 1], places[at + 5] - places[at + 2]];
+    const [px, py, pz] = [x - places[at], y - places[at + 1], z - places[at + 2]];
+    const long = dx * dx + dy * dy + dz * dz;
+    const share = long ? Math.min(1, Math.max(0, (px * dx + py * dy + pz * dz) / long)) : 0;
+    nearest = Math.min(nearest, Math.hypot(px - share * dx, py - share * dy, pz - share * dz));
+  }
+  return nearest;
+}
+
+/** Speed, acceleration and jerk of an axis at a time. */
+function ofAxis(motion, row, axis, time) {
+  const { speed, accel, jerk } = motion.axis(row, axis, time - motion.from(row));
+  return [speed, accel, jerk];
+}
+
+/** The value of a curve at a time, on the straight line between two points of it. */
+function between(times, values, time) {
+  const last = Math.min(lastBefore(times, time), times.length - 2);
+  const [from, to] = [times[last], times[last + 1]];
+  return values[last] + ((values[last + 1] - values[last]) * (time - from)) / (to - from || 1);
+}
+
+for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2_000)], ["an S-curve", CURVED], ["a pause", PAUSE]]) {
 
   test(`${name}: where the picture has the tool, the steps have it, at ${INSTANTS} instants`, () => {
     const { motion, trace } = made(program, { kept: "trace" });
@@ -168,6 +197,11 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
           const room = 6e-5 / half / Math.min(asked, motion.topSpeed) + 1e-3;
           if (!Number.isFinite(wanted) || room > wide / 4) return;
           assert.ok(wanted >= class_ * wide - room && (wanted <= (class_ + 1) * wide + room || class_ === tone.scale.length - 1), `row ${row}: ${wanted} is drawn as class ${class_}`);
+          // Along the part it changes by no more than a colour or so.
+          for (const end of [from + 0.1 * (to - from), to - 0.1 * (to - from)]) {
+            const there = share(motion.speedIn(row, end), asked);
+            assert.ok(Math.abs(there - (class_ + 0.5) * wide) < 2 * wide || there > 1, `row ${row}: ${there} at an end is drawn as class ${class_}`);
+          }
           parts++;
         });
       }
@@ -180,6 +214,65 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
       const [place, shown] = [motion.places(drawn.ends[index]), drawn.places.slice(6 * index + 3, 6 * index + 6)];
       place.forEach((mm, axis) => assert.ok(Math.abs(mm - shown[axis]) < 0.25 / STEPS_PER_MM, `line ${index}: ${mm} is drawn at ${shown[axis]}`));
     }
+    // And wherever the tool is there is a line, also for those who come nearer.
+    const size = Math.max(...motion.low.map((mm, axis) => motion.high[axis] - mm));
+    const random = numbers(3);
+    for (let instant = 0; instant < INSTANTS / 5; instant++) {
+      const time = random() * motion.end;
+      if (motion.isHomingAt(time)) continue;
+      const beside = besideMm(drawn, motion.places(time));
+      assert.ok(beside < size / 4_000 + 0.25 / STEPS_PER_MM, `${time} s: the tool is ${beside} mm beside the path`);
+    }
+  });
+
+  test(`${name}: the scale of speeds ends at the highest, and loads are shares of the limits`, () => {
+    const { motion } = made(program);
+    let [highest, compared] = [0, 0];
+    for (let row = 0; row < motion.length; row++) {
+      if (motion.isHoming(row)) continue;
+      const spanS = motion.to(row) - motion.from(row);
+      highest = Math.max(highest, motion.speedIn(row, spanS / 2));
+      // What limits a machine by default, and none of these programs sets: 50 mm/s2 on each axis.
+      const [begins, ends] = [0.001, 0.999].map((share) => Math.max(...[0, 1, 2].map((axis) => Math.abs(motion.accelOf(row, axis, share * spanS)))) / 50);
+      assert.ok(Math.abs(motion.load(row) - Math.max(begins, ends)) < 0.01, `row ${row}: ${motion.load(row)}, and ${begins} to ${ends}`);
+      compared++;
+    }
+    assert.ok(Math.abs(motion.topSpeed / highest - 1) < 0.02, `${motion.topSpeed} and ${highest} mm/s`);
+    assert.ok(TONES.speed.key(motion).high.startsWith(String(Math.round(10 * motion.topSpeed) / 10)));
+    assert.ok(compared > 5);
+  });
+
+  test(`${name}: the curves go through what the axes do, at ${INSTANTS} instants`, () => {
+    const { motion } = made(program);
+    const random = numbers(5);
+    const highest = [0, 1, 2].map((quantity) => {
+      const values = Array.from({ length: motion.length }, (_, row) => Math.max(...[0, 1, 2].map((axis) => Math.abs(ofAxis(motion, row, axis, motion.from(row) + 1e-9)[quantity]))));
+      return values.reduce((most, value) => Math.max(most, value), 1);
+    });
+    let compared = 0;
+    for (let look = 0; look < 20; look++) {
+      const first = Math.floor(random() * motion.length);
+      const last = Math.min(first + 200, motion.length - 1);
+      const [from, to] = [motion.from(first), motion.to(last)];
+      const charts = samples(motion, from, to);
+      for (let instant = 0; instant < INSTANTS / 20; instant++) {
+        const time = from + random() * (to - from);
+        const row = motion.rowAt(time);
+        // Where accelerations jump a curve is upright.
+        const isEdge = time - motion.from(row) < 1e-5 || Math.abs(motion.to(row) - time) < 1e-5;
+        if (isEdge || motion.isHoming(row)) continue;
+        CHARTS.forEach(({ quantity, axes }, chart) => {
+          if (axes.some((axis) => axis >= motion.axes)) return;
+          axes.forEach((axis, line) => {
+            const is = time < motion.to(row) ? ofAxis(motion, row, axis, time)[quantity] : 0;
+            const shown = between(charts[chart][0], charts[chart][line + 1], time);
+            assert.ok(Math.abs(shown - is) < 0.005 * highest[quantity], `${time} s, axis ${axis}, quantity ${quantity}: ${is} is drawn as ${shown}`);
+            compared++;
+          });
+        });
+      }
+    }
+    assert.ok(compared > INSTANTS, `${compared}`);
   });
 
   test(`${name}: the curves of equal parts of the time have the lowest and highest values of the motion there, at any zoom`, () => {
@@ -292,4 +385,19 @@ test("a program does not go on with an arc, a cycle or an inverse time of a line
   assert.equal(whyNotAfter(lines, 11, left("G1")), "");
   assert.equal(whyNotAfter(lines, 14, left("G81")), "");
   assert.match(whyNotAfter(lines, 9, { ...left("G1"), modes: ["G1", "G93"] }), /inverse time \(G93\)/);
+});
+
+test("the tool's power is drawn as what it is given: grey where it is off, and in eighths of the scale", () => {
+  const { motion } = made("G21 G91 G61\nM3 S700\nG1 X10 F600\nS130\nX10\nM5\nX10\n", { settings: "$30=1000\n" });
+  const names = [0, 10, 20].map((fromMm) => {
+    const found = new Set();
+    for (let row = 0; row < motion.length; row++) {
+      const spanS = motion.to(row) - motion.from(row);
+      const middleMm = (motion.place(row, 0, 0) + motion.place(row, 0, spanS)) / 2;
+      if (!motion.isHoming(row) && middleMm > fromMm && middleMm < fromMm + 10) TONES.power.parts(motion, row, (from, to, rank) => to - from > 1e-3 && found.add(TONES.power.colours[rank]));
+    }
+    return [...found];
+  });
+  // Of the scale of eight, from low to high: 0.7 is in the sixth part, 0.13 in the second.
+  assert.deepEqual(names, [[TONES.power.scale[5]], [TONES.power.scale[1]], ["bound"]]);
 });
