@@ -95,6 +95,12 @@ export const tests = {
     await stands(page, "a", 10);
     await page.click("#zero-a");
     await stands(page, "a", 0, "work");
+    await page.fill("#go-a", "-5");
+    await page.click("#go");
+    await stands(page, "a", -5, "work");
+    await page.fill("#go-a", "0");
+    await page.click("#go");
+    await stands(page, "a", 0, "work");
     await stands(page, "a", 10);
     await page.selectOption("#live-rate", "20");
     await page.click("#home");

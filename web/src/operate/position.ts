@@ -27,6 +27,7 @@ export class Position {
       part(`place-${axis.toLowerCase()}`).textContent = text(report.machinePosition[index], index);
       button(`home-${axis.toLowerCase()}`).disabled = button("home").disabled;
     }
+    part("go-turn").hidden = !axes.includes("A");
     part("letter-a").textContent = unitOf(A, isRotary(this.machine.settings)) === "degrees" ? "A°" : "A";
     part("position-unit").textContent = this.machine.isInches ? "inches" : "mm";
     button("zero").disabled = button("go").disabled = report.state !== "Idle";
@@ -46,12 +47,14 @@ export class Position {
   /** To typed coordinates of the work, in the unit that is shown; what is left empty stays. Up it goes first, down last. */
   private goThere(): void {
     const typed = (axis: string): string => input(`go-${axis.toLowerCase()}`).value;
-    const [x, y, z] = ["X", "Y", "Z"].map((axis) => (typed(axis) ? `${axis}${typed(axis)}` : ""));
-    part("go-trouble").textContent = x || y || z ? "" : "Type where to, at least one of X, Y and Z.";
+    const typedOf = (axes: string[]): string => axes.filter(typed).map((axis) => `${axis}${typed(axis)}`).join(" ");
+    const { axes } = this.machine;
+    const words = [typedOf(axes.filter((axis) => axis !== "Z")), typedOf(["Z"])].filter(Boolean);
+    part("go-trouble").textContent = words.length ? "" : `Type where to, at least one of ${axes.join(", ").replace(/, (.)$/, " and $1")}.`;
     const unit = this.machine.isInches ? `G20 G90` : "G21 G90";
     const feed = this.machine.isInches ? (Number(this.feed) / 25.4).toFixed(2) : this.feed;
-    const jogs = [[x, y].filter(Boolean).join(" "), z].filter(Boolean).map((words) => `$J=${unit} ${words} F${feed}`);
-    const goesUp = z && Number(typed("Z")) > (this.machine.report.workPosition[2] ?? 0);
+    const jogs = words.map((of) => `$J=${unit} ${of} F${feed}`);
+    const goesUp = typed("Z") && Number(typed("Z")) > (this.machine.report.workPosition[2] ?? 0);
     for (const line of goesUp ? jogs.reverse() : jogs) this.machine.command(line);
   }
 }
