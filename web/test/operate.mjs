@@ -255,6 +255,12 @@ export const tests = (machine) => ({
     await endsWith(page, machine, "Stopped by an alarm\\.", "Stopped by an alarm, .*: ALARM:5: .*");
     await page.click("#unlock");
     await stands(page, "x", 4);
+    // A switch on the way of a probe, which stands near it.
+    for (const line of ["$21=1", "$J=G53 G21 G90 X4 F2000"]) await answers(page, line);
+    await rests(page, "x");
+    await sends(page, `G21 G91\nG38.2 X-300 F600\n${"G1 X1\n".repeat(40)}`);
+    await is(page, "Alarm");
+    await endsWith(page, machine, "Stopped by an alarm\\.", "Stopped by an alarm, .*: ALARM:1: .*");
   },
 
   async [`${machine.name}: a refused line stops the machine, because what is on its way makes no sense without it`]() {

@@ -10,10 +10,15 @@ import { stop } from "./stop";
 /** Lines ahead of what fits, so that the flight is always full. */
 const AHEAD = 16;
 
+/** The machine is locked: by an alarm, which it tells a moment later, or by a jog. */
+const LOCKED = "error:9";
+
 interface Job {
   lines: ProgramLine[];
   next: number;
   answered: number;
+  /** The line that was refused because the machine is locked. */
+  locked?: ProgramLine;
 }
 
 export class PageSender implements Sender {
@@ -53,14 +58,15 @@ export class PageSender implements Sender {
   }
 
   private more(job: Job): void {
-    while (this.job === job && job.next < job.lines.length && this.machine.underWay < AHEAD) this.send(job);
+    while (this.job === job && !job.locked && job.next < job.lines.length && this.machine.underWay < AHEAD) this.send(job);
   }
 
   private send(job: Job): void {
     const line = job.lines[job.next++];
     if (!line) return;
     this.machine.askOfProgram(line.sent, (answer) => {
-      if (this.job !== job || answer === FORGOTTEN) return;
+      if (this.job !== job || job.locked || answer === FORGOTTEN) return;
+      if (answer === LOCKED) return void (job.locked = line);
       job.answered++;
       if (answer !== "ok") return this.refuse(line, answer);
       this.more(job);
@@ -98,6 +104,8 @@ export class PageSender implements Sender {
 
   private look({ state }: Status): void {
     const { job } = this;
+    if (job?.locked && state === "Alarm") return this.lock();
+    if (job?.locked) return this.refuse(job.locked, LOCKED);
     if (job && job.answered === job.lines.length && ["Idle", "Check"].includes(state)) this.end(`Done: ${job.lines.length} lines.`);
   }
 

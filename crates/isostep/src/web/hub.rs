@@ -330,8 +330,7 @@ impl Hub {
             Owner::Job(number) => {
                 let job = self.job.as_mut().filter(|_| number == self.jobs);
                 if job.is_some_and(|job| !job.answer(answer)) {
-                    self.send(&[HOLD]);
-                    self.reset();
+                    self.stop();
                 }
             }
         }
@@ -342,7 +341,15 @@ impl Hub {
         let waits = self.talk.waits();
         self.tool.take_if(|(_, has_waited)| !waits && *has_waited);
         self.tool.iter_mut().for_each(|(_, has_waited)| *has_waited |= waits);
-        self.job.iter_mut().for_each(|job| job.look(&status, waits));
+        if self.job.as_mut().is_some_and(|job| !job.look(&status, waits)) {
+            self.stop();
+        }
+    }
+
+    /// Lines behind one that was refused are on their way: the machine forgets them.
+    fn stop(&mut self) {
+        self.send(&[HOLD]);
+        self.reset();
     }
 
     /// The page that has asked for this to be printed. Messages are for all, except the words that a page asks for.

@@ -1,5 +1,6 @@
 //! A program that the server sends: its lines, how far it has come, and why it ended.
 
+use isostep_console::Error;
 use isostep_report::remarks::shortened;
 use isostep_sim::program::{Program, message, stripped};
 use serde::Serialize;
@@ -59,6 +60,8 @@ pub struct Job {
     answered: usize,
     state: State,
     words: String,
+    /// A line was refused because the machine is locked: an alarm, which is told a moment later, or a jog.
+    is_locked: bool,
 }
 
 impl Job {
@@ -72,7 +75,17 @@ impl Job {
         if lines.is_empty() {
             return Err("the program has no line for the machine".to_owned());
         }
-        Ok(Self { name, text, before, lines, sent: 0, answered: 0, state: State::Sending, words: String::new() })
+        Ok(Self {
+            name,
+            text,
+            before,
+            lines,
+            sent: 0,
+            answered: 0,
+            state: State::Sending,
+            words: String::new(),
+            is_locked: false,
+        })
     }
 
     /// Nothing of it is sent any more.
@@ -96,7 +109,7 @@ impl Job {
 
     /// The next line to be sent, with its end.
     pub fn next(&self) -> Option<&[u8]> {
-        self.lines.get(self.sent).filter(|_| !self.is_over()).map(|line| &*line.bytes)
+        self.lines.get(self.sent).filter(|_| !self.is_over() && !self.is_locked).map(|line| &*line.bytes)
     }
 
     /// The next line has been sent.
@@ -107,22 +120,30 @@ impl Job {
     /// Its next line is answered. Returns false if that ends it: lines behind the refused one are on their way already, and make no
     /// sense without it.
     pub fn answer(&mut self, answer: &str) -> bool {
-        if self.is_over() {
+        self.is_locked |= answer.strip_prefix("error:") == Some(&Error::Locked.code().to_string());
+        if self.is_over() || self.is_locked {
             return true;
         }
         if answer != "ok" {
-            let Line { number, text, .. } = &self.lines[self.answered];
-            self.stop(format!("Stopped: line {number} `{text}` was refused. {}", in_words(answer)));
+            self.refuse(answer);
             return false;
         }
         self.answered += 1;
         true
     }
 
-    /// The machine has said how it is. `waits` for a person.
-    pub fn look(&mut self, status: &Status, waits: bool) {
+    /// The machine has said how it is. `waits` for a person. Returns false if that ends the job as a refusal does.
+    pub fn look(&mut self, status: &Status, waits: bool) -> bool {
         if self.is_over() {
-            return;
+            return true;
+        }
+        if self.is_locked && status.state == "Alarm" {
+            self.stop(format!("Stopped by an alarm, {}.", self.place()));
+            return true;
+        }
+        if self.is_locked {
+            self.refuse(&format!("error:{}", Error::Locked.code()));
+            return false;
         }
         let is_at_rest = matches!(status.state.as_str(), "Idle" | "Check");
         if self.answered == self.lines.len() && is_at_rest {
@@ -131,6 +152,12 @@ impl Job {
         } else {
             self.state = if waits { State::Waiting } else { State::Sending };
         }
+        true
+    }
+
+    fn refuse(&mut self, answer: &str) {
+        let Line { number, text, .. } = &self.lines[self.answered];
+        self.stop(format!("Stopped: line {number} `{text}` was refused. {}", in_words(answer)));
     }
 
     /// The machine has raised an alarm.
