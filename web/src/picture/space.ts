@@ -2,10 +2,10 @@
 
 import {
   Box3, Box3Helper, BufferAttribute, BufferGeometry, CanvasTexture, Color, GridHelper, Group, LineBasicMaterial, LineSegments, MathUtils, Mesh, MeshBasicMaterial,
-  PerspectiveCamera, Points, PointsMaterial, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
+  type Object3D, PerspectiveCamera, Points, PointsMaterial, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { LineMaterial, type LineMaterialParameters } from "three/addons/lines/LineMaterial.js";
 import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
 import { colour, onChange } from "../drawing";
@@ -23,21 +23,52 @@ const AWAY = new Vector3(0.75, -1.15, 0.9).normalize();
 const ROOM = 0.06;
 /** How wide lines of the path are, px. */
 const WIDE_PX = 2.25;
+/** More lines than this are a pixel wide: dense ones would hide each other, and a computer without a graphics processor would take a second for them. */
+const WIDE_MAX = 8_000;
 /** The colour of a colour of the style sheet. */
 const shade = (name: string): Color => new Color(colour(name));
 
-/** The lines of the path, or the first of them. */
-class Lines extends LineSegments2 {
-  count = 0;
+/** The lines of the path, twice with the same numbers: the first of them that are made, and all. */
+class Lines {
+  readonly objects: Object3D[];
+  private readonly geometry: BufferGeometry;
+  private made = 0;
 
-  constructor(opacity: number) {
-    super(new LineSegmentsGeometry(), new LineMaterial({ vertexColors: true, linewidth: WIDE_PX, transparent: opacity < 1, opacity }));
-    this.frustumCulled = false;
+  constructor(private readonly count: number, places: Float32Array, colours: Float32Array) {
+    const look = (opacity: number): LineMaterialParameters => ({ vertexColors: true, transparent: opacity < 1, opacity });
+    if (count > WIDE_MAX) {
+      const geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(places, 3)).setAttribute("color", new BufferAttribute(colours, 3));
+      this.objects = [1, 0.25].map((opacity) => new LineSegments(geometry, new LineBasicMaterial(look(opacity))));
+      this.geometry = geometry;
+      this.limit((lines) => geometry.setDrawRange(0, 2 * lines));
+    } else {
+      const geometry = new LineSegmentsGeometry().setPositions(places).setColors(colours);
+      this.objects = [1, 0.25].map((opacity) => new LineSegments2(geometry, new LineMaterial({ ...look(opacity), linewidth: WIDE_PX })));
+      this.geometry = geometry;
+      this.limit((lines) => (geometry.instanceCount = lines));
+    }
   }
 
-  override onBeforeRender(renderer: WebGLRenderer): void {
-    super.onBeforeRender(renderer);
-    this.geometry.instanceCount = this.count;
+  /** So many are made. */
+  show(made: number): void {
+    this.made = made;
+    if (this.objects[1]) this.objects[1].visible = made < this.count;
+  }
+
+  dispose(): void {
+    this.geometry.dispose();
+    for (const object of this.objects) object.removeFromParent();
+  }
+
+  private limit(to: (lines: number) => void): void {
+    this.objects.forEach((object, index) => {
+      const before = object.onBeforeRender;
+      object.frustumCulled = false;
+      object.onBeforeRender = (...given) => {
+        before.apply(object, given);
+        to(index === 0 ? this.made : this.count);
+      };
+    });
   }
 }
 
@@ -47,8 +78,7 @@ export class Space implements View {
   private readonly camera = new PerspectiveCamera(40, 1, 0.1, 10_000);
   private readonly controls = new OrbitControls(this.camera, this.canvas);
   private readonly scene = new Scene();
-  private readonly done = new Lines(1);
-  private readonly ahead = new Lines(0.25);
+  private lines = new Lines(0, new Float32Array(), new Float32Array());
   private readonly dots = new Points(new BufferGeometry(), new PointsMaterial({ size: 7, sizeAttenuation: false }));
   private readonly tool = new Mesh(new SphereGeometry(1), new MeshBasicMaterial());
   /** What is around the path: a grid below it, the travel, and the axes where the zero is. */
@@ -61,7 +91,7 @@ export class Space implements View {
 
   constructor() {
     this.camera.up.set(0, 0, 1);
-    this.scene.add(this.ahead, this.done, this.dots, this.tool, this.around);
+    this.scene.add(this.dots, this.tool, this.around);
     this.controls.addEventListener("change", () => this.render());
     this.controls.addEventListener("start", () => (this.isWhole = false));
     select("fit").addEventListener("change", () => {
@@ -75,10 +105,6 @@ export class Space implements View {
   show(shown: Shown): void {
     if (shown.motion !== this.shown?.motion) this.isWhole = true;
     this.shown = shown;
-    const { places, count } = shown.segments;
-    this.done.geometry.dispose();
-    this.ahead.geometry = this.done.geometry = new LineSegmentsGeometry().setPositions(places.slice(0, 6 * count));
-    this.ahead.count = count;
     this.paint(shown);
   }
 
@@ -86,8 +112,7 @@ export class Space implements View {
     this.moment = moment;
     if (!this.shown) return;
     const { motion, segments } = this.shown;
-    this.done.count = moment.made >= motion.end ? segments.count : madeAt(segments, moment.made);
-    this.ahead.visible = this.done.count < segments.count;
+    this.lines.show(moment.made >= motion.end ? segments.count : madeAt(segments, moment.made));
     this.tool.visible = moment.tool !== undefined;
     if (moment.tool) this.tool.position.copy(placed(moment.tool));
     this.render();
@@ -129,7 +154,9 @@ export class Space implements View {
     const shades = tone.colours.map(shade);
     const colours = new Float32Array(6 * segments.count);
     for (let end = 0; end < 2 * segments.count; end++) shades[segments.ranks[end >> 1] ?? 0]?.toArray(colours, 3 * end);
-    this.done.geometry.setColors(colours);
+    this.lines.dispose();
+    this.lines = new Lines(segments.count, segments.places.slice(0, 6 * segments.count), colours);
+    this.scene.add(...this.lines.objects);
     this.dots.geometry.setAttribute("position", new BufferAttribute(dotsOf(segments), 3));
     this.dots.material.color = shade("over");
     this.tool.material.color = shade("tool");
