@@ -9,7 +9,7 @@ import { Operate } from "./operate/operate";
 import { Run } from "./run";
 import { SettingsView } from "./settings/settings";
 
-/** Those of the machine, which have its bar of buttons always; others have it while the machine may move. */
+/** Those of the machine, which have its bar of buttons always; others have it while the machine may move, or something is wrong with it. */
 const OF_MACHINE = ["operate", "settings"];
 
 const picture = new Picture();
@@ -21,9 +21,9 @@ const speedProfiles = new SpeedProfiles();
 let viewed: View = "run";
 
 function showBar(): void {
-  part("bar").hidden = !OF_MACHINE.includes(viewed) && !operate.machine.mayMove;
+  part("bar").hidden = !OF_MACHINE.includes(viewed) && !operate.machine.mayMove && part("bar-trouble").hidden;
 }
-operate.machine.watch({ reported: showBar, attached: showBar });
+operate.machine.watch({ reported: showBar, attached: showBar, alarmed: showBar, linked: showBar });
 
 function look(view: View): void {
   viewed = view;

@@ -137,7 +137,11 @@ export const tests = (machine) => ({
     await person.is("Alarm");
     const words = await page.locator("#alarm").textContent();
     assert.match(words, /^ALARM:2: /);
-    assert.equal(await page.locator("#bar-trouble").textContent(), words);
+    for (const tab of ["run", "operate"]) {
+      await page.click(`#tab-${tab}`);
+      assert.ok(await page.locator("#bar-trouble").isVisible());
+      assert.equal(await page.locator("#bar-trouble").textContent(), words);
+    }
     await page.click("#unlock");
     await person.is("Idle");
     for (const id of ["alarm", "bar-trouble"]) assert.ok(await page.locator(`#${id}`).isHidden());

@@ -40,7 +40,7 @@ export const tests = (machine) => ({
     await field(page, 21).getByRole("switch").uncheck();
     await field(page, 3).getByLabel("direction invert: Y").check();
     await field(page, 950).locator("select").selectOption("1");
-    assert.match(await page.locator("#pending-list").textContent(), /\$120 X acceleration: 50 → 75.5 mm\/s2/);
+    assert.match(await page.locator("#pending-list").textContent(), /\$120 X acceleration: 50 → 75.5 mm\/s²/);
     assert.equal(await setting(page, 120), 50, "nothing is sent before a person says so");
     await send(page);
     assert.equal(await page.locator("#settings-status").textContent(), "4 set.");
@@ -126,7 +126,7 @@ export const tests = (machine) => ({
     await page.keyboard.type("5");
     await answers(page, "$120=70");
     assert.equal(await typed.inputValue(), "50.5");
-    assert.match(await page.locator("#pending-list").textContent(), /^\$120 X acceleration: 70 → 50\.5 mm\/s2$/);
+    assert.match(await page.locator("#pending-list").textContent(), /^\$120 X acceleration: 70 → 50\.5 mm\/s²$/);
     await send(page);
     assert.equal(await setting(page, 120), 50.5);
     await answers(page, "$120=80");

@@ -8,9 +8,8 @@ use crate::{
     AXES, AlarmCode, Coordinate, Coordinates, Error, Fixed, Interpreter, SETTING_TABLE, Settings, TOOLS, ToolEntry,
     axes::Z,
     parameters::{StoredLine, WORK_SYSTEMS},
+    tools::NM_PM,
 };
-
-const NM_PM: i64 = 1_000;
 
 /// Sent when the console opens and after a reset.
 pub const WELCOME: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";

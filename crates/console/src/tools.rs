@@ -6,6 +6,7 @@ use crate::Error;
 pub const TOOLS: usize = 32;
 /// The largest radius of a tool, nm.
 pub const RADIUS_MAX_NM: u32 = 1_000_000_000;
+pub(crate) const NM_PM: i64 = 1_000;
 
 /// A tool of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -160,7 +160,9 @@ impl Motion {
 fn intervals(record: &MoveRecord) -> Vec<Interval> {
     let line_s = record.plan.begin_s();
     let end_s = record.plan_s.min((record.end_ns - record.start_ns) as f64 * 1e-9 + SHORTEST_S);
-    let blend = record.blend.map(|blend| Interval { span_s: [blend.begin_s(), line_s], kind: Kind::Blend, plan: 0 });
+    // An alarm may end it in its blend.
+    let span_s = |begin_s: f64| [begin_s, line_s.min(end_s)];
+    let blend = record.blend.map(|blend| Interval { span_s: span_s(blend.begin_s()), kind: Kind::Blend, plan: 0 });
     let mut found: Vec<_> = blend.into_iter().collect();
     let plans = || std::iter::once(&record.plan).chain(&record.parts);
     for (number, plan) in plans().enumerate().filter(|(_, plan)| plan.profile.distance_steps() > 0.0) {

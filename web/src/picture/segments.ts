@@ -16,6 +16,8 @@ const TABLE = 2 ** 17;
 
 export interface Segments {
   count: number;
+  /** What is shorter than this is not drawn by itself, mm. */
+  fine: number;
   /** From and to: six numbers each, mm. */
   places: Float32Array;
   ranks: Uint8Array;
@@ -56,7 +58,7 @@ class Builder {
 
   constructor(low: Places, high: Places, private readonly fine: number) {
     const [places, ranks, ends] = [new Float32Array(6 * SEGMENTS_MAX), new Uint8Array(SEGMENTS_MAX), new Float64Array(SEGMENTS_MAX)];
-    this.made = { count: 0, places, ranks, ends, low, high };
+    this.made = { count: 0, fine, places, ranks, ends, low, high };
   }
 
   get isFull(): boolean {

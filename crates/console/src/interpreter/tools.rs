@@ -5,10 +5,9 @@ use crate::{
     AXES, Error, RADIUS_MAX_NM, ToolEntry,
     axes::Z,
     parameters::TOOL_SETTER,
+    tools::NM_PM,
     words::block::{BlockWords, MAX_TOOL, ToolLength},
 };
-
-const NM_PM: i64 = 1_000;
 
 /// What the Z of G10 L1, L10 and L11 says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
