@@ -261,6 +261,11 @@ export const tests = (machine) => ({
     await sends(page, `G21 G91\nG38.2 X-300 F600\n${"G1 X1\n".repeat(40)}`);
     await is(page, "Alarm");
     await endsWith(page, machine, "Stopped by an alarm\\.", "Stopped by an alarm, .*: ALARM:1: .*");
+    // The tests behind this find it off the switch.
+    await page.click("#unlock");
+    await is(page, "Idle");
+    await answers(page, "$J=G91 G21 X6 F600");
+    await rests(page, "x");
   },
 
   async [`${machine.name}: a refused line stops the machine, because what is on its way makes no sense without it`]() {
