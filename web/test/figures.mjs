@@ -87,14 +87,11 @@ async function memory(ofBrowser) {
   return Math.max(...texts.map((text) => Number(/RssAnon:\s+(\d+)/.exec(text)?.[1]) / 1e3));
 }
 
-/** Does something, and returns the most memory of the page meanwhile, MB. `clear` is called each time before. */
-async function most(ofBrowser, act, clear = () => undefined) {
+/** Does something, and returns the most memory of the page meanwhile, MB. */
+async function most(ofBrowser, act) {
   let [found, isDone] = [0, false];
   const looking = (async () => {
-    for (; !isDone; await new Promise((resolve) => setTimeout(resolve, 100))) {
-      await clear();
-      found = Math.max(found, await memory(ofBrowser));
-    }
+    for (; !isDone; await new Promise((resolve) => setTimeout(resolve, 100))) found = Math.max(found, await memory(ofBrowser));
   })();
   await act();
   isDone = true;
@@ -122,22 +119,20 @@ async function program(file) {
   const before = await memory(ofBrowser);
   await ACTS.put(page, text);
   const peak = await most(ofBrowser, () => ACTS.run(page));
-  const ofPage = await page.context().newCDPSession(page);
-  const needed = await most(ofBrowser, () => ACTS.run(page), () => ofPage.send("HeapProfiler.collectGarbage"));
   const [, seconds] = /run in ([\d.]+) s/.exec(await page.locator("#status").textContent()) ?? [];
   const machine = await page.evaluate(() => Number(document.getElementById("time").max));
   const lines = await page.getAttribute("#path", "data-lines");
   await page.click("#run");
   await page.waitForFunction(() => document.getElementById("progress").value > 0.02);
   const cancelled = await cancelledAfterMs(page);
-  row(basename(file), machine.toFixed(1), seconds, (machine / seconds).toFixed(0), lines, before.toFixed(0), peak.toFixed(0), needed.toFixed(0), cancelled.toFixed(0));
+  row(basename(file), machine.toFixed(1), seconds, (machine / seconds).toFixed(0), lines, before.toFixed(0), peak.toFixed(0), cancelled.toFixed(0));
   await page.context().close();
   for (const [name, spans] of await blocksOf(text)) row(`  ${name}`, ...spans.map((ms) => ms.toFixed(0)));
 }
 
 await sizes();
 await firstPaint();
-row("in Chromium", "machine, s", "run in, s", "times", "lines drawn", "before, MB", "memory, MB", "cleared, MB", "cancelled, ms");
+row("in Chromium", "machine, s", "run in, s", "times", "lines drawn", "before, MB", "memory, MB", "cancelled, ms");
 row("  longest block while", "of a core, ms", "passed, ms");
 for (const file of paths.program) await program(file);
 await browser.close();
