@@ -13,11 +13,11 @@ const SHADES: Partial<Record<Kind, string>> = {
   [Kind.Cruise]: "cruise",
   [Kind.Decelerate]: "decel",
 };
-const QUANTITIES = [["Speed", "s"], ["Acceleration", "s²"], ["Jerk", "s³"]] as const;
+const NAMES = [["Speed", "s"], ["Acceleration", "s²"], ["Jerk", "s³"]] as const;
 
 /** What a chart shows, with its unit. */
 function nameOf({ quantity, axes }: (typeof CHARTS)[number], isRotary: boolean): string {
-  const [name, seconds] = QUANTITIES[quantity] ?? ["", ""];
+  const [name, seconds] = NAMES[quantity] ?? ["", ""];
   const [first = 0] = axes;
   return `${name}${first === A ? " of A" : ""}, ${unitOf(first, isRotary)}/${seconds}`;
 }

@@ -8,7 +8,7 @@ import type { Columns, LineTimes } from "./messages";
 /** Numbers of one axis in a row: see `COLUMNS` in crates/web. */
 const COLUMNS = 3;
 /** Shares of limits are in such parts: see `LOAD_PARTS` there. */
-const LOAD_PARTS = 4096;
+const LOAD_PARTS = 256;
 
 export enum Kind {
   Blend = 0,

@@ -2,6 +2,7 @@
 
 import { A } from "./axes";
 import type { Data } from "./charts";
+import { QUANTITIES } from "./envelope";
 import type { Motion } from "./motion";
 
 /** With more phases than this in view, the lowest and highest values of equal parts of the time are drawn. */
@@ -10,11 +11,9 @@ export const ROWS_MAX = 2_000;
 const BINS = 1_200;
 /** Points of a phase in which the acceleration changes. */
 const POINTS = 8;
-/** Speed, acceleration and jerk. */
-const QUANTITIES = [0, 1, 2];
 /** Axes of one chart: the degrees of A have a chart of their own for each quantity. */
 const GROUPS = [[0, 1, 2], [A]];
-export const CHARTS = QUANTITIES.flatMap((quantity) => GROUPS.map((axes) => ({ quantity, axes })));
+export const CHARTS = Array.from({ length: QUANTITIES }).flatMap((_, quantity) => GROUPS.map((axes) => ({ quantity, axes })));
 
 /** Data that grows by a point: a time, and the value of each axis, of each chart. */
 class Points {

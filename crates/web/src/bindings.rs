@@ -65,7 +65,7 @@ impl MotionColumns {
         std::mem::take(&mut self.0.changes_mm_s2)
     }
 
-    /// Its acceleration, and the jump where it begins, in 4096ths of their limits.
+    /// Its acceleration, and the jump where it begins, in 256ths of their limits.
     #[wasm_bindgen(js_name = takeLoads)]
     pub fn take_loads(&mut self) -> Vec<u16> {
         std::mem::take(&mut self.0.loads)

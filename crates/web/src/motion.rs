@@ -15,8 +15,8 @@ use crate::power::Power;
 pub const COLUMNS: usize = 3;
 /// Numbers of a row about its acceleration.
 pub const LOADS: usize = 2;
-/// They are shares of a limit, in so many parts of it.
-pub const LOAD_PARTS: f64 = 4096.0;
+/// They are shares of a limit, in so many parts of it: at most 256 times the limit, as a 16-bit number goes no farther.
+pub const LOAD_PARTS: f64 = 256.0;
 /// A phase that begins no later than this behind another goes on from it, s.
 const SOON_S: f64 = 1e-6;
 /// Phases of a ramp whose jerk changes all the time.

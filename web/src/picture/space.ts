@@ -1,7 +1,7 @@
 // The path in space, to be turned by mouse, touch and keys. It is loaded when it is first looked at.
 
 import {
-  Box3, Box3Helper, BufferAttribute, BufferGeometry, CanvasTexture, Color, GridHelper, Group, LineBasicMaterial, LineSegments, MathUtils, Mesh, MeshBasicMaterial,
+  Box3, Box3Helper, BufferAttribute, BufferGeometry, CanvasTexture, Color, GridHelper, Group, LineBasicMaterial, LineSegments, type Material, MathUtils, Mesh, MeshBasicMaterial,
   type Object3D, PerspectiveCamera, Points, PointsMaterial, Scene, SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -30,7 +30,7 @@ const shade = (name: string): Color => new Color(colour(name));
 
 /** The lines of the path, twice with the same numbers: the first of them that are made, and all. */
 class Lines {
-  readonly objects: Object3D[];
+  readonly objects: (Object3D & { material: Material })[];
   private readonly geometry: BufferGeometry;
   private made = 0;
 
@@ -57,7 +57,10 @@ class Lines {
 
   dispose(): void {
     this.geometry.dispose();
-    for (const object of this.objects) object.removeFromParent();
+    for (const object of this.objects) {
+      object.material.dispose();
+      object.removeFromParent();
+    }
   }
 
   private limit(to: (lines: number) => void): void {

@@ -209,26 +209,21 @@ impl Hub {
         }
     }
 
-    fn take_line(&mut self, number: u64, line: Line) {
-        let line = match line.is_jog() {
-            true if self.another_jogs(number) => Line::refused(line.owner),
-            true => {
-                self.jogs = Some((number, Instant::now()));
-                line
-            }
-            false => line,
-        };
+    fn take_line(&mut self, number: u64, mut line: Line) {
+        if line.is_jog() && self.another_jogs(number) {
+            line = Line::refused(line.owner);
+        } else if line.is_jog() {
+            self.jogs = Some((number, Instant::now()));
+        }
         self.talk.push(line);
         self.fill();
     }
 
-    /// Another page jogs: until it has let go and the machine rests, this one does not, and its letting go is of nothing.
+    /// Another page jogs. Until it has let go and the machine rests, jogs of this page are refused, and a jog is not cancelled by it.
     fn another_jogs(&self, number: u64) -> bool {
-        let may_jog = |page, since: Instant| {
-            let says_jog = self.talk.status.as_ref().is_some_and(|status| status.state == "Jog");
-            says_jog || since.elapsed() < REPORTED || self.talk.has_jogs(Owner::Page(page))
-        };
-        self.jogs.is_some_and(|(page, since)| page != number && may_jog(page, since))
+        let Some((page, since)) = self.jogs.filter(|(page, _)| *page != number) else { return false };
+        let says_jog = self.talk.status.as_ref().is_some_and(|status| status.state == "Jog");
+        says_jog || since.elapsed() < REPORTED || self.talk.has_jogs(Owner::Page(page))
     }
 
     /// Sends what there is room for.

@@ -120,7 +120,7 @@ impl Job {
     /// Its next line is answered. Returns false if that ends it: lines behind the refused one are on their way already, and make no
     /// sense without it.
     pub fn answer(&mut self, answer: &str) -> bool {
-        self.is_locked |= answer.strip_prefix("error:") == Some(&Error::Locked.code().to_string());
+        self.is_locked |= answer == locked();
         if self.is_over() || self.is_locked {
             return true;
         }
@@ -142,7 +142,7 @@ impl Job {
             return true;
         }
         if self.is_locked {
-            self.refuse(&format!("error:{}", Error::Locked.code()));
+            self.refuse(&locked());
             return false;
         }
         let is_at_rest = matches!(status.state.as_str(), "Idle" | "Check");
@@ -193,6 +193,11 @@ impl Job {
             (self.state, self.words) = (State::Stopped, words);
         }
     }
+}
+
+/// The answer of a machine that is locked.
+fn locked() -> String {
+    format!("error:{}", Error::Locked.code())
 }
 
 /// An answer or an alarm with its meaning.

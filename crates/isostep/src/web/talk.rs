@@ -27,7 +27,7 @@ pub struct Line {
     pub bytes: Vec<u8>,
 }
 
-/// What is sent in the stead of a line that is refused, so that its answer comes at its turn: the machine skips a comment.
+/// Sent instead of a line that is refused, so that its answer comes at its turn: the machine skips a comment.
 const REFUSED: &[u8] = b"(refused: another page jogs)\n";
 
 impl Line {
