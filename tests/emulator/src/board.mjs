@@ -1,14 +1,13 @@
 import { callPanic, hang, jumpAstray } from './astray.mjs';
 import { buildChip, loadInto } from './chip.mjs';
-import { cyclesOfMillis, MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
-import { run } from './core.mjs';
+import { cyclesOfMillis, IS_RP2350, MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
 import { DeadlineWatch } from './deadline-watch.mjs';
 import { enterHardFault } from './fault.mjs';
 import { eraseUnder } from './flash-file.mjs';
 import { Gantry } from './gantry.mjs';
 import { LateAlarms } from './late-alarms.mjs';
 import { PadFaults } from './pad-faults.mjs';
-import { boot } from './second-stage.mjs';
+import { buildRp2350 } from './rp2350/chip.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
 import { RESET_FORCED, RESET_TIMER } from './watchdog.mjs';
@@ -112,19 +111,13 @@ export class Board {
    * firmware may enable and disable it meanwhile.
    */
   maskIrq(number) {
-    const held = 1 << number;
-    let pending = this.core.pendingInterrupts;
-    const get = () => pending & ~held;
-    const set = (value) => void (pending = value | (pending & held));
-    Object.defineProperty(this.core, 'pendingInterrupts', { configurable: true, get, set });
-    this.heldBack = () => pending;
+    this.heldInterrupt = number;
+    this.holdInterrupt(number, true);
   }
 
   /** Lets it come: what runs in it goes on. */
   unmaskIrq() {
-    Object.defineProperty(this.core, 'pendingInterrupts', { configurable: true, writable: true, value: this.heldBack() });
-    this.core.interruptsUpdated = true;
-    this.core.sleep.enabled();
+    this.holdInterrupt(this.heldInterrupt, false);
   }
 
   /** The state machine of the second motor counts a step that it has not made, as after a flipped bit. */
@@ -168,7 +161,7 @@ export class Board {
   }
 
   #execute(limitCycle) {
-    const fault = run(this.core, this.bus, this.clock, limitCycle);
+    const fault = this.runCore(this.core, this.bus, this.clock, limitCycle);
     if (fault !== null) this.#faulted(fault);
   }
 
@@ -196,11 +189,12 @@ export class Board {
       onUartByte: (byte) => this.cable.received?.(byte),
       onWarning: (text) => this.warnings.add(text),
     };
-    Object.assign(this, buildChip(this.clock, listeners, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch, lateAlarms: this.lateAlarms }));
+    const build = IS_RP2350 ? buildRp2350 : buildChip;
+    Object.assign(this, build(this.clock, listeners, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch, lateAlarms: this.lateAlarms }));
   }
 
   #start() {
-    boot(this.chip, this.flash);
+    this.boot();
     this.padFaults.attach(this.chip);
     this.gantry.attach(this.chip);
     this.cable.attach(this.chip, this.uart);

@@ -11,9 +11,11 @@ export const NOWHERE = 1;
 const FLASH_MASK = 0xffffff;
 const RAM_START = 0x20000000;
 const PC = 15;
-/** Four banks hold consecutive words in turn; above them are two small banks. */
+/** Four banks hold consecutive words in turn, on an RP2350 twice; above them are two small banks. */
 const STRIPED_BYTES = 0x40000;
 const [STRIPED_BANKS, SMALL_BANK_BYTES] = [4, 0x1000];
+const SMALL_BYTES = 2 * SMALL_BANK_BYTES;
+const FIRST_SMALL_BANK = 8;
 const NO_BANK = -1;
 /** An instruction's own accesses are on its last cycles; before them it may have waited for flash. */
 const RAM_CYCLES = 2;
@@ -229,8 +231,9 @@ export class Bus {
   #bankOf(address) {
     const offset = (address - RAM_START) | 0;
     if (offset < 0 || offset >= this.ramSize) return NO_BANK;
-    if (offset < STRIPED_BYTES) return (offset >>> 2) & (STRIPED_BANKS - 1);
-    return STRIPED_BANKS + Math.floor((offset - STRIPED_BYTES) / SMALL_BANK_BYTES);
+    const small = offset - (this.ramSize - SMALL_BYTES);
+    if (small >= 0) return FIRST_SMALL_BANK + Math.floor(small / SMALL_BANK_BYTES);
+    return Math.floor(offset / STRIPED_BYTES) * STRIPED_BANKS + ((offset >>> 2) & (STRIPED_BANKS - 1));
   }
 
   #beforeRead(address) {

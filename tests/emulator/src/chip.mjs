@@ -1,5 +1,6 @@
 import { RP2040 } from 'rp2040js';
 import { Bus } from './bus.mjs';
+import { run } from './core.mjs';
 import { DeadlineWatch } from './deadline-watch.mjs';
 import { Dma } from './dma.mjs';
 import { Fault, FetchFault } from './fault.mjs';
@@ -11,6 +12,7 @@ import { PioBlock } from './pio/block.mjs';
 import { PioRegisters } from './pio/registers.mjs';
 import { Pwm } from './pwm.mjs';
 import { loadRom } from './rom/rom.mjs';
+import { boot } from './second-stage.mjs';
 import { Sleep } from './sleep.mjs';
 import { identifyAsB2 } from './sys-info.mjs';
 import { SysTick } from './systick.mjs';
@@ -66,7 +68,7 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   watch.attach(chip.core);
   chip.dma.onAccess = (address, cycle) => bus.contend(address, cycle);
   watchExceptions(clock, bus);
-  return { chip, core: chip.core, bus, cache, flash, watchdog, uart };
+  return { chip, core: chip.core, bus, cache, flash, watchdog, uart, runCore: run, boot: () => boot(chip, flash), holdInterrupt: holdInterrupt(chip.core) };
 }
 
 /** Replaces rp2040js's PIO and DMA by ours, which run in step with the core. */
@@ -93,6 +95,21 @@ export function loadInto(chip, segments) {
     }
     memory.set(bytes, offset);
   }
+}
+
+/** What holds interrupts back: they stay pending, and the firmware may enable and disable them meanwhile. */
+function holdInterrupt(core) {
+  let [pending, held] = [0, 0];
+  return (number, isHeld) => {
+    if (held === 0) pending = core.pendingInterrupts;
+    held = isHeld ? held | (1 << number) : held & ~(1 << number);
+    const get = () => pending & ~held;
+    const set = (value) => void (pending = value | (pending & held));
+    Object.defineProperty(core, 'pendingInterrupts', { configurable: true, get, set });
+    if (isHeld) return;
+    core.interruptsUpdated = true;
+    core.sleep.enabled();
+  };
 }
 
 /**

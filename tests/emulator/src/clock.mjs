@@ -1,7 +1,10 @@
 import { Lockstep } from './lockstep.mjs';
+import { isRp2350 } from './which-chip.mjs';
 
-/** The RP2040's system clock on a stock Pico. */
-export const CLOCK_HZ = 125_000_000;
+/** Whether this process emulates an RP2350. */
+export const IS_RP2350 = isRp2350();
+/** The system clock of a stock Pico, or Pico 2. */
+export const CLOCK_HZ = IS_RP2350 ? 150_000_000 : 125_000_000;
 export const NANOS_PER_CYCLE = 1e9 / CLOCK_HZ;
 export const CYCLES_PER_MICRO = CLOCK_HZ / 1e6;
 

@@ -9,9 +9,9 @@ const REGISTERS = [
   [CTRL, TRANS_COUNT, READ_ADDR, WRITE_ADDR],
   [CTRL, WRITE_ADDR, TRANS_COUNT, READ_ADDR],
 ].flat();
-const BIT = { enabled: 1 << 0, highPriority: 1 << 1, increasesRead: 1 << 4, increasesWrite: 1 << 5, ringsWrite: 1 << 10, quiet: 1 << 21, swaps: 1 << 22, busy: 1 << 24 };
+/** Those that every chip has in the same places; the others are in its layout. */
+const BIT = { enabled: 1 << 0, highPriority: 1 << 1, increasesRead: 1 << 4 };
 const ERRORS = { bus: 1 << 31, read: 1 << 30, write: 1 << 29 };
-const WRITABLE = 0xffffff;
 /**
  * Cycles from a request (a free place in a FIFO, a trigger) to the write that answers it: the handshake, the read and the
  * write. An estimate of what the chip takes on an idle bus.
@@ -24,6 +24,7 @@ export class DmaChannel {
   /** @param {import('./dma.mjs').Dma} dma */
   constructor(dma, index) {
     this.dma = dma;
+    this.layout = dma.layout;
     this.chip = dma.rp2040;
     this.ram = new Int32Array(this.chip.sram.buffer);
     this.index = index;
@@ -41,7 +42,7 @@ export class DmaChannel {
     this.fetched = false;
     this.enabled = false;
     this.request = 0;
-    this.#control(index << 11);
+    this.#control(index << this.layout.shifts.chainTo);
   }
 
   read(offset) {
@@ -53,7 +54,7 @@ export class DmaChannel {
       case TRANS_COUNT:
         return this.count;
       default:
-        return (this.ctrl | (this.busy ? BIT.busy : 0) | this.errors) >>> 0;
+        return (this.ctrl | (this.busy ? this.layout.bits.busy : 0) | this.errors) >>> 0;
     }
   }
 
@@ -115,16 +116,18 @@ export class DmaChannel {
   }
 
   #setControl(word) {
+    const { bits, shifts, writable } = this.layout;
+    if (word & bits.unknown) this.dma.warn('addresses that fall are not emulated');
     this.errors &= ~word;
-    this.ctrl = word & WRITABLE;
+    this.ctrl = word & writable;
     this.enabled = (word & BIT.enabled) !== 0;
     this.highPriority = (word & BIT.highPriority) !== 0;
     this.bytes = 1 << ((word >> 2) & 3);
     this.readStep = word & BIT.increasesRead ? this.bytes : 0;
-    this.writeStep = word & BIT.increasesWrite ? this.bytes : 0;
-    this.ring = (word >> 6) & 15;
-    this.chainTo = (word >> 11) & 15;
-    this.request = (word >> 15) & 63;
+    this.writeStep = word & bits.increasesWrite ? this.bytes : 0;
+    this.ring = (word >> shifts.ring) & 15;
+    this.chainTo = (word >> shifts.chainTo) & 15;
+    this.request = (word >> shifts.request) & 63;
   }
 
   /**
@@ -133,7 +136,7 @@ export class DmaChannel {
    */
   #trigger(value, cycle) {
     if (value !== 0) this.start(cycle);
-    else if (this.ctrl & BIT.quiet) this.dma.raise(this.index);
+    else if (this.ctrl & this.layout.bits.quiet) this.dma.raise(this.index);
   }
 
   #park(request) {
@@ -178,7 +181,7 @@ export class DmaChannel {
       this.busy = false;
       return false;
     }
-    const ringsWrite = (this.ctrl & BIT.ringsWrite) !== 0;
+    const ringsWrite = (this.ctrl & this.layout.bits.ringsWrite) !== 0;
     this.readAddress = this.#stepped(this.readAddress, this.readStep, !ringsWrite);
     this.writeAddress = this.#stepped(this.writeAddress, this.writeStep, ringsWrite);
     this.count -= 1;
@@ -193,7 +196,7 @@ export class DmaChannel {
 
   #load() {
     const { chip, readAddress: address, bytes } = this;
-    const swaps = (this.ctrl & BIT.swaps) !== 0;
+    const swaps = (this.ctrl & this.layout.bits.swaps) !== 0;
     if (bytes === 1) return chip.readUint8(address);
     if (bytes === 2) return swaps ? swapped(chip.readUint16(address)) >>> 16 : chip.readUint16(address);
     const offset = (address - RAM_START) >>> 2;
@@ -210,7 +213,7 @@ export class DmaChannel {
 
   #complete(cycle) {
     this.busy = false;
-    if (!(this.ctrl & BIT.quiet)) this.dma.raise(this.index);
+    if (!(this.ctrl & this.layout.bits.quiet)) this.dma.raise(this.index);
     if (this.chainTo !== this.index) this.dma.channels[this.chainTo]?.start(cycle);
   }
 }

@@ -1,28 +1,27 @@
 import { BasePeripheral } from 'rp2040js';
 import { DmaChannel, LATENCY_CYCLES } from './dma-channel.mjs';
+import { RP2040 } from './dma-layout.mjs';
 
-const CHANNELS = 12;
 const CHANNEL_BYTES = 0x40;
-const CHANNELS_END = CHANNELS * CHANNEL_BYTES;
 const [INTR, INTE0, INTF0, INTS0, INTE1, INTF1, INTS1] = [0x400, 0x404, 0x408, 0x40c, 0x414, 0x418, 0x41c];
-const [TIMER0, TIMER3, MULTI_CHAN_TRIGGER, SNIFF_CTRL, SNIFF_DATA] = [0x420, 0x42c, 0x430, 0x434, 0x438];
-const [FIFO_LEVELS, CHAN_ABORT, N_CHANNELS, DEBUG, DEBUG_END] = [0x440, 0x444, 0x448, 0x800, 0x800 + CHANNELS_END];
+const DEBUG = 0x800;
+const TIMERS = 4;
 const DBG_TCR = 0x04;
-const IRQ_DMA_0 = 11;
-const ALL = (1 << CHANNELS) - 1;
-/** Requests: 16 of the PIO blocks', the other peripherals', four timers, and none needed. */
-const [PIO_REQUESTS, REQUESTS, FIRST_TIMER, UNPACED] = [16, 64, 59, 63];
+/** Requests: the PIO blocks', the other peripherals', four timers, and none needed. */
+const [REQUESTS, FIRST_TIMER, UNPACED] = [64, 59, 63];
 /**
- * The DMA (datasheet 2.5): twelve channels, of which one moves a word each cycle, those of high priority first, otherwise
+ * The DMA (datasheet 2.5): channels, of which one moves a word each cycle, those of high priority first, otherwise
  * in turn. A word is read and written on one cycle, LATENCY_CYCLES after its request.
  */
 export class Dma extends BasePeripheral {
   /**
    * @param {import('./lockstep.mjs').Lockstep} lockstep
    * @param {import('./xip-cache.mjs').XipCache} cache
+   * @param {import('./dma-layout.mjs').DmaLayout} layout that of the chip
    */
-  constructor(chip, name, lockstep, cache) {
+  constructor(chip, name, lockstep, cache, layout = RP2040) {
     super(chip, name);
+    this.layout = layout;
     this.cache = cache;
     /** All channels wait while a word comes from flash. */
     this.heldUntil = 0;
@@ -35,10 +34,12 @@ export class Dma extends BasePeripheral {
     this.waiting = new Uint16Array(REQUESTS);
     /** The current levels of the requests of peripherals other than PIO. */
     this.levels = new Uint8Array(REQUESTS);
-    this.timers = new Uint32Array(4);
-    this.channels = Array.from({ length: CHANNELS }, (_, index) => new DmaChannel(this, index));
+    this.timers = new Uint32Array(TIMERS);
+    this.channels = Array.from({ length: layout.channels }, (_, index) => new DmaChannel(this, index));
+    this.all = (1 << layout.channels) - 1;
+    this.channelsEnd = layout.channels * CHANNEL_BYTES;
     /** The channel that moved a word last. */
-    this.last = CHANNELS - 1;
+    this.last = layout.channels - 1;
     this.raised = 0;
     this.enabled = [0, 0];
     this.forced = [0, 0];
@@ -86,8 +87,8 @@ export class Dma extends BasePeripheral {
 
   /** Whether a request is active. */
   requested(number) {
-    if (number >= PIO_REQUESTS) return number === UNPACED || this.levels[number] !== 0;
-    return this.rp2040.pio[number >> 3].requests(number & 7);
+    if (number >= this.layout.pioRequests) return number === UNPACED || this.levels[number] !== 0;
+    return this.rp2040.pio[number >> 3]?.requests(number & 7) ?? false;
   }
 
   /** Cycles between two words of a pacing timer (X words in Y cycles); 0 if the request is not a timer. */
@@ -108,9 +109,10 @@ export class Dma extends BasePeripheral {
   }
 
   readUint32(offset) {
-    if (offset < CHANNELS_END) return this.channels[Math.floor(offset / CHANNEL_BYTES)].read(offset % CHANNEL_BYTES);
-    if (offset >= TIMER0 && offset <= TIMER3) return this.timers[(offset - TIMER0) >> 2];
-    if (offset >= DEBUG && offset < DEBUG_END) return this.#debug(offset - DEBUG);
+    const { registers } = this.layout;
+    if (offset < this.channelsEnd) return this.channels[Math.floor(offset / CHANNEL_BYTES)].read(offset % CHANNEL_BYTES);
+    if (offset >= registers.timer0 && offset < registers.timer0 + 4 * TIMERS) return this.timers[(offset - registers.timer0) >> 2];
+    if (offset >= DEBUG && offset < DEBUG + this.channelsEnd) return this.#debug(offset - DEBUG);
     switch (offset) {
       case INTR:
         return this.raised;
@@ -126,22 +128,23 @@ export class Dma extends BasePeripheral {
         return this.forced[1];
       case INTS1:
         return this.#status(1);
-      case MULTI_CHAN_TRIGGER:
-      case FIFO_LEVELS:
-      case CHAN_ABORT: // an abort is over at once
+      case registers.multiChanTrigger:
+      case registers.fifoLevels:
+      case registers.chanAbort: // an abort is over at once
         return 0;
-      case N_CHANNELS:
-        return CHANNELS;
+      case registers.nChannels:
+        return this.layout.channels;
     }
     return super.readUint32(offset);
   }
 
   writeUint32(offset, value) {
     const { cycles } = this.clock;
-    if (offset < CHANNELS_END) return this.channels[Math.floor(offset / CHANNEL_BYTES)].write(offset % CHANNEL_BYTES, value, cycles);
-    if (offset >= DEBUG && offset < DEBUG_END) return undefined;
-    if (offset >= TIMER0 && offset <= TIMER3) {
-      this.timers[(offset - TIMER0) >> 2] = value;
+    const { registers } = this.layout;
+    if (offset < this.channelsEnd) return this.channels[Math.floor(offset / CHANNEL_BYTES)].write(offset % CHANNEL_BYTES, value, cycles);
+    if (offset >= DEBUG && offset < DEBUG + this.channelsEnd) return undefined;
+    if (offset >= registers.timer0 && offset < registers.timer0 + 4 * TIMERS) {
+      this.timers[(offset - registers.timer0) >> 2] = value;
       return undefined;
     }
     switch (offset) {
@@ -152,19 +155,19 @@ export class Dma extends BasePeripheral {
         return this.#interrupt();
       case INTE0:
       case INTE1:
-        this.enabled[offset === INTE1 ? 1 : 0] = value & ALL;
+        this.enabled[offset === INTE1 ? 1 : 0] = value & this.all;
         return this.#interrupt();
       case INTF0:
       case INTF1:
-        this.forced[offset === INTF1 ? 1 : 0] = value & ALL;
+        this.forced[offset === INTF1 ? 1 : 0] = value & this.all;
         return this.#interrupt();
-      case MULTI_CHAN_TRIGGER:
+      case registers.multiChanTrigger:
         return this.trigger(value, cycles);
-      case CHAN_ABORT:
+      case registers.chanAbort:
         for (const channel of this.channels) if ((value >> channel.index) & 1) channel.abort();
         return undefined;
-      case SNIFF_CTRL:
-      case SNIFF_DATA:
+      case registers.sniffCtrl:
+      case registers.sniffData:
         return this.warn('the sniffer is not emulated');
     }
     return super.writeUint32(offset, value);
@@ -173,9 +176,10 @@ export class Dma extends BasePeripheral {
   /** The first channel after the last one that is due, or the first of high priority. */
   #choose(cycle) {
     const { channels } = this;
+    const { length } = channels;
     let chosen = null;
-    for (let turn = 0, index = this.last; turn < CHANNELS; turn++) {
-      index = index === CHANNELS - 1 ? 0 : index + 1;
+    for (let turn = 0, index = this.last; turn < length; turn++) {
+      index = index === length - 1 ? 0 : index + 1;
       const channel = channels[index];
       if (channel.due > cycle) continue;
       if (channel.highPriority) return channel;
@@ -187,7 +191,7 @@ export class Dma extends BasePeripheral {
   #lookAhead(earliest) {
     const { channels } = this;
     let next = Infinity;
-    for (let index = 0; index < CHANNELS; index++) {
+    for (let index = 0; index < channels.length; index++) {
       if (channels[index].due < next) next = channels[index].due;
     }
     this.next = Math.max(next, earliest);
@@ -198,8 +202,7 @@ export class Dma extends BasePeripheral {
   }
 
   #interrupt() {
-    this.rp2040.setInterrupt(IRQ_DMA_0, this.#status(0) !== 0);
-    this.rp2040.setInterrupt(IRQ_DMA_0 + 1, this.#status(1) !== 0);
+    this.layout.interrupts.forEach((irq, line) => this.rp2040.setInterrupt(irq, this.#status(line) !== 0));
   }
 
   /** DBG_TCR: the count with which the next trigger begins. Requests are never stored (DBG_CTDREQ). */

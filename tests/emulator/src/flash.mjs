@@ -1,10 +1,10 @@
-import { cyclesOfMicros, cyclesOfMillis } from './clock.mjs';
+import { cyclesOfMicros, cyclesOfMillis, IS_RP2350 } from './clock.mjs';
 import { Fault } from './fault.mjs';
 import { Ssi } from './ssi.mjs';
 
 export const FLASH_START = 0x10000000;
-/** A Pico's W25Q16JV. */
-export const FLASH_BYTES = 2 * 1024 * 1024;
+/** A Pico's W25Q16JV, a Pico 2's W25Q32JV. */
+export const FLASH_BYTES = (IS_RP2350 ? 4 : 2) * 1024 * 1024;
 export const SECTOR_BYTES = 4096;
 export const PAGE_BYTES = 256;
 const ERASED = 0xff;
@@ -35,12 +35,15 @@ export function hiddenFlash(address) {
 
 /** The flash chip behind its serial interface: its content, and whether it can be read as memory. */
 export class Flash {
-  /** @param {import('./xip-cache.mjs').XipCache} cache */
-  constructor(chip, cache) {
+  /**
+   * @param {import('./xip-cache.mjs').XipCache} cache
+   * @param {(onChange: () => void) => {showsFlash: boolean, wordCycles: number, set: (to: {showsFlash: boolean}) => void}} makeInterface
+   */
+  constructor(chip, cache, makeInterface = (onChange) => new Ssi(chip, 'SSI', onChange)) {
     this.chip = chip;
     this.cache = cache;
     this.bytes = chip.flash;
-    this.interface = new Ssi(chip, 'SSI', () => this.update());
+    this.interface = makeInterface(() => this.update());
     this.selected = false;
     /** Called when that changes. */
     this.onReadable = () => {};

@@ -5,9 +5,13 @@ const FIRST_INTERRUPT = 16;
 
 /** How a core sleeps and wakes (ARMv6-M B1.5.17 and B1.5.18): WFI, WFE, and the System Control Register. */
 export class Sleep {
-  /** @param {(text: string) => void} onWarning */
-  constructor(core, onWarning) {
+  /**
+   * @param {(text: string) => void} onWarning
+   * @param {(heedsMask: boolean) => boolean} wakes whether a pending exception would be entered; WFI ignores whether interrupts are masked
+   */
+  constructor(core, onWarning, wakes = (heedsMask) => wakesCortexM0(core, heedsMask)) {
     this.core = core;
+    this.wakes = wakes;
     this.onWarning = onWarning;
     this.control = 0;
     /** Whether it sleeps in WFE; otherwise in WFI. */
@@ -19,7 +23,7 @@ export class Sleep {
     const { readUint32, writeUint32 } = ppb;
     ppb.readUint32 = (offset) => (offset === SCR ? this.control : readUint32.call(ppb, offset));
     ppb.writeUint32 = (offset, value) => {
-      if (offset === SCR) return this.#setControl(value);
+      if (offset === SCR) return this.setControl(value);
       const fresh = offset === ISPR && (value & ~this.core.pendingInterrupts) !== 0;
       writeUint32.call(ppb, offset, value);
       if (fresh) this.pended();
@@ -30,7 +34,7 @@ export class Sleep {
   /** WFI: continues at once if an exception is pending that would wake it. */
   waitForInterrupt() {
     this.forEvent = false;
-    this.core.waiting = !this.#wakes(false);
+    this.core.waiting = !this.wakes(false);
   }
 
   /** WFE: continues at once if an event has been registered, and clears the event. */
@@ -49,7 +53,7 @@ export class Sleep {
     if (this.forEvent && core.eventRegistered) {
       core.eventRegistered = false;
       core.waiting = false;
-    } else if (this.#wakes(this.forEvent)) {
+    } else if (this.wakes(this.forEvent)) {
       core.waiting = false;
     }
   }
@@ -57,25 +61,23 @@ export class Sleep {
   /** An interrupt has been enabled, which may have been pending for long. */
   enabled() {
     const { core } = this;
-    if (core.waiting && this.#wakes(this.forEvent)) core.waiting = false;
+    if (core.waiting && this.wakes(this.forEvent)) core.waiting = false;
   }
 
-  /** Whether a pending exception would be entered. WFI ignores whether interrupts are masked. */
-  #wakes(heedsMask) {
-    const { core } = this;
-    if (core.pendingNMI) return true;
-    if (heedsMask && core.PM) return false;
-    const active = core.exceptionPriority(core.IPSR);
-    if (core.pendingPendSV && core.exceptionPriority(PENDSV) < active) return true;
-    if (core.pendingSystick && core.exceptionPriority(SYSTICK) < active) return true;
-    for (let left = core.pendingInterrupts & core.enabledInterrupts; left !== 0; left &= left - 1) {
-      if (core.exceptionPriority(FIRST_INTERRUPT + 31 - Math.clz32(left & -left)) < active) return true;
-    }
-    return false;
-  }
-
-  #setControl(value) {
+  setControl(value) {
     this.control = value & (SLEEP_DEEP | SEND_EVENT_ON_PENDING);
     if (value & SLEEP_ON_EXIT) this.onWarning('SCR: SLEEPONEXIT is not emulated');
   }
+}
+
+function wakesCortexM0(core, heedsMask) {
+  if (core.pendingNMI) return true;
+  if (heedsMask && core.PM) return false;
+  const active = core.exceptionPriority(core.IPSR);
+  if (core.pendingPendSV && core.exceptionPriority(PENDSV) < active) return true;
+  if (core.pendingSystick && core.exceptionPriority(SYSTICK) < active) return true;
+  for (let left = core.pendingInterrupts & core.enabledInterrupts; left !== 0; left &= left - 1) {
+    if (core.exceptionPriority(FIRST_INTERRUPT + 31 - Math.clz32(left & -left)) < active) return true;
+  }
+  return false;
 }

@@ -27,8 +27,8 @@ export class SysTick {
   attach(ppb) {
     const { readUint32, writeUint32 } = ppb;
     const ours = (offset) => offset >= CSR && offset <= CALIB;
-    ppb.readUint32 = (offset) => (ours(offset) ? this.#read(offset) : readUint32.call(ppb, offset));
-    ppb.writeUint32 = (offset, value) => (ours(offset) ? this.#write(offset, value) : writeUint32.call(ppb, offset, value));
+    ppb.readUint32 = (offset) => (ours(offset) ? this.read(offset) : readUint32.call(ppb, offset));
+    ppb.writeUint32 = (offset, value) => (ours(offset) ? this.write(offset, value) : writeUint32.call(ppb, offset, value));
   }
 
   get tickCycles() {
@@ -44,7 +44,7 @@ export class SysTick {
     return this.reload - ((ticks - this.count - 1) % period);
   }
 
-  #read(offset) {
+  read(offset) {
     switch (offset) {
       case CSR:
         return this.#status();
@@ -57,7 +57,7 @@ export class SysTick {
     }
   }
 
-  #write(offset, value) {
+  write(offset, value) {
     const count = this.value;
     if (offset === CSR) this.control = value & (BIT.enable | BIT.interrupts | BIT.coreClock);
     if (offset === RVR) this.reload = value & COUNT_MASK;

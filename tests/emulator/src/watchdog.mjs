@@ -1,13 +1,13 @@
 import { BasePeripheral } from 'rp2040js';
-import { CYCLES_PER_MICRO } from './clock.mjs';
+import { CYCLES_PER_MICRO, IS_RP2350 } from './clock.mjs';
 
 const [CTRL, LOAD, REASON, SCRATCH0, SCRATCH7, TICK] = [0x00, 0x04, 0x08, 0x0c, 0x28, 0x2c];
 const TRIGGER = 1 << 31;
 const ENABLE = 1 << 30;
 const COUNT_MASK = 0xffffff;
 const TICK_RUNNING = 0x600;
-/** Erratum RP2040-E1: the counter falls by two every microsecond. */
-const COUNTS_PER_MICRO = 2;
+/** Erratum RP2040-E1: the counter falls by two every microsecond. An RP2350's falls by one. */
+const COUNTS_PER_MICRO = IS_RP2350 ? 1 : 2;
 
 export const RESET_TIMER = 1;
 export const RESET_FORCED = 2;

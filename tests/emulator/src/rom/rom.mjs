@@ -9,6 +9,8 @@ import { MEMORY } from './memory.mjs';
 const NO_FUNCTION = 0xff;
 /** A stub takes one cycle for its trap, three for each round of its delay except two for the last, and two to return. */
 const [STUB_CYCLES, TURN_CYCLES] = [2, 3];
+/** An estimate: the RP2350's search in its table. */
+const LOOKUP_CYCLES = 60;
 
 /** The traps of functions that program flash. The firmware is not responsible for their time. */
 const flashTraps = new Set();
@@ -42,8 +44,7 @@ function build() {
   const rom = new RomImage(NO_FUNCTION);
   rom.setFunctions([
     ...[...BITS, ...MEMORY].map(([code, , count, act]) => [code, addFunction(rom, count, act)]),
-    ...FLASH.map(([code, , count, act]) => [code, rom.addStub(addFlashTrap(count, act))]),
-    ...FLASH_LOOPS.map(({ code, check, step, count }) => [code, rom.addLoop(addFlashTrap(0, check), addFlashTrap(0, step), count)]),
+    ...addFlash(rom),
     ['UB', rom.addEnd(addTrap(0, (r, bus) => bus.chip.onBootsel(r[0], r[1])))],
   ]);
   const start = rom.end;
@@ -54,6 +55,24 @@ function build() {
   const revision = rom.add([0, 0]);
   rom.setData(Object.entries({ CR: copyright, GR: revision, FS: start, SF: floats, SD: doubles, FE: end }));
   return rom;
+}
+
+/** Adds the functions of flash, which all chips have. @returns {[string, number][]} their codes and addresses */
+export function addFlash(rom) {
+  return [
+    ...FLASH.map(([code, , count, act]) => [code, rom.addStub(addFlashTrap(count, act))]),
+    ...FLASH_LOOPS.map(({ code, check, step, count }) => [code, rom.addLoop(addFlashTrap(0, check), addFlashTrap(0, step), count)]),
+  ];
+}
+
+/** Adds the function that looks the code in r0 up. @returns {number} its address */
+export function addLookup(rom, addressOf) {
+  return rom.addStub(addTrap(LOOKUP_CYCLES, (r) => void (r[0] = addressOf(r[0] & 0xffff))));
+}
+
+/** Adds the trap of a function that never returns. @returns {number} its number */
+export function addEndTrap(act) {
+  return addTrap(0, act);
 }
 
 /** @returns {number} the trap's number */

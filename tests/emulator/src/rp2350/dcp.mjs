@@ -1,0 +1,2 @@
+/** A stand-in until the model is there. */
+export class Dcp {}
