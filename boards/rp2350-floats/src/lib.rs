@@ -2,7 +2,7 @@
 //!
 //! # Design
 //! For each operation on an `f64` the compiler calls a function of ARM's run-time ABI. Ours have a core's double-precision
-//! coprocessor (DCP, coprocessor 4) do it: a sum takes 9 instructions, a product 18, a quotient 43.
+//! coprocessor (DCP, coprocessor 4) do it: a sum takes 9 instructions, a product 18, a quotient 38.
 //!
 //! The coprocessor unpacks doubles into mantissas X and Y of 64 bits (1.0 is 2^62) with their exponents and signs, adds,
 //! normalises, rounds and packs. Mantissas are multiplied and divided by the core.
