@@ -32,11 +32,11 @@ export const FUNCTIONS = {
 };
 
 /** The kinds of random arguments that {@link random} gives. */
-export const KINDS = ['any', 'near', 'apart', 'short'];
+export const KINDS = ['any', 'near', 'apart', 'short', 'middle'];
 
 const SMALLEST = { d: 2 ** -1022, f: 2 ** -126 };
 /** Brings what is smaller than the smallest among the normal numbers. */
-const SCALE = 2 ** 600;
+const SCALE = { d: 2 ** 600, f: 2 ** 64 };
 
 const double = new Float64Array(1);
 const words = new Int32Array(double.buffer);
@@ -87,23 +87,15 @@ function flushed(kind, value) {
   return Math.abs(value) < SMALLEST[kind] ? value * 0 : value;
 }
 
-/** A result that is exact or was rounded once; `scaled` is the same, times SCALE, and was not rounded as a denormal. */
+/** A result that was rounded once; `scaled` is the same, times SCALE, and so was not rounded as a denormal is. */
 function rounded(kind, value, scaled) {
-  const isLess = Math.abs(value) === SMALLEST[kind] && Math.abs(scaled()) < SMALLEST[kind] * SCALE;
+  const isLess = Math.abs(value) === SMALLEST[kind] && Math.abs(scaled()) < SMALLEST[kind] * SCALE[kind];
   return isLess ? value * 0 : flushed(kind, value);
 }
 
 function product(a, b) {
   const [less, more] = Math.abs(a) < Math.abs(b) ? [a, b] : [b, a];
-  return rounded('d', a * b, () => less * SCALE * more);
-}
-
-const toSingle = (value) => rounded('f', Math.fround(value), () => roundedTo24Bits(value * SCALE));
-
-/** Rounded to the bits of a float's mantissa, whatever the exponent. */
-function roundedTo24Bits(value) {
-  const high = value * (2 ** 29 + 1);
-  return high - (high - value);
+  return rounded('d', a * b, () => less * SCALE.d * more);
 }
 
 function truncated(value, least, greatest) {
@@ -122,7 +114,7 @@ const OPERATIONS = {
   dsub: (a, b) => flushed('d', a - b),
   drsub: (a, b) => flushed('d', b - a),
   dmul: product,
-  ddiv: (a, b) => rounded('d', a / b, () => (a * SCALE) / b),
+  ddiv: (a, b) => rounded('d', a / b, () => (a * SCALE.d) / b),
   dcmpeq: (a, b) => (a === b ? 1 : 0),
   dcmplt: (a, b) => (a < b ? 1 : 0),
   dcmple: (a, b) => (a <= b ? 1 : 0),
@@ -134,7 +126,7 @@ const OPERATIONS = {
   l2d: Number,
   ul2d: Number,
   f2d: (a) => a,
-  d2f: toSingle,
+  d2f: (a) => rounded('f', Math.fround(a), () => Math.fround(a * SCALE.f)),
   d2iz: (a) => truncated(a, -(2 ** 31), 2 ** 31 - 1),
   d2uiz: (a) => truncated(a, 0, 2 ** 32 - 1),
   d2lz: (a) => truncatedWide(a, -(2n ** 63n), 2n ** 63n - 1n),
@@ -159,7 +151,8 @@ export function edges() {
   const around = powers.map((power) => 2 ** power).flatMap((value) => [below(value), value, above(value)]);
   const halves = [0.5, 1.5, 2.5, 3.5, 2 ** 30 + 0.5, 2 ** 31 - 0.5, 2 ** 32 - 0.5, 2 ** 51 + 0.5, 2 ** 52 + 1, 2 ** 53 + 2];
   const ties = [1 + 2 ** -23, 1 + 3 * 2 ** -24, 1 + 5 * 2 ** -24, 1 + 2 ** -26, 1 + 2 ** -27, 3 * 2 ** -53, 3 * 2 ** -54, 1 / 3, 1e-10, 1e10];
-  const ends = [0, SMALLEST.d, above(SMALLEST.d), 2 ** -1074, below(SMALLEST.d), 2 ** -150, Number.MAX_VALUE, below(Number.MAX_VALUE), Infinity];
+  const least = [-150, -151, -152].map((power) => SMALLEST.f - 2 ** power);
+  const ends = [0, ...least, SMALLEST.d, above(SMALLEST.d), 2 ** -1074, below(SMALLEST.d), 2 ** -150, Number.MAX_VALUE, below(Number.MAX_VALUE), Infinity];
   return [...ends, ...around, ...halves, ...ties].flatMap((value) => [value, -value]).concat(NaN);
 }
 
@@ -175,6 +168,13 @@ export function integerEdges(kind) {
     }
   }
   return [...all].map((value) => (bits === 64 ? value : Number(value)));
+}
+
+/** What an odd number is to be multiplied by, so that the last 64 bits are 1. */
+function inverse(odd) {
+  let all = odd;
+  for (let bits = 3; bits < 64; bits *= 2) all = BigInt.asUintN(64, all * (2n - odd * all));
+  return all;
 }
 
 /** Random arguments, of one of {@link KINDS}. */
@@ -193,6 +193,19 @@ export function random(seed) {
     const high = (word() & 0x800fffff & (cut[1] | 0x80000000)) | (exponent << 20);
     return doubleOf(word() & cut[0], high);
   };
+  /** A dividend and a divisor whose quotient is next to the middle of two doubles. */
+  const middle = () => {
+    for (;;) {
+      const divisor = 2n ** 52n + (BigInt(word() >>> 0) << 20n) + (BigInt(word() >>> 12) | 1n);
+      const by = BigInt(2 * below(8) + 1) * (below(2) === 0 ? 1n : -1n);
+      const bits = BigInt(53 + below(2));
+      const quotient = BigInt.asUintN(Number(bits), by * inverse(divisor)) | (bits === 53n ? 2n ** 53n : 0n);
+      const dividend = (quotient * divisor - by) >> bits;
+      if (dividend >= 2n ** 52n && dividend < 2n ** 53n && quotient >= 2n ** 53n) {
+        return [Number(dividend), Number(divisor) * 2 ** (below(200) - 100)];
+      }
+    }
+  };
   const second = {
     any: () => doubleOf(word(), word()),
     near: (exponent) => withExponent(exponent + below(7) - 3),
@@ -202,6 +215,7 @@ export function random(seed) {
   const exponentOf = (value) => (registersOf('d', value)[1] >>> 20) & 0x7ff;
   return {
     pair(kind) {
+      if (kind === 'middle') return middle();
       const first = kind === 'short' ? short(below(2047)) : doubleOf(word(), word());
       return [first, second[kind](exponentOf(first))];
     },
