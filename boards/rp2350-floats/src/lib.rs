@@ -1,11 +1,11 @@
 //! Doubles by the RP2350's coprocessor, called without a detour.
 //!
 //! # Design
-//! For each operation on an `f64` the compiler calls a function of ARM's run-time ABI. Ours have a core's double-precision
-//! coprocessor (DCP, coprocessor 4) do it: a sum takes 9 instructions, a product 18, a quotient 38.
+//! For each operation on an `f64` the compiler calls a function of ARM's run-time ABI. Ours have the core's coprocessor
+//! for doubles (DCP, coprocessor 4) do it: a sum takes 9 instructions, a product 18, a quotient 38.
 //!
-//! The coprocessor unpacks doubles into mantissas X and Y of 64 bits (1.0 is 2^62) with their exponents and signs, adds,
-//! normalises, rounds and packs. Mantissas are multiplied and divided by the core.
+//! It unpacks doubles into mantissas X and Y of 64 bits (1.0 is 2^62) with their exponents and signs, adds, normalises,
+//! rounds and packs. Mantissas are multiplied and divided by the core.
 //!
 //! Results are IEEE 754's, rounded to nearest, ties to even, with these exceptions:
 //! - A denormal number is a zero of its sign, as an argument and as a result.
@@ -37,13 +37,14 @@ const CPACR: *mut u32 = 0xe000_ed88 as *mut u32;
 /// Both bits of coprocessor 4: all code may use it.
 const CP4: u32 = 0b11 << 8;
 
-/// Enables the coprocessor of the core that calls this. To be called by each core before its first operation on an `f64`.
+/// Enables the coprocessor of the core that calls this. Each core has to, before its first operation on an `f64`.
 pub fn link() {
     // SAFETY: the register is the core's own and always there; no interrupt handler writes it. Its other bits are kept.
-    // The barriers have the write done before the next instruction.
+    // The barriers have the write done before the next instruction. That reads the status of the coprocessor, which is
+    // free from then on, although a reset may have found it engaged.
     unsafe {
         ptr::write_volatile(CPACR, ptr::read_volatile(CPACR) | CP4);
-        asm!("dsb", "isb", options(nostack, preserves_flags));
+        asm!("dsb", "isb", "mrc p4, #0, {}, c0, c0, #1", out(reg) _, options(nostack, preserves_flags));
     }
 }
 
@@ -287,8 +288,8 @@ global_asm!(
     "lsr r3, r1, #4",
     "adds r0, r2, r1, lsl #28",
     "adc r1, r3, r2, asr #31",
-    // It is either of two doubles, the nearest one or its neighbour: the quotient is set to the middle between them. That
-    // is bit 4 if it is 1 or more, and bit 3 if it is less.
+    // The nearest double is one of the two around it: the quotient is set to the middle between them. That is bit 4 if
+    // it is 1 or more, and bit 3 if it is less.
     "orr r0, r0, r1, lsr #21",
     "bic r0, r0, r1, lsr #22",
     "bic r0, r0, #7",
