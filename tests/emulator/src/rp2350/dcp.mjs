@@ -155,23 +155,21 @@ export class Dcp {
   }
 
   #unpackX(low, high) {
-    const exponent = (high >>> 20) & 0x7ff;
     this.#made = UNPACKED;
     this.#xSign = high >>> 31;
-    this.#xClass = classOf(exponent, 0x7ff, (high & 0xfffff) | low);
-    this.#xExponent = exponent === 0 ? LEAST : exponent - 1023;
-    if (this.#xClass & (ZERO | INFINITE | NAN)) this.#setX(0, this.#xClass & ZERO ? 0 : ONE);
-    else this.#setX(low << 10, ONE | ((high & 0xfffff) << 10) | (low >>> 22));
+    this.#xClass = classOf(low, high);
+    this.#xExponent = exponentOf(high);
+    if (this.#xClass === 0) this.#setX(low << 10, mantissaHighOf(low, high));
+    else this.#setX(0, this.#xClass === ZERO ? 0 : ONE);
   }
 
   #unpackY(low, high) {
-    const exponent = (high >>> 20) & 0x7ff;
     this.#made = UNPACKED;
     this.#ySign = high >>> 31;
-    this.#yClass = classOf(exponent, 0x7ff, (high & 0xfffff) | low);
-    this.#yExponent = exponent === 0 ? LEAST : exponent - 1023;
-    if (this.#yClass & (ZERO | INFINITE | NAN)) this.#setY(0, this.#yClass & ZERO ? 0 : ONE);
-    else this.#setY(low << 10, ONE | ((high & 0xfffff) << 10) | (low >>> 22));
+    this.#yClass = classOf(low, high);
+    this.#yExponent = exponentOf(high);
+    if (this.#yClass === 0) this.#setY(low << 10, mantissaHighOf(low, high));
+    else this.#setY(0, this.#yClass === ZERO ? 0 : ONE);
   }
 
   /** Each float is unpacked as the double that it is equal to. */
@@ -365,10 +363,21 @@ function unknown(instruction) {
   return new Error(`the emulated coprocessor does not know ${instruction}`);
 }
 
-function classOf(exponent, greatest, fraction) {
+function classOf(low, high) {
+  const exponent = high & 0x7ff00000;
   if (exponent === 0) return ZERO;
-  if (exponent !== greatest) return 0;
-  return fraction === 0 ? INFINITE : NAN;
+  if (exponent !== 0x7ff00000) return 0;
+  return ((high & 0xfffff) | low) === 0 ? INFINITE : NAN;
+}
+
+function exponentOf(high) {
+  const exponent = (high >>> 20) & 0x7ff;
+  return exponent === 0 ? LEAST : exponent - 1023;
+}
+
+/** The upper word of the mantissa of a double that has one; the lower is the lower word, shifted left by 10. */
+function mantissaHighOf(low, high) {
+  return ONE | ((high & 0xfffff) << 10) | (low >>> 22);
 }
 
 function doubleOfSingle(bits) {
