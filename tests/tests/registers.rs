@@ -4,9 +4,9 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::sync::atomic::AtomicU32;
 
-#[path = "../../boards/rp2040-gantry/src/guard/edges.rs"]
+#[path = "../../boards/pico-gantry/src/guard/edges.rs"]
 mod edges;
-#[path = "../../boards/rp2040-gantry/src/two_words.rs"]
+#[path = "../../boards/pico-gantry/src/two_words.rs"]
 mod two_words;
 
 /// The lower word comes round every 71 minutes. An interrupt between any two reads may take any time.

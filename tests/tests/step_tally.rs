@@ -1,6 +1,6 @@
 //! Compares `PioPort`'s record of the words and edges in flight with a list of all of them.
 
-#[path = "../../boards/rp2040-gantry/src/pio_port/tally.rs"]
+#[path = "../../boards/pico-gantry/src/pio_port/tally.rs"]
 mod tally;
 
 use proptest::prelude::*;

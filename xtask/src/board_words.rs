@@ -1,4 +1,4 @@
-//! The words of the board in the gantry's firmware, `boards/rp2040-gantry/src/board_words.rs`: what is wired to it, and the times that
+//! The words of the board in the gantry's firmware, `boards/pico-gantry/src/board_words.rs`: what is wired to it, and the times that
 //! moves last at least. They are written into an ELF file that is linked already, so images that differ in them alone are linked once.
 
 use std::fs;

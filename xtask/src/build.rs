@@ -15,8 +15,8 @@ use crate::{toolchain, uf2, workspace};
 #[derive(clap::Args)]
 #[command(after_help = "\
 The files, for a probe and for the boot drive:
-  target/thumbv6m-none-eabi/release/rp2040-gantry
-  target/thumbv6m-none-eabi/release/rp2040-gantry.uf2
+  target/thumbv6m-none-eabi/release/pico-gantry
+  target/thumbv6m-none-eabi/release/pico-gantry.uf2
 
 Examples:
   cargo xtask build                       steps by PIO and DMA, for DRV8825 drivers

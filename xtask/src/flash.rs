@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn the_serial_number_and_the_rate_are_the_firmwares() {
         let firmware = |name: &str| {
-            std::fs::read_to_string(workspace::root().join("boards/rp2040-gantry/src").join(name)).unwrap()
+            std::fs::read_to_string(workspace::root().join("boards/pico-gantry/src").join(name)).unwrap()
         };
         let number = format!("config.serial_number = Some(\"{}\");", boot_loader::SERIAL_NUMBER);
         assert!(firmware("usb.rs").contains(&number));
@@ -182,11 +182,11 @@ mod tests {
     #[test]
     fn what_is_missing_names_every_way_and_the_file() {
         let text = missing("no probe", "no picotool", "no running board");
-        for part in ["no probe", "BOOTSEL", "no picotool", "no running board", "rp2040-gantry.uf2"] {
+        for part in ["no probe", "BOOTSEL", "no picotool", "no running board", "pico-gantry.uf2"] {
             assert!(text.contains(part), "{part} in {text}");
         }
         let text = not_mounted("no picotool");
-        for part in ["--drive", "no picotool", "rp2040-gantry.uf2"] {
+        for part in ["--drive", "no picotool", "pico-gantry.uf2"] {
             assert!(text.contains(part), "{part} in {text}");
         }
     }

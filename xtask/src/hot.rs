@@ -20,7 +20,7 @@ const PROGRAMS: [(&str, &[&str]); 2] = [("parking.nc", &[]), ("engraving.nc", &[
 /// The groups of code, by what the names of their functions contain. A function belongs to the group whose name comes
 /// first in its own.
 const GROUPS: [&str; 7] =
-    ["isostep_profile", "isostep_motion", "isostep_console", "isostep_controller", "rp2040_gantry", "embassy", "libm"];
+    ["isostep_profile", "isostep_motion", "isostep_console", "isostep_controller", "pico_gantry", "embassy", "libm"];
 const OTHERS: &str = "others";
 /// The number of functions listed that never run in motion.
 const LISTED: usize = 8;

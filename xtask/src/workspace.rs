@@ -4,7 +4,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 
 /// The name of the package and of the binary of the gantry's firmware.
-pub const FIRMWARE: &str = "rp2040-gantry";
+pub const FIRMWARE: &str = "pico-gantry";
 /// The name of the package and of the binary of the firmware that measures its own run time.
 pub const BENCH_FIRMWARE: &str = "rp2040-bench";
 /// The name of the package and of the binary of the template of a board.

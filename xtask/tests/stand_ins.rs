@@ -31,7 +31,7 @@ impl StandIns {
         let image = format!(
             "for features; do :; done\nmkdir -p \"$to\"\n\
              {{ cat \"$folder/head\"; printf '%-{TEXT_BYTES}s' \"${{features#--features=}}\"; cat \"$folder/tail\"; }} \
-             > \"$to/rp2040-gantry\""
+             > \"$to/pico-gantry\""
         );
         stand_ins.add("stand-in-cargo", &image);
         stand_ins
@@ -124,10 +124,10 @@ fn a_probe_writes_what_was_just_built_and_restarts_the_chip_last() {
     // A drive that is mounted is another board's.
     let drive = stand_ins.drive("RPI-RP2");
     stand_ins.succeeds("flash");
-    let download = "probe-rs download --chip RP2040 rp2040-gantry";
+    let download = "probe-rs download --chip RP2040 pico-gantry";
     assert_eq!(stand_ins.calls(), ["build", "probe-rs list", download, "probe-rs reset --chip RP2040"]);
     stand_ins.succeeds("flash --logs");
-    assert_eq!(stand_ins.calls(), ["build", "probe-rs list", "probe-rs run --chip RP2040 rp2040-gantry"]);
+    assert_eq!(stand_ins.calls(), ["build", "probe-rs list", "probe-rs run --chip RP2040 pico-gantry"]);
     assert!(!drive.join("firmware.uf2").exists());
 }
 
@@ -173,7 +173,7 @@ fn picotool_writes_compares_and_starts() {
     stand_ins.add("probe-rs", NO_PROBE);
     stand_ins.add("picotool", "");
     stand_ins.succeeds("flash");
-    let calls = ["build", "probe-rs list", "picotool info", "picotool load -u -v -x rp2040-gantry.uf2"];
+    let calls = ["build", "probe-rs list", "picotool info", "picotool load -u -v -x pico-gantry.uf2"];
     assert_eq!(stand_ins.calls(), calls);
     let refused = stand_ins.run("flash --logs");
     let reported = String::from_utf8(refused.stderr).unwrap();

@@ -11,7 +11,7 @@ use crate::console::port;
 use crate::project;
 use crate::stopwatch::within;
 
-/// The serial number in boards/rp2040-gantry/src/usb.rs. The USB ids alone are shared by all RP2040 firmware with a
+/// The serial number in boards/pico-gantry/src/usb.rs. The USB ids alone are shared by all RP2040 firmware with a
 /// serial port, and firmware of another project must not be overwritten.
 pub const SERIAL_NUMBER: &str = "ISOSTEP-1";
 /// The rate at which a port is opened to ask for the boot loader.

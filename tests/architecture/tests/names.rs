@@ -10,7 +10,7 @@ const SHIPPING: [&str; 6] = [
     "crates/motion",
     "crates/console",
     "crates/controller",
-    "boards/rp2040-gantry",
+    "boards/pico-gantry",
     "boards/rp2040-floats",
 ];
 

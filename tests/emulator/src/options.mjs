@@ -15,7 +15,7 @@ Usage: node tests/emulator/run.mjs --elf ELF (--program FILE | --script FILE | -
 
 What to run
   --elf ELF            the firmware, as cargo xtask build leaves it in
-                       target/thumbv6m-none-eabi/release/rp2040-gantry
+                       target/thumbv6m-none-eabi/release/pico-gantry
   --program FILE       streams a G-code program, line by line as it is in the file, until all is answered and Idle
   --script FILE        runs a dialogue (see below); its transcript goes to stdout
   --live               does what another program asks on stdin (src/live.mjs): cargo xtask emulate --pty
@@ -145,7 +145,7 @@ export function parseOptions(args) {
   const { values } = parseArgs({ args, options: SPEC, strict: true, allowPositionals: false });
   if (values.help) return { help: true };
   if (values.serve) return { serve: true };
-  if (values.elf === undefined) throw new Error('which firmware? Give --elf target/thumbv6m-none-eabi/release/rp2040-gantry, which cargo xtask build makes');
+  if (values.elf === undefined) throw new Error('which firmware? Give --elf target/thumbv6m-none-eabi/release/pico-gantry, which cargo xtask build makes');
   const jobs = [values.program, values.script, values.live || undefined].filter((job) => job !== undefined);
   if (jobs.length !== 1) throw new Error('give either --program FILE, --script FILE or --live (--help shows them)');
   if (values.set.length > 0 && values.program === undefined) throw new Error('--set goes with --program: others send their own settings');

@@ -1,4 +1,4 @@
-/** Which pin is connected to what: the tables of the boards, as in boards/rp2040-gantry/src/pins. */
+/** Which pin is connected to what: the tables of the boards, as in boards/pico-gantry/src/pins. */
 export const AXES = ['X', 'Y', 'Z', 'A'];
 /** How many of them a firmware has that was not built for four. */
 export const AXES_USUAL = 3;

@@ -1,6 +1,6 @@
 //! The guard's program: every change of its inputs is reported, in order, and within a bounded number of cycles.
 
-#[path = "../../../boards/rp2040-gantry/src/guard/program.rs"]
+#[path = "../../../boards/pico-gantry/src/guard/program.rs"]
 mod program;
 
 use oorandom::Rand32;

@@ -14,7 +14,7 @@ mod emulator;
 mod experiment;
 mod guard;
 mod output_watchdog;
-#[path = "../../../boards/rp2040-gantry/src/pio_port/program.rs"]
+#[path = "../../../boards/pico-gantry/src/pio_port/program.rs"]
 mod program;
 mod stampers;
 

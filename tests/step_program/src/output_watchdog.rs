@@ -1,6 +1,6 @@
 //! The program of the output watchdog: fed it says nothing, otherwise it runs out to the cycle.
 
-#[path = "../../../boards/rp2040-gantry/src/output_watchdog/program.rs"]
+#[path = "../../../boards/pico-gantry/src/output_watchdog/program.rs"]
 mod program;
 
 use oorandom::Rand32;

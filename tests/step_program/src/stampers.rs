@@ -1,6 +1,6 @@
 //! The stampers' programs: every edge is stamped within the two cycles that they promise, however many are skipped.
 
-#[path = "../../../boards/rp2040-gantry/src/prove/program.rs"]
+#[path = "../../../boards/pico-gantry/src/prove/program.rs"]
 mod program;
 
 use oorandom::Rand32;

@@ -20,16 +20,16 @@ const CRATES_IN_RAM: [&str; 10] = [
     "embassy_time_queue_utils",
     "embassy_rp",
     "embassy_usb",
-    "rp2040_gantry",
+    "pico_gantry",
     "libm",
 ];
 /// The sources of those of them in which functions are marked `#[cold]`.
 const SOURCES: [(&str, &str); 3] = [
     ("isostep_motion", "crates/motion/src"),
     ("isostep_profile", "crates/profile/src"),
-    ("rp2040_gantry", "boards/rp2040-gantry/src"),
+    ("pico_gantry", "boards/pico-gantry/src"),
 ];
-const SCRIPT: &str = include_str!("../../../boards/rp2040-gantry/memory.x");
+const SCRIPT: &str = include_str!("../../../boards/pico-gantry/memory.x");
 const HANDLERS: [&str; 9] = [
     "TIMER_IRQ_0",
     "PIO1_IRQ_1",

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{Result, anyhow, bail, ensure};
 use serialport::{Error, ErrorKind, SerialPort, SerialPortInfo, SerialPortType, UsbPortInfo};
 
-/// The USB ids in boards/rp2040-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
+/// The USB ids in boards/pico-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
 const BOARD: (u16, u16) = (0x2E8A, 0x000A);
 /// Time that a read waits for a byte.
 const PATIENCE: Duration = Duration::from_millis(20);

@@ -62,7 +62,7 @@ Examples:
   isostep prove                                  a board that has the proving image
   isostep prove --quick                          in less time: a part of the edges
   isostep prove --jumper limit                   with a wire from GP28 to GP9
-  isostep prove --image rp2040-prove.uf2 --restore rp2040-gantry.uf2      puts the image on it first, and the other one back
+  isostep prove --image rp2040-prove.uf2 --restore pico-gantry.uf2      puts the image on it first, and the other one back
   isostep prove --compare a/proof.json b/proof.json
 
 With the sources `cargo xtask prove` builds both images and puts them on the board.")]
