@@ -171,9 +171,8 @@ mod tests {
 
     #[test]
     fn the_serial_number_and_the_rate_are_the_firmwares() {
-        let firmware = |name: &str| {
-            std::fs::read_to_string(workspace::root().join("boards/pico-gantry/src").join(name)).unwrap()
-        };
+        let firmware =
+            |name: &str| std::fs::read_to_string(workspace::root().join("boards/pico-gantry/src").join(name)).unwrap();
         let number = format!("config.serial_number = Some(\"{}\");", boot_loader::SERIAL_NUMBER);
         assert!(firmware("usb.rs").contains(&number));
         assert!(firmware("touch.rs").contains(&format!("const TOUCH_BAUD: u32 = {};", boot_loader::TOUCH_BAUD)));

@@ -10,8 +10,9 @@ use core::hint::black_box;
 use core::ops::RangeInclusive;
 use core::ptr;
 
-use isostep_controller::least_times::RP2040;
 use isostep_motion::{Contact, DriverTiming, LeastTimes};
+
+use crate::chip;
 
 /// The mark of the section, and the number of this layout.
 const MAGIC: [u8; 8] = *b"ISOWORDS";
@@ -37,8 +38,14 @@ struct BoardWords {
 // SAFETY: memory.x keeps the section in flash, and nothing else is in it.
 #[unsafe(link_section = ".board_words")]
 #[used]
-static WORDS: BoardWords =
-    BoardWords { magic: MAGIC, version: VERSION, contact: NORMALLY_OPEN, driver: 0, unused: 0, least_times: RP2040 };
+static WORDS: BoardWords = BoardWords {
+    magic: MAGIC,
+    version: VERSION,
+    contact: NORMALLY_OPEN,
+    driver: 0,
+    unused: 0,
+    least_times: chip::LEAST_TIMES,
+};
 
 /// The contact between the emergency stop's pin and ground. A word that nobody has written is one that opens: then a machine
 /// that is wired otherwise does not move.
@@ -60,7 +67,7 @@ pub fn least_times() -> &'static LeastTimes {
     let times = black_box(&WORDS.least_times);
     // SAFETY: they are doubles one after the other, and every double is 64 bits.
     let bits = unsafe { &*ptr::from_ref(times).cast::<[u64; WORDS_OF_TIMES]>() };
-    if bits.iter().all(|time| TIME_BITS.contains(time)) { times } else { &RP2040 }
+    if bits.iter().all(|time| TIME_BITS.contains(time)) { times } else { &chip::LEAST_TIMES }
 }
 
 /// The word as it is in flash: the compiler knows only what stood there before the image was finished.

@@ -12,9 +12,9 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, exception};
-use embassy_rp::{pac, rom_data};
+use embassy_rp::pac;
 
-use crate::{pins, tool};
+use crate::{chip, pins, tool};
 
 /// Why the chip restarted.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -67,11 +67,9 @@ const SIO_FUNCTION: u8 = 5;
 const MARK_PANIC: u32 = 0x50_41_4E_49;
 const MARK_HARD_FAULT: u32 = 0x46_41_55_4C;
 const MARK_RUNNING: u32 = 0x52_55_4E_53;
-/// Parameter of the boot loader: offer both the USB drive and picotool's interface.
-const ALL_INTERFACES: u32 = 0;
 
 /// 2 us of the chip's clock. No driver needs a longer pulse of STEP.
-const PULSE_CYCLES: u32 = 250;
+const PULSE_CYCLES: u32 = chip::CLOCK_HZ / 500_000;
 
 /// Sets STEP low and switches the motors and the tool off, whoever owns the pins.
 fn stop_all() {
@@ -94,11 +92,10 @@ fn mark(cause: u32) {
     pac::WATCHDOG.scratch0().write_value(cause);
 }
 
-/// Starts the boot loader in the ROM. It restarts the chip with all pins free, and the board becomes the USB drive
-/// RPI-RP2.
+/// Starts the boot loader in the ROM. It restarts the chip with all pins free, and the board becomes a USB drive.
 pub fn start_boot_loader() -> ! {
     stop_all();
-    rom_data::reset_to_usb_boot(pins::LED_MASK, ALL_INTERFACES);
+    chip::start_boot_loader(pins::LED_MASK);
     await_watchdog()
 }
 

@@ -13,10 +13,9 @@ use embassy_rp::peripherals::FLASH;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use isostep_controller::{Settings, Store};
 
+use crate::chip::FLASH_BYTES;
 use crate::output_watchdog;
 
-/// Flash size of a Pico.
-const FLASH_BYTES: usize = 2 * 1024 * 1024;
 /// Size of the store, as in `memory.x`.
 const STORE_BYTES: usize = 64 * 1024;
 

@@ -1,4 +1,4 @@
-//! Firmware of the parking gantry on a Raspberry Pi Pico. It provides pins, priorities and consoles for the tasks of
+//! Firmware of the parking gantry on a Raspberry Pi Pico or Pico 2. It provides pins, priorities and consoles for the tasks of
 //! `isostep-motion` and `isostep-controller`. The same tasks run in the simulator.
 //!
 //! # Design
@@ -11,6 +11,7 @@
 
 mod board_words;
 mod boot;
+mod chip;
 mod console;
 #[cfg(feature = "skr-pico")]
 mod driver_wire;
@@ -44,7 +45,6 @@ use core::pin::pin;
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use isostep_motion::cold_path;
-use portable_atomic as _;
 
 #[cfg(not(feature = "prove"))]
 #[embassy_executor::main]

@@ -1,7 +1,7 @@
 //! The interrupt priorities, and the executors for what must not be late.
 //!
 //! # Design
-//! The RP2040 has four priorities:
+//! The chips have four priorities, or more, of which four are used. By the names of an RP2040's interrupts:
 //!
 //! | priority | interrupt | why there |
 //! |---|---|---|
@@ -23,23 +23,23 @@
 //! that wait, which takes up to 5 us, and a switch must not wait for that.
 #![expect(unsafe_code, reason = "an executor may be run from its own interrupt only, and interrupts are unmasked")]
 
-use cortex_m::peripheral::NVIC;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
+use crate::chip;
+
 const USB: Priority = if cfg!(feature = "timer-port") { Priority::P3 } else { Priority::P1 };
 const SWITCH_TASKS: Priority = if cfg!(feature = "timer-port") { Priority::P2 } else { Priority::P1 };
+
+const _: () =
+    assert!((interrupt::SWI_IRQ_3 as usize) < chip::INTERRUPTS, "the chip has the software interrupts of executors");
 
 static SWITCHES: InterruptExecutor = InterruptExecutor::new();
 static AXES: InterruptExecutor = InterruptExecutor::new();
 #[cfg(feature = "timer-port")]
 static STEPS: InterruptExecutor = InterruptExecutor::new();
-
-/// The interrupts of P0, as bits.
-const GUARD: u32 =
-    1 << interrupt::PIO1_IRQ_1 as u32 | if cfg!(feature = "prove") { 1 << interrupt::PWM_IRQ_WRAP as u32 } else { 0 };
 
 /// A lock that masks every interrupt but those of P0, which never take it.
 pub struct BelowGuard;
@@ -52,25 +52,14 @@ unsafe impl RawMutex for BelowGuard {
 
     #[inline(always)]
     fn lock<R>(&self, f: impl FnOnce() -> R) -> R {
-        // SAFETY: the address is that of the NVIC, whose registers may be written in any context.
-        let nvic = unsafe { &*NVIC::PTR };
-        let enabled = nvic.iser[0].read() & !GUARD;
-        // SAFETY: masking interrupts breaks nothing but time.
-        unsafe { nvic.icer[0].write(enabled) };
-        // None of them comes after these.
-        cortex_m::asm::dsb();
-        cortex_m::asm::isb();
-        let result = f();
-        // SAFETY: they were enabled before.
-        unsafe { nvic.iser[0].write(enabled) };
-        result
+        chip::masked_below_p0(f)
     }
 }
 
 /// Assigns the priorities, then starts the executors of the switches and of the axes.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
     interrupt::PIO1_IRQ_1.set_priority(Priority::P0);
-    interrupt::TIMER_IRQ_0.set_priority(Priority::P1);
+    chip::TIMER_INTERRUPT.set_priority(Priority::P1);
     interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
     interrupt::SWI_IRQ_1.set_priority(SWITCH_TASKS);
     interrupt::SWI_IRQ_2.set_priority(Priority::P2);
@@ -103,14 +92,14 @@ pub fn start_step_executor() -> SendSpawner {
 /// Enables the interrupt of the time driver.
 pub fn enable_timer() {
     // SAFETY: its handler exists, and no code relies on this interrupt being masked.
-    unsafe { interrupt::TIMER_IRQ_0.enable() }
+    unsafe { chip::TIMER_INTERRUPT.enable() }
 }
 
 /// Enables the interrupt that measures how long it waits.
 #[cfg(feature = "prove")]
 pub fn enable_waits() {
     // SAFETY: its handler exists, and no code relies on this interrupt being masked.
-    unsafe { interrupt::PWM_IRQ_WRAP.enable() }
+    unsafe { chip::prove::WRAP_INTERRUPT.enable() }
 }
 
 /// Enables the interrupt that the guard needs.

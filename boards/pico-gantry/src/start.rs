@@ -13,7 +13,7 @@ use crate::pins::{self, Board};
 #[cfg(feature = "prove")]
 use crate::prove;
 use crate::{
-    board_words, boot, console, led, motion, output_watchdog, priority, time_driver, uart, usb, vectors, watch,
+    board_words, boot, chip, console, led, motion, output_watchdog, priority, time_driver, uart, usb, vectors, watch,
 };
 
 /// Starts all tasks.
@@ -25,7 +25,7 @@ pub async fn start(spawner: Spawner) {
     static CONTROLLER: StaticCell<Controller<'static, Flash>> = StaticCell::new();
 
     vectors::move_to_ram();
-    rp2040_floats::link();
+    chip::link_floats();
     let board = Board::new(embassy_rp::init(Default::default()));
     time_driver::start();
     let restart = RestartCause::of_last_restart();

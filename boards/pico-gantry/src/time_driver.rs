@@ -14,11 +14,11 @@ use core::cell::RefCell;
 use core::task::Waker;
 
 use embassy_rp::interrupt;
-use embassy_rp::pac::TIMER;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_time_driver::{Driver, time_driver_impl};
 use embassy_time_queue_utils::Queue;
 
+use crate::chip::TIMER;
 use crate::priority::{self, BelowGuard};
 use crate::two_words;
 
@@ -80,8 +80,20 @@ impl Timers {
     }
 }
 
+#[cfg(not(rp2350))]
 #[interrupt]
 fn TIMER_IRQ_0() {
+    on_alarm();
+}
+
+#[cfg(rp2350)]
+#[interrupt]
+fn TIMER0_IRQ_0() {
+    on_alarm();
+}
+
+#[inline(always)]
+fn on_alarm() {
     if TIMER.intr().read().alarm(ALARM) {
         DRIVER.timers.lock(|timers| timers.borrow_mut().wake_due());
     }

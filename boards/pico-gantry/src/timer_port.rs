@@ -7,6 +7,7 @@ use embassy_time::Duration;
 use embedded_hal::delay::DelayNs;
 use isostep_motion::{AXES, DriverTiming, GangedMotor, MotorPins, Motors, TimerBank, TimerPort};
 
+use crate::chip::{CLOCK_HZ, DELAY_ROUND_CYCLES};
 use crate::pins::{self, StepPins};
 use crate::priority;
 
@@ -116,14 +117,16 @@ struct CoreDelay;
 
 impl DelayNs for CoreDelay {
     fn delay_ns(&mut self, ns: u32) {
-        // `delay(n)` runs n + 1 times through a loop of 3 cycles, 24 ns at 125 MHz. 2,731 / 65,536 gives one loop per
-        // 23.997 ns. So the delay is never too short and needs no division, for which this core has no instruction.
-        const LONGEST_NS: u32 = u32::MAX / 2_731;
+        // `delay(n)` makes n + 1 rounds. The rounds of a nanosecond are rounded up in 16 bits behind the point: an RP2040, whose
+        // rounds last 24 ns, makes one for each 23.997 ns. So the delay is never too short and needs no division, for which a
+        // Cortex-M0+ has no instruction.
+        const ROUNDS_PER_NS: u32 = (CLOCK_HZ / 1_000_000 << 16).div_ceil(1_000 * DELAY_ROUND_CYCLES);
+        const LONGEST_NS: u32 = u32::MAX / ROUNDS_PER_NS;
         let mut left_ns = ns;
         while left_ns > LONGEST_NS {
-            cortex_m::asm::delay((LONGEST_NS * 2_731) >> 16);
+            cortex_m::asm::delay((LONGEST_NS * ROUNDS_PER_NS) >> 16);
             left_ns -= LONGEST_NS;
         }
-        cortex_m::asm::delay((left_ns * 2_731) >> 16);
+        cortex_m::asm::delay((left_ns * ROUNDS_PER_NS) >> 16);
     }
 }

@@ -15,10 +15,10 @@ use embassy_rp::pwm::{Config, Pwm};
 use embassy_time::Duration;
 use isostep_motion::{Inhibit, Switches, ToolPort};
 
+use crate::chip::CLOCK_HZ;
 use crate::output_watchdog;
 use crate::pins::{self, ToolPins};
 
-const CLOCK_HZ: u32 = 125_000_000;
 const SLICE: usize = pins::TOOL_PWM / 2 % 8;
 /// The second output of each slice is on the odd pins.
 const IS_SECOND: bool = pins::TOOL_PWM % 2 == 1;

@@ -20,6 +20,7 @@ use embedded_io_async::{ErrorType, Read, Write};
 use isostep_motion::cold_path;
 use static_cell::StaticCell;
 
+use crate::chip;
 use crate::reset_listener::ResetListener;
 use crate::touch::Touch;
 
@@ -29,9 +30,8 @@ bind_interrupts!(struct Irqs {
 
 type RpDriver = Driver<'static, USB>;
 
-/// Raspberry Pi's ids for a serial port on an RP2040, which senders and udev rules know.
+/// Raspberry Pi's.
 const VENDOR_ID: u16 = 0x2E8A;
-const PRODUCT_ID: u16 = 0x000A;
 const PACKET_BYTES: usize = 64;
 /// After a full packet, an empty one would be needed before the data reaches the host's program.
 const CHUNK_BYTES: usize = PACKET_BYTES - 1;
@@ -73,9 +73,9 @@ async fn run(mut device: UsbDevice<'static, RpDriver>) -> ! {
 }
 
 fn config() -> Config<'static> {
-    let mut config = Config::new(VENDOR_ID, PRODUCT_ID);
+    let mut config = Config::new(VENDOR_ID, chip::USB_PRODUCT_ID);
     config.manufacturer = Some("Isostep");
-    config.product = Some("RP2040 gantry");
+    config.product = Some(chip::USB_PRODUCT);
     config.serial_number = Some("ISOSTEP-1");
     config
 }

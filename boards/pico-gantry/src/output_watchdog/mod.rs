@@ -23,9 +23,10 @@ use embassy_time::Duration;
 use isostep_motion::Machine;
 
 use self::program::{ORIGIN, forced};
+use crate::chip;
 use crate::pins::{self, Group};
 
-const CYCLES_PER_US: u32 = 125;
+const CYCLES_PER_US: u32 = chip::CLOCK_HZ / 1_000_000;
 /// The time that the tool stays on without a core. Longer than anything masks interrupts in motion, and four times as long
 /// as the time between two feeds.
 const PATIENCE: Duration = Duration::from_millis(20);
@@ -131,7 +132,7 @@ fn arm<const GROUP: usize>() {
     let channel = DMA.ch(CHANNEL - GROUP);
     channel.read_addr().write_value(PIO1.rxf(STATE_MACHINE).as_ptr() as u32);
     channel.write_addr().write_value(IO_BANK0.gpio(first).ctrl().as_ptr() as u32);
-    channel.trans_count().write_value(2 * pins as u32 - 1);
+    chip::set_transfers(channel, 2 * pins as u32 - 1);
     let mut ctrl = CtrlTrig(0);
     ctrl.set_en(true);
     ctrl.set_high_priority(true);

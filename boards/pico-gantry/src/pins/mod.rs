@@ -26,6 +26,8 @@ pub use self::pico::*;
 #[cfg(feature = "skr-pico")]
 pub use self::skr_pico::*;
 
+#[cfg(all(feature = "skr-pico", rp2350))]
+compile_error!("the chip of an SKR Pico is an RP2040: compile it for thumbv6m-none-eabi");
 #[cfg(all(feature = "skr-pico", feature = "prove"))]
 compile_error!("a proving image is for a Pico, whose pads it reads");
 

@@ -1,4 +1,4 @@
-//! The gantry on a Raspberry Pi Pico, with a bare driver for each motor; see the table in `docs/bring-up.md`.
+//! The gantry on a Raspberry Pi Pico or Pico 2, which have the same pins, with a bare driver for each motor; see the table in `docs/bring-up.md`.
 
 board! {
     step: [PIN_2, PIN_4, PIN_6, PIN_21],
@@ -21,4 +21,4 @@ board! {
     driver_wire: [],
 }
 
-pub const NAME: &str = "Raspberry Pi Pico";
+pub const NAME: &str = crate::chip::PICO;

@@ -55,14 +55,14 @@ use self::state_machine::StateMachine;
 use self::stream::{BUFFER_WORDS, Buffers, IN_FLIGHT_MAX_WORDS, Stream};
 use self::tally::Tally;
 use crate::pins::{SECOND, StepPins};
-use crate::priority;
+use crate::{chip, priority};
 
 pub use PioPort as Port;
 
 pub use self::barrier::inhibit_all;
 
 /// The state machines count cycles of the system clock.
-const TICK_HZ: u32 = 125_000_000;
+const TICK_HZ: u32 = chip::CLOCK_HZ;
 const TICKS_PER_US: u64 = TICK_HZ as u64 / 1_000_000;
 /// The time by which an interval may be shorter than planned, because both its ends are rounded and its segment is fitted.
 const MARGIN_TICKS: u32 = 4;

@@ -3,8 +3,7 @@
 use embassy_rp::pac;
 use embassy_rp::pac::PIO0;
 
-use embassy_rp::pac::pio::vals::SmExecctrlStatusSel;
-
+use crate::chip;
 use crate::pio_port::program::{STARVED_AT, forced, status_n};
 
 /// The state machine of a motor: with the index of its axis, or the second motor's. The axis's port uses it, and that of
@@ -60,10 +59,7 @@ impl StateMachine {
     }
 
     fn know_end(&self, is_known: bool) {
-        self.registers().execctrl().modify(|exec| {
-            exec.set_status_sel(SmExecctrlStatusSel::RXLEVEL);
-            exec.set_status_n(status_n(is_known));
-        });
+        chip::set_status_below(self.registers(), status_n(is_known));
     }
 
     /// The number of edges that have risen since it was loaded, modulo 2^32. Lowers STEP and drops the content of the FIFO, so

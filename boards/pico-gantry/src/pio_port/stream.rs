@@ -15,6 +15,7 @@ use embassy_rp::pac::dma::regs::CtrlTrig;
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
 use embassy_rp::pac::{DMA, PIO0};
 
+use crate::chip;
 use crate::pins::SECOND;
 
 /// Words per buffer: at 1,000,000 steps/s a buffer is filled every 384 us. Where a segment begins, filling takes the
@@ -134,7 +135,7 @@ impl Stream {
             let channel = feed.channel(buffer);
             channel.read_addr().write_value(self.buffers[buffer].as_ptr() as u32);
             channel.write_addr().write_value(PIO0.txf(feed.0).as_ptr() as u32);
-            channel.trans_count().write_value(words);
+            chip::set_transfers(channel, words);
             channel.al1_ctrl().write_value(feed.control(buffer, None).0);
         }
         self.armed[buffer] = Some(words);
@@ -149,7 +150,7 @@ impl Stream {
         let waiting = |buffer: usize| match self.armed[buffer] {
             None => 0,
             Some(_) if feed.is_sent(buffer) => 0,
-            Some(_) if feed.is_busy(buffer) => feed.channel(buffer).trans_count().read(),
+            Some(_) if feed.is_busy(buffer) => chip::transfers_left(feed.channel(buffer)),
             Some(words) => words,
         };
         self.handed_over - waiting(0) - waiting(1)

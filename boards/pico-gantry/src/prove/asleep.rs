@@ -13,11 +13,13 @@ use cortex_m::interrupt::{InterruptNumber, disable, enable};
 use cortex_m::peripheral::NVIC;
 use embassy_executor::{Spawner, raw};
 use embassy_rp::interrupt::Interrupt;
-use embassy_rp::pac::TIMER;
 use static_cell::StaticCell;
+
+use crate::chip::{self, TIMER};
 
 /// Pended by the tasks of this executor.
 const WOKEN: Interrupt = Interrupt::SWI_IRQ_4;
+const _: () = assert!((WOKEN as usize) < chip::INTERRUPTS);
 
 static ASLEEP_US: AtomicU32 = AtomicU32::new(0);
 static SINCE_US: AtomicU32 = AtomicU32::new(0);

@@ -4,11 +4,10 @@
 use embassy_rp::pac::XIP_CTRL;
 
 use super::cycles;
+use crate::chip::prove::{UNCACHED_FLASH, empty_cache};
 
 /// The beginning of the image, which stays as it is.
 const CACHED: usize = 0x1000_0000;
-/// The same by the alias that neither looks into the cache nor fills it.
-const UNCACHED: usize = 0x1300_0000;
 /// A line of the cache. Each read is of another.
 const LINE_BYTES: usize = 8;
 const READS: usize = 256;
@@ -19,10 +18,10 @@ const READS: usize = 256;
 #[inline(never)]
 pub fn read_cost_hundredths() -> [u32; 3] {
     cortex_m::interrupt::free(|_| {
-        empty();
+        empty_cache();
         let cold = read(CACHED);
         let hit = read(CACHED);
-        [hit, cold, read(UNCACHED)].map(|cycles| cycles * 100 / READS as u32)
+        [hit, cold, read(UNCACHED_FLASH)].map(|cycles| cycles * 100 / READS as u32)
     })
 }
 
@@ -35,13 +34,6 @@ pub fn take_counters() -> [u32; 2] {
         XIP_CTRL.ctr_acc().write_value(0);
         counted
     })
-}
-
-/// Empties the cache.
-pub fn empty() {
-    XIP_CTRL.flush().write(|flush| flush.set_flush(true));
-    // The chip holds this read up until all lines have gone.
-    XIP_CTRL.flush().read();
 }
 
 /// Cycles of the reads from `start` on.

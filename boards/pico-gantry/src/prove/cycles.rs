@@ -1,4 +1,4 @@
-//! Counts the core's cycles with SysTick: 24 bits, 134 ms at 125 MHz.
+//! Counts the core's cycles with SysTick: 24 bits, 134 ms at 125 MHz, 112 ms at 150 MHz.
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;

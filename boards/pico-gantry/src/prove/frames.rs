@@ -1,6 +1,8 @@
 //! The frames of the USB host, by which the chip's crystal can be checked.
 
-use embassy_rp::pac::{TIMER, USB};
+use embassy_rp::pac::USB;
+
+use crate::chip::TIMER;
 
 /// A frame lasts a millisecond. Without a host there is none.
 const PATIENCE_US: u32 = 3_000;

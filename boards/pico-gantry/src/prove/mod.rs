@@ -32,6 +32,7 @@ pub use self::asleep::run;
 pub use self::motors_off::MotorsOff;
 pub use self::pads::press as reset_seen;
 use self::stamps::{STAMPERS, Stamps, WINDOW};
+use crate::chip;
 use crate::flash::Flash;
 use crate::pins::ProvePins;
 
@@ -76,7 +77,7 @@ pub fn answer(words: &str, page: usize, text: &mut dyn Write) -> Result<bool, Er
         Some("ARM") => arm(&mut fields).map(|()| false),
         Some("READ") => read(number(fields.next())?, page, text),
         Some("COLD") => {
-            cache::empty();
+            chip::prove::empty_cache();
             pads::press();
             Ok(false)
         }

@@ -17,6 +17,7 @@ use embassy_rp::pac::pio::regs::SmPinctrl;
 use embassy_rp::pac::{DMA, PIO0, PIO1};
 
 use super::program::{self, EARLY, LATE, LATE_CYCLES, SHORT_ORIGIN, SKIPPING_ORIGIN, forced};
+use crate::chip;
 
 /// Stamps of a window.
 pub const WINDOW: usize = 512;
@@ -171,7 +172,7 @@ impl Stamper {
         let channel = DMA.ch(self.channel);
         channel.read_addr().write_value(self.pio.rxf(self.state_machine).as_ptr() as u32);
         channel.write_addr().write_value(window.0.as_ptr() as u32);
-        channel.trans_count().write_value(count);
+        chip::set_transfers(channel, count);
         self.asked.store(count, Ordering::Relaxed);
         channel.ctrl_trig().write(|ctrl: &mut CtrlTrig| {
             ctrl.set_en(true);
@@ -188,7 +189,7 @@ impl Stamper {
 
     /// The number of stamps that DMA has taken, and whether the stamper had to wait for it before it had taken all.
     fn taken(&self) -> (u32, bool) {
-        let left = DMA.ch(self.channel).trans_count().read();
+        let left = chip::transfers_left(DMA.ch(self.channel));
         let has_waited = self.pio.fdebug().read().rxstall() & self.bit() != 0;
         (self.asked.load(Ordering::Relaxed) - left, has_waited && left > 0)
     }

@@ -11,11 +11,12 @@ use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_rp::pac::PWM;
 
+use crate::chip::prove::{WRAP_INTERRUPT, interrupt_at_wrap};
 use crate::priority;
 
 /// The PWM slice; that of the tool is slice 6.
 const SLICE: usize = 7;
-/// 160 us: some thousand looks a second, for 0.2 % of the core. It is a prime.
+/// 160 us of an RP2040: some thousand looks a second, for 0.2 % of the core. It is a prime.
 const PERIOD_CYCLES: u16 = 20_011;
 
 static IS_MEASURING: AtomicBool = AtomicBool::new(false);
@@ -35,14 +36,27 @@ pub fn begin_or_end() -> u32 {
     LONGEST.store(0, Ordering::Relaxed);
     SHORTEST.store(PERIOD_CYCLES, Ordering::Relaxed);
     slice.top().write(|top| top.set_top(PERIOD_CYCLES - 1));
-    PWM.inte().modify(|enabled| enabled.0 |= 1 << SLICE);
-    interrupt::PWM_IRQ_WRAP.set_priority(Priority::P0);
+    interrupt_at_wrap(SLICE);
+    WRAP_INTERRUPT.set_priority(Priority::P0);
     priority::enable_waits();
     0
 }
 
+#[cfg(not(rp2350))]
 #[interrupt]
 fn PWM_IRQ_WRAP() {
+    note();
+}
+
+#[cfg(rp2350)]
+#[interrupt]
+fn PWM_IRQ_WRAP_0() {
+    note();
+}
+
+/// Notes how long the interrupt has waited.
+#[inline(always)]
+fn note() {
     let waited = PWM.ch(SLICE).ctr().read().ctr();
     PWM.intr().write(|raised| raised.0 = 1 << SLICE);
     LONGEST.store(waited.max(LONGEST.load(Ordering::Relaxed)), Ordering::Relaxed);
