@@ -10,6 +10,7 @@ pub mod screen;
 
 pub mod boot_loader;
 pub mod check;
+pub mod chip;
 pub mod cli;
 pub mod console;
 pub mod files;

@@ -12,6 +12,8 @@ pub enum Model {
     /// A Raspberry Pi Pico with a bare driver for each motor
     #[default]
     Pico,
+    /// A Raspberry Pi Pico 2, or another board with an RP2350A, with a bare driver for each motor
+    Pico2,
     /// A BIGTREETECH SKR Pico V1.0
     SkrPico,
 }
@@ -22,6 +24,7 @@ impl Model {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pico => "pico",
+            Self::Pico2 => "pico2",
             Self::SkrPico => "skr-pico",
         }
     }

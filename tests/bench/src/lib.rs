@@ -132,8 +132,12 @@ impl Args {
     /// Checks that the files can be written, before anything is built.
     ///
     /// # Errors
-    /// A file or folder that cannot be written.
+    /// A file or folder that cannot be written, or a board that is not emulated.
     pub fn check(&self) -> Result<()> {
+        ensure!(
+            self.board != Model::Pico2,
+            "--board pico2: the emulated board has an RP2040, and the chip of a Pico 2 is an RP2350"
+        );
         Files::default().page("--report", &self.report).written("--json", &self.json).check()
     }
 

@@ -40,7 +40,7 @@ Lines go to the machine as they are; what it says is printed, errors and alarms 
 act at once: Ctrl-X resets; on an empty line ! holds, ~ resumes, ? reports. Arrow keys bring back earlier lines; Ctrl-D ends.
 
 Examples:
-  isostep console                                   the board: the one USB device 2e8a:000a
+  isostep console                                   the board: the one USB device 2e8a:000a or 2e8a:0009
   isostep console --list                            what ports there are
   isostep console /dev/ttyACM0                      this port
   isostep console COM5 --stream programs/square.nc  a whole program, with its progress; Ctrl-C ends it

@@ -6,8 +6,8 @@ use std::time::Duration;
 use anyhow::{Result, anyhow, bail, ensure};
 use serialport::{Error, ErrorKind, SerialPort, SerialPortInfo, SerialPortType, UsbPortInfo};
 
-/// The USB ids in boards/pico-gantry/src/usb.rs: Raspberry Pi's for a serial port on an RP2040.
-const BOARD: (u16, u16) = (0x2E8A, 0x000A);
+use crate::chip::Chip;
+
 /// Time that a read waits for a byte.
 const PATIENCE: Duration = Duration::from_millis(20);
 const WITHOUT_HARDWARE: &str = "without hardware: `isostep sim --pty` in another terminal, and the port it prints";
@@ -51,9 +51,8 @@ fn choose(ports: &[SerialPortInfo]) -> Result<String> {
     match boards.as_slice() {
         [board] => Ok(board.port_name.clone()),
         [] => bail!(
-            "no board is on USB ({:04x}:{:04x}): plug it in (with a data cable, not a charging one), or name a port\n{}",
-            BOARD.0,
-            BOARD.1,
+            "no board is on USB ({}): plug it in (with a data cable, not a charging one), or name a port\n{}",
+            Chip::ALL.map(|chip| format!("{:04x}:{:04x}", chip.usb_ids().0, chip.usb_ids().1)).join(" or "),
             if ports.is_empty() { format!("  {WITHOUT_HARDWARE}") } else { listed(ports).trim_end().to_owned() }
         ),
         several => bail!("{} boards are there: name the port\n{}", several.len(), listed(ports).trim_end()),
@@ -61,7 +60,8 @@ fn choose(ports: &[SerialPortInfo]) -> Result<String> {
 }
 
 fn is_board(port: &SerialPortInfo) -> bool {
-    matches!(&port.port_type, SerialPortType::UsbPort(UsbPortInfo { vid, pid, .. }) if (*vid, *pid) == BOARD)
+    let SerialPortType::UsbPort(UsbPortInfo { vid, pid, .. }) = &port.port_type else { return false };
+    Chip::ALL.into_iter().any(|chip| chip.usb_ids() == (*vid, *pid))
 }
 
 /// Finds the port. It is not opened, which a board would see.
@@ -125,7 +125,11 @@ mod tests {
         let (board, other) = (port("/dev/ttyACM1", 0x2E8A, 0x000A), port("/dev/ttyUSB0", 0x1A86, 0x7523));
         assert_eq!(choose(&[other.clone(), board.clone()]).unwrap(), "/dev/ttyACM1");
         let none = choose(&[other]).unwrap_err().to_string();
-        assert!(none.contains("no board is on USB (2e8a:000a)") && none.contains("/dev/ttyUSB0"), "{none}");
+        assert!(
+            none.contains("no board is on USB (2e8a:000a or 2e8a:0009)") && none.contains("/dev/ttyUSB0"),
+            "{none}"
+        );
+        assert_eq!(choose(&[port("/dev/ttyACM2", 0x2E8A, 0x0009)]).unwrap(), "/dev/ttyACM2");
         let two = choose(&[board.clone(), board]).unwrap_err().to_string();
         assert!(two.contains("2 boards") && two.contains("/dev/ttyACM1"), "{two}");
         assert!(choose(&[]).unwrap_err().to_string().contains("isostep sim --pty"));

@@ -295,6 +295,12 @@ impl Identity {
             protocol.parse() == Ok(PROTOCOL),
             "the image speaks protocol {protocol}, this tool {PROTOCOL}: take both from the same release"
         );
+        // By the JEP106 code of its maker, without the version.
+        let is_rp2350 = field(said, "CHIP").and_then(|id| id.get(1..8)) == Some("0004927");
+        ensure!(
+            !is_rp2350,
+            "this is an RP2350, whose clock this tool does not know yet: it measures boards with an RP2040"
+        );
         let window = field(said, "WINDOW").and_then(|number| number.parse().ok()).filter(|window| *window >= 8);
         Ok(Self {
             id: text("ID"),

@@ -38,7 +38,7 @@ operate the board, several pages at a time. When a page is closed, its jog is ca
 
 Examples:
   isostep web --open                                   the page, http://127.0.0.1:8000, in the browser
-  isostep web --port                                   and the board: the one USB device 2e8a:000a
+  isostep web --port                                   and the board: the one USB device 2e8a:000a or 2e8a:0009
   isostep web --port /dev/ttyACM0                      and the board on this port
   isostep web --port --listen 192.168.1.5              for other computers too: not encrypted, see docs/security.md
   isostep web --page target/web --port /tmp/isostep    a page of `cargo xtask web`, and the machine of `isostep sim --pty`")]

@@ -1,0 +1,77 @@
+//! The chips that boards with Isostep have, and what a computer has to know of each to find it and to give it an image.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::project;
+
+/// A chip, which decides which images a board takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Chip {
+    /// Of a Pico and an SKR Pico.
+    Rp2040,
+    /// Of a Pico 2.
+    Rp2350,
+}
+
+impl Chip {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Rp2040, Self::Rp2350];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rp2040 => "RP2040",
+            Self::Rp2350 => "RP2350",
+        }
+    }
+
+    /// The name of the drive that its boot loader is, which stands in a file on the drive, too.
+    #[must_use]
+    pub const fn drive(self) -> &'static str {
+        match self {
+            Self::Rp2040 => "RPI-RP2",
+            Self::Rp2350 => "RP2350",
+        }
+    }
+
+    /// The vendor and the product by which USB knows the firmware: Raspberry Pi's for a serial port on this chip, as in
+    /// boards/pico-gantry/src/chip.
+    #[must_use]
+    pub const fn usb_ids(self) -> (u16, u16) {
+        match self {
+            Self::Rp2040 => (0x2E8A, 0x000A),
+            Self::Rp2350 => (0x2E8A, 0x0009),
+        }
+    }
+
+    /// The family of UF2 files that its boot loader takes. It ignores others without a word. Of an RP2350 it is that of images for
+    /// the Arm cores in secure state.
+    #[must_use]
+    pub const fn uf2_family(self) -> u32 {
+        match self {
+            Self::Rp2040 => 0xE48B_FF56,
+            Self::Rp2350 => 0xE48B_FF59,
+        }
+    }
+
+    /// The chip that a UF2 file is for, by its first block.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is for none of them.
+    pub fn of_image(image: &Path) -> Result<Self> {
+        const FAMILY_AT: u64 = 28;
+
+        let mut family = [0; 4];
+        File::open(image)
+            .and_then(|mut file| file.seek(SeekFrom::Start(FAMILY_AT)).and_then(|_| file.read_exact(&mut family)))
+            .with_context(|| format!("{} cannot be read: name a UF2 file", project::shown(image)))?;
+        let family = u32::from_le_bytes(family);
+        let chip = Self::ALL.into_iter().find(|chip| chip.uf2_family() == family);
+        chip.with_context(|| format!("{} is no UF2 file for an RP2040 or an RP2350", project::shown(image)))
+    }
+}
