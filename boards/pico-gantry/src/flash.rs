@@ -37,10 +37,9 @@ pub fn open(flash: Flash) -> Store<Flash> {
 
 #[cfg(feature = "prove")]
 impl Flash {
-    /// The number that the flash's maker gave it; 0 if it cannot be read.
-    pub fn unique_id(&mut self) -> u64 {
-        let mut id = [0; 8];
-        self.0.blocking_unique_id(&mut id).map_or(0, |()| u64::from_be_bytes(id))
+    /// The number that the maker of flash or chip gave it; 0 if it cannot be read.
+    pub fn board_id(&mut self) -> u64 {
+        crate::chip::prove::board_id(&mut self.0)
     }
 }
 

@@ -92,12 +92,20 @@ pub fn start_boot_loader(led_mask: u32) {
 pub mod prove {
     //! What a proving image alone needs.
 
+    use embassy_rp::flash::{Blocking, Flash};
     use embassy_rp::pac::{PWM, XIP_CTRL};
+    use embassy_rp::peripherals::FLASH;
 
     pub use embassy_rp::interrupt::PWM_IRQ_WRAP as WRAP_INTERRUPT;
 
     /// Flash by the alias that neither looks into the cache nor fills it.
     pub const UNCACHED_FLASH: usize = 0x1300_0000;
+
+    /// The number of the board, which the flash's maker gave to the flash; 0 if it cannot be read.
+    pub fn board_id(flash: &mut Flash<'static, FLASH, Blocking, { super::FLASH_BYTES }>) -> u64 {
+        let mut id = [0; 8];
+        flash.blocking_unique_id(&mut id).map_or(0, |()| u64::from_be_bytes(id))
+    }
 
     /// Empties the cache of flash.
     pub fn empty_cache() {

@@ -92,12 +92,20 @@ pub fn start_boot_loader(led_mask: u32) {
 pub mod prove {
     //! What a proving image alone needs.
 
+    use embassy_rp::flash::{Blocking, Flash};
+    use embassy_rp::otp;
     use embassy_rp::pac::PWM;
+    use embassy_rp::peripherals::FLASH;
 
     pub use embassy_rp::interrupt::PWM_IRQ_WRAP_0 as WRAP_INTERRUPT;
 
     /// Flash by the alias that neither looks into the cache nor fills it.
     pub const UNCACHED_FLASH: usize = 0x1400_0000;
+
+    /// The number of the board, which the chip has got from its maker; 0 if it cannot be read.
+    pub fn board_id(_: &mut Flash<'static, FLASH, Blocking, { super::FLASH_BYTES }>) -> u64 {
+        otp::get_chipid().unwrap_or(0)
+    }
 
     /// Empties the cache of flash: a write to each place of it, by the addresses at which that means so.
     pub fn empty_cache() {

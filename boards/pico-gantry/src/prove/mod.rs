@@ -46,8 +46,8 @@ const PORT: &str = if cfg!(feature = "timer-port") { "TIMER" } else { "PIO" };
 
 /// When the consoles were ready, us since the clocks were.
 static READY_US: AtomicU32 = AtomicU32::new(0);
-/// The flash's own number, by halves.
-static FLASH_ID: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
+/// The board's own number, by halves.
+static BOARD_ID: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 
 /// Starts what measures.
 pub fn start(spawner: Spawner, pins: ProvePins, mut flash: Flash) -> Flash {
@@ -55,9 +55,9 @@ pub fn start(spawner: Spawner, pins: ProvePins, mut flash: Flash) -> Flash {
     stamps::start();
     pads::start(pins);
     spawner.spawn(pads::press_later().unwrap());
-    let id = flash.unique_id();
-    FLASH_ID[0].store((id >> 32) as u32, Ordering::Relaxed);
-    FLASH_ID[1].store(id as u32, Ordering::Relaxed);
+    let id = flash.board_id();
+    BOARD_ID[0].store((id >> 32) as u32, Ordering::Relaxed);
+    BOARD_ID[1].store(id as u32, Ordering::Relaxed);
     flash
 }
 
@@ -96,7 +96,7 @@ pub fn answer(words: &str, page: usize, text: &mut dyn Write) -> Result<bool, Er
 }
 
 fn identity(text: &mut dyn Write) -> core::fmt::Result {
-    let [high, low] = FLASH_ID.each_ref().map(|half| half.load(Ordering::Relaxed));
+    let [high, low] = BOARD_ID.each_ref().map(|half| half.load(Ordering::Relaxed));
     writeln!(text, "[PROVE:{VERSION}]\r")?;
     writeln!(text, "[ID:{high:08X}{low:08X}]\r")?;
     writeln!(text, "[CHIP:{:08X},{}]\r", SYSINFO.chip_id().read().0, rom_data::rom_version_number())?;
