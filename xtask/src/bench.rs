@@ -21,9 +21,9 @@ pub fn run(args: Args) -> Result<()> {
     node::prepare()?;
     let candidates = candidates(args.model(), &args.ports(), args.proves())?;
     if args.mathematics() {
-        build::build_firmware(workspace::BENCH_FIRMWARE)?;
+        build::bench_firmware()?;
     }
-    let mathematics = workspace::elf(workspace::BENCH_FIRMWARE);
+    let mathematics = workspace::elf(workspace::FIRMWARE_TARGET, workspace::BENCH_FIRMWARE);
     let images = Images { candidates, mathematics, emulator: workspace::emulator() };
     if args.least_times() {
         let words = Words { read: board_words::least_times, write: board_words::with_least_times };

@@ -15,12 +15,13 @@ use crate::{toolchain, uf2, workspace};
 #[derive(clap::Args)]
 #[command(after_help = "\
 The files, for a probe and for the boot drive:
-  target/thumbv6m-none-eabi/release/pico-gantry
+  target/thumbv6m-none-eabi/release/pico-gantry              of a Pico 2: target/thumbv8m.main-none-eabi/release/pico-gantry
   target/thumbv6m-none-eabi/release/pico-gantry.uf2
 
 Examples:
   cargo xtask build                       steps by PIO and DMA, for DRV8825 drivers
   cargo xtask build --driver tmc2209      faster drivers, shorter pulses
+  cargo xtask build --board pico2         for a Raspberry Pi Pico 2
   cargo xtask build --board skr-pico      for a BIGTREETECH SKR Pico; see docs/bring-up.md
   cargo xtask build --estop nc            an emergency stop that opens when pressed; see docs/bring-up.md
   cargo xtask build --port timer          steps by the processor
@@ -33,8 +34,8 @@ pub struct Args {
 
 pub fn run(args: Args) -> Result<()> {
     let firmware = firmware(args.variant)?;
-    println!("{}", workspace::shown(&workspace::firmware_elf()));
-    println!("{}", workspace::shown(&workspace::firmware_uf2()));
+    println!("{}", workspace::shown(&args.variant.elf()));
+    println!("{}", workspace::shown(&args.variant.uf2()));
     print!("{}", Footprint::new(&firmware, args.variant).table());
     Ok(())
 }
@@ -45,25 +46,29 @@ pub fn firmware(variant: Variant) -> Result<Firmware> {
     finish(variant)
 }
 
-/// Links the gantry's firmware, which all variants with the same features have in common. Cargo does it once.
+/// Links the gantry's firmware, which all variants with the same chip and features have in common. Cargo does it once.
 pub fn link(variant: Variant) -> Result<()> {
     variant.check()?;
-    link_package(workspace::FIRMWARE, &variant.features())
+    link_package(workspace::target(variant.chip()), workspace::FIRMWARE, &variant.features())
 }
 
-/// Makes this variant of the firmware that is linked for its features: what is wired to it.
+/// Makes this variant of the firmware that is linked for its chip and features: what is wired to it.
 pub fn finish(variant: Variant) -> Result<Firmware> {
     let (driver, contact) = (variant.driver_name(), variant.contact_name());
     announce(&format!("{}: --driver {driver} --estop {contact}", workspace::FIRMWARE));
-    variant.words().write_to(&workspace::firmware_elf())?;
-    with_uf2(workspace::FIRMWARE)
+    variant.words().write_to(&variant.elf())?;
+    let firmware = Firmware::read(&variant.elf())?;
+    let uf2 = variant.uf2();
+    fs::write(&uf2, uf2::from_loads(&firmware.loads, variant.chip()))
+        .with_context(|| format!("cannot write {}", uf2.display()))?;
+    Ok(firmware)
 }
 
 /// Builds the gantry's firmware and keeps a copy of its ELF under this name, for verbs that need several builds at
 /// once.
 pub fn kept_firmware(variant: Variant, name: &str) -> Result<PathBuf> {
     firmware(variant)?;
-    keep(&workspace::firmware_elf(), name)
+    keep(&variant.elf(), name)
 }
 
 /// Keeps a copy of an ELF under this name.
@@ -79,24 +84,16 @@ pub fn kept_elf(name: &str) -> PathBuf {
     workspace::target_dir().join("firmware").join(name).with_extension("elf")
 }
 
-/// Builds another board's package.
-pub fn build_firmware(package: &str) -> Result<Firmware> {
-    link_package(package, &[])?;
-    with_uf2(package)
+/// Builds the firmware that measures its own run time.
+pub fn bench_firmware() -> Result<()> {
+    link_package(workspace::FIRMWARE_TARGET, workspace::BENCH_FIRMWARE, &[])
 }
 
-/// Builds a board's package with these `features`. Each build of a package overwrites the previous one, whatever its features.
-fn link_package(package: &str, features: &[&str]) -> Result<()> {
-    toolchain::add_target(workspace::FIRMWARE_TARGET)?;
+/// Builds a board's package for this target, with these `features`. Each build of a package for a target overwrites the previous
+/// one, whatever its features.
+fn link_package(target: &str, package: &str, features: &[&str]) -> Result<()> {
+    toolchain::add_target(target)?;
     let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
-    announce(&format!("{package}{with} for {}", workspace::FIRMWARE_TARGET));
-    process::run(&mut toolchain::firmware_cargo("build", package, features))
-}
-
-/// Reads a board's ELF file and writes its UF2 file beside it.
-fn with_uf2(package: &str) -> Result<Firmware> {
-    let firmware = Firmware::read(&workspace::elf(package))?;
-    let uf2 = workspace::uf2(package);
-    fs::write(&uf2, uf2::from_loads(&firmware.loads)).with_context(|| format!("cannot write {}", uf2.display()))?;
-    Ok(firmware)
+    announce(&format!("{package}{with} for {target}"));
+    process::run(&mut toolchain::firmware_cargo("build", target, package, features))
 }

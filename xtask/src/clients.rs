@@ -143,7 +143,7 @@ fn emulated_board() -> Result<Emulated> {
 /// The emulator with the last firmware built.
 pub fn emulator() -> Command {
     let mut command = Command::new("node");
-    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
+    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(Variant::default().elf());
     command
 }
 

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
+use isostep::chip::Chip;
 use sha2::{Digest, Sha256};
 
 use licences::{LICENCES, Linked};
@@ -22,6 +23,8 @@ use crate::{build, workspace};
 #[command(after_help = "\
 The files, in target/dist:
   isostep-VERSION-PORT-DRIVER.uf2    one for each step port and driver; copied onto the boot drive of a Pico
+  isostep-VERSION-PORT-pico2-DRIVER.uf2
+                                     the same for a Pico 2
   isostep-VERSION-PORT-skr-pico.uf2  the same for an SKR Pico
   isostep-VERSION-PORT-DRIVER-estop-nc.uf2
                                      the same for an emergency stop that is wired normally closed
@@ -38,7 +41,7 @@ The files, in target/dist:
 The same sources and the same compiler make the same bytes.
 
 Examples:
-  cargo xtask dist                   all of them: ten links of the firmware, the page, and the tool
+  cargo xtask dist                   all of them: fourteen links of the firmware, the page, and the tool
   cargo xtask dist --only page       the page and the tool, some minutes")]
 pub struct Args {
     /// Make the files of this part alone
@@ -65,7 +68,7 @@ pub fn run(Args { only }: Args) -> Result<()> {
     if makes(Part::Firmware) {
         files.extend(firmware(&folder)?);
         which.push(which::table(&released().collect::<Vec<_>>()));
-        linked.push(Linked::firmware());
+        linked.extend(Chip::ALL.map(Linked::firmware));
     }
     let host = page::host()?;
     if makes(Part::Page) {
@@ -91,13 +94,14 @@ pub fn run(Args { only }: Args) -> Result<()> {
 /// Builds every image, and writes it into the folder.
 fn firmware(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
-    let mut by_features: Vec<_> = released().collect();
-    by_features.sort_by_key(|variant| variant.features());
-    for same_link in by_features.chunk_by(|one, other| one.features() == other.features()) {
+    let linked = |variant: &Variant| (variant.chip(), variant.features());
+    let mut by_link: Vec<_> = released().collect();
+    by_link.sort_by_key(linked);
+    for same_link in by_link.chunk_by(|one, other| linked(one) == linked(other)) {
         build::link(same_link[0])?;
         for &variant in same_link {
             build::finish(variant)?;
-            files.push(written(folder, &name(variant), &fs::read(workspace::firmware_uf2())?)?);
+            files.push(written(folder, &name(variant), &fs::read(variant.uf2())?)?);
         }
     }
     Ok(files)
@@ -110,8 +114,9 @@ fn released() -> impl Iterator<Item = Variant> {
 
 /// Every port with every driver and board, every contact of the emergency stop and every number of axes.
 fn variants() -> impl Iterator<Item = Variant> {
-    let on_pico = Driver::value_variants().iter().map(|&driver| (Board::Pico, Some(driver)));
-    let machines = on_pico.chain([(Board::SkrPico, None)]);
+    let bare = [Board::Pico, Board::Pico2].into_iter();
+    let bare = bare.flat_map(|board| Driver::value_variants().iter().map(move |&driver| (board, Some(driver))));
+    let machines = bare.chain([(Board::SkrPico, None)]);
     machines.flat_map(|(board, driver)| {
         Port::value_variants().iter().flat_map(move |&port| {
             Contact::value_variants().iter().flat_map(move |&estop| {
@@ -128,8 +133,9 @@ fn name(variant: Variant) -> String {
         return format!("isostep-{}-prove-{port}.uf2", env!("CARGO_PKG_VERSION"));
     }
     let machine = match variant.board {
-        Board::Pico => variant.driver_name(),
-        Board::SkrPico => variant.board.name(),
+        Board::Pico => variant.driver_name().to_owned(),
+        Board::Pico2 => format!("{}-{}", variant.board.name(), variant.driver_name()),
+        Board::SkrPico => variant.board.name().to_owned(),
     };
     let contact = if variant.estop == Contact::Nc { "-estop-nc" } else { "" };
     let axes = if variant.axes == Axes::Four { "-4-axes" } else { "" };
@@ -185,8 +191,10 @@ mod tests {
         let name = name(Variant { port: Port::Timer, driver: Some(Driver::Tmc2209), ..Variant::default() });
         assert_eq!(name, format!("isostep-{}-timer-tmc2209.uf2", env!("CARGO_PKG_VERSION")));
         let names: BTreeSet<_> = variants().map(super::name).collect();
-        assert_eq!(names.len(), 24, "{names:?}");
-        assert!(names.contains(&name.replace("tmc2209", "skr-pico")), "{names:?}");
+        assert_eq!(names.len(), 40, "{names:?}");
+        for machine in ["skr-pico", "pico2-tmc2209", "pico2-drv8825"] {
+            assert!(names.contains(&name.replace("tmc2209", machine)), "{names:?}");
+        }
         for end in [".uf2", "-estop-nc.uf2", "-4-axes.uf2", "-estop-nc-4-axes.uf2"] {
             assert!(names.contains(&name.replace(".uf2", end)), "{names:?}");
         }

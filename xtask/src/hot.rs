@@ -10,6 +10,7 @@ use object::{Object, ObjectSymbol, SymbolKind};
 use serde::Deserialize;
 
 use crate::process::{self, announce};
+use crate::variant::Variant;
 use crate::{node, workspace};
 
 const RAM_START_ADDRESS: u64 = 0x2000_0000;
@@ -41,14 +42,15 @@ struct Executed {
     in_motion: f64,
 }
 
-/// Runs the firmware in `elf` on the emulated board. Returns a table of its code in RAM beside what of it ran in motion.
-pub fn table(elf: &Path) -> Result<String> {
-    let mut functions = functions(elf)?;
+/// Runs a variant of the firmware, which has been built, on the emulated board. Returns a table of its code in RAM beside what of
+/// it ran in motion.
+pub fn table(variant: Variant) -> Result<String> {
+    let mut functions = functions(&variant.elf())?;
     node::prepare()?;
     let mut hot = BTreeSet::new();
     for (program, settings) in PROGRAMS {
         announce(&format!("{program} on the emulated board"));
-        let executed = run(elf, program, settings)?;
+        let executed = run(variant, program, settings)?;
         hot.extend(executed.iter().filter(|executed| executed.in_motion > 0.0).map(|executed| executed.address));
     }
     hot.into_iter().for_each(|address| note(&mut functions, address));
@@ -76,10 +78,11 @@ fn functions(elf: &Path) -> Result<Vec<Function>> {
 }
 
 /// The instructions that the core has executed.
-fn run(elf: &Path, program: &str, settings: &[&str]) -> Result<Vec<Executed>> {
+fn run(variant: Variant, program: &str, settings: &[&str]) -> Result<Vec<Executed>> {
     let profile = workspace::target_dir().join("profile.csv");
     let mut command = Command::new("node");
-    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(elf);
+    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(variant.elf());
+    command.args(["--board", variant.board.name(), "--driver", variant.driver_name()]);
     command.arg("--program").arg(workspace::root().join("programs").join(program));
     command.args(settings.iter().flat_map(|setting| ["--set", setting])).arg("--profile").arg(&profile);
     process::output(&mut command, "install Node.js")?;

@@ -13,7 +13,7 @@ use crate::{web, workspace};
 /// Check formatting, clippy and the documentation; warnings are errors
 #[derive(clap::Args)]
 #[command(after_help = "\
-The same checks run over the host's packages, over the page and over three images of the firmware, which differ in all that
+The same checks run over the host's packages, over the page and over four images of the firmware, which differ in all that
 can differ. The targets of the page and of boards/stm32g474 are left out in words where rustup cannot add them.")]
 pub struct Args {
     /// The crates with other features too, every image of the firmware, and the other boards
@@ -41,17 +41,18 @@ fn what_tests_compile_too() -> Result<()> {
     with_axes("two-axes", &["--test=two_axes"])?;
     for_browsers(&web::FOUR_AXES)?;
     let [proving, proving_timer] = [Port::Pio, Port::Timer].map(Variant::proving);
-    for variant in [proving, proving_timer] {
-        clippy(workspace::FIRMWARE, &variant.features())?;
+    for variant in [proving, proving_timer, on_pico_2(other()), on_pico_2(proving)] {
+        Image::of(variant).clippy()?;
     }
-    for variant in [other(), skr_pico(), proving, proving_timer] {
-        rustdoc(workspace::FIRMWARE, &variant.features())?;
+    for variant in [other(), skr_pico(), proving, proving_timer, on_pico_2(Variant::default())] {
+        Image::of(variant).rustdoc()?;
     }
-    clippy(workspace::BENCH_FIRMWARE, &[])?;
-    rustdoc(workspace::BENCH_FIRMWARE, &[])?;
-    for features in [&[][..], &["two-axes"], &["four-axes"]] {
-        clippy(workspace::TEMPLATE_BOARD, features)?;
-        rustdoc(workspace::TEMPLATE_BOARD, features)?;
+    let others = [(workspace::BENCH_FIRMWARE, None), (workspace::TEMPLATE_BOARD, None)];
+    let template = ["two-axes", "four-axes"].map(|feature| (workspace::TEMPLATE_BOARD, Some(feature)));
+    for (package, feature) in others.into_iter().chain(template) {
+        let image = Image { target: workspace::FIRMWARE_TARGET, package, features: feature.into_iter().collect() };
+        image.clippy()?;
+        image.rustdoc()?;
     }
     another_chip()
 }
@@ -90,13 +91,13 @@ fn for_browsers(more: &[&str]) -> Result<()> {
     }
 }
 
-/// The image of a release, and two that differ from it in all that can differ.
+/// The image of a release, and three that differ from it in all that can differ.
 fn firmware() -> Result<()> {
-    toolchain::add_target(workspace::FIRMWARE_TARGET)?;
-    for variant in [Variant::default(), other(), skr_pico()] {
-        clippy(workspace::FIRMWARE, &variant.features())?;
+    for variant in [Variant::default(), other(), skr_pico(), on_pico_2(Variant::default())] {
+        toolchain::add_target(workspace::target(variant.chip()))?;
+        Image::of(variant).clippy()?;
     }
-    rustdoc(workspace::FIRMWARE, &Variant::default().features())
+    Image::of(Variant::default()).rustdoc()
 }
 
 fn other() -> Variant {
@@ -114,17 +115,37 @@ fn skr_pico() -> Variant {
     Variant { board: Board::SkrPico, ..Variant::default() }
 }
 
-fn clippy(package: &str, features: &[&str]) -> Result<()> {
-    announce(&format!("clippy, {}", named(package, features)));
-    run_command(firmware_cargo("clippy", package, features).args(DENY_WARNINGS))
+fn on_pico_2(variant: Variant) -> Variant {
+    Variant { board: Board::Pico2, ..variant }
 }
 
-fn rustdoc(package: &str, features: &[&str]) -> Result<()> {
-    announce(&format!("rustdoc, {}", named(package, features)));
-    let mut doc = firmware_cargo("doc", package, features);
-    run_command(doc.args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"))
+/// An image of a board.
+struct Image {
+    target: &'static str,
+    package: &'static str,
+    features: Vec<&'static str>,
 }
 
-fn named(package: &str, features: &[&str]) -> String {
-    features.iter().fold(package.to_owned(), |name, feature| format!("{name} +{feature}"))
+impl Image {
+    /// A variant of the gantry's.
+    fn of(variant: Variant) -> Self {
+        Self { target: workspace::target(variant.chip()), package: workspace::FIRMWARE, features: variant.features() }
+    }
+
+    fn clippy(&self) -> Result<()> {
+        run_command(self.cargo("clippy").args(DENY_WARNINGS))
+    }
+
+    fn rustdoc(&self) -> Result<()> {
+        let mut doc = self.cargo("doc");
+        run_command(doc.args(["--no-deps", "--document-private-items"]).env("RUSTDOCFLAGS", "-D warnings"))
+    }
+
+    /// `cargo VERB` for it, which is announced.
+    fn cargo(&self, verb: &str) -> Command {
+        let Self { target, package, features } = self;
+        let with = features.iter().map(|feature| format!(" +{feature}")).collect::<String>();
+        announce(&format!("{verb}, {package}{with} for {target}"));
+        firmware_cargo(verb, target, package, features)
+    }
 }

@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use isostep::prove::{self, Args};
 
+use crate::build;
 use crate::process::announce;
 use crate::variant::{Port, Variant};
-use crate::{build, workspace};
 
 /// The names under which both images are kept.
 const PROVING: &str = "prove";
@@ -24,7 +24,7 @@ pub fn run(args: Args) -> Result<()> {
         return emulated::run(&args);
     }
     // Both images take minutes.
-    isostep::boot_loader::find(args.port.as_deref())?;
+    isostep::boot_loader::find(args.port.as_deref(), Variant::default().chip())?;
     let restore = args.restore.clone().map_or_else(|| kept(Variant::default(), USUAL), Ok)?;
     let image = args.image.clone().map_or_else(|| kept(Variant::proving(Port::Pio), PROVING), Ok)?;
     announce("the image for afterwards has the default drivers and contacts: name another with --restore");
@@ -34,7 +34,7 @@ pub fn run(args: Args) -> Result<()> {
 /// Builds a variant and keeps its UF2 file under this name: each build overwrites the one before.
 fn kept(variant: Variant, name: &str) -> Result<PathBuf> {
     let kept = build::kept_firmware(variant, name)?.with_extension("uf2");
-    let built = workspace::firmware_uf2();
+    let built = variant.uf2();
     fs::copy(&built, &kept).with_context(|| format!("cannot copy {} to {}", built.display(), kept.display()))?;
     Ok(kept)
 }

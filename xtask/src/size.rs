@@ -3,8 +3,8 @@
 use anyhow::Result;
 
 use crate::footprint::Footprint;
-use crate::variant::Variant;
-use crate::{build, hot, workspace};
+use crate::variant::{Board, Variant};
+use crate::{build, hot};
 
 /// Compare the firmware's flash and RAM with their budgets, and its code in RAM with what runs in motion
 #[derive(clap::Args)]
@@ -12,16 +12,22 @@ use crate::{build, hot, workspace};
 Flash is everything stored: boot loader, code, constants and initial values.
 RAM is the code that runs from it with its tables (.hot: all that has a deadline), every static (.data, .bss, .uninit), and
 what is reserved for the stack.
-Then two programs run on the emulated board, and a second table shows how much of the code in RAM ran while the machine moved:
+Then, unless it is for a Pico 2, two programs run on the emulated board, and a second table shows how much of the code in RAM ran while the machine moved:
 functions, and their instructions. What did not run may have a deadline all the same, or belong to another speed profile.
 Exits with an error when a figure is over its budget.")]
-pub struct Args {}
+pub struct Args {
+    /// The board
+    #[arg(long, value_enum, default_value_t)]
+    board: Board,
+}
 
-pub fn run(Args {}: Args) -> Result<()> {
-    let variant = Variant::default();
+pub fn run(Args { board }: Args) -> Result<()> {
+    let variant = Variant { board, ..Variant::default() };
     let footprint = Footprint::new(&build::firmware(variant)?, variant);
     print!("{}", footprint.table());
     footprint.check()?;
-    print!("\n{}", hot::table(&workspace::firmware_elf())?);
+    if variant.check_emulated().is_ok() {
+        print!("\n{}", hot::table(variant)?);
+    }
     Ok(())
 }

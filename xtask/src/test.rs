@@ -251,11 +251,16 @@ fn firmware(amount: Amount) -> Result<()> {
 /// The images but for the default one, for which a person need not wait.
 fn other_images() -> Result<()> {
     check_footprint(Variant { axes: Axes::Four, ..Variant::default() })?;
-    build::keep(&workspace::firmware_elf(), FOUR_AXES_ELF)?;
+    build::keep(&Variant::default().elf(), FOUR_AXES_ELF)?;
     check_footprint(Variant { board: Board::SkrPico, ..Variant::default() })?;
-    build::keep(&workspace::firmware_elf(), SKR_PICO_ELF)?;
+    build::keep(&Variant::default().elf(), SKR_PICO_ELF)?;
     check_footprint(Variant { axes: Axes::Four, board: Board::SkrPico, ..Variant::default() })?;
     check_footprint(Variant::proving(Port::Pio))?;
+    // Nothing here runs them.
+    let pico_2 = Variant { board: Board::Pico2, ..Variant::default() };
+    for variant in [Variant { prove: true, ..pico_2 }, Variant { axes: Axes::Four, ..pico_2 }, pico_2] {
+        check_footprint(variant)?;
+    }
     build::kept_firmware(Variant::proving(Port::Pio), PROVE_ELF)?;
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
@@ -274,10 +279,10 @@ fn emulated_board(amount: Amount) -> Result<()> {
     // Not by its package: with the features of all packages it is compiled already.
     if amount == Amount::Few {
         let mut tests = cargo_test(amount);
-        tests.env("ISOSTEP_ELF", workspace::firmware_elf());
+        tests.env("ISOSTEP_ELF", Variant::default().elf());
         return process::run(tests.args(["--test=emulated", "--", "--ignored"]).args(NOT_WITH_FEW));
     }
-    let elves = [workspace::firmware_elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
+    let elves = [Variant::default().elf(), build::kept_elf(TIMER_PORT_ELF), build::kept_elf(ESTOP_NC_ELF)];
     let mut tests = on_board(amount, &elves);
     tests.env("ISOSTEP_PROVE_ELF", build::kept_elf(PROVE_ELF));
     tests.env("ISOSTEP_TMC2209_ELF", build::kept_elf(TMC2209_ELF));
@@ -308,21 +313,20 @@ fn on_board(amount: Amount, elves: &[PathBuf; 3]) -> Command {
 }
 
 fn another_board(amount: Amount) -> Result<()> {
-    toolchain::add_target(workspace::FIRMWARE_TARGET)?;
+    let (target, package) = (workspace::FIRMWARE_TARGET, workspace::TEMPLATE_BOARD);
+    toolchain::add_target(target)?;
     let mut tests = cargo_test(amount);
     if amount == Amount::Few {
         tests.args(["--test=it", "qemu::", "--", "--ignored", "--skip=two_axes"]);
     } else {
-        process::run(&mut firmware_cargo("build", workspace::TEMPLATE_BOARD, &["two-axes"]))?;
-        tests.env(
-            "ISOSTEP_QEMU_TWO_AXES_ELF",
-            build::keep(&workspace::elf(workspace::TEMPLATE_BOARD), "qemu-two-axes")?,
-        );
+        process::run(&mut firmware_cargo("build", target, package, &["two-axes"]))?;
+        let two_axes = build::keep(&workspace::elf(target, package), "qemu-two-axes")?;
+        tests.env("ISOSTEP_QEMU_TWO_AXES_ELF", two_axes);
         tests.args(["--test=it", "qemu::", "--", "--ignored"]);
     }
-    process::run(&mut firmware_cargo("build", workspace::TEMPLATE_BOARD, &[]))?;
+    process::run(&mut firmware_cargo("build", target, package, &[]))?;
     // Not by their package: with the features of all packages they are compiled already.
-    process::run(tests.env("ISOSTEP_QEMU_ELF", workspace::elf(workspace::TEMPLATE_BOARD)))
+    process::run(tests.env("ISOSTEP_QEMU_ELF", workspace::elf(target, package)))
 }
 
 fn another_chip(_: Amount) -> Result<()> {

@@ -10,7 +10,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 
 use crate::process::{self, announce};
-use crate::workspace::{self, FIRMWARE_TARGET};
+use crate::workspace;
 
 /// Without a network, rustup retries for minutes. The largest download is some 20 MB.
 pub const RUSTUP_PATIENCE: Duration = Duration::from_secs(120);
@@ -38,14 +38,14 @@ fn plain_cargo(verb: &str) -> Command {
     command
 }
 
-/// `cargo VERB` for a board's package and the chip, in its profile, with these features and no others.
-pub fn firmware_cargo(verb: &str, package: &str, features: &[&str]) -> Command {
+/// `cargo VERB` for a board's package and the target of its chip, in its profile, with these features and no others.
+pub fn firmware_cargo(verb: &str, target: &str, package: &str, features: &[&str]) -> Command {
     let mut command = cargo(verb);
-    command.args(["--profile", workspace::profile(package), "--package", package, "--target", FIRMWARE_TARGET]);
+    command.args(["--profile", workspace::profile(package), "--package", package, "--target", target]);
     command.args(["--no-default-features", &format!("--features={}", features.join(","))]);
     let mut flags = short_paths();
     flags.push(NO_SPECULATION);
-    command.env("CARGO_TARGET_THUMBV6M_NONE_EABI_RUSTFLAGS", flags);
+    command.env(format!("CARGO_TARGET_{}_RUSTFLAGS", target.to_uppercase().replace(['-', '.'], "_")), flags);
     command
 }
 
@@ -104,13 +104,14 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use crate::workspace::{FIRMWARE_TARGET, RP2350_TARGET};
 
     /// So whoever has rustup and a network has them with the first command.
     #[test]
     fn every_target_stands_in_rust_toolchain_toml() {
         let file = fs::read_to_string(workspace::root().join("rust-toolchain.toml")).unwrap();
         let listed = file.lines().find_map(|line| line.strip_prefix("targets = ")).unwrap();
-        for target in [FIRMWARE_TARGET, crate::other_chip::TARGET, crate::web::TARGET] {
+        for target in [FIRMWARE_TARGET, RP2350_TARGET, crate::other_chip::TARGET, crate::web::TARGET] {
             assert!(listed.contains(&format!("\"{target}\"")), "{target} is not in {listed}");
         }
     }
@@ -130,6 +131,17 @@ mod tests {
             for word in [["RUSTC", "BOOTSTRAP"].join("_"), ["Command::new(\"apt", "get\")"].join("-")] {
                 assert!(!text.contains(&word), "{word} in {}", source.display());
             }
+        }
+    }
+
+    #[test]
+    fn cargo_is_told_the_flags_of_the_target_that_it_compiles_for() {
+        for (target, variable) in [
+            (FIRMWARE_TARGET, "CARGO_TARGET_THUMBV6M_NONE_EABI_RUSTFLAGS"),
+            (RP2350_TARGET, "CARGO_TARGET_THUMBV8M_MAIN_NONE_EABI_RUSTFLAGS"),
+        ] {
+            let command = firmware_cargo("build", target, workspace::FIRMWARE, &[]);
+            assert!(command.get_envs().any(|(name, value)| name == variable && value.is_some()), "{command:?}");
         }
     }
 

@@ -1,7 +1,9 @@
-//! UF2, the format of the Pico's boot drive: blocks of 512 bytes. Each contains a 256-byte page of flash and its
+//! UF2, the format of boot drives: blocks of 512 bytes. Each contains a 256-byte page of flash and its
 //! address, so the blocks may arrive in any order. <https://github.com/microsoft/uf2>
 
 use std::collections::BTreeMap;
+
+use isostep::chip::Chip;
 
 use crate::firmware::Load;
 
@@ -9,14 +11,13 @@ const PAGE_BYTES: usize = 256;
 const MAGIC_START: [u32; 2] = [0x0A32_4655, 0x9E5D_5157];
 const MAGIC_END: u32 = 0x0AB1_6F30;
 const FLAG_FAMILY_ID: u32 = 0x2000;
-const FAMILY_RP2040: u32 = 0xE48B_FF56;
 
-/// The UF2 file that stores `loads`. Bytes of a page that no load covers are 0.
-pub fn from_loads(loads: &[Load]) -> Vec<u8> {
+/// The UF2 file that stores `loads` on a chip. Bytes of a page that no load covers are 0.
+pub fn from_loads(loads: &[Load], chip: Chip) -> Vec<u8> {
     let pages = pages(loads);
     let page_count = pages.len() as u32;
     let numbered = pages.into_iter().zip(0..);
-    numbered.flat_map(|((address, page), number)| block(address, &page, number, page_count)).collect()
+    numbered.flat_map(|((address, page), number)| block(address, &page, [number, page_count], chip)).collect()
 }
 
 /// The pages of flash that `loads` touch, by address.
@@ -31,9 +32,9 @@ fn pages(loads: &[Load]) -> BTreeMap<u32, [u8; PAGE_BYTES]> {
     pages
 }
 
-fn block(address: u32, page: &[u8; PAGE_BYTES], number: u32, count: u32) -> Vec<u8> {
+fn block(address: u32, page: &[u8; PAGE_BYTES], [number, count]: [u32; 2], chip: Chip) -> Vec<u8> {
     let [magic_0, magic_1] = MAGIC_START;
-    let head = [magic_0, magic_1, FLAG_FAMILY_ID, address, PAGE_BYTES as u32, number, count, FAMILY_RP2040];
+    let head = [magic_0, magic_1, FLAG_FAMILY_ID, address, PAGE_BYTES as u32, number, count, chip.uf2_family()];
     let mut block: Vec<u8> = head.into_iter().flat_map(u32::to_le_bytes).collect();
     block.extend(page);
     block.resize(512 - size_of_val(&MAGIC_END), 0);
@@ -51,13 +52,15 @@ mod tests {
 
     #[test]
     fn a_block_is_laid_out_as_the_specification_says() {
-        let uf2 = from_loads(&[Load { address: 0x1000_0000, bytes: vec![0xAB; 256] }]);
+        let loads = [Load { address: 0x1000_0000, bytes: vec![0xAB; 256] }];
+        let uf2 = from_loads(&loads, Chip::Rp2040);
         assert_eq!(uf2.len(), 512);
         let head: Vec<u32> = (0..8).map(|index| word(&uf2, index)).collect();
         assert_eq!(head, [0x0A32_4655, 0x9E5D_5157, 0x2000, 0x1000_0000, 256, 0, 1, 0xE48B_FF56]);
         assert_eq!(uf2[32..288], [0xAB; 256]);
         assert!(uf2[288..508].iter().all(|&byte| byte == 0));
         assert_eq!(word(&uf2, 127), 0x0AB1_6F30);
+        assert_eq!(word(&from_loads(&loads, Chip::Rp2350), 7), 0xE48B_FF59, "an RP2350 takes it for Arm, secure");
     }
 
     #[test]
@@ -67,7 +70,7 @@ mod tests {
             Load { address: 0x1000_0164, bytes: vec![2; 200] },
             Load { address: 0x1000_0800, bytes: vec![3] },
         ];
-        let uf2 = from_loads(&loads);
+        let uf2 = from_loads(&loads, Chip::Rp2040);
         let addresses: Vec<u32> = uf2.chunks(512).map(|block| word(block, 3)).collect();
         assert_eq!(addresses, [0x1000_0100, 0x1000_0200, 0x1000_0800]);
         assert!(

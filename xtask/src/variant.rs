@@ -1,10 +1,14 @@
 //! The variants in which the gantry's firmware is built.
 
+use std::path::PathBuf;
+
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
+use isostep::chip::Chip;
 pub use isostep_bench::{Model as Board, Port};
 
 use crate::board_words::BoardWords;
+use crate::workspace;
 
 /// The feature of every package that has axes.
 pub const FOUR_AXES: &str = "four-axes";
@@ -78,8 +82,38 @@ impl Variant {
             !is_skr_pico || self.driver() == Driver::Tmc2209,
             "--driver drv8825: the drivers of an SKR Pico are TMC2209, and cannot be changed: leave --driver out"
         );
-        ensure!(!is_skr_pico || !self.prove, "--prove: the image that measures itself is for --board pico");
+        ensure!(!is_skr_pico || !self.prove, "--prove: the image that measures itself is for --board pico or pico2");
         Ok(())
+    }
+
+    /// # Errors
+    /// A board that is not emulated.
+    pub fn check_emulated(self) -> Result<()> {
+        let chip = self.chip().name();
+        ensure!(
+            self.chip() == Chip::Rp2040,
+            "--board {}: its chip is an {chip}, and the emulated board has an RP2040",
+            self.board.name()
+        );
+        Ok(())
+    }
+
+    /// The chip of the board.
+    pub fn chip(self) -> Chip {
+        match self.board {
+            Board::Pico | Board::SkrPico => Chip::Rp2040,
+            Board::Pico2 => Chip::Rp2350,
+        }
+    }
+
+    /// The firmware with its symbols. Each build for a chip overwrites the previous one.
+    pub fn elf(self) -> PathBuf {
+        workspace::elf(workspace::target(self.chip()), workspace::FIRMWARE)
+    }
+
+    /// The firmware in the format of the board's boot drive.
+    pub fn uf2(self) -> PathBuf {
+        self.elf().with_extension("uf2")
     }
 
     pub fn driver(self) -> Driver {

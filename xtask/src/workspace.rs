@@ -3,14 +3,27 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
+use isostep::chip::Chip;
+
 /// The name of the package and of the binary of the gantry's firmware.
 pub const FIRMWARE: &str = "pico-gantry";
 /// The name of the package and of the binary of the firmware that measures its own run time.
 pub const BENCH_FIRMWARE: &str = "rp2040-bench";
 /// The name of the package and of the binary of the template of a board.
 pub const TEMPLATE_BOARD: &str = "qemu-lm3s6965";
-/// The RP2040's cores are Cortex-M0+.
+/// The RP2040's cores are Cortex-M0+. For such a core the other firmwares are compiled, too.
 pub const FIRMWARE_TARGET: &str = "thumbv6m-none-eabi";
+/// The RP2350's are Cortex-M33, of which the FPU is left alone: it computes no doubles, and interrupts would have to save its
+/// registers.
+pub const RP2350_TARGET: &str = "thumbv8m.main-none-eabi";
+
+/// The compiler's target for a chip.
+pub fn target(chip: Chip) -> &'static str {
+    match chip {
+        Chip::Rp2040 => FIRMWARE_TARGET,
+        Chip::Rp2350 => RP2350_TARGET,
+    }
+}
 
 /// The folder of the root `Cargo.toml`.
 pub fn root() -> &'static Path {
@@ -28,23 +41,8 @@ pub fn profile(package: &str) -> &'static str {
 }
 
 /// A board's firmware with its symbols.
-pub fn elf(package: &str) -> PathBuf {
-    target_dir().join(FIRMWARE_TARGET).join(profile(package)).join(package)
-}
-
-/// A board's firmware in the format of the Pico's boot drive.
-pub fn uf2(package: &str) -> PathBuf {
-    elf(package).with_extension("uf2")
-}
-
-/// The gantry's firmware with its symbols.
-pub fn firmware_elf() -> PathBuf {
-    elf(FIRMWARE)
-}
-
-/// The gantry's firmware in the format of the Pico's boot drive.
-pub fn firmware_uf2() -> PathBuf {
-    uf2(FIRMWARE)
+pub fn elf(target: &str, package: &str) -> PathBuf {
+    target_dir().join(target).join(profile(package)).join(package)
 }
 
 /// The emulated board's Node package.

@@ -8,6 +8,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use isostep::chip::Chip;
+
 include!("../src/stand_in_elf.rs");
 
 /// The features in an image.
@@ -29,7 +31,8 @@ impl StandIns {
         let stand_ins = Self(folder);
         // The features are the last of cargo's words.
         let image = format!(
-            "for features; do :; done\nmkdir -p \"$to\"\n\
+            "while [ \"$1\" != --target ]; do shift; done\nto=\"$folder/target/$2/release\"\n\
+             for features; do :; done\nmkdir -p \"$to\"\n\
              {{ cat \"$folder/head\"; printf '%-{TEXT_BYTES}s' \"${{features#--features=}}\"; cat \"$folder/tail\"; }} \
              > \"$to/pico-gantry\""
         );
@@ -42,7 +45,7 @@ impl StandIns {
         let path = self.0.join("bin").join(name);
         let folder = self.0.display();
         let script = format!(
-            "#!/bin/sh\nfolder='{folder}'\nto=\"$folder/target/thumbv6m-none-eabi/release\"\n\
+            "#!/bin/sh\nfolder='{folder}'\n\
              echo \"{name} $*\" >> \"$folder/calls\"\n{does}\n"
         );
         fs::write(&path, script).unwrap();
@@ -70,19 +73,25 @@ impl StandIns {
     fn calls(&self) -> Vec<String> {
         let calls = fs::read_to_string(self.0.join("calls")).unwrap();
         fs::remove_file(self.0.join("calls")).unwrap();
-        let folder = format!("{}/target/thumbv6m-none-eabi/release/", self.0.display());
+        let folders = ["thumbv6m-none-eabi", "thumbv8m.main-none-eabi"]
+            .map(|target| format!("{}/target/{target}/release/", self.0.display()));
         let short = |call: &str| {
-            if call.starts_with("stand-in-cargo build ") { "build".to_owned() } else { call.replace(&folder, "") }
+            let is_build = call.starts_with("stand-in-cargo build ");
+            let without = || folders.iter().fold(call.to_owned(), |call, folder| call.replace(folder, ""));
+            if is_build { "build".to_owned() } else { without() }
         };
         calls.lines().map(short).collect()
     }
 
-    /// A boot drive that the desktop has mounted, or that somebody mounts elsewhere.
+    /// A Pico's boot drive that the desktop has mounted, or that somebody mounts elsewhere.
     fn drive(&self, name: &str) -> PathBuf {
+        self.drive_that_says(name, "UF2 Bootloader v3.0\nModel: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n")
+    }
+
+    fn drive_that_says(&self, name: &str, text: &str) -> PathBuf {
         let drive = self.0.join(name);
         fs::create_dir_all(&drive).unwrap();
-        fs::write(drive.join("INFO_UF2.TXT"), "UF2 Bootloader v3.0\nModel: Raspberry Pi RP2\nBoard-ID: RPI-RP2\n")
-            .unwrap();
+        fs::write(drive.join("INFO_UF2.TXT"), text).unwrap();
         drive
     }
 }
@@ -128,6 +137,8 @@ fn a_probe_writes_what_was_just_built_and_restarts_the_chip_last() {
     assert_eq!(stand_ins.calls(), ["build", "probe-rs list", download, "probe-rs reset --chip RP2040"]);
     stand_ins.succeeds("flash --logs");
     assert_eq!(stand_ins.calls(), ["build", "probe-rs list", "probe-rs run --chip RP2040 pico-gantry"]);
+    stand_ins.succeeds("flash --logs --board pico2");
+    assert_eq!(stand_ins.calls(), ["build", "probe-rs list", "probe-rs run --chip RP235x pico-gantry"]);
     assert!(!drive.join("firmware.uf2").exists());
 }
 
@@ -159,6 +170,15 @@ fn a_drive_gets_the_image_that_was_asked_for() {
     stand_ins.succeeds(&format!("flash --axes 4 --drive {}", named.parent().unwrap().display()));
     assert_eq!(image(&named), expected(&["four-axes"], &[]));
     assert_eq!(stand_ins.calls(), ["build"]);
+    // A Pico's is none for a Pico 2.
+    fs::remove_file(&mounted).unwrap();
+    let of_pico_2 =
+        stand_ins.drive_that_says("RP2350", "UF2 Bootloader v1.0\nModel: Raspberry Pi RP2350\nBoard-ID: RP2350\n");
+    stand_ins.succeeds("flash --board pico2");
+    assert!(of_pico_2.join("firmware.uf2").exists() && !mounted.exists());
+    let refused = stand_ins.run(&format!("flash --board pico2 --drive {}", named.parent().unwrap().display()));
+    let reported = String::from_utf8(refused.stderr).unwrap();
+    assert!(reported.contains("is not the boot drive of an RP2350 (no INFO_UF2.TXT that says RP2350)"), "{reported}");
     let refused = stand_ins.run(&format!("flash --drive {}", stand_ins.0.join("bin").display()));
     assert!(!refused.status.success() && !stand_ins.0.join("bin/firmware.uf2").exists());
 }
@@ -166,7 +186,7 @@ fn a_drive_gets_the_image_that_was_asked_for() {
 #[test]
 fn picotool_writes_compares_and_starts() {
     // It must not write to a drive that really is there.
-    if isostep::boot_loader::mounted().is_some() {
+    if isostep::boot_loader::mounted(Chip::Rp2040).is_some() {
         return;
     }
     let stand_ins = StandIns::new("picotool");
@@ -211,12 +231,14 @@ fn every_file_of_a_release_holds_what_its_name_says_and_has_its_sum_and_its_row(
     let images: BTreeSet<_> = files.iter().filter(|name| name.ends_with(".uf2")).cloned().collect();
     let others: Vec<_> = files.difference(&images).map(String::as_str).collect();
     assert_eq!(others, ["LICENCES.txt", "SHA256SUMS", "WHICH.md"]);
-    assert_eq!(images.len(), 26);
+    assert_eq!(images.len(), 42);
     for name in &images {
         assert_eq!(image(&folder.join(name)), named_image(name), "{name}");
+        let chip = if name.contains("-pico2-") { Chip::Rp2350 } else { Chip::Rp2040 };
+        assert_eq!(Chip::of_image(&folder.join(name)).unwrap(), chip, "{name}");
     }
     // What differs in the words of the board alone is linked once.
-    assert_eq!(stand_ins.calls(), vec!["build"; 10]);
+    assert_eq!(stand_ins.calls(), vec!["build"; 14]);
 
     let which = fs::read_to_string(folder.join("WHICH.md")).unwrap();
     let row = |line: &str| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_owned());

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
+use isostep::chip::Chip;
 use serde::Deserialize;
 
 use crate::{process, web, workspace};
@@ -37,9 +38,9 @@ pub struct Linked<'a> {
 }
 
 impl<'a> Linked<'a> {
-    /// Every image of the firmware.
-    pub fn firmware() -> Self {
-        Self { package: workspace::FIRMWARE, target: workspace::FIRMWARE_TARGET, features: &["--all-features"] }
+    /// Every image of the firmware for a chip.
+    pub fn firmware(chip: Chip) -> Self {
+        Self { package: workspace::FIRMWARE, target: workspace::target(chip), features: &["--all-features"] }
     }
 
     /// The machine on the page.
@@ -133,7 +134,7 @@ mod tests {
 
     #[test]
     fn every_linked_package_is_named_with_its_licence() {
-        let firmware = packages(&[Linked::firmware()]).unwrap();
+        let firmware = packages(&Chip::ALL.map(Linked::firmware)).unwrap();
         let names: Vec<&str> = firmware.iter().map(|package| package.name.as_str()).collect();
         assert!(names.contains(&"embassy-rp") && names.contains(&"libm"), "{names:?}");
         // These run in the compiler or on the host, or are our own.

@@ -12,8 +12,8 @@ pub fn table(variants: &[Variant]) -> String {
     let mut text = format!(
         "# Which file\n\n\
          The firmware of Isostep {}. Hold BOOTSEL while you plug in the board (on an SKR Pico set the jumper BOOT and press RESET),\n\
-         and copy one file onto the drive RPI-RP2 that appears. Files with `prove` in their names measure the board by `isostep prove`,\n\
-         and never energise a motor. Of the emergency stop `nc` is the safer one, and of the port `pio` the faster one.\n\
+         and copy one file onto the drive that appears, RPI-RP2, or RP2350 of a Pico 2. Files with `prove` in their names measure the\n\
+         board by `isostep prove`, and never energise a motor. Of the emergency stop `nc` is the safer one, and of the port `pio` the faster one.\n\
          `sha256sum --check SHA256SUMS` says whether the files are as they were made.\n\n",
         env!("CARGO_PKG_VERSION")
     );
@@ -56,17 +56,20 @@ mod tests {
     #[test]
     fn a_row_says_for_whom_a_file_is_and_each_value_is_explained() {
         let skr_pico = Variant { board: Board::SkrPico, estop: Contact::Nc, axes: Axes::Four, ..Variant::default() };
-        let text = table(&[Variant::default(), skr_pico, Variant::proving(Port::Timer)]);
+        let pico_2 = Variant { board: Board::Pico2, ..Variant::default() };
+        let text = table(&[Variant::default(), pico_2, skr_pico, Variant::proving(Port::Timer)]);
         let rows = text.lines().filter(|line| line.starts_with("| `"));
         let rows: Vec<_> = rows.map(|row| row.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
         let version = env!("CARGO_PKG_VERSION");
         let expected = [
             format!("| `isostep-{version}-pio-drv8825.uf2` | pico | drv8825 | 3 | no | pio |"),
+            format!("| `isostep-{version}-pio-pico2-drv8825.uf2` | pico2 | drv8825 | 3 | no | pio |"),
             format!("| `isostep-{version}-pio-skr-pico-estop-nc-4-axes.uf2` | skr-pico | tmc2209 | 4 | nc | pio |"),
             format!("| `isostep-{version}-prove-timer.uf2` | pico | none | 3 | no | timer |"),
         ];
         assert_eq!(rows, expected);
         for words in [
+            "`pico2`: A Raspberry Pi Pico 2, or another board with an RP2350A",
             "`skr-pico`: A BIGTREETECH SKR Pico V1.0",
             "`tmc2209`: STEP high and low 104 ns each",
             "`4`: X, Y, Z and A, which may be rotary",

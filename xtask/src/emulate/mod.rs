@@ -81,6 +81,7 @@ pub struct Args {
 
 pub fn run(args: Args) -> Result<()> {
     args.live.check()?;
+    args.variant.check_emulated()?;
     let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
     files(&args, &trace)?.check()?;
     let Some(path) = &args.program else { return live(&args) };
@@ -203,7 +204,7 @@ fn columns(jitter: &Jitter) -> String {
 
 fn command(args: &Args) -> Command {
     let mut command = Command::new("node");
-    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(workspace::firmware_elf());
+    command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(args.variant.elf());
     let files = [("--vcd", &args.vcd), ("--json", &args.json), ("--transcript", &args.transcript)];
     for (flag, path) in files {
         command.args(path.iter().flat_map(|path| [flag.as_ref(), path.as_os_str()]));
