@@ -72,7 +72,7 @@ fn picture() -> String {
         for package in packages.iter().filter(|package| package.folder.split('/').next() == Some(top)) {
             let stands_on: Vec<_> = package.stands_on.iter().map(|folder| short(folder)).collect();
             let arrow = if stands_on.is_empty() { String::new() } else { format!("-> {}", stands_on.join(", ")) };
-            let line = format!("{:22} {arrow:38} {}", package.folder, package.description);
+            let line = format!("{:22} {arrow:43} {}", package.folder, package.description);
             writeln!(picture, "{}", line.trim_end()).unwrap();
         }
     }

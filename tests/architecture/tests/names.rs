@@ -4,21 +4,23 @@ use std::collections::BTreeMap;
 
 use isostep_architecture::{files, read, root};
 
-/// The packages of which an image for the Pico is made.
-const SHIPPING: [&str; 6] = [
+/// The packages of which the gantry's images are made.
+const SHIPPING: [&str; 7] = [
     "crates/profile",
     "crates/motion",
     "crates/console",
     "crates/controller",
     "boards/pico-gantry",
     "boards/rp2040-floats",
+    "boards/rp2350-floats",
 ];
 
 /// Names that two files declare for one thing.
-const ONE_THING: [&str; 2] = [
+const ONE_THING: [&str; 3] = [
     // A crate's README, whose examples are compiled as tests.
     "Readme", // The change of a driver, of which there is none without UART drivers.
-    "News",
+    "News",   // Of the one chip and of the other.
+    "VectorAlignment",
 ];
 
 /// The name of the type that a line declares, unless it is one of a function or a trait.
