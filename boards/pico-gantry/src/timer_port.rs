@@ -120,7 +120,7 @@ impl DelayNs for CoreDelay {
         // `delay(n)` makes n + 1 rounds. The rounds of a nanosecond are rounded up in 16 bits behind the point: an RP2040, whose
         // rounds last 24 ns, makes one for each 23.997 ns. So the delay is never too short and needs no division, for which a
         // Cortex-M0+ has no instruction.
-        const ROUNDS_PER_NS: u32 = (CLOCK_HZ / 1_000_000 << 16).div_ceil(1_000 * DELAY_ROUND_CYCLES);
+        const ROUNDS_PER_NS: u32 = ((CLOCK_HZ / 1_000_000) << 16).div_ceil(1_000 * DELAY_ROUND_CYCLES);
         const LONGEST_NS: u32 = u32::MAX / ROUNDS_PER_NS;
         let mut left_ns = ns;
         while left_ns > LONGEST_NS {

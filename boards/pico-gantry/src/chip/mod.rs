@@ -2,8 +2,10 @@
 //! (`build.rs`). All other code is that of both, but for the names of interrupt handlers.
 
 #[cfg(not(rp2350))]
+#[allow(dead_code, reason = "not every image uses all of it")]
 mod rp2040;
 #[cfg(rp2350)]
+#[allow(dead_code, reason = "not every image uses all of it")]
 mod rp2350;
 
 #[cfg(not(rp2350))]

@@ -24,7 +24,6 @@ pub const USB_PRODUCT: &str = "RP2040 gantry";
 /// The clock of the core, the state machines and the PWM.
 pub const CLOCK_HZ: u32 = 125_000_000;
 /// The least cycles of a round of `cortex_m::asm::delay`.
-#[cfg(feature = "timer-port")]
 pub const DELAY_ROUND_CYCLES: u32 = 3;
 /// The least times that moves last, with which an image is linked.
 pub const LEAST_TIMES: LeastTimes = least_times::RP2040;

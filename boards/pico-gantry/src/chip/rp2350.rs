@@ -28,7 +28,6 @@ pub const USB_PRODUCT: &str = "RP2350 gantry";
 /// The clock of the core, the state machines and the PWM.
 pub const CLOCK_HZ: u32 = 150_000_000;
 /// The least cycles of a round of `cortex_m::asm::delay`: its subtraction, and a branch that costs no more.
-#[cfg(feature = "timer-port")]
 pub const DELAY_ROUND_CYCLES: u32 = 2;
 /// The least times that moves last, with which an image is linked. Nothing has measured this chip yet, which is faster than the
 /// other: what is enough there is enough here.
