@@ -128,7 +128,7 @@ function setInterrupt(irq, asserted) {
 }
 
 /** Counts the time in handlers (nested ones as one), reads vectors where the core does, and informs the watch. */
-function watchExceptions(clock, bus) {
+export function watchExceptions(clock, bus) {
   const { core, flash, watch } = bus;
   const { exceptionEntry, exceptionReturn, writeSpecialRegister } = core;
   clock.leaveHandlers();

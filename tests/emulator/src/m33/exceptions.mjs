@@ -120,7 +120,7 @@ export class Exceptions {
     core.it = 0;
     core.exclusive = false;
     core.eventRegistered = true;
-    r[PC] = bus.read32((core.VTOR + 4 * number) | 0) & ~1;
+    r[PC] = core.chip.readUint32((core.VTOR + 4 * number) >>> 0) & ~1;
     // Another may have become pending meanwhile, of a higher priority.
     core.interruptsUpdated = true;
   }

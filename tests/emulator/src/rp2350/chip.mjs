@@ -1,4 +1,5 @@
 import { RP2040 } from 'rp2040js';
+import { watchExceptions } from '../chip.mjs';
 import { DeadlineWatch } from '../deadline-watch.mjs';
 import { Dma } from '../dma.mjs';
 import { RP2350 as DMA_LAYOUT } from '../dma-layout.mjs';
@@ -78,9 +79,9 @@ export function buildRp2350(clock, board, { missFactor = 1, counts = new FlashCo
   loadRp2350Rom(chip);
   const bus = new Rp2350Bus(chip, flash, cache, watch);
   core.bus = bus;
-  clock.leaveHandlers();
   watch.attach(core);
   chip.dma.onAccess = (address, cycle) => bus.contend(address, cycle);
+  watchExceptions(clock, bus);
   return { chip, core, bus, cache, flash, watchdog, uart, runCore: run, boot: () => boot(chip, flash), holdInterrupt: (number, isHeld) => core.exceptions.hold(number, isHeld) };
 }
 
