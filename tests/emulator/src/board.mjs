@@ -10,11 +10,14 @@ import { PadFaults } from './pad-faults.mjs';
 import { buildRp2350 } from './rp2350/chip.mjs';
 import { UartCable } from './uart-cable.mjs';
 import { UsbHost } from './usb-host.mjs';
+import { isForRp2350 } from './which-chip.mjs';
 import { RESET_FORCED, RESET_TIMER } from './watchdog.mjs';
 import { FlashCounts } from './xip-cache.mjs';
 
 /** Of PIO0, which counts steps down in its register Y. */
 const SECOND_MACHINE = 3;
+
+const OTHER_CHIP = `the firmware is for an ${IS_RP2350 ? 'RP2040' : 'RP2350'}, and this process emulates the other chip: it takes that of --elf, or of EMULATED_CHIP if its runs come on stdin`;
 
 /** Grbl's ctrl-X. */
 const RESET_BYTE = 0x18;
@@ -27,6 +30,7 @@ export class Board {
    * @param {Uint8Array | null} kept what flash holds from an earlier run
    */
   constructor(segments, options, kept = null) {
+    if (isForRp2350(segments) !== IS_RP2350) throw new Error(OTHER_CHIP);
     this.clock = new MachineClock();
     this.gantry = new Gantry(this.clock, options);
     this.padFaults = new PadFaults(this.clock, options.padFaults ?? []);
