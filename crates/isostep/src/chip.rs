@@ -75,3 +75,24 @@ impl Chip {
         chip.with_context(|| format!("{} is no UF2 file for an RP2040 or an RP2350", project::shown(image)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_image_says_for_which_chip_it_is() {
+        let image = std::env::temp_dir().join(format!("isostep-image-{}.uf2", std::process::id()));
+        let block = |family: u32| [&[0; 28][..], &family.to_le_bytes(), &[0; 480]].concat();
+        let of = |bytes: &[u8]| {
+            std::fs::write(&image, bytes).unwrap();
+            Chip::of_image(&image).map_err(|error| error.to_string())
+        };
+        assert_eq!(Chip::ALL.map(|chip| of(&block(chip.uf2_family())).unwrap()), Chip::ALL);
+        let refused = of(&block(0)).unwrap_err();
+        assert!(refused.ends_with("is no UF2 file for an RP2040 or an RP2350"), "{refused}");
+        let short = of(b"UF2").unwrap_err();
+        std::fs::remove_file(&image).unwrap();
+        assert!(short.ends_with("cannot be read: name a UF2 file"), "{short}");
+    }
+}

@@ -295,7 +295,7 @@ impl Identity {
             protocol.parse() == Ok(PROTOCOL),
             "the image speaks protocol {protocol}, this tool {PROTOCOL}: take both from the same release"
         );
-        // By the JEP106 code of its maker, without the version.
+        // Its part and its maker, without its version.
         let is_rp2350 = field(said, "CHIP").and_then(|id| id.get(1..8)) == Some("0004927");
         ensure!(
             !is_rp2350,
@@ -335,6 +335,9 @@ mod tests {
             (identity.id.as_str(), identity.window, identity.ready_us),
             ("E6605838832A1125", 2000, Some(345_678.0))
         );
+        let of_pico_2 = said(&["[PROVE:1]", "[CHIP:20004927,2]", "[WINDOW:2000]"]);
+        let refused = Identity::read(&of_pico_2).unwrap_err().to_string();
+        assert!(refused.starts_with("this is an RP2350, whose clock this tool does not know yet"), "{refused}");
         let newer = Identity::read(&said(&["[PROVE:2]", "[WINDOW:2000]"])).unwrap_err().to_string();
         assert!(newer.contains("protocol 2, this tool 1") && newer.contains("same release"), "{newer}");
         assert!(Identity::read(&said(&["[PROVE:1]"])).unwrap_err().to_string().contains("[WINDOW:n]"));
