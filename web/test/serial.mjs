@@ -84,11 +84,11 @@ const withBoard = async (prepare = () => {}) => {
 };
 
 export const tests = {
-  async "a board by Web Serial is chosen among RP2040s, and asked for its settings and its place"() {
+  async "a board by Web Serial is chosen among RP2040s and RP2350s, and asked for its settings and its place"() {
     const page = await withBoard();
     await is(page, "Idle");
     const { filters, options, signals } = await page.evaluate(() => window.fake);
-    assert.deepEqual(filters, [{ usbVendorId: 0x2e8a, usbProductId: 0x000a }]);
+    assert.deepEqual(filters, [0x000a, 0x0009].map((usbProductId) => ({ usbVendorId: 0x2e8a, usbProductId })));
     assert.equal(options.baudRate, 115_200);
     assert.equal(signals.dataTerminalReady, true);
     await page.waitForFunction(() => document.getElementById("place-x").textContent === "10.000");

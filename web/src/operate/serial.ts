@@ -2,8 +2,8 @@
 
 import type { Listener, Port } from "./port";
 
-/** A serial port on an RP2040. */
-const BOARD: SerialPortFilter = { usbVendorId: 0x2e8a, usbProductId: 0x000a };
+/** A serial port on an RP2040, and on an RP2350. */
+const BOARDS: SerialPortFilter[] = [0x000a, 0x0009].map((usbProductId) => ({ usbVendorId: 0x2e8a, usbProductId }));
 /** A USB port has its own. */
 const BITS_PER_S = 115_200;
 
@@ -19,12 +19,12 @@ export function whyNoSerial(): string {
 export async function chosenBoard(isAgain: boolean): Promise<SerialPort> {
   const known = isAgain ? (await navigator.serial.getPorts()).filter(isBoard) : [];
   const [only] = known;
-  return only && known.length === 1 ? only : navigator.serial.requestPort({ filters: [BOARD] });
+  return only && known.length === 1 ? only : navigator.serial.requestPort({ filters: BOARDS });
 }
 
 function isBoard(port: SerialPort): boolean {
   const { usbVendorId, usbProductId } = port.getInfo();
-  return usbVendorId === BOARD.usbVendorId && usbProductId === BOARD.usbProductId;
+  return BOARDS.some((board) => usbVendorId === board.usbVendorId && usbProductId === board.usbProductId);
 }
 
 /** The last port that was left, once it is closed. */
