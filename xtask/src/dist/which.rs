@@ -21,7 +21,7 @@ pub fn table(variants: &[Variant]) -> String {
         [["file", "board", "driver", "axes", "estop", "port"].map(str::to_owned), ["---"; 6].map(str::to_owned)];
     for cells in heads.into_iter().chain(variants.iter().map(|&variant| cells(variant))) {
         let [file, board, driver, axes, estop, port] = cells;
-        let _ = writeln!(text, "| {file:<50} | {board:<8} | {driver:<7} | {axes:<4} | {estop:<5} | {port:<5} |");
+        let _ = writeln!(text, "| {file:<55} | {board:<8} | {driver:<7} | {axes:<4} | {estop:<5} | {port:<5} |");
     }
     text += "\n";
     text += &meanings::<Board>("board");
