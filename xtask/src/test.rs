@@ -241,6 +241,9 @@ const PROVE_ELF: &str = "prove";
 const FOUR_AXES_ELF: &str = "four-axes";
 const SKR_PICO_ELF: &str = "skr-pico";
 
+/// An image that is looked at, and not run.
+const PICO_2_ELF: &str = "pico2";
+
 fn firmware(amount: Amount) -> Result<()> {
     if amount != Amount::Few {
         other_images()?;
@@ -256,11 +259,11 @@ fn other_images() -> Result<()> {
     build::keep(&Variant::default().elf(), SKR_PICO_ELF)?;
     check_footprint(Variant { axes: Axes::Four, board: Board::SkrPico, ..Variant::default() })?;
     check_footprint(Variant::proving(Port::Pio))?;
-    // Nothing here runs them.
     let pico_2 = Variant { board: Board::Pico2, ..Variant::default() };
     for variant in [Variant { prove: true, ..pico_2 }, Variant { axes: Axes::Four, ..pico_2 }, pico_2] {
         check_footprint(variant)?;
     }
+    build::keep(&pico_2.elf(), PICO_2_ELF)?;
     build::kept_firmware(Variant::proving(Port::Pio), PROVE_ELF)?;
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
@@ -288,17 +291,19 @@ fn emulated_board(amount: Amount) -> Result<()> {
     tests.env("ISOSTEP_TMC2209_ELF", build::kept_elf(TMC2209_ELF));
     tests.env("ISOSTEP_FOUR_AXES_ELF", build::kept_elf(FOUR_AXES_ELF));
     tests.env("ISOSTEP_SKR_PICO_ELF", build::kept_elf(SKR_PICO_ELF));
+    tests.env("ISOSTEP_PICO_2_ELF", build::kept_elf(PICO_2_ELF));
     process::run(tests.args(["--test=emulated", "--", "--ignored"]))
 }
 
 /// The tests of images but for the default one: a test of theirs that is not named so fails without its image. And the two that
 /// take longest: where in flash the code of a line stands, and presses in each phase of homing, which the simulator has too.
-const NOT_WITH_FEW: [&str; 8] = [
+const NOT_WITH_FEW: [&str; 9] = [
     "--skip=cached::",
     "--skip=presses_while_homing",
     "--skip=timer_port",
     "--skip=four_axes",
     "--skip=skr_pico",
+    "--skip=pico_2",
     "--skip=broken_wire",
     "--skip=board_words::",
     "--skip=prove::",
@@ -359,7 +364,7 @@ fn four_axes(_: Amount) -> Result<()> {
 
 const FEATURE: &str = "--features=four-axes";
 /// The runs that the emulated board has made already with the images that they are for.
-const OF_OTHERS: [&str; 2] = ["--skip=board_words::an_image", "--skip=skr_pico"];
+const OF_OTHERS: [&str; 3] = ["--skip=board_words::an_image", "--skip=skr_pico", "--skip=pico_2"];
 
 /// The proving image is for a Pico only.
 fn skr_pico(_: Amount) -> Result<()> {

@@ -130,6 +130,13 @@ fn what_has_a_deadline_is_in_ram_by_the_timer_port_too() {
     check("ISOSTEP_TIMER_PORT_ELF", &made_by_task);
 }
 
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn what_has_a_deadline_is_in_ram_of_a_pico_2_too() {
+    let of_rp2350 = HANDLERS.map(|name| if name == "TIMER_IRQ_0" { "TIMER0_IRQ_0" } else { name });
+    check("ISOSTEP_PICO_2_ELF", &of_rp2350);
+}
+
 /// True if `name` has the parts of the pattern between its stars, in this order.
 fn fits(pattern: &str, mut name: &str) -> bool {
     pattern.split('*').all(|part| {
