@@ -46,7 +46,8 @@ pub struct BelowGuard;
 
 // SAFETY: there is one core, and all code but the handlers of P0 is kept from running. These touch nothing behind such a lock:
 // it is the time driver's alone, and they set no timer. After start-up nobody enables or disables an interrupt, so those
-// that are restored are those that there were.
+// that are restored are those that there were. An RP2350 masks by priority, and so does not mask an interrupt that the HAL has enabled
+// and that has no priority here (`PIO0_IRQ_0`): it wakes tasks, and sets no timer either.
 unsafe impl RawMutex for BelowGuard {
     const INIT: Self = Self;
 

@@ -15,7 +15,7 @@ use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Timer};
 use isostep_motion::Machine;
 
-use crate::{fail_still, output_watchdog, tool};
+use crate::{chip, fail_still, output_watchdog, tool};
 
 /// Much longer than planning or a full console occupies the thread-mode executor.
 const TIMEOUT: Duration = Duration::from_millis(1_000);
@@ -30,6 +30,7 @@ pub fn spawn(axes: SendSpawner, thread: Spawner, machine: &'static Machine, watc
     let mut watchdog = Watchdog::new(watchdog);
     watchdog.pause_on_debug(true);
     watchdog.start(TIMEOUT);
+    chip::set_watchdog_resets();
     axes.spawn(beat(machine).unwrap());
     thread.spawn(refresh(machine, watchdog).unwrap());
 }

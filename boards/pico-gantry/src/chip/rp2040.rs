@@ -79,6 +79,10 @@ pub fn set_status_below(machine: StateMachine, level: u8) {
     });
 }
 
+/// Sets what the watchdog resets: here nothing has to be done, because the HAL names all but the oscillators.
+#[inline(always)]
+pub fn set_watchdog_resets() {}
+
 /// Starts the boot loader in the ROM, which lights the LED while it works.
 pub fn start_boot_loader(led_mask: u32) {
     /// It offers both the USB drive and picotool's interface.

@@ -7,9 +7,11 @@
 
 use cortex_m::register::basepri;
 use embassy_rp::interrupt::Priority;
+use embassy_rp::pac::PSM;
 use embassy_rp::pac::dma::{Channel, regs::ChTransCount};
 use embassy_rp::pac::pio::StateMachine;
 use embassy_rp::pac::pio::vals::{ExecctrlStatusN, ExecctrlStatusSel};
+use embassy_rp::pac::psm::regs::Wdsel;
 use embassy_rp::rom_data;
 use isostep_controller::least_times;
 use isostep_motion::LeastTimes;
@@ -72,6 +74,17 @@ pub fn set_status_below(machine: StateMachine, level: u8) {
         exec.set_status_sel(ExecctrlStatusSel::RXLEVEL);
         exec.set_status_n(ExecctrlStatusN(level));
     });
+}
+
+/// Sets what the watchdog resets: all but the oscillators. The HAL's bits are those of an RP2040, which here leave out the cores, and
+/// what they are reset with, and name the oscillators.
+pub fn set_watchdog_resets() {
+    const ALL: u32 = 0x01FF_FFFF;
+
+    let mut reset = Wdsel(ALL);
+    reset.set_rosc(false);
+    reset.set_xosc(false);
+    PSM.wdsel().write_value(reset);
 }
 
 /// Starts the boot loader in the ROM, which lights the LED while it works. It offers both the USB drive and picotool's interface.
