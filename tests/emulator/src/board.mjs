@@ -1,6 +1,6 @@
 import { callPanic, hang, jumpAstray } from './astray.mjs';
 import { buildChip, loadInto } from './chip.mjs';
-import { cyclesOfMillis, IS_RP2350, MachineClock, NANOS_PER_CYCLE } from './clock.mjs';
+import { cyclesOfMillis, IS_RP2350, MachineClock, nanosOf } from './clock.mjs';
 import { DeadlineWatch } from './deadline-watch.mjs';
 import { enterHardFault } from './fault.mjs';
 import { eraseUnder } from './flash-file.mjs';
@@ -68,7 +68,7 @@ export class Board {
   }
 
   get nanos() {
-    return this.clock.cycles * NANOS_PER_CYCLE;
+    return nanosOf(this.clock.cycles);
   }
 
   /** Runs the machine until the given cycle, or until something calls `pause`. */

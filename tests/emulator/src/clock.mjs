@@ -6,6 +6,8 @@ export const IS_RP2350 = isRp2350();
 /** The system clock of a stock Pico, or Pico 2. */
 export const CLOCK_HZ = IS_RP2350 ? 150_000_000 : 125_000_000;
 export const NANOS_PER_CYCLE = 1e9 / CLOCK_HZ;
+/** A whole number: as a cycle of an RP2350 has none, to half a nanosecond. */
+export const nanosOf = (cycles) => Math.round(cycles * NANOS_PER_CYCLE);
 export const CYCLES_PER_MICRO = CLOCK_HZ / 1e6;
 
 export const cyclesOfMicros = (micros) => Math.round(micros * CYCLES_PER_MICRO);
@@ -64,7 +66,7 @@ export class MachineClock {
   }
 
   get nanos() {
-    return this.cycles * NANOS_PER_CYCLE;
+    return nanosOf(this.cycles);
   }
 
   get micros() {

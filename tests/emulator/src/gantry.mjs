@@ -1,5 +1,5 @@
 import { Carriage } from './carriage.mjs';
-import { NANOS_PER_CYCLE } from './clock.mjs';
+import { nanosOf } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
 import { Drivers } from './drivers.mjs';
 import { Estop } from './estop.mjs';
@@ -172,7 +172,7 @@ export class Gantry {
   }
 
   get nanos() {
-    return this.clock.cycles * NANOS_PER_CYCLE;
+    return nanosOf(this.clock.cycles);
   }
 
   #stop(input) {
@@ -209,7 +209,7 @@ export class Gantry {
   #onStepPin(axis, high, wasHigh) {
     if (high === wasHigh) return;
     const { cycles } = this.clock;
-    const nanos = cycles * NANOS_PER_CYCLE;
+    const nanos = nanosOf(cycles);
     if (!high) return this.timing.fall(axis, nanos);
     const carriage = this.carriages[axis];
     const direction = this.directions[axis];

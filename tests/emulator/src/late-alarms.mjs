@@ -1,4 +1,4 @@
-import { CYCLES_PER_MICRO, NANOS_PER_CYCLE } from './clock.mjs';
+import { CYCLES_PER_MICRO, nanosOf } from './clock.mjs';
 
 /** Software that notices that it was late sets the alarm again within microseconds. */
 const NOTICED_MICROS = 20;
@@ -24,7 +24,7 @@ export class LateAlarms {
   /** The results at cycle `now`, at the end of the run. */
   summary(now) {
     for (const alarm of [...this.since.keys()]) this.cleared(alarm, now);
-    const first = this.firstCycle === null ? null : this.firstCycle * NANOS_PER_CYCLE;
+    const first = this.firstCycle === null ? null : nanosOf(this.firstCycle);
     return { count: this.count, longest_us: this.longestCycles / CYCLES_PER_MICRO, first_t_ns: first };
   }
 

@@ -1,4 +1,4 @@
-import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
+import { CLOCK_HZ, NANOS_PER_CYCLE, nanosOf } from './clock.mjs';
 import { waitFor } from './console.mjs';
 import { homedAxes, printable, trimmedText } from './lines.mjs';
 import { summary } from './report.mjs';
@@ -87,7 +87,7 @@ export class Live {
       if (error.name !== 'Error') throw error;
       return `error ${error.message}`;
     }
-    return `done ${Math.round((this.script.edgeCycle ?? this.board.clock.cycles) * NANOS_PER_CYCLE)}`;
+    return `done ${nanosOf(this.script.edgeCycle ?? this.board.clock.cycles)}`;
   }
 
   waitFor(what, probe, timeoutSeconds) {

@@ -1,6 +1,6 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import { Board } from './board.mjs';
-import { NANOS_PER_CYCLE } from './clock.mjs';
+import { nanosOf } from './clock.mjs';
 import { Console } from './console.mjs';
 import { EdgeFile } from './edge-file.mjs';
 import { loadSegments } from './elf.mjs';
@@ -128,7 +128,7 @@ function record(board, options) {
   if (options.profile) recorders.profile = board.clock.profile = new Profile(board.gantry.statistics);
   if (options.trace) {
     recorders.trace = opened(options.trace, StepTrace);
-    board.gantry.stepWatchers.add((cycle, axis, direction, position) => recorders.trace.step(cycle * NANOS_PER_CYCLE, axis, direction, position));
+    board.gantry.stepWatchers.add((cycle, axis, direction, position) => recorders.trace.step(nanosOf(cycle), axis, direction, position));
   }
   if (options.edges) {
     recorders.edges = opened(options.edges, EdgeFile);
@@ -136,7 +136,7 @@ function record(board, options) {
   }
   if (options.outputs) {
     recorders.outputs = opened(options.outputs, OutputTrace);
-    board.gantry.tool.watchers.add((cycle, output, value) => recorders.outputs.change(cycle * NANOS_PER_CYCLE, output, value));
+    board.gantry.tool.watchers.add((cycle, output, value) => recorders.outputs.change(nanosOf(cycle), output, value));
   }
   if (options.vcd) {
     recorders.waveform = new Waveform(namedOutputs(board.gantry.board, board.gantry.axes), namedInputs(board.gantry.board));

@@ -1,4 +1,4 @@
-import { NANOS_PER_CYCLE } from './clock.mjs';
+import { nanosOf } from './clock.mjs';
 
 /** Records when all of the tool's outputs were off after an instant, and when one was on again after that. */
 export class OffTimes {
@@ -60,6 +60,6 @@ class Mark {
   }
 
   #nanosTo(cycle) {
-    return cycle === null ? null : (cycle - this.#cycle) * NANOS_PER_CYCLE;
+    return cycle === null ? null : nanosOf(cycle - this.#cycle);
   }
 }

@@ -1,4 +1,4 @@
-import { NANOS_PER_CYCLE } from './clock.mjs';
+import { nanosOf } from './clock.mjs';
 
 /**
  * The probe: a contact to ground that a plate or a hand closes. It records the steps at which the contact closed and
@@ -71,5 +71,5 @@ export class Probe {
 }
 
 function changeSummary({ cycle, axis, position }) {
-  return { t_ns: cycle * NANOS_PER_CYCLE, axis, position_steps: position };
+  return { t_ns: nanosOf(cycle), axis, position_steps: position };
 }

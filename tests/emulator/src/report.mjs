@@ -1,4 +1,4 @@
-import { CLOCK_HZ, NANOS_PER_CYCLE } from './clock.mjs';
+import { CLOCK_HZ, nanosOf } from './clock.mjs';
 
 const SHOWN = 5;
 
@@ -21,9 +21,9 @@ export function summary(board, console, error) {
     ...board.watch.summary(),
     late_alarms: board.lateAlarms.summary(clock.cycles),
     moving: {
-      time_ns: moving.cycles * NANOS_PER_CYCLE,
+      time_ns: nanosOf(moving.cycles),
       edges: moving.edges,
-      last_edge_ns: Number.isFinite(gantry.statistics.lastCycle) ? gantry.statistics.lastCycle * NANOS_PER_CYCLE : null,
+      last_edge_ns: Number.isFinite(gantry.statistics.lastCycle) ? nanosOf(gantry.statistics.lastCycle) : null,
       load: ratio(moving.awakeCycles, moving.cycles),
       awake_cycles_per_edge: ratio(moving.awakeCycles, moving.edges),
       interrupt_cycles_per_edge: ratio(moving.handlerCycles, moving.edges),

@@ -1,4 +1,4 @@
-import { cyclesOfMillis, NANOS_PER_CYCLE } from './clock.mjs';
+import { cyclesOfMillis, nanosOf } from './clock.mjs';
 import { AXES, SECOND } from './pins.mjs';
 
 const MOTORS = [...AXES, SECOND];
@@ -63,9 +63,9 @@ export class Stops {
   summary() {
     return this.all.map(({ input, cycle, lastCycle, edgesAfter, mark }) => ({
       input,
-      t_ns: cycle * NANOS_PER_CYCLE,
-      last_edge_ns: lastCycle * NANOS_PER_CYCLE,
-      latency_ns: Math.max(0, lastCycle - cycle) * NANOS_PER_CYCLE,
+      t_ns: nanosOf(cycle),
+      last_edge_ns: nanosOf(lastCycle),
+      latency_ns: nanosOf(Math.max(0, lastCycle - cycle)),
       edges_after: edgesAfter,
       ...mark.summary(),
     }));

@@ -1,4 +1,4 @@
-import { NANOS_PER_CYCLE } from './clock.mjs';
+import { nanosOf } from './clock.mjs';
 
 /** Measures how long the tool's outputs stay on after something that must switch them off, whether the machine moves or not. */
 export class ToolStops {
@@ -23,6 +23,6 @@ export class ToolStops {
 
   /** @returns {{input: string, t_ns: number, outputs_off_ns: number | null, outputs_on_again_ns: number | null}[]} */
   summary() {
-    return this.#all.map(({ input, cycle, mark }) => ({ input, t_ns: cycle * NANOS_PER_CYCLE, ...mark.summary() }));
+    return this.#all.map(({ input, cycle, mark }) => ({ input, t_ns: nanosOf(cycle), ...mark.summary() }));
   }
 }

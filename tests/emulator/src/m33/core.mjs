@@ -160,6 +160,11 @@ export class CortexM33 {
     if (!isMasked) this.interruptsUpdated = true;
   }
 
+  #maskBelow(priority) {
+    this.BASEPRI = priority;
+    this.interruptsUpdated = true;
+  }
+
   hint(number) {
     switch (number) {
       case WFE:
@@ -211,9 +216,10 @@ export class CortexM33 {
       case SPECIAL.msplim: this.msplim = value; return undefined;
       case SPECIAL.psplim: return undefined;
       case SPECIAL.primask: return this.#mask((value & 1) !== 0);
-      case SPECIAL.basepri:
-        this.BASEPRI = value & 0xf0;
-        this.interruptsUpdated = true;
+      case SPECIAL.basepri: return this.#maskBelow(value & 0xf0);
+      case SPECIAL.basepriMax:
+        // It only makes the mask stricter.
+        if ((value & 0xf0) !== 0 && (this.BASEPRI === 0 || (value & 0xf0) < this.BASEPRI)) this.#maskBelow(value & 0xf0);
         return undefined;
       case SPECIAL.control:
         if ((value & 7) === 0) return undefined;
