@@ -92,6 +92,19 @@ pub fn is_skr_pico() -> bool {
     env::var_os(BOARD).is_some_and(|board| board == "skr-pico")
 }
 
+/// True if the emulated board is a Pico 2, whose chip has another clock.
+#[must_use]
+pub fn is_pico_2() -> bool {
+    env::var_os(BOARD).is_some_and(|board| board == "pico2")
+}
+
+/// The cycle of the chip's clock that is so many ns after another. Its edges are on cycles, of which an RP2350's are no whole ns.
+#[must_use]
+pub fn cycles(ns: u64) -> u64 {
+    let clock_ghz = if is_pico_2() { 0.150 } else { 0.125 };
+    (ns as f64 * clock_ghz).round() as u64
+}
+
 impl Board {
     /// A board at power-up, with the firmware that `cargo xtask test` built.
     ///

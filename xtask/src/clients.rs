@@ -11,15 +11,13 @@ use anyhow::{Context, Result, ensure};
 
 use crate::process::{self, announce};
 use crate::variant::Variant;
-use crate::{build, node, workspace};
+use crate::{build, node, python, workspace};
 use isostep::flight::WINDOW_BYTES;
 use isostep::pty::Emulated;
 use isostep::pty::simulated::Simulated;
 use isostep::pty::{self, Machine, Tally};
 use isostep_sim::Config;
 
-const REMEDY: &str = "the tests with real senders need Python 3 with venv: https://python.org, or on Debian \
-                      `apt-get install python3 python3-venv`";
 /// The sender with a web page, on npm.
 const CNCJS: &str = "cncjs@1.11.5";
 /// Speed of the machines relative to real time. Senders are fast enough for it, and so is the emulator.
@@ -42,31 +40,9 @@ fn installed_dir() -> PathBuf {
     workspace::target_dir().join("clients")
 }
 
-/// The packages that the user has to install before the tests with senders from PyPI can run; `None` if they can.
-pub fn missing() -> Option<&'static str> {
-    let python = process::printed(Command::new("python3").args(["-c", "import ensurepip, venv"]));
-    python.is_none().then_some(REMEDY)
-}
-
-/// The Python that has the senders. Installs them unless those in requirements.txt are installed already.
+/// The Python that has the senders.
 fn installed_python() -> Result<PathBuf> {
-    let venv = installed_dir().join("venv");
-    let bin = venv.join("bin").join("python");
-    let wanted = fs::read(dir().join("requirements.txt")).context("tests/clients/requirements.txt cannot be read")?;
-    // A copy of the requirements inside it marks a finished installation.
-    let finished = venv.join("installed-requirements.txt");
-    if bin.exists() && fs::read(&finished).is_ok_and(|installed| installed == wanted) {
-        return Ok(bin);
-    }
-    process::output(Command::new("python3").arg("--version"), REMEDY)?;
-    announce(&format!("senders from PyPI into {}", workspace::shown(&venv)));
-    fs::create_dir_all(&venv).with_context(|| format!("{} cannot be made", venv.display()))?;
-    process::run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&venv)).context(REMEDY)?;
-    let mut pip = Command::new(&bin);
-    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]);
-    process::run(pip.arg(dir().join("requirements.txt"))).context("PyPI is needed once")?;
-    fs::write(&finished, wanted).with_context(|| format!("cannot write {}", finished.display()))?;
-    Ok(bin)
+    python::with(&dir().join("requirements.txt"), &installed_dir().join("venv"))
 }
 
 /// The folder with cncjs in its node_modules. Installs it if necessary. The version of cncjs is fixed; its dependencies

@@ -1,6 +1,6 @@
 //! The commands of the project, run as `cargo xtask VERB`. Each verb that needs the sources has a file or folder:
 //! build, flash, emulate, test and others. `bench` is in the package `isostep-bench`, and the other verbs are in the package `isostep`. `workspace`,
-//! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `firmware`, `board_words`, `footprint`, `uf2`, `variant`, `process` and `cpu` are
+//! `toolchain`, `other_chip`, `publish`, `tools`, `node`, `python`, `oracle`, `firmware`, `board_words`, `footprint`, `uf2`, `variant`, `process` and `cpu` are
 //! shared by the verbs.
 
 // All modules print with its macros.
@@ -27,10 +27,12 @@ mod lint;
 mod mutants;
 mod node;
 mod oldest;
+mod oracle;
 mod other_chip;
 mod process;
 mod prove;
 mod publish;
+mod python;
 mod setup;
 mod size;
 mod test;

@@ -7,12 +7,14 @@ use anyhow::{Error, Result, anyhow};
 use isostep_trials::{AMOUNT_VARIABLE, Amount};
 
 #[cfg(unix)]
-use crate::clients::{cncjs, grbl_streamer, missing};
+use crate::clients::{cncjs, grbl_streamer};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
+#[cfg(unix)]
+use crate::python::missing;
 use crate::toolchain::{self, cargo, cargo_xtask, firmware_cargo};
 use crate::variant::{Axes, Board, Contact, Driver, Port, Variant};
-use crate::{build, cpu, node, other_chip, publish, web, workspace};
+use crate::{build, cpu, node, oracle, other_chip, publish, web, workspace};
 use isostep::stopwatch::Stopwatch;
 
 /// Run the tests: host, emulator, firmware size, emulated board, real senders
@@ -35,6 +37,8 @@ that fails is the last, but not with --all, which tells what failed at its end:
   two axes         the machine of X and Y alone; only with --all
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   SKR Pico         its firmware on the emulated board, with its pins and drivers; only with --all
+  Pico 2           its firmware on the emulated board, with its chip, an RP2350; with ISOSTEP_CASES=more some of the tests, with --all
+                   each but those of other images, and the emulated core against Unicorn's, which comes from PyPI
   page             what it makes of a machine's words; with --all also in Chromium, with the simulated machine and the emulated
                    board, skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
@@ -90,6 +94,8 @@ const TWO_AXES: Stage = ("two axes", two_axes);
 const FOUR_AXES: Stage = ("four axes", four_axes);
 /// Its firmware has pins of its own.
 const SKR_PICO: Stage = ("SKR Pico", skr_pico);
+/// Its firmware is for another chip.
+const PICO_2: Stage = ("Pico 2", pico_2);
 
 /// These need more than Rust and Node.
 const PAGE: Stage = ("page", page);
@@ -108,7 +114,7 @@ const RELEASE: [Stage; 7] = [
     verb!("bench", "bench", "--quick"),
 ];
 
-const STAGES: [Stage; 12] = [
+const STAGES: [Stage; 13] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
@@ -119,6 +125,7 @@ const STAGES: [Stage; 12] = [
     TWO_AXES,
     FOUR_AXES,
     SKR_PICO,
+    PICO_2,
     PAGE,
     SENDERS,
 ];
@@ -241,8 +248,17 @@ const PROVE_ELF: &str = "prove";
 const FOUR_AXES_ELF: &str = "four-axes";
 const SKR_PICO_ELF: &str = "skr-pico";
 
-/// An image that is looked at, and not run.
 const PICO_2_ELF: &str = "pico2";
+
+/// The firmware for another chip.
+const OF_PICO_2: Variant = Variant {
+    board: Board::Pico2,
+    port: Port::Pio,
+    driver: Some(Driver::Drv8825),
+    estop: Contact::No,
+    axes: Axes::Three,
+    prove: false,
+};
 
 fn firmware(amount: Amount) -> Result<()> {
     if amount != Amount::Few {
@@ -259,11 +275,8 @@ fn other_images() -> Result<()> {
     build::keep(&Variant::default().elf(), SKR_PICO_ELF)?;
     check_footprint(Variant { axes: Axes::Four, board: Board::SkrPico, ..Variant::default() })?;
     check_footprint(Variant::proving(Port::Pio))?;
-    let pico_2 = Variant { board: Board::Pico2, ..Variant::default() };
-    for variant in [Variant { prove: true, ..pico_2 }, Variant { axes: Axes::Four, ..pico_2 }, pico_2] {
-        check_footprint(variant)?;
-    }
-    build::keep(&pico_2.elf(), PICO_2_ELF)?;
+    check_footprint(OF_PICO_2)?;
+    build::keep(&OF_PICO_2.elf(), PICO_2_ELF)?;
     build::kept_firmware(Variant::proving(Port::Pio), PROVE_ELF)?;
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
@@ -379,6 +392,34 @@ fn skr_pico(_: Amount) -> Result<()> {
     tests.env("ISOSTEP_BOARD", variant.board.name());
     tests.args(["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"]);
     process::run(tests.args(OF_OTHERS))
+}
+
+/// What CI runs on the chip of a Pico 2: its edges, stops, faults and store, and the dialogues that every board has.
+const SOME_OF_PICO_2: [&str; 6] =
+    ["parking_is", "every_stop", "flowing::flowing", "a_port_that_runs_out", "nothing_is_stored", "dialogues::both::"];
+
+fn pico_2(amount: Amount) -> Result<()> {
+    let on_pico_2 = |elves: &[PathBuf; 3]| {
+        let mut tests = on_board(Amount::More, elves);
+        tests.env("ISOSTEP_BOARD", OF_PICO_2.board.name()).args(["--test=emulated", "--", "--ignored"]);
+        tests
+    };
+    let kept = build::kept_elf(PICO_2_ELF);
+    match amount {
+        Amount::Few => announce("nothing: the firmware of a Pico 2 is not linked without ISOSTEP_CASES=more"),
+        Amount::More => process::run(on_pico_2(&[kept.clone(), kept.clone(), kept]).args(SOME_OF_PICO_2))?,
+        Amount::All => {
+            check_footprint(Variant { prove: true, ..OF_PICO_2 })?;
+            check_footprint(Variant { axes: Axes::Four, ..OF_PICO_2 })?;
+            let timer_port = build::kept_firmware(Variant { port: Port::Timer, ..OF_PICO_2 }, "pico2-timer-port")?;
+            let estop_nc = build::kept_firmware(Variant { estop: Contact::Nc, ..OF_PICO_2 }, "pico2-estop-nc")?;
+            let tests = &mut on_pico_2(&[kept.clone(), timer_port, estop_nc]);
+            tests.args(["--skip=prove::", "--skip=four_axes", "--skip=linked::"]);
+            process::run(tests.args(OF_OTHERS))?;
+            oracle::check(&kept)?;
+        }
+    }
+    Ok(())
 }
 
 fn worlds() -> Result<()> {

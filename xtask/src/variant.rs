@@ -86,18 +86,6 @@ impl Variant {
         Ok(())
     }
 
-    /// # Errors
-    /// A board that is not emulated.
-    pub fn check_emulated(self) -> Result<()> {
-        let chip = self.chip().name();
-        ensure!(
-            self.chip() == Chip::Rp2040,
-            "--board {}: its chip is an {chip}, and the emulated board has an RP2040",
-            self.board.name()
-        );
-        Ok(())
-    }
-
     /// The chip of the board.
     pub fn chip(self) -> Chip {
         match self.board {

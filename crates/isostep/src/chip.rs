@@ -30,6 +30,15 @@ impl Chip {
         }
     }
 
+    /// The clock of its core and of what makes the steps, as the firmware sets it.
+    #[must_use]
+    pub const fn clock_hz(self) -> u32 {
+        match self {
+            Self::Rp2040 => 125_000_000,
+            Self::Rp2350 => 150_000_000,
+        }
+    }
+
     /// The name of the drive that its boot loader is, which stands in a file on the drive, too.
     #[must_use]
     pub const fn drive(self) -> &'static str {

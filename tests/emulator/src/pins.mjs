@@ -6,6 +6,22 @@ export const AXES_USUAL = 3;
 export const SECOND = '2';
 export const STEPS_PER_MM = 50;
 
+/** A Pico and a Pico 2 have the same pins. */
+const PICO = {
+  driver: 'drv8825',
+  axes: {
+    X: { step: 2, dir: 3, limit: 9, enable: 8 },
+    Y: { step: 4, dir: 5, limit: 10, enable: 8 },
+    Z: { step: 6, dir: 7, limit: 11, enable: 8 },
+    A: { step: 21, dir: 22, limit: 26, enable: 8 },
+  },
+  estop: 12,
+  led: 25,
+  tool: { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 },
+  contacts: { probe: 18, hold: 19, start: 20 },
+  tmcWire: null,
+};
+
 /**
  * Whose drivers it has, or is taken to have. For each axis its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
  * the outputs to the tool, and contacts to ground: the tool's probe, and the buttons for feed hold and cycle start.
@@ -13,20 +29,8 @@ export const STEPS_PER_MM = 50;
  * connects with DIAG.
  */
 export const BOARDS = {
-  pico: {
-    driver: 'drv8825',
-    axes: {
-      X: { step: 2, dir: 3, limit: 9, enable: 8 },
-      Y: { step: 4, dir: 5, limit: 10, enable: 8 },
-      Z: { step: 6, dir: 7, limit: 11, enable: 8 },
-      A: { step: 21, dir: 22, limit: 26, enable: 8 },
-    },
-    estop: 12,
-    led: 25,
-    tool: { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 },
-    contacts: { probe: 18, hold: 19, start: 20 },
-    tmcWire: null,
-  },
+  pico: PICO,
+  pico2: PICO,
   'skr-pico': {
     driver: 'tmc2209',
     axes: {

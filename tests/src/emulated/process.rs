@@ -33,6 +33,9 @@ impl Process {
     fn start() -> Self {
         let mut node = Command::new("node");
         node.arg(root().join("tests/emulator/run.mjs")).arg("--serve").stdin(Stdio::piped()).stdout(Stdio::piped());
+        if super::is_pico_2() {
+            node.env("EMULATED_CHIP", "rp2350");
+        }
         let mut child = node.spawn().expect("node, from nodejs.org, starts");
         let (requests, answers) = child.stdin.take().zip(child.stdout.take()).expect("both are pipes");
         Self { child, requests, answers: BufReader::new(answers), runs: 0 }

@@ -1,4 +1,4 @@
-//! `cargo xtask emulate`: runs a G-code program on the firmware in an emulated RP2040.
+//! `cargo xtask emulate`: runs a G-code program on the firmware in an emulated RP2040 or RP2350.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,14 +19,13 @@ use isostep::pty;
 #[cfg(unix)]
 use isostep::pty::Emulated;
 
-const CLOCK_CYCLE_NS: f64 = 8.0;
-
 const EXAMPLES: &str = "\
 The firmware is the one that `build` makes, unmodified; its STEP edges move carriages that close its switches.
 
 Examples:
   cargo xtask emulate programs/parking.nc --trace b.csv
   cargo xtask emulate programs/parking.nc --port timer      steps by the processor instead of PIO and DMA
+  cargo xtask emulate programs/parking.nc --board pico2     a Pico 2
   cargo xtask emulate programs/square.nc --console uart --start 10,20,5
   cargo xtask emulate programs/parking.nc --switch X=stuck-open    homing fails with its alarm
   cargo xtask emulate programs/square.nc --speed-profile sine    ramps of half a wave of a cosine
@@ -34,7 +33,7 @@ Examples:
   cargo xtask emulate programs/square.nc -- --stream counting --poll-hz 4
   cargo xtask emulate --pty --console uart                 the board itself, for any sender: see below";
 
-/// Run a program on the firmware in an emulated RP2040, or be that board for any sender
+/// Run a program on the firmware in an emulated RP2040 or RP2350, or be that board for any sender
 #[derive(clap::Args)]
 #[command(after_help = format!("{EXAMPLES}\n\n{}", pty::HELP))]
 pub struct Args {
@@ -81,7 +80,6 @@ pub struct Args {
 
 pub fn run(args: Args) -> Result<()> {
     args.live.check()?;
-    args.variant.check_emulated()?;
     let trace = args.trace.clone().unwrap_or_else(|| workspace::target_dir().join("emulated.csv"));
     files(&args, &trace)?.check()?;
     let Some(path) = &args.program else { return live(&args) };
@@ -99,8 +97,9 @@ pub fn run(args: Args) -> Result<()> {
     );
     process::run(&mut command)?;
     let comparison = compare(&program, &trace, &args)?;
-    print!("{}", table(&comparison));
-    check_lasting(&comparison)
+    let cycle_ns = 1e9 / f64::from(args.variant.chip().clock_hz());
+    print!("{}", table(&comparison, cycle_ns));
+    check_lasting(&comparison, cycle_ns)
 }
 
 /// The file whose lines the board gets: of a program with parameters, expressions or O-words one with the lines that it makes.
@@ -142,10 +141,10 @@ fn more_file(more: &[String], option: &str) -> Option<PathBuf> {
 
 /// Checks that no move began before the previous plan had ended. The bound allows for the error of the first step of
 /// both moves, because the start of a move is known only from its first step.
-fn check_lasting(comparison: &Comparison) -> Result<()> {
+fn check_lasting(comparison: &Comparison, cycle_ns: f64) -> Result<()> {
     let early = (1..).zip(&comparison.moves).find(|(_, each)| {
         let pause_ns = each.pause_ns.unwrap_or_default();
-        pause_ns < -2.0 * comparison.all.max_ns.max(CLOCK_CYCLE_NS)
+        pause_ns < -2.0 * comparison.all.max_ns.max(cycle_ns)
     });
     if let Some((number, MoveComparison { pause_ns: Some(pause_ns), .. })) = early {
         bail!("move {number} began {:.1} us before the plan of the one before it had ended", -pause_ns / 1e3);
@@ -181,11 +180,12 @@ fn compare(program: &[u8], trace: &Path, args: &Args) -> Result<Comparison> {
     compare::compare(&simulated, &traced).context("the board and the simulation differ")
 }
 
-fn table(comparison: &Comparison) -> String {
-    let mut text = String::from(
-        "\nEvery step, direction and position is as in the simulation. Emulated, at 125 MHz: step instants, from the start\n\
+fn table(comparison: &Comparison, cycle_ns: f64) -> String {
+    let clock_mhz = 1e3 / cycle_ns;
+    let mut text = format!(
+        "\nEvery step, direction and position is as in the simulation. Emulated, at {clock_mhz:.0} MHz: step instants, from the start\n\
          that the median of a run's first move says, against the closed form; and how far apart the accelerating, cruising and decelerating intervals of\n\
-         the axes are, each measured from the axis's own edges (a clock cycle is 8 ns; -: the edges do not tell). Pause: from\n\
+         the axes are, each measured from the axis's own edges (a clock cycle is {cycle_ns:.3} ns; -: the edges do not tell). Pause: from\n\
          the end of one plan to the start of the next:\n  \
          move    steps    median ns    p99 ns    max ns  apart ns  pause us\n",
     );
@@ -262,7 +262,7 @@ mod tests {
         let jitter = Jitter { steps: 1, median_ns: 0.0, p99_ns: 0.0, max_ns: 4.0 };
         let after = |pause_ns| {
             let each = |pause_ns| MoveComparison { jitter, apart_ns: None, pause_ns };
-            check_lasting(&Comparison { moves: vec![each(None), each(Some(pause_ns))], all: jitter })
+            check_lasting(&Comparison { moves: vec![each(None), each(Some(pause_ns))], all: jitter }, 8.0)
         };
         assert!(after(0.0).is_ok() && after(-16.0).is_ok() && after(1e6).is_ok());
         let error = after(-25_000.0).unwrap_err().to_string();

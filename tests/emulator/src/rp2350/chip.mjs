@@ -82,7 +82,7 @@ export function buildRp2350(clock, board, { missFactor = 1, counts = new FlashCo
   watch.attach(core);
   chip.dma.onAccess = (address, cycle) => bus.contend(address, cycle);
   watchExceptions(clock, bus);
-  return { chip, core, bus, cache, flash, watchdog, uart, runCore: run, boot: () => boot(chip, flash), holdInterrupt: (number, isHeld) => core.exceptions.hold(number, isHeld) };
+  return { chip, core, bus, cache, flash, watchdog, uart, runCore: run, boot: () => boot(chip, flash), holdInterrupt: (number, isHeld) => core.exceptions.hold(numberOf(number), isHeld) };
 }
 
 function numberOf(irq) {
