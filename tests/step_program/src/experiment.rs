@@ -17,11 +17,11 @@ const IRQ_FORCE: u32 = PIO0 + 0x34;
 const INSTR_MEM: u32 = PIO0 + 0x48;
 /// The registers of the first state machine, and the distance to those of the next one.
 pub const CLKDIV: u32 = PIO0 + 0xC8;
-const EXECCTRL: u32 = PIO0 + 0xCC;
+pub const EXECCTRL: u32 = PIO0 + 0xCC;
 pub const SHIFTCTRL: u32 = PIO0 + 0xD0;
 pub const INSTR: u32 = PIO0 + 0xD8;
 pub const PINCTRL: u32 = PIO0 + 0xDC;
-const MACHINE_BYTES: u32 = 0x18;
+pub const MACHINE_BYTES: u32 = 0x18;
 const GPIO_CTRL: u32 = 0x4001_4004;
 const FUNCSEL_PIO0: u32 = 6;
 const FUNCSEL_SIO: u32 = 5;
@@ -29,11 +29,11 @@ const FUNCSEL_SIO: u32 = 5;
 const PAD: u32 = 0x4001_C004;
 const PAD_INPUT_ENABLE: u32 = 1 << 6;
 pub const SIO_OUT: u32 = 0xD000_0010;
-const SIO_OE: u32 = 0xD000_0020;
+pub const SIO_OE: u32 = 0xD000_0020;
 
 /// Bit 19 is clear, so OUT shifts left. IN shifts right, as after a reset.
 const OUT_SHIFTS_LEFT: u32 = 1 << 18;
-const STATUS_OF_RX: u32 = 1 << 4;
+pub const STATUS_OF_RX: u32 = 1 << 4;
 const FIFO_IS_ALL_TX: u32 = 1 << 30;
 
 /// By this cycle every machine waits at the start barrier and its FIFO is full.

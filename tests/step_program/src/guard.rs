@@ -7,7 +7,7 @@ use oorandom::Rand32;
 
 pub use self::program::watch;
 use self::program::{KNOW_NOTHING, go_to, moved};
-use crate::emulator::{Emulator, on_both};
+use crate::emulator::{Emulator, on_rp2040};
 use crate::experiment::{CTRL, Experiment, INSTR, PINCTRL, SHIFTCTRL, SIO_OUT, at_origin, by_hand, clocked};
 
 const INPUTS: u8 = 6;
@@ -110,7 +110,7 @@ fn a_program_that_is_moved_jumps_within_itself() {
     assert!(code.len() + 6 <= pio::RP2040_MAX_PROGRAM_SIZE);
 }
 
-on_both! {
+on_rp2040! {
     every_change_of_an_input_is_reported_in_9_cycles: every_change_is_reported;
     a_full_fifo_loses_no_change_that_it_holds: a_full_fifo_keeps_what_it_holds;
 }

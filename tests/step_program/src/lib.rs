@@ -25,7 +25,7 @@ use isostep_motion::{Capabilities, DriverTiming, Wiring, ticks_covering};
 use oorandom::Rand32;
 use pio::{InstructionOperands, IrqIndexMode, JmpCondition};
 
-use self::emulator::{Emulator, on_both};
+use self::emulator::{Emulator, on_each};
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
 use self::program::{AXES_MAX, STARVED_AT, TURN_CYCLES, WAIT_MAX_CYCLES, Words};
 
@@ -279,7 +279,7 @@ fn reversals(emulator: Emulator) {
     check(emulator, [case]);
 }
 
-on_both! {
+on_each! {
     random_words_are_exact: random_words;
     the_barrier_opens_all_machines_on_one_cycle: one_barrier;
     the_inhibit_keeps_edges_from_rising: inhibits;

@@ -6,7 +6,7 @@ mod program;
 use oorandom::Rand32;
 
 use self::program::{ORIGIN, count_down, forced};
-use crate::emulator::{Emulator, on_both};
+use crate::emulator::{Emulator, on_each};
 use crate::experiment::{CTRL, Experiment, INSTR, SHIFTCTRL, at_origin, clocked, txf};
 use crate::guard::watch;
 
@@ -98,7 +98,7 @@ fn is_as_patient_as_it_is_told(emulator: Emulator) {
     assert_eq!(words(emulator, &experiment(writes, out + 20)), said(out, out + 20));
 }
 
-on_both! {
+on_each! {
     a_watchdog_that_is_fed_says_nothing_and_then_runs_out_to_the_cycle: runs_out_to_the_cycle;
     a_watchdog_that_has_run_out_stays_so_until_it_is_set_again: stays_out_until_it_is_set;
     a_watchdog_is_as_patient_as_it_is_told: is_as_patient_as_it_is_told;

@@ -6,7 +6,7 @@ mod program;
 use oorandom::Rand32;
 
 use self::program::{EARLY, LATE, LATE_CYCLES, MARKER, SHORT_ORIGIN, SKIPPING_ORIGIN, forced, moved};
-use crate::emulator::{Emulator, on_both};
+use crate::emulator::{Emulator, on_each};
 use crate::experiment::{CTRL, Experiment, INSTR, SHIFTCTRL, SIO_OUT, at_origin, by_hand, clocked, txf};
 
 const PIN: u8 = 2;
@@ -118,7 +118,7 @@ fn two_stamp_to_the_cycle(emulator: Emulator) {
     assert!(early != sooner, "one alone does not know");
 }
 
-on_both! {
+on_each! {
     the_stampers_stamp_within_two_cycles: stamps_within_two_cycles;
     two_stampers_stamp_to_the_cycle: two_stamp_to_the_cycle;
 }
