@@ -88,10 +88,7 @@ impl Variant {
 
     /// The chip of the board.
     pub fn chip(self) -> Chip {
-        match self.board {
-            Board::Pico | Board::SkrPico => Chip::Rp2040,
-            Board::Pico2 => Chip::Rp2350,
-        }
+        self.board.chip()
     }
 
     /// The firmware with its symbols. Each build for a chip overwrites the previous one.

@@ -39,6 +39,12 @@ impl Chip {
         }
     }
 
+    /// The duration of a cycle of this clock, ns.
+    #[must_use]
+    pub const fn cycle_ns(self) -> f64 {
+        1e9 / self.clock_hz() as f64
+    }
+
     /// The name of the drive that its boot loader is, which stands in a file on the drive, too.
     #[must_use]
     pub const fn drive(self) -> &'static str {

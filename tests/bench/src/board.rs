@@ -4,29 +4,32 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use anyhow::{Context, Result, ensure};
+use isostep::chip::Chip;
 use isostep::measure::board::Followed;
 use isostep::measure::load::{Awake, Load};
 use isostep::measure::moves::{Carried, Stream};
-use isostep::measure::planned_move::{CLOCK_HZ, NS_PER_CYCLE, PROVED, UNIT_STEPS};
+use isostep::measure::planned_move::{PROVED, UNIT_STEPS};
 use isostep::measure::starts::Starts;
 use isostep::measure::stops::{Cause, Stops};
-use isostep::measure::{Board, Machine, Measured, Method, PlannedMove, Ramp};
+use isostep::measure::{Board, Machine, Measured, Method, PlannedMove, Ramp, finely};
 use oorandom::Rand32;
 
-use super::edges::{self, Astray, Edge, follow};
+use super::edges::{Astray, Edge, follow};
 use super::port::Port;
-use super::runs::{GREETING, Job, Runs, Summary, open, unreadable};
+use super::runs::{GREETING, Job, Runs, Summary, unreadable};
 use super::{ACCEL_MAX_STEPS_S2, RAMP};
 
-const METHOD: Method = Method {
-    unit_ns: NS_PER_CYCLE,
-    start_from: "the arrival of its line",
-    edges: "instants count from the first edge, so a delay common to all does not show",
-    rates: "",
-    load: "",
-    starts: "",
-    moves: "a curve of one shape",
-};
+const fn method(chip: Chip) -> Method {
+    Method {
+        unit_ns: chip.cycle_ns(),
+        start_from: "the arrival of its line",
+        edges: "instants count from the first edge, so a delay common to all does not show",
+        rates: "",
+        load: "",
+        starts: "",
+        moves: "a curve of one shape",
+    }
+}
 
 /// A fixed seed, so that every run has the same moves, rests and stops.
 const SEED: u64 = 1;
@@ -97,7 +100,10 @@ impl Emulated<'_> {
 
 impl Board for Emulated<'_> {
     fn method(&self) -> &'static Method {
-        &METHOD
+        match self.runs.candidate.model.chip() {
+            Chip::Rp2040 => const { &method(Chip::Rp2040) },
+            Chip::Rp2350 => const { &method(Chip::Rp2350) },
+        }
     }
 
     fn note(&mut self, what: &str) {
@@ -108,7 +114,7 @@ impl Board for Emulated<'_> {
     fn follow(&mut self, machine: &Machine, moves: &[PlannedMove]) -> Result<Measured<Followed>> {
         let moving_s = moves.iter().map(PlannedMove::duration_s).sum();
         let followed = self.runs.recorded(Job::Script(&script(machine, moves)), moving_s, |_, path| {
-            match follow(edges::read(open(path)?), moves) {
+            match follow(self.runs.read(path)?, moves) {
                 Ok(followed) => Ok(Ok(followed)),
                 Err(Astray::Read(error)) => Err(error).with_context(|| unreadable(path)),
                 Err(astray) => Ok(Err(astray.to_string())),
@@ -126,7 +132,7 @@ impl Board for Emulated<'_> {
             (Err(why_not), _) | (_, Err(why_not)) => return Ok(Err(why_not)),
         };
         let cruising = whole.less(&ramping);
-        let resolution = format!("8 ns of {:.0} ms", cruising.time_ns * 1e-6);
+        let resolution = format!("{} of {:.0} ms", finely(self.method().unit_ns), cruising.time_ns * 1e-6);
         let [cruising, ramping] = [cruising, ramping]
             .map(|moving| Awake { ratio: moving.load, cycles_per_step: Some(moving.awake_cycles_per_edge) });
         Ok(Ok(Load { cruising, ramping: Some(ramping), waited_us: None, resolution }))
@@ -217,13 +223,13 @@ fn faulting(cause: Cause, rate_steps_s: u32, accel_steps_s2: f64, moves: u32) ->
 /// For each move, the time from the earliest last edge of an axis to the latest, us. A pause of half the settling time
 /// is between moves.
 fn apart_us(edges: &[Edge]) -> Vec<f64> {
-    let pause_cycles = u64::from(SETTLE_MS) * u64::from(CLOCK_HZ) / 2_000;
-    let moves = edges.chunk_by(|edge, next| next.cycle - edge.cycle < pause_cycles);
-    let last = |of: &[Edge], axis| of.iter().rfind(|edge| edge.axis == axis).map_or(of[0].cycle, |edge| edge.cycle);
+    let pause_ns = f64::from(SETTLE_MS) * 0.5e6;
+    let moves = edges.chunk_by(|edge, next| next.t_ns - edge.t_ns < pause_ns);
+    let last = |of: &[Edge], axis| of.iter().rfind(|edge| edge.axis == axis).map_or(of[0].t_ns, |edge| edge.t_ns);
     let spread_us = |of: &[Edge]| {
         let lasts = [0, 1, 2].map(|axis| last(of, axis));
-        let [earliest, latest] = [lasts.into_iter().min(), lasts.into_iter().max()].map(Option::unwrap_or_default);
-        (latest - earliest) as f64 * NS_PER_CYCLE * 1e-3
+        let [earliest_ns, latest_ns] = [f64::min, f64::max].map(|most| lasts.into_iter().fold(lasts[0], most));
+        (latest_ns - earliest_ns) * 1e-3
     };
     moves.map(spread_us).collect()
 }
@@ -253,8 +259,8 @@ fn delays(moves: &[PlannedMove], summary: &Summary, edges: &[Edge]) -> Measured<
     follow(edges.iter().copied().map(Ok), moves).map_err(|astray| astray.to_string())?;
     let lines = summary.replies.iter().filter(|line| line.text.starts_with("G91"));
     let delays = lines.filter_map(|line| line.arrived_ns).zip(moves).map(|(arrived_ns, planned)| {
-        let next = edges.partition_point(|edge| (edge.cycle as f64) * NS_PER_CYCLE < arrived_ns);
-        let first_ns = edges.get(next).map_or(f64::NAN, |edge| edge.cycle as f64 * NS_PER_CYCLE);
+        let next = edges.partition_point(|edge| edge.t_ns < arrived_ns);
+        let first_ns = edges.get(next).map_or(f64::NAN, |edge| edge.t_ns);
         let planned_ns = (0..PROVED).map(|axis| planned.due_ns(axis, 1)).fold(f64::INFINITY, f64::min);
         (first_ns - arrived_ns - planned_ns) * 1e-6
     });
@@ -276,7 +282,7 @@ pub fn carried_s(stream: &Stream, edges: &[Edge]) -> Measured<Vec<f64>> {
         return Err(format!("{made} edges of {all} steps"));
     }
     let edge = |steps: &u64| &edges[(*steps as usize * made / all).min(made - 1)];
-    Ok(stream.steps.iter().map(|steps| edge(steps).cycle as f64 / f64::from(CLOCK_HZ)).collect())
+    Ok(stream.steps.iter().map(|steps| edge(steps).t_ns * 1e-9).collect())
 }
 
 #[cfg(test)]
@@ -296,7 +302,7 @@ mod tests {
 
     #[test]
     fn from_the_last_edge_of_the_dry_port_to_the_last_of_any() {
-        let edge = |us: u64, axis| Edge { cycle: us * 125, axis, direction: 1 };
+        let edge = |us: u32, axis| Edge { t_ns: f64::from(us) * 1e3, axis, direction: 1 };
         let two_moves = [(0, 0), (1, 1), (2, 2), (4, 0), (5, 1), (20_000, 2), (20_001, 0), (20_007, 1)];
         assert_eq!(apart_us(&two_moves.map(|(us, axis)| edge(us, axis))), [3.0, 7.0]);
     }
@@ -324,10 +330,10 @@ mod tests {
                 .flat_map(|axis| (1..=planned.count(axis)).map(move |k| (axis, k)))
                 .map(|(axis, k)| {
                     let t_ns = arrived_ns + delay_ns + planned.due_ns(axis, k);
-                    Edge { cycle: (t_ns / NS_PER_CYCLE).round() as u64, axis, direction: planned.steps[axis].signum() }
+                    Edge { t_ns, axis, direction: planned.steps[axis].signum() }
                 })
                 .collect();
-            of.sort_by_key(|edge| edge.cycle);
+            of.sort_by(|one, other| one.t_ns.total_cmp(&other.t_ns));
             edges.extend(of);
         }
         let summary = Summary::of_replies(&replies.join(","));
@@ -338,7 +344,8 @@ mod tests {
 
     #[test]
     fn a_move_is_carried_when_its_last_edge_has_come_and_no_step_is_missing() {
-        let edges: Vec<Edge> = (0..40).map(|step| Edge { cycle: step * 125, axis: 0, direction: 1 }).collect();
+        let edges: Vec<Edge> =
+            (0..40).map(|step| Edge { t_ns: f64::from(step) * 1e3, axis: 0, direction: 1 }).collect();
         let stream = Stream {
             before: Vec::new(),
             lines: vec![String::new(); 3],

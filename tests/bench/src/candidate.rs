@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use isostep::chip::Chip;
 
 use super::port::Port;
 
@@ -27,6 +28,21 @@ impl Model {
             Self::Pico2 => "pico2",
             Self::SkrPico => "skr-pico",
         }
+    }
+
+    /// Its chip.
+    #[must_use]
+    pub const fn chip(self) -> Chip {
+        match self {
+            Self::Pico | Self::SkrPico => Chip::Rp2040,
+            Self::Pico2 => Chip::Rp2350,
+        }
+    }
+
+    /// Its chip and the clock of that, in words.
+    #[must_use]
+    pub fn clocked(self) -> String {
+        format!("{}, {} MHz", self.chip().name(), self.chip().clock_hz() / 1_000_000)
     }
 }
 

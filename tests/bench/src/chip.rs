@@ -1,4 +1,4 @@
-//! The chips that are emulated: the RP2040 as it is, and two that show how much the speed of flash matters.
+//! The chips that are emulated: the board's as it is, and two that show how much the speed of flash matters.
 
 /// The cost of reading flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,27 +1,30 @@
 //! The emulated board's file of STEP edges, and its comparison with the closed form of moves. Each rising edge is a little-endian
-//! `u64`: eight times its cycle at 125 MHz, plus twice its axis, plus one if the direction is positive.
+//! `u64`: eight times its cycle, plus twice its axis, plus one if the direction is positive.
 
 use std::io::{self, ErrorKind, Read};
 
+use isostep::chip::Chip;
 use isostep::measure::PlannedMove;
 use isostep::measure::board::Followed;
 use isostep::measure::errors::{Drift, Errors};
-use isostep::measure::planned_move::{NAMES, NS_PER_CYCLE, PROVED};
+use isostep::measure::planned_move::{NAMES, PROVED};
 
 /// A rising edge of STEP.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// When it rose, in cycles since power-up.
-    pub cycle: u64,
+    /// When it rose, ns since power-up.
+    pub t_ns: f64,
     /// Index of the axis.
     pub axis: usize,
     /// 1 or -1.
     pub direction: i32,
 }
 
-/// The edges of `input` in the order in which they rose. They are read one at a time, because there may be millions.
-pub fn read(mut input: impl Read) -> impl Iterator<Item = io::Result<Edge>> {
-    std::iter::from_fn(move || word(&mut input).and_then(|word| word.map(edge).transpose()).transpose())
+/// The edges of `input` in the order in which they rose, by the clock of `chip`. They are read one at a time, because there may be millions.
+pub fn read(mut input: impl Read, chip: Chip) -> impl Iterator<Item = io::Result<Edge>> {
+    std::iter::from_fn(move || {
+        word(&mut input).and_then(|word| word.map(|word| edge(word, chip)).transpose()).transpose()
+    })
 }
 
 /// The next word, or `None` at the end.
@@ -40,12 +43,13 @@ fn word(input: &mut impl Read) -> io::Result<Option<u64>> {
     Ok(Some(u64::from_le_bytes(bytes)))
 }
 
-fn edge(word: u64) -> io::Result<Edge> {
+fn edge(word: u64, chip: Chip) -> io::Result<Edge> {
     let axis = (word >> 1 & 3) as usize;
     if axis >= PROVED {
         return Err(io::Error::new(ErrorKind::InvalidData, format!("there is no axis {axis} in the file of edges")));
     }
-    Ok(Edge { cycle: word >> 3, axis, direction: if word & 1 == 1 { 1 } else { -1 } })
+    let t_ns = (word >> 3) as f64 * chip.cycle_ns();
+    Ok(Edge { t_ns, axis, direction: if word & 1 == 1 { 1 } else { -1 } })
 }
 
 /// Why the edges do not match the moves.
@@ -56,7 +60,7 @@ pub enum Astray {
     /// An axis made a wrong number of steps, or moved in the wrong direction.
     Steps { axis: usize, made: u64, planned: u64 },
     /// A step came while its axis should rest or move in the other direction.
-    Stray { axis: usize, cycle: u64 },
+    Stray { axis: usize, t_ns: f64 },
 }
 
 /// Compares `edges` with the closed form of `moves`.
@@ -77,7 +81,7 @@ pub fn follow(edges: impl Iterator<Item = io::Result<Edge>>, moves: &[PlannedMov
     }
     match edges.next() {
         None => Ok(Followed { errors, drift }),
-        Some(Ok(Edge { axis, cycle, .. })) => Err(Astray::Stray { axis, cycle }),
+        Some(Ok(Edge { axis, t_ns, .. })) => Err(Astray::Stray { axis, t_ns }),
         Some(Err(error)) => Err(Astray::Read(error)),
     }
 }
@@ -100,15 +104,14 @@ impl<'a> Move<'a> {
         Self { planned, made: [0; PROVED], left, start_ns: None, drift: Drift::new(left) }
     }
 
-    fn error_ns(&mut self, Edge { cycle, axis, direction }: Edge) -> Result<f64, Astray> {
+    fn error_ns(&mut self, Edge { t_ns, axis, direction }: Edge) -> Result<f64, Astray> {
         let steps = self.planned.steps[axis];
         if self.made[axis] == steps.unsigned_abs() || direction != steps.signum() {
-            return Err(Astray::Stray { axis, cycle });
+            return Err(Astray::Stray { axis, t_ns });
         }
         self.made[axis] += 1;
         self.left -= 1;
         let due_ns = self.planned.due_ns(axis, self.made[axis]);
-        let t_ns = cycle as f64 * NS_PER_CYCLE;
         let start_ns = *self.start_ns.get_or_insert(t_ns - due_ns);
         let error_ns = t_ns - start_ns - due_ns;
         self.drift.add(due_ns * 1e-9, error_ns);
@@ -127,8 +130,8 @@ impl std::fmt::Display for Astray {
         match *self {
             Self::Read(ref error) => write!(f, "the edges cannot be read: {error}"),
             Self::Steps { axis, made, planned } => write!(f, "{} made {made} of {planned} steps", NAMES[axis]),
-            Self::Stray { axis, cycle } => {
-                write!(f, "{} made a step that is in no plan, {:.6} s after power-up", NAMES[axis], cycle as f64 * 8e-9)
+            Self::Stray { axis, t_ns } => {
+                write!(f, "{} made a step that is in no plan, {:.6} s after power-up", NAMES[axis], t_ns * 1e-9)
             }
         }
     }
@@ -145,13 +148,13 @@ mod tests {
         let machine = Machine::new(10_000, Ramp { s: 0.01, accel_max_steps_s2: 5e6 });
         let there = machine.planned([250, 250, 0]).unwrap();
         let moves = [there.clone(), there.back()];
-        let start = [1_000_000, 90_000_000];
+        let start = [8e6, 720e6];
         let mut edges = Vec::new();
         for (planned, start) in moves.iter().zip(start) {
             for k in 1..=250 {
                 for axis in 0..2 {
-                    let cycle = start + (planned.due_ns(axis, k) * 0.125).round() as u64;
-                    edges.push(Edge { cycle, axis, direction: planned.steps[axis].signum() });
+                    let t_ns = start + (planned.due_ns(axis, k) * 0.125).round() * 8.0;
+                    edges.push(Edge { t_ns, axis, direction: planned.steps[axis].signum() });
                 }
             }
         }
@@ -173,7 +176,7 @@ mod tests {
     #[test]
     fn a_late_edge_is_seen_with_its_lateness() {
         let (moves, mut edges) = ideal();
-        edges[100].cycle += 125;
+        edges[100].t_ns += 1_000.0;
         let errors = judge(&moves, &edges).unwrap().errors;
         assert!((errors.extremes_ns()[1] - 1_000.0).abs() <= 8.0 && errors.quantile_ns(0.99) <= 8.0, "{errors:?}");
     }
@@ -194,16 +197,17 @@ mod tests {
     fn edges_are_read_in_their_order() {
         let words = [1_250_000_000 * 8 + 5, 8 + 2_u64];
         let bytes: Vec<u8> = words.into_iter().flat_map(u64::to_le_bytes).collect();
-        let edges: Vec<Edge> = read(bytes.as_slice()).map(Result::unwrap).collect();
-        assert_eq!(
-            edges,
-            [Edge { cycle: 1_250_000_000, axis: 2, direction: 1 }, Edge { cycle: 1, axis: 1, direction: -1 }]
-        );
+        for (chip, t_ns) in [(Chip::Rp2040, [1e10, 8.0]), (Chip::Rp2350, [1.25e9 / 0.15, 1.0 / 0.15])] {
+            let edges: Vec<Edge> = read(bytes.as_slice(), chip).map(Result::unwrap).collect();
+            let read: Vec<_> = edges.iter().map(|edge| (edge.axis, edge.direction)).collect();
+            assert_eq!(read, [(2, 1), (1, -1)]);
+            assert!(edges.iter().zip(t_ns).all(|(edge, t_ns)| (edge.t_ns - t_ns).abs() < 1e-5), "{edges:?}");
+        }
     }
 
     #[test]
     fn a_torn_file_and_a_fourth_axis_are_refused() {
-        assert!(read([0_u8; 9].as_slice()).last().unwrap().is_err());
-        assert!(read(6_u64.to_le_bytes().as_slice()).next().unwrap().is_err());
+        assert!(read([0_u8; 9].as_slice(), Chip::Rp2040).last().unwrap().is_err());
+        assert!(read(6_u64.to_le_bytes().as_slice(), Chip::Rp2040).next().unwrap().is_err());
     }
 }

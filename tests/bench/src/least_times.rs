@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
 use isostep::measure::moves::{Carried, Corners, Curve, Stream};
-use isostep::measure::planned_move::CLOCK_HZ;
 use isostep::measure::search::{Found, highest};
 use isostep::measure::{Board, Measured, table};
 use isostep::parallel;
@@ -136,11 +135,11 @@ pub fn run(images: &Images, words: &Words, folder: &Path) -> Result<()> {
     });
     let speeds = found.into_iter().collect::<Result<Vec<_>>>()?;
     println!(
-        "Emulated: {}, {} MHz, a word of flash that the cache does not hold takes {miss_cycles} cycles, {}; {} moves of 0.2 mm of three axes \
+        "Emulated: {}, {}, a word of flash that the cache does not hold takes {miss_cycles} cycles, {}; {} moves of 0.2 mm of three axes \
          over USB, status polled at {POLL_HZ} Hz. Needed: the shortest time, in steps of {STEP_PERCENT} %, with which no move runs out and the \
          core is awake for {:.0} % at most. Margin: by how much faster than configured that is.",
         candidate.model.name(),
-        CLOCK_HZ / 1_000_000,
+        candidate.model.clocked(),
         candidate::build_options(),
         grouped(MOVES as u64),
         AWAKE_MAX * 100.0,
@@ -221,9 +220,8 @@ fn simulated(stream: &Stream, least_times: &LeastTimes) -> Result<Carried> {
     let program = stream.before.iter().chain(&stream.lines).map(|line| format!("{line}\n")).collect::<String>();
     let config = isostep_sim::Config { least_times: *least_times, keep_waves: false, ..isostep_sim::Config::default() };
     let outcome = isostep_sim::run(program.as_bytes(), &config)?;
-    let cycle = |t_ns: u64| t_ns * u64::from(CLOCK_HZ / 1_000_000) / 1_000;
     let edges =
-        outcome.edges.iter().map(|edge| Edge { cycle: cycle(edge.t_ns), axis: edge.axis, direction: edge.direction });
+        outcome.edges.iter().map(|edge| Edge { t_ns: edge.t_ns as f64, axis: edge.axis, direction: edge.direction });
     let at_s = carried_s(stream, &edges.collect::<Vec<_>>()).map_err(|why_not| anyhow!("simulated: {why_not}"))?;
     Ok(Carried { at_s, by: "the edges", awake_ratio: None })
 }

@@ -4,7 +4,6 @@
 
 use anyhow::Result;
 use isostep::measure::errors::Errors;
-use isostep::measure::planned_move::NS_PER_CYCLE;
 use isostep::measure::{Better, Figure, Findings, Measured};
 
 use super::edges::Edge;
@@ -80,7 +79,7 @@ impl Line {
     fn begin_ns(&self, pixel: usize) -> Option<f64> {
         let last = RUN_UP_MM * STEPS_PER_MM + pixel * PIXEL_STEPS - 1;
         let [before, after] = [last, last + 1].map(|index| self.edges.get(index));
-        Some((before?.cycle + after?.cycle) as f64 / 2.0 * NS_PER_CYCLE)
+        Some((before?.t_ns + after?.t_ns) / 2.0)
     }
 
     fn distances(&self) -> Measured<Errors> {
@@ -113,10 +112,10 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A line with steps every 1,000 cycles, and each level `late_ns` after the middle between its two steps.
+    /// A line with steps every 8 us, and each level `late_ns` after the middle between its two steps.
     fn line(pixels: usize, late_ns: f64) -> Line {
-        let steps = (2 * RUN_UP_MM * STEPS_PER_MM + pixels * PIXEL_STEPS) as u64;
-        let edges = (0..steps).map(|step| Edge { cycle: 1_000 * step, axis: 0, direction: 1 }).collect();
+        let steps = 2 * RUN_UP_MM * STEPS_PER_MM + pixels * PIXEL_STEPS;
+        let edges = (0..steps).map(|step| Edge { t_ns: 8_000.0 * step as f64, axis: 0, direction: 1 }).collect();
         let mut line = Line { pixels, edges, outputs: Vec::new() };
         for pixel in 0..pixels {
             let value = f64::from(LEVELS_PERCENT[pixel % LEVELS_PERCENT.len()]) / 100.0;

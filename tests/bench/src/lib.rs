@@ -8,7 +8,8 @@
 //!              |
 //!        figures of each chip -- table, JSON, page
 //! ```
-//! All of this is done on three chips (`chip`): the RP2040 as it is, one with ideal flash, and one with costly misses.
+//! All of this is done on three chips (`chip`): that of the board as it is, one with ideal flash, and one with costly misses. The
+//! mathematics are a firmware for an RP2040.
 //! Nothing is asserted: a missed target is only marked in the figures. An error is returned only if a run cannot be
 //! made.
 //!
@@ -43,10 +44,10 @@ use isostep::files::Files;
 use isostep::measure::board::Board;
 use isostep::measure::edges::Edges;
 use isostep::measure::moves::{Corners, Curve};
-use isostep::measure::planned_move::{CLOCK_HZ, PROVED};
+use isostep::measure::planned_move::PROVED;
 use isostep::measure::rates::Trials;
 use isostep::measure::stops::Cause;
-use isostep::measure::{Findings, Machine, Ramp, load, moves, rates, starts, stops, table, together};
+use isostep::measure::{Findings, Machine, Ramp, finely, load, moves, rates, starts, stops, table, together};
 use isostep::screen::{announce, grouped};
 use rp2040_bench::{FLOW_CASES, START_MM};
 use serde::Serialize;
@@ -86,7 +87,7 @@ And what the mathematics of a move costs on the chip, beside the step generators
 cycles to plan, to compile a segment and to replay a step under each speed profile, and how far their speeds are off; and cycles of
 a move of 0.2 mm of three axes that flows in a full chain: to read its line, to push it, to plan it and to compile that.
 On which chip:
-  the chip            the emulated RP2040, flash read through its cache: everything
+  the chip            that of the board, emulated, flash read through its cache: everything; of a Pico 2 without the mathematics
   ideal flash         flash reads like RAM: everything again (fewer stops), shown beneath a figure where it is another;
                       --quick: rates, accuracy, stops and starts
   miss costs twice  what flash's cache does not hold costs twice as much: what has a target (fewer stops), a column of
@@ -101,6 +102,7 @@ Examples:
   cargo xtask bench                                  everything, half an hour or more
   cargo xtask bench --quick                          shorter moves, fewer rates, some five minutes
   cargo xtask bench --port timer --json timer.json
+  cargo xtask bench --quick --board pico2            an RP2350, whose core has assumed timing
   cargo xtask bench --least-times                    how short moves may be, beside what the firmware is configured with
   cargo xtask bench --quick --prove                  of the image for `isostep prove`, whose figures have to be the same
   cargo xtask bench --report bench                   pictures: open bench/index.html")]
@@ -132,7 +134,7 @@ impl Args {
     /// Checks that the files can be written, before anything is built.
     ///
     /// # Errors
-    /// A file or folder that cannot be written, or a board that is not emulated.
+    /// A file or folder that cannot be written.
     pub fn check(&self) -> Result<()> {
         ensure!(
             self.board != Model::Pico2,
@@ -153,10 +155,10 @@ impl Args {
         self.board
     }
 
-    /// The mathematics is measured too.
+    /// The mathematics is measured too. Its firmware is for an RP2040.
     #[must_use]
     pub fn mathematics(&self) -> bool {
-        self.port.is_none() && !self.prove && !self.least_times
+        self.port.is_none() && !self.prove && !self.least_times && self.board.chip() == isostep::chip::Chip::Rp2040
     }
 
     /// The least times are measured, and nothing else.
@@ -337,8 +339,9 @@ fn long_move(board: &mut Emulated, found: &mut Findings, rate_steps_s: u32, effo
         found.add(edges.figure(key, what, unit).measured(value, finely));
     };
     let [earliest_ns, latest_ns] = followed.errors.extremes_ns();
-    add("earliest", "earliest edge", "ns", earliest_ns, "8 ns");
-    add("latest", "latest edge", "ns", latest_ns, "8 ns");
+    let unit = finely(edges.unit_ns);
+    add("earliest", "earliest edge", "ns", earliest_ns, &unit);
+    add("latest", "latest edge", "ns", latest_ns, &unit);
     if let Some(drift) = followed.drift {
         let mean = "a mean of many edges";
         add("drift", "drift", "ns/s", drift.slope_ns_s, mean);
@@ -364,18 +367,23 @@ fn curve(moves: usize, feed_mm_min: f64) -> Curve {
 
 fn command(args: &Args) -> String {
     let quick = if args.quick { " --quick" } else { "" };
-    let board = if args.board == Model::SkrPico { " --board skr-pico" } else { "" };
+    let board = if args.board == Model::default() { String::new() } else { format!(" --board {}", args.board.name()) };
     let port = args.port.map_or("", |port| if port == Port::Pio { " --port pio" } else { " --port timer" });
     let prove = if args.prove { " --prove" } else { "" };
     format!("cargo xtask bench{quick}{board}{port}{prove}")
 }
 
 fn conditions(args: &Args, driver: &str, miss_cycles: u32) -> String {
-    let board = if args.board == Model::Pico { "emulated" } else { "emulated SKR Pico" };
+    let board = match args.board {
+        Model::Pico => "emulated",
+        Model::Pico2 => "emulated Pico 2, the timing of whose core is assumed",
+        Model::SkrPico => "emulated SKR Pico",
+    };
+    let rest = if args.board == Model::Pico2 { " The mathematics are measured on an RP2040 alone." } else { "" };
     format!(
-        "All figures: {board}, {} MHz, flash read through the chip's cache, emulated too ({miss_cycles} cycles for a word \
-         that it does not hold), {}; driver {}, status polled over USB at {POLL_HZ} Hz; from rest in {} s, at most {} steps/s2.",
-        CLOCK_HZ / 1_000_000,
+        "All figures: {board}, {}, flash read through the chip's cache, emulated too ({miss_cycles} cycles for a word \
+         that it does not hold), {}; driver {}, status polled over USB at {POLL_HZ} Hz; from rest in {} s, at most {} steps/s2.{rest}",
+        args.board.clocked(),
         candidate::build_options(),
         driver.to_uppercase(),
         RAMP.s,

@@ -11,7 +11,6 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use isostep::measure::planned_move::CLOCK_HZ;
 use isostep::measure::{Better, Figure, Findings};
 use isostep_profile::{IntervalSplit, Limits, Profile, SpeedProfile, SyncMove};
 use rp2040_bench::{
@@ -22,6 +21,8 @@ use rp2040_bench::{
 use super::chip::Chip;
 use super::lines::{AXES, Lines};
 
+/// The clock of the chip that the firmware is for.
+const CLOCK_HZ: u32 = isostep::chip::Chip::Rp2040.clock_hz();
 /// Machine time that the firmware may take, s. It needs a quarter of it.
 const PATIENCE_S: u32 = 60;
 /// Below this fraction of the top speed, intervals are long, so there are few of them and their errors last only a

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use anyhow::Result;
-use isostep::measure::{Better, Figure, Findings, Measured};
+use isostep::measure::{Better, Figure, Findings, Measured, finely};
 use oorandom::Rand32;
 
 use super::runs::{Job, Runs, ToolFigures};
@@ -33,12 +33,13 @@ const CRASH: u32 = 3;
 /// Measures stops at random instants of moves with the laser on.
 pub fn measure(runs: &Runs, found: &mut Findings, stops: u32) -> Result<()> {
     let ran = runs.run(Job::Script(&script(stops)), f64::from(stops))?;
-    add(found, stops, ran.map(|summary| summary.tool));
+    let unit = finely(runs.candidate.model.chip().cycle_ns());
+    add(found, stops, &unit, ran.map(|summary| summary.tool));
     Ok(())
 }
 
 /// The longest time for each cause.
-fn add(found: &mut Findings, stops: u32, tool: Measured<ToolFigures>) {
+fn add(found: &mut Findings, stops: u32, unit: &str, tool: Measured<ToolFigures>) {
     for (input, cause, _) in CAUSES {
         let what = format!("from the cause ({cause}) to a dark laser and coolant off, at most");
         let figure = Figure::new(format!("dark.{input}"), what, "us").compared(Better::Lower, 0.2, 0.5);
@@ -47,7 +48,7 @@ fn add(found: &mut Findings, stops: u32, tool: Measured<ToolFigures>) {
             own.map(|stop| stop.outputs_off_ns.unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
         });
         found.add(match longest {
-            Ok(ns) if ns.is_finite() => figure.measured(ns * 1e-3, format!("8 ns, {stops} stops by all causes")),
+            Ok(ns) if ns.is_finite() => figure.measured(ns * 1e-3, format!("{unit}, {stops} stops by all causes")),
             Ok(_) => figure.missing(format!("after a {cause} an output stayed on")),
             Err(why_not) => figure.missing(why_not),
         });
@@ -85,7 +86,7 @@ mod tests {
         let stop = |input: &str, outputs_off_ns| ToolStop { input: input.to_owned(), outputs_off_ns };
         let of = |stops| {
             let mut found = Findings::default();
-            add(&mut found, 3, Ok(ToolFigures { stops }));
+            add(&mut found, 3, "8 ns", Ok(ToolFigures { stops }));
             found
         };
         let found = of(vec![stop("ESTOP", Some(3_240.0)), stop("ESTOP", Some(1_000.0)), stop("RESET", Some(900.0))]);

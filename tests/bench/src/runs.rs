@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs::{self, File};
-use std::io::BufReader;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -193,7 +193,7 @@ impl<'a> Runs<'a> {
     /// Runs `job` and returns the edges. The moves take at most `moving_s` in total.
     pub fn edges(&self, job: Job, moving_s: f64) -> Result<Measured<(Summary, Vec<Edge>)>> {
         self.recorded(job, moving_s, |summary, path| {
-            let edges = open(path).map(edges::read)?.collect::<Result<_, _>>();
+            let edges = self.read(path)?.collect::<Result<_, _>>();
             Ok((summary, edges.with_context(|| unreadable(path))?))
         })
     }
@@ -274,18 +274,18 @@ impl<'a> Runs<'a> {
         })
     }
 
+    /// The edges in a file of a run.
+    ///
+    /// # Errors
+    /// When it cannot be opened.
+    pub fn read(&self, path: &Path) -> Result<impl Iterator<Item = io::Result<Edge>>> {
+        let file = File::open(path).with_context(|| unreadable(path))?;
+        Ok(edges::read(BufReader::with_capacity(1 << 20, file), self.candidate.model.chip()))
+    }
+
     fn file(&self, extension: &str) -> PathBuf {
         self.folder.join("run").with_extension(extension)
     }
-}
-
-/// The file of edges.
-///
-/// # Errors
-/// When it cannot be opened.
-pub fn open(path: &Path) -> Result<BufReader<File>> {
-    let file = File::open(path).with_context(|| unreadable(path))?;
-    Ok(BufReader::with_capacity(1 << 20, file))
 }
 
 /// The error for a file of edges.

@@ -2,6 +2,7 @@
 
 use super::errors::Errors;
 use super::figure::{Better, EdgeErrors, Figure, Findings};
+use super::finely;
 use crate::screen::grouped;
 
 /// Edges of one kind of move.
@@ -36,7 +37,7 @@ impl Edges {
 
     /// The resolution of an error, in words.
     pub fn resolution(&self) -> String {
-        format!("{:.0} ns, so up to {:.0} ns of it may be rounding", self.unit_ns, self.unit_ns / 2.0)
+        format!("{}, so up to {} of it may be rounding", finely(self.unit_ns), finely(self.unit_ns / 2.0))
     }
 
     /// Adds the figures of these errors, the first of which is promised.

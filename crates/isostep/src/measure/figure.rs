@@ -239,10 +239,10 @@ impl EdgeErrors {
             name,
             bench::histogram(&title, &self.errors.histogram(BARS), bound_ns, colour),
             format!(
-                "{title}: {} of {} edges, by {} ns. Dashed: {} ns.",
+                "{title}: {} of {} edges, by {}. Dashed: {} ns.",
                 crate::screen::grouped(self.errors.count()),
                 crate::screen::grouped(self.made),
-                self.unit_ns,
+                super::finely(self.unit_ns),
                 crate::screen::grouped(bound_ns as u64),
             ),
         )

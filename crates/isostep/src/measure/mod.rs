@@ -27,6 +27,11 @@ pub use self::planned_move::{Machine, PlannedMove, Ramp};
 
 use crate::screen::grouped;
 
+/// A time of a few cycles, in words: a cycle of some chips is no whole number of ns.
+pub fn finely(ns: f64) -> String {
+    format!("{} ns", (ns * 100.0).round() / 100.0)
+}
+
 /// A rate of three axes at once, in words.
 pub fn together(rate_steps_s: u32) -> String {
     format!("{} x {} steps/s", planned_move::PROVED, grouped(rate_steps_s.into()))

@@ -9,10 +9,10 @@ use isostep_console::{AXES, Settings};
 use isostep_controller::config;
 use isostep_profile::SyncMove;
 
-/// The clock of the chip, by which it makes steps.
-pub const CLOCK_HZ: u32 = 125_000_000;
-/// Duration of a cycle of it, ns.
-pub const NS_PER_CYCLE: f64 = 8.0;
+use crate::chip::Chip;
+
+/// The chip that measures itself, by whose clock moves are compiled here.
+pub const PROVED_CHIP: Chip = Chip::Rp2040;
 /// The axes that are measured.
 pub const PROVED: usize = 3;
 /// Their names.
@@ -104,7 +104,7 @@ pub struct PlannedMove {
     /// Signed steps of each axis.
     pub steps: [i32; PROVED],
     plan: SyncMove<AXES>,
-    /// The cycle of each step of each axis, from the start of the move, as the machine compiles them: once somebody asks.
+    /// The cycle of each step of each axis, from the start of the move, as [`PROVED_CHIP`] compiles them: once somebody asks.
     compiled: Rc<[OnceCell<Vec<u64>>; PROVED]>,
 }
 
@@ -140,12 +140,12 @@ impl PlannedMove {
         self.plan.step_time_s(axis, number) * 1e9
     }
 
-    /// When step `number` of an axis, counted from 1, leaves, ns from the start of the move, as the machine compiles it: a
+    /// When step `number` of an axis, counted from 1, leaves, ns from the start of the move, as [`PROVED_CHIP`] compiles it: a
     /// few quadratics that are at most 24 ns off the closed form, on whole cycles.
     pub fn compiled_ns(&self, axis: usize, number: u32) -> f64 {
-        let cycles = || self.plan.segments(axis, CLOCK_HZ).flat_map(|segment| segment.ticks()).collect();
+        let cycles = || self.plan.segments(axis, PROVED_CHIP.clock_hz()).flat_map(|segment| segment.ticks()).collect();
         let cycle = self.compiled[axis].get_or_init(cycles).get(number as usize - 1);
-        cycle.map_or_else(|| self.due_ns(axis, number), |cycle| *cycle as f64 * NS_PER_CYCLE)
+        cycle.map_or_else(|| self.due_ns(axis, number), |cycle| *cycle as f64 * PROVED_CHIP.cycle_ns())
     }
 
     /// The duration of the move, s.

@@ -52,7 +52,7 @@ pub fn measure(board: &mut dyn Board, found: &mut Findings, trials: &Trials) -> 
         let what = format!("farthest edge from the closed form in these moves of {number}");
         found.add(
             Figure::new(format!("rate.{axes}.edges"), what, "ns")
-                .measured(errors.max_ns(), format!("{unit_ns:.0} ns"))
+                .measured(errors.max_ns(), super::finely(unit_ns))
                 .compared(Better::Lower, 0.0, unit_ns),
         );
     }

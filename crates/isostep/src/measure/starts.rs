@@ -32,7 +32,7 @@ pub fn measure(board: &mut dyn Board, found: &mut Findings, count: u32) -> Resul
             Ok(starts) => {
                 let mut sorted_ms = of(starts, key);
                 sorted_ms.sort_by(f64::total_cmp);
-                let finely = format!("{:.0} ns, {} starts", method.unit_ns, sorted_ms.len());
+                let finely = format!("{}, {} starts", super::finely(method.unit_ns), sorted_ms.len());
                 let at = |index: usize| sorted_ms.get(index).copied().unwrap_or(f64::NAN);
                 let last = sorted_ms.len().saturating_sub(1);
                 found.add(most.measured(at(last), &*finely));

@@ -91,7 +91,7 @@ pub fn measure(
 fn add(found: &mut Findings, unit_ns: f64, key: &str, what: &str, most: Figure, stops: &Stops) {
     let Stops { rate_steps_s, latencies_us, astray_steps } = stops;
     let count = latencies_us.len();
-    let finely = format!("{unit_ns:.0} ns, {count} stops at {} steps/s", grouped((*rate_steps_s).into()));
+    let finely = format!("{}, {count} stops at {} steps/s", super::finely(unit_ns), grouped((*rate_steps_s).into()));
     let most_us = latencies_us.iter().copied().fold(0.0, f64::max);
     let mean_us = latencies_us.iter().sum::<f64>() / count.max(1) as f64;
     let period_us = 1e6 / f64::from(*rate_steps_s);

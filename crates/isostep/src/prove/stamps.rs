@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::measure::planned_move::NS_PER_CYCLE;
+use crate::measure::planned_move::PROVED_CHIP;
 
 /// This stamper cannot skip: it keeps the last stamps of its window instead.
 pub const KEEPS_LAST: usize = 2;
@@ -51,7 +51,7 @@ impl Stamps {
     /// The instants of the edges, ns from the cycle that all share. An edge is on a cycle, and a stamp stands for two of
     /// them: the instant is between both, half a cycle from either.
     pub fn instants_ns(&self) -> Vec<f64> {
-        self.cycles.iter().map(|&cycle| (f64::from(cycle) - 0.5) * NS_PER_CYCLE).collect()
+        self.cycles.iter().map(|&cycle| (f64::from(cycle) - 0.5) * PROVED_CHIP.cycle_ns()).collect()
     }
 }
 
@@ -59,7 +59,7 @@ impl Stamps {
 /// `None` where they do not agree, which is a defect of the stampers or of the cable.
 pub fn both(one: &Stamps, other: &Stamps) -> Option<Vec<f64>> {
     // One of them looked on the edge's own cycle, the other on the next.
-    let exact = |(&a, &b): (&u32, &u32)| (a.abs_diff(b) == 1).then(|| f64::from(a.min(b)) * NS_PER_CYCLE);
+    let exact = |(&a, &b): (&u32, &u32)| (a.abs_diff(b) == 1).then(|| f64::from(a.min(b)) * PROVED_CHIP.cycle_ns());
     (one.counted == other.counted).then(|| one.cycles.iter().zip(&other.cycles).map(exact).collect())?
 }
 
