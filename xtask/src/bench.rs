@@ -32,11 +32,12 @@ pub fn run(args: Args) -> Result<()> {
     isostep_bench::run(&args, &images, &folder)
 }
 
-/// Builds the firmware with each of `ports`, or its proving image. Builds the default variant last, because every other
+/// Builds the firmware with each of `ports`, or its proving image. Builds the usual variant for the chip last, because every other
 /// verb expects it in its place.
 fn candidates(model: Model, ports: &[Port], proves: bool) -> Result<Vec<Candidate>> {
     let candidates = ports.iter().map(|&port| candidate(model, port, proves)).collect();
-    build::firmware(Variant::default())?;
+    let usual = if model == Model::Pico2 { model } else { Model::default() };
+    build::firmware(Variant { board: usual, ..Variant::default() })?;
     candidates
 }
 

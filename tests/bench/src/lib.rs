@@ -136,10 +136,6 @@ impl Args {
     /// # Errors
     /// A file or folder that cannot be written.
     pub fn check(&self) -> Result<()> {
-        ensure!(
-            self.board != Model::Pico2,
-            "--board pico2: the emulated board has an RP2040, and the chip of a Pico 2 is an RP2350"
-        );
         Files::default().page("--report", &self.report).written("--json", &self.json).check()
     }
 
