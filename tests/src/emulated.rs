@@ -6,6 +6,7 @@ mod process;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
+use isostep_controller::least_times;
 use isostep_motion::DriverTiming;
 use isostep_sim::world::Edge;
 use isostep_sim::{AXES, Config, Port};
@@ -76,11 +77,12 @@ impl Run {
     }
 }
 
-/// The simulated machine that is to do the same: it has the drivers of the emulated board.
+/// The simulated machine that is to do the same: it has the drivers of the emulated board, and the least times of its chip.
 #[must_use]
 pub fn config() -> Config {
     let driver = if is_skr_pico() { DriverTiming::TMC2209 } else { DriverTiming::DRV8825 };
-    Config { driver, ..Config::default() }
+    let least_times = if is_pico_2() { least_times::RP2350 } else { least_times::RP2040 };
+    Config { driver, least_times, ..Config::default() }
 }
 
 /// The environment variable that names whose pins the emulated board has, if not those of a Pico.

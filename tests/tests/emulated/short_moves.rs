@@ -3,10 +3,9 @@
 
 use std::fmt::Write as _;
 
-use isostep_controller::least_times::RP2040;
 use isostep_profile::SpeedProfile;
 use isostep_sim::{AXES, Port};
-use isostep_tests::emulated::Board;
+use isostep_tests::emulated::{self, Board};
 use isostep_trials::stride;
 
 /// The number of moves that the machine takes while it is held: its look-ahead without the move under way, and nearly its queue.
@@ -53,7 +52,10 @@ fn are_slower(port: Port) {
         assert_eq!(run.edges.len(), LONG_STEPS + MOVES * axes.len(), "{name}");
         let lasts_s = (x[x.len() - 1].t_ns - x[LONG_STEPS].t_ns) as f64 * 1e-9;
         println!("{name}: {:.0} moves/s (emulated)", (MOVES - 1) as f64 / lasts_s);
-        assert!(lasts_s > 0.999 * (MOVES - 1) as f64 * RP2040.straight_s, "{name}: {lasts_s} s");
+        assert!(
+            lasts_s > 0.999 * (MOVES - 1) as f64 * emulated::config().least_times.straight_s,
+            "{name}: {lasts_s} s"
+        );
     }
 }
 

@@ -31,9 +31,8 @@ pub const USB_PRODUCT: &str = "RP2350 gantry";
 pub const CLOCK_HZ: u32 = 150_000_000;
 /// The least cycles of a round of `cortex_m::asm::delay`: its subtraction, and a branch that costs no more.
 pub const DELAY_ROUND_CYCLES: u32 = 2;
-/// The least times that moves last, with which an image is linked. Nothing has measured this chip yet, which is faster than the
-/// other: what is enough there is enough here.
-pub const LEAST_TIMES: LeastTimes = least_times::RP2040;
+/// The least times that moves last, with which an image is linked.
+pub const LEAST_TIMES: LeastTimes = least_times::RP2350;
 /// The flash of a Pico 2.
 pub const FLASH_BYTES: usize = 4 * 1024 * 1024;
 
