@@ -25,10 +25,10 @@ pub const RP2040: LeastTimes = LeastTimes {
     ],
 };
 
-/// An RP2350 of 150 MHz, emulated: each is a tenth more than `cargo xtask bench --least-times --board pico2` finds if what flash's cache
-/// does not hold takes twice as long, because the timing of this core is assumed. A shaped run is bounded by what its shaper keeps
-/// there, 0.67 ms of ZV, in which the core is awake for 92 %. Those that are not measured, of the curved speed profiles and of moves
-/// whose steps the processor makes, are 0.6 of an RP2040's, as moves without a blend and with one are.
+/// An RP2350 of 150 MHz, emulated: each is at least a tenth more than `cargo xtask bench --least-times --board pico2` finds if what
+/// flash's cache does not hold takes twice as long, because the timing of this core is assumed. That of a shaped run is a tenth more than
+/// the 0.67 ms in which there is room for what ZV keeps of a move: the core is awake for 92 % then. Those that are not measured, of the
+/// curved speed profiles and of moves whose steps the processor makes, are 0.6 of an RP2040's, as moves without a blend and with one are.
 pub const RP2350: LeastTimes = LeastTimes {
     straight_s: 0.35e-3,
     blend_s: 0.62e-3,
