@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
+use isostep_controller::least_times;
 use isostep_report::compare::{self, Comparison, Jitter, MoveComparison};
 use isostep_sim::Config;
 use isostep_sim::program::Program;
@@ -12,6 +13,7 @@ use isostep_sim::program::Program;
 use crate::process::{self, announce};
 use crate::variant::{Port, Variant};
 use crate::{build, node, workspace};
+use isostep::chip::Chip;
 use isostep::files::Files;
 use isostep::profile_options::ProfileOptions;
 use isostep::pty;
@@ -175,7 +177,12 @@ fn compare(program: &[u8], trace: &Path, args: &Args) -> Result<Comparison> {
         Port::Pio => isostep_sim::Port::Pio,
         Port::Timer => isostep_sim::Port::Timer,
     };
-    let simulated = isostep_sim::run(program, &Config { port, settings: args.profile.machine(), ..Config::default() })?;
+    let least_times = match args.variant.chip() {
+        Chip::Rp2040 => least_times::RP2040,
+        Chip::Rp2350 => least_times::RP2350,
+    };
+    let config = Config { port, settings: args.profile.machine(), least_times, ..Config::default() };
+    let simulated = isostep_sim::run(program, &config)?;
     let traced = compare::read(fs::File::open(trace)?)?;
     compare::compare(&simulated, &traced).context("the board and the simulation differ")
 }
