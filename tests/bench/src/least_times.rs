@@ -31,9 +31,9 @@ const MOVES: usize = 1_500;
 /// How fast moves may come beside those that the image has, %.
 const SPEEDS_PERCENT: std::ops::RangeInclusive<u32> = 50..=300;
 const STEP_PERCENT: usize = 2;
-/// The acceleration of each axis, mm/s2: as great that it does not make a move slower than the least of these times do.
-const ACCEL_MM_S2: u32 = 60_000;
-/// The most steps that moves so fast leave out more than others, %.
+/// The acceleration of each axis with an RP2350, mm/s2: that of other measurements makes moves slower than its least times do.
+const FAST_ACCEL_MM_S2: u32 = 60_000;
+/// The most steps that its moves leave out more than others, %.
 const LEAVE_OUT_MORE_PERCENT: usize = 4;
 /// The core is awake for no more of the time than this.
 const AWAKE_MAX: f64 = 0.95;
@@ -85,11 +85,14 @@ impl Kind {
         }
     }
 
-    /// Moves of this kind.
-    fn stream(self, curve: &Curve) -> Stream {
+    /// Moves of this kind for such a chip.
+    fn stream(self, curve: &Curve, chip: isostep::chip::Chip) -> Stream {
         let mut stream = Stream::new(curve, self.corners());
+        if chip == isostep::chip::Chip::Rp2040 {
+            return stream;
+        }
         let begin = stream.before.len() - 1;
-        stream.before.splice(begin..begin, (120..).take(PROVED).map(|number| format!("${number}={ACCEL_MM_S2}")));
+        stream.before.splice(begin..begin, (120..).take(PROVED).map(|number| format!("${number}={FAST_ACCEL_MM_S2}")));
         if stream.leaves_out_percent > 0 {
             stream.leaves_out_percent += LEAVE_OUT_MORE_PERCENT;
         }
@@ -203,7 +206,7 @@ impl Search<'_> {
     fn keeps_up(&self, curve: &Curve, speed_percent: u32) -> Result<Result<(), ()>> {
         let Self { kind, chip, .. } = *self;
         let times = kind.at(self.configured, speed_percent);
-        let tried = self.trial(&kind.stream(curve), &times)?;
+        let tried = self.trial(&kind.stream(curve, self.candidate.model.chip()), &times)?;
         let keeps_up = tried.as_ref().is_ok_and(Trial::keeps_up);
         let verdict = if keeps_up { "keeps up" } else { "does not keep up" };
         let words = match tried {
@@ -247,6 +250,8 @@ fn simulated(stream: &Stream, least_times: &LeastTimes) -> Result<Measured<Carri
 
 #[cfg(test)]
 mod tests {
+    use isostep::chip::Chip::{Rp2040, Rp2350};
+
     use super::*;
 
     const TIMES: LeastTimes =
@@ -286,10 +291,10 @@ mod tests {
         for (kind, least_s) in
             [(Kind::Straight, TIMES.straight_s), (Kind::Blend, TIMES.blend_s), (Kind::Shaped, TIMES.shaped_s)]
         {
-            for speed_percent in [50, 100, 240] {
+            for (chip, speed_percent) in [(Rp2040, 50), (Rp2040, 100), (Rp2350, 100), (Rp2350, 240)] {
                 let (times, least_s) =
                     (kind.at(short(kind), speed_percent), least_s * 100.0 / f64::from(speed_percent));
-                let carried = simulated(&kind.stream(&curve), &times).unwrap().unwrap();
+                let carried = simulated(&kind.stream(&curve, chip), &times).unwrap().unwrap();
                 let each_s = carried.rate_per_s().unwrap().recip();
                 assert!((each_s / least_s - 1.0).abs() < 0.02, "{kind:?}: {each_s} s for {least_s}");
             }
