@@ -395,8 +395,15 @@ fn skr_pico(_: Amount) -> Result<()> {
 }
 
 /// What CI runs on the chip of a Pico 2: its edges, stops, faults and store, and the dialogues that every board has.
-const SOME_OF_PICO_2: [&str; 6] =
-    ["parking_is", "every_stop", "flowing::flowing", "a_port_that_runs_out", "nothing_is_stored", "dialogues::both::"];
+const SOME_OF_PICO_2: [&str; 7] = [
+    "parking_is",
+    "every_stop",
+    "flowing::flowing",
+    "a_port_that_runs_out",
+    "nothing_is_stored",
+    "evenly::",
+    "dialogues::both::",
+];
 
 fn pico_2(amount: Amount) -> Result<()> {
     let on_pico_2 = |elves: &[PathBuf; 3]| {

@@ -28,7 +28,8 @@ pub const RP2040: LeastTimes = LeastTimes {
 /// An RP2350 of 150 MHz, emulated: each is at least a tenth more than `cargo xtask bench --least-times --board pico2` finds if what
 /// flash's cache does not hold takes twice as long, because the timing of this core is assumed. That of a shaped run is a tenth more than
 /// the 0.67 ms in which there is room for what ZV keeps of a move: the core is awake for 92 % then. Those that are not measured, of the
-/// curved speed profiles and of moves whose steps the processor makes, are 0.6 of an RP2040's, as moves without a blend and with one are.
+/// curved speed profiles and of moves whose steps the processor makes, are an RP2040's: 0.6 of them, as of moves without a blend and with
+/// one, are too little for the quadratic profile.
 pub const RP2350: LeastTimes = LeastTimes {
     straight_s: 0.35e-3,
     blend_s: 0.62e-3,
@@ -37,8 +38,8 @@ pub const RP2350: LeastTimes = LeastTimes {
     shaped_s: 0.74e-3,
     box_s: 1.4e-3,
     box_root_step_s: 0.27e-3,
-    queued_s: 0.36e-3,
-    curved: [of_ms(0.6, 1.4), of_ms(1.2, 1.5), of_ms(0.6, 1.32), of_ms(0.6, 1.2), of_ms(3.6, 1.56), of_ms(8.4, 2.3)],
+    queued_s: RP2040.queued_s,
+    curved: RP2040.curved,
 };
 
 const fn of_ms(ramps_ms: f64, root_step_ms: f64) -> RampTimes {
