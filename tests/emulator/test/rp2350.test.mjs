@@ -73,9 +73,10 @@ test('a block of IT carries out what its conditions let through, and its shifts 
 });
 
 test('an interrupt between IT and its instructions comes back into the block', () => {
-  const chip = withInterrupts([0x4280, 0xbf04, 0x3101, 0x3101, B_SELF], { 3: 0x80 });
+  // cmp r0, r0; ITE ne; adds r1, #1; adds r1, #2. The handler's own instructions heed no condition.
+  const chip = withInterrupts([0x4280, 0xbf14, 0x3101, 0x3102, B_SELF], { 3: 0x80 });
   handler(chip, 3);
-  chip.clock.createAlarm(() => chip.core.setInterrupt(3, true)).scheduleAt(chip.core.cycles + 3);
+  chip.clock.createAlarm(() => chip.core.setInterrupt(3, true)).scheduleAt(chip.core.cycles + 2);
   go(chip, 8);
   chip.core.setInterrupt(3, false);
   go(chip);
