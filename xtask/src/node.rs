@@ -41,6 +41,13 @@ pub fn npm(verb: &str) -> Command {
     npm_in(&workspace::emulator_dir(), verb)
 }
 
+/// One file of the emulator's own tests.
+pub fn of_emulator(test: &str) -> Command {
+    let mut command = Command::new("node");
+    command.current_dir(workspace::emulator_dir()).args(["--test", test]);
+    command
+}
+
 /// `npm VERB` in a folder.
 pub fn npm_in(dir: &Path, verb: &str) -> Command {
     let mut command = Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" });

@@ -38,7 +38,8 @@ that fails is the last, but not with --all, which tells what failed at its end:
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   SKR Pico         its firmware on the emulated board, with its pins and drivers; only with --all
   Pico 2           its firmware on the emulated board, with its chip, an RP2350; with ISOSTEP_CASES=more some of the tests, with --all
-                   each but those of other images, and the emulated core against Unicorn's, which comes from PyPI
+                   each but those of other images, the emulated core against Unicorn's, which comes from PyPI, and its
+                   doubles against this computer's
   page             what it makes of a machine's words; with --all also in Chromium, with the simulated machine and the emulated
                    board, skipped without Chromium
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
@@ -405,6 +406,9 @@ const SOME_OF_PICO_2: [&str; 7] = [
     "dialogues::both::",
 ];
 
+/// Random operands of each kind of each function on doubles.
+const DOUBLES: &str = "1000000";
+
 fn pico_2(amount: Amount) -> Result<()> {
     let on_pico_2 = |elves: &[PathBuf; 3]| {
         let mut tests = on_board(Amount::More, elves);
@@ -427,6 +431,7 @@ fn pico_2(amount: Amount) -> Result<()> {
             tests.args(["--skip=prove::", "--skip=four_axes", "--skip=linked::"]);
             process::run(tests.args(OF_OTHERS))?;
             oracle::check(&kept)?;
+            process::run(&mut node::of_emulator("test/dcp.test.mjs").env("DCP_RANDOM", DOUBLES))?;
         }
     }
     Ok(())
