@@ -1,7 +1,7 @@
 // The motion of a run, phase by phase, and what it is at any time.
 
 import { AXES } from "./axes";
-import { Column, lastAt } from "./column";
+import { Column } from "./column";
 import { Envelope } from "./envelope";
 import type { Columns, LineTimes } from "./messages";
 
@@ -237,4 +237,15 @@ export class Motion {
     for (let axis = 0; axis < this.axes; axis++) squares += this.speedOf(row, axis, after) ** 2;
     return Math.sqrt(squares);
   }
+}
+
+/** The last of so many, in order, that is not above a value; -1 if there is none. */
+function lastAt(length: number, of: (index: number) => number, value: number): number {
+  let [low, high] = [0, length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (of(middle) <= value) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
 }

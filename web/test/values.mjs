@@ -6,7 +6,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["axes", "choice-of-axes", "column", "envelope", "long", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send", "units", "whatif/becomes", "whatif/scale"];
+const MODULES = ["axes", "choice-of-axes", "envelope", "long", "motion", "operate/change", "operate/dialect", "operate/flight", "operate/held", "operate/homed", "operate/machine", "operate/program", "settings/lines", "settings/send", "units", "whatif/becomes", "whatif/scale"];
 
 /** The page's own modules, as a browser gets them. */
 async function bundled() {
@@ -20,7 +20,7 @@ async function bundled() {
 const timers = [];
 const ticks = [];
 Object.assign(globalThis, { window: { addEventListener() {}, setTimeout: (act) => timers.push(act) }, document: { hidden: false }, setInterval: (act) => ticks.push(act), clearTimeout() {} });
-const { askedTool, becomes, changes, Column, differences, FORGOTTEN, factorAt, hasA, HeldJog, Lines, linesOf, Machine, Motion, placeOf, placesInWords, read, realTime, reason, rounded, send, setting, status, tooLong, toolWords, unitInSigns, UNKNOWN, withSettings, written } = await bundled();
+const { askedTool, becomes, changes, differences, FORGOTTEN, factorAt, hasA, HeldJog, Lines, linesOf, Machine, Motion, placeOf, placesInWords, read, realTime, reason, rounded, send, setting, status, tooLong, toolWords, unitInSigns, UNKNOWN, withSettings, written } = await bundled();
 
 const WINDOW_BYTES = 128;
 const RESET = 0x18;
@@ -344,29 +344,6 @@ test("the page's modules exist, and so does what its worker asks the machine for
   const given = sources.flatMap((text) => [...text.matchAll(exported)]).map(([, renamed, name]) => renamed ?? name);
   assert.ok(asked.length > 8, asked.join());
   assert.deepEqual(asked.filter((name) => !given.includes(name)), []);
-});
-
-test("a column has the numbers that came, few or many at once, zeros or not", () => {
-  for (const zeros of [0, 0.5, 1]) {
-    const [column, all] = [new Column(Float32Array), []];
-    for (const length of [1, 0, 4_095, 1, 4_096, 3, 9_000, 12_288, 4_094, 2, 5_000, 7]) {
-      const isZero = all.length % 10 < 10 * zeros;
-      const more = Float32Array.from({ length }, (_, index) => (isZero ? 0 : all.length + index));
-      column.push(more);
-      all.push(...more);
-    }
-    for (const index of [0, 4_096, 8_200, 30_000, all.length - 1]) {
-      column.set(index, -5);
-      all[index] = -5;
-    }
-    column.set(all.length, 1);
-    assert.equal(column.length, all.length);
-    // Onwards, and from far to near.
-    const order = [...all.keys(), ...Array.from(all.keys(), (index) => (index * 7_919) % all.length)];
-    assert.deepEqual(order.filter((index) => column.at(index) !== all[index]), []);
-    assert.equal(column.at(all.length), 0);
-  }
-  assert.equal(new Column(Uint8Array).at(0), 0);
 });
 
 /** A motion of so many axes in phases of random lengths, with a pause now and then, from a number. */
