@@ -431,7 +431,7 @@ fn pico_2(amount: Amount) -> Result<()> {
             tests.args(["--skip=prove::", "--skip=four_axes", "--skip=linked::"]);
             process::run(tests.args(OF_OTHERS))?;
             oracle::check(&kept)?;
-            process::run(&mut node::of_emulator("test/dcp.test.mjs").env("DCP_RANDOM", DOUBLES))?;
+            process::run(node::of_emulator("test/dcp.test.mjs").env("DCP_RANDOM", DOUBLES))?;
         }
     }
     Ok(())
