@@ -17,6 +17,8 @@ RAM = 0x20000000
 CODE = 0x10000000
 CASE_BYTES, CODE_BYTES = 0x20, 0x1000000
 NOWHERE = 0xffffffff
+# What does not come to its end within this time has gone elsewhere.
+PATIENCE_US = 100_000
 REGISTERS = [UC_ARM_REG_R0 + number for number in range(13)] + [UC_ARM_REG_SP, UC_ARM_REG_LR]
 # Addresses into two pages in the middle of RAM, from which offsets reach no farther than it does.
 BASE, SPREAD, REACH = RAM + 0x20000, 0x800, 0x40000
@@ -81,10 +83,16 @@ def leaves_the_core(op):
 
 
 def is_unpredictable(op):
-    """A stack pointer that is no multiple of 4, and lists of registers that have it or, to store, PC."""
+    """A stack pointer that is no multiple of 4, lists of registers that have it or, to store, PC, comparisons of PC, and addresses that
+    are written back into a register that is loaded or stored."""
     first = op[0]
     if len(op) == 1:
-        return first & 0xfd87 == 0x4485
+        return first & 0xfd87 == 0x4485 or first & 0xff00 == 0x4500 and (first & 0x87 == 0x87 or first & 0x78 == 0x78)
+    base, target, other = first & 15, op[1] >> 12, op[1] >> 8 & 15
+    if first & 0xfe00 == 0xf800 and not first & 0x80 and op[1] & 0x900 == 0x900:
+        return base == target
+    if first & 0xfe60 == 0xe860:
+        return base in (target, other)
     return first & 0xfe40 == 0xe800 and op[1] & (0x2000 if first & 0x10 else 0xa000) != 0
 
 
@@ -123,7 +131,7 @@ class Oracle:
         self.writes = {}
         try:
             # An end is quicker than a count, but a branch does not come to it.
-            self.uc.emu_start(self.at | 1, NOWHERE if branches else self.at + end, count=int(branches))
+            self.uc.emu_start(self.at | 1, NOWHERE if branches else self.at + end, timeout=PATIENCE_US, count=int(branches))
         except UcError:
             return None
         finally:
@@ -132,6 +140,8 @@ class Oracle:
         if not all(map(is_ram, self.writes)):
             return None
         after = [self.uc.reg_read(register) for register in REGISTERS] + [self.uc.reg_read(UC_ARM_REG_PC)]
+        if not branches and after[-1] != self.at + end:
+            return None
         return after, self.uc.reg_read(UC_ARM_REG_XPSR) & 0xf8000000, sorted(self.writes.items())
 
 

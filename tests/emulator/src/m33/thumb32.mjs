@@ -121,10 +121,13 @@ function plain(core, r, op, second, number) {
       return;
     case 16: // SSAT
     case 18:
+      // Without a shift it would be SSAT16.
+      if (op & 0x20 && least === 0) break;
       r[target] = saturated(core, shiftByCode(core, (op >> 4) & 2, r[source], least), -(2 ** (width - 1)), 2 ** (width - 1) - 1);
       return;
     case 24: // USAT
     case 26:
+      if (op & 0x20 && least === 0) break;
       r[target] = saturated(core, shiftByCode(core, (op >> 4) & 2, r[source], least), 0, 2 ** (width - 1) - 1);
       return;
     case 20: // SBFX
