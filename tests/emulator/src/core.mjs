@@ -1,7 +1,7 @@
 import { NOWHERE, readCycles, writeCycles } from './bus.mjs';
 import { alu, addWithCarry } from './alu.mjs';
-import { Fault } from './fault.mjs';
 import { highRegisters, loadStoreRegister, miscellaneous, wide } from './instructions.mjs';
+import { holds, untilFault } from './thumb.mjs';
 
 /** ARM's figure for a Cortex-M0+ with no wait states: 15 cycles from the interrupt to its handler's first instruction. */
 const EXCEPTION_ENTRY_CYCLES = 15;
@@ -14,16 +14,10 @@ const [SP, PC] = [13, 15];
  * eighty comparisons, by one switch on the instruction's first five bits. It is about three times as fast, charges
  * exception entry and return, and sets the flags of ADCS, SBCS and shifts as the architecture says.
  *
- * @returns {Fault | null} what stopped it, if an instruction could not be carried out
+ * @returns {import('./fault.mjs').Fault | null} what stopped it, if an instruction could not be carried out
  */
 export function run(core, bus, clock, limit) {
-  try {
-    runOn(core, bus, clock, limit);
-    return null;
-  } catch (error) {
-    if (error instanceof Fault) return error;
-    throw error;
-  }
+  return untilFault(runOn, core, bus, clock, limit);
 }
 
 function runOn(core, bus, clock, limit) {
@@ -205,24 +199,5 @@ function branchIf(core, r, op) {
   } else if (holds(core, condition)) {
     r[PC] += ((op << 24) >> 23) + 2;
     core.cycles += 1;
-  }
-}
-
-function holds(core, condition) {
-  switch (condition) {
-    case 0: return core.Z;
-    case 1: return !core.Z;
-    case 2: return core.C;
-    case 3: return !core.C;
-    case 4: return core.N;
-    case 5: return !core.N;
-    case 6: return core.V;
-    case 7: return !core.V;
-    case 8: return core.C && !core.Z;
-    case 9: return !core.C || core.Z;
-    case 10: return core.N === core.V;
-    case 11: return core.N !== core.V;
-    case 12: return !core.Z && core.N === core.V;
-    default: return core.Z || core.N !== core.V;
   }
 }

@@ -2,6 +2,7 @@ import { readCycles, writeCycles } from './bus.mjs';
 import { addWithCarry } from './alu.mjs';
 import { ROM_BYTES } from './rom/image.mjs';
 import { callRom } from './rom/rom.mjs';
+import { extended, reversed } from './thumb.mjs';
 
 const [SP, LR, PC] = [13, 14, 15];
 /** An estimate: the eight words of the frame and a refill of the pipeline. */
@@ -100,22 +101,6 @@ export function miscellaneous(core, bus, r, op) {
     default:
       return slowly(core, r);
   }
-}
-
-function extended(value, kind) {
-  switch (kind) {
-    case 0: return (value << 16) >> 16;
-    case 1: return (value << 24) >> 24;
-    case 2: return value & 0xffff;
-    default: return value & 0xff;
-  }
-}
-
-function reversed(value, kind) {
-  const halves = ((value >>> 8) & 0x00ff00ff) | ((value & 0x00ff00ff) << 8);
-  if (kind === 1) return halves;
-  if (kind === 3) return (halves << 16) >> 16;
-  return (halves >>> 16) | (halves << 16);
 }
 
 function push(core, bus, r, list) {

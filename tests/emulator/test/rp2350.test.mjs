@@ -150,6 +150,8 @@ test('words and half-words may stand at any address of memory', () => {
   assert.equal(bus.read32(DATA + 1), 0x12345678);
   assert.equal(bus.read8(DATA + 4), 0x12);
   assert.equal(bus.read16(DATA + 7), 0xabcd);
+  assert.throws(() => bus.read32(0x400b0025), /unaligned/);
+  assert.throws(() => bus.write16(0x400b0011, 0), /unaligned/);
 });
 
 test('a pad is isolated until the firmware connects it, and its overrides stand where the RP2350 has them', () => {

@@ -3,7 +3,7 @@ import { Fault } from '../fault.mjs';
 import { callRom } from '../rom/rom.mjs';
 import { ROM_BYTES } from '../rom/image.mjs';
 import { Exceptions, SYSTICK } from './exceptions.mjs';
-import { holds } from './flags.mjs';
+import { holds, untilFault } from '../thumb.mjs';
 import { execute16 } from './thumb16.mjs';
 import { execute32 } from './thumb32.mjs';
 
@@ -11,7 +11,8 @@ import { execute32 } from './thumb32.mjs';
 const [ENTRY_CYCLES, RETURN_CYCLES] = [15, 10];
 const [SP, LR, PC] = [13, 14, 15];
 const [WFE, WFI, SEV] = [2, 3, 4];
-const NEVER = 0;
+/** ITSTATE outside of a block. */
+const NO_BLOCK = 0;
 
 /** Special registers by their number in MRS and MSR. */
 const SPECIAL = { apsr: 0, xpsr: 3, ipsr: 5, msp: 8, psp: 9, msplim: 10, psplim: 11, primask: 16, basepri: 17, basepriMax: 18, faultmask: 19, control: 20 };
@@ -19,16 +20,10 @@ const SPECIAL = { apsr: 0, xpsr: 3, ipsr: 5, msp: 8, psp: 9, msplim: 10, psplim:
 /**
  * Runs the core until `limit`, the clock's next alarm, or sleep, whichever comes first, with PIO and DMA at its side.
  *
- * @returns {Fault | null} what stopped it, if an instruction could not be carried out
+ * @returns {import('../fault.mjs').Fault | null} what stopped it, if an instruction could not be carried out
  */
 export function run(core, bus, clock, limit) {
-  try {
-    runOn(core, bus, clock, limit);
-    return null;
-  } catch (error) {
-    if (error instanceof Fault) return error;
-    throw error;
-  }
+  return untilFault(runOn, core, bus, clock, limit);
 }
 
 function runOn(core, bus, clock, limit) {
@@ -63,12 +58,13 @@ export class CortexM33 {
     /** The carry of the last shifter operand. */
     this.carryOut = false;
     /** ITSTATE: the condition and the mask of the block that the core is in; 0 outside. */
-    this.it = NEVER;
+    this.it = NO_BLOCK;
     this.PM = false;
     this.BASEPRI = 0;
     this.IPSR = 0;
     this.VTOR = 0;
     this.psp = 0;
+    this.msplim = 0;
     this.waiting = false;
     this.eventRegistered = false;
     this.interruptsUpdated = false;
@@ -107,7 +103,7 @@ export class CortexM33 {
     r[PC] = pc + 2;
     this.cycles += 1;
     const { it } = this;
-    if (it === NEVER) return op >= 0xe800 ? execute32(this, bus, r, op) : execute16(this, bus, r, op);
+    if (it === NO_BLOCK) return op >= 0xe800 ? execute32(this, bus, r, op) : execute16(this, bus, r, op);
     const runs = holds(this, it >> 4);
     if (!runs) {
       if (op >= 0xe800) r[PC] += 2;
@@ -117,7 +113,7 @@ export class CortexM33 {
       execute16(this, bus, r, op);
     }
     // A return from a handler brings the state of a block of its own.
-    if (this.it === it) this.it = it & 7 ? (it & 0xe0) | ((it << 1) & 0x1f) : NEVER;
+    if (this.it === it) this.it = it & 7 ? (it & 0xe0) | ((it << 1) & 0x1f) : NO_BLOCK;
     return undefined;
   }
 
@@ -197,7 +193,7 @@ export class CortexM33 {
       case SPECIAL.ipsr: return this.IPSR;
       case SPECIAL.msp: return this.SP;
       case SPECIAL.psp: return this.psp;
-      case SPECIAL.msplim: return this.msplim ?? 0;
+      case SPECIAL.msplim: return this.msplim;
       case SPECIAL.psplim: return 0;
       case SPECIAL.primask: return this.PM ? 1 : 0;
       case SPECIAL.basepri:

@@ -60,24 +60,3 @@ export function rotated(value, by) {
 function bit(value, index) {
   return ((value >>> index) & 1) !== 0;
 }
-
-/** A condition of the architecture, 0 to 14. */
-export function holds(core, condition) {
-  switch (condition) {
-    case 0: return core.Z;
-    case 1: return !core.Z;
-    case 2: return core.C;
-    case 3: return !core.C;
-    case 4: return core.N;
-    case 5: return !core.N;
-    case 6: return core.V;
-    case 7: return !core.V;
-    case 8: return core.C && !core.Z;
-    case 9: return !core.C || core.Z;
-    case 10: return core.N === core.V;
-    case 11: return core.N !== core.V;
-    case 12: return !core.Z && core.N === core.V;
-    case 13: return core.Z || core.N !== core.V;
-    default: return true;
-  }
-}

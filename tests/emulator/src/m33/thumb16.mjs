@@ -1,6 +1,7 @@
 import { readCycles, writeCycles } from '../bus.mjs';
 import { Fault } from '../fault.mjs';
-import { add, holds, negativeOrZero, shift, shiftByCode } from './flags.mjs';
+import { extended, holds, reversed } from '../thumb.mjs';
+import { add, negativeOrZero, shift, shiftByCode } from './flags.mjs';
 
 const [SP, LR, PC] = [13, 14, 15];
 /** Cycles of a branch beyond its own: the pipeline is filled anew. An assumption: ARM publishes no timing of this core. */
@@ -324,23 +325,6 @@ function miscellaneous(core, bus, r, op) {
       return;
   }
   throw new Fault(`an undefined instruction, ${op.toString(16)}`);
-}
-
-export function extended(value, kind) {
-  switch (kind) {
-    case 0: return (value << 16) >> 16;
-    case 1: return (value << 24) >> 24;
-    case 2: return value & 0xffff;
-    default: return value & 0xff;
-  }
-}
-
-/** REV, REV16, and REVSH as the fourth. */
-export function reversed(value, kind) {
-  const halves = ((value >>> 8) & 0x00ff00ff) | ((value & 0x00ff00ff) << 8);
-  if (kind === 1) return halves;
-  if (kind === 3) return (halves << 16) >> 16;
-  return (halves >>> 16) | (halves << 16);
 }
 
 export function count(list) {

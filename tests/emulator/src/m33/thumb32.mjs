@@ -1,9 +1,10 @@
 import { readCycles } from '../bus.mjs';
 import { Fault } from '../fault.mjs';
+import { extended, holds, reversed } from '../thumb.mjs';
 import { coprocessor } from './coprocessor.mjs';
-import { add, holds, negativeOrZero, rotated, shift, shiftByCode } from './flags.mjs';
+import { add, negativeOrZero, rotated, shift, shiftByCode } from './flags.mjs';
 import { multiply, multiplyLong } from './multiply.mjs';
-import { branch, count, extended, goTo, load16, load32, load8, loadMultiple, reversed, store16, store32, store8, storeMultiple } from './thumb16.mjs';
+import { branch, count, goTo, load16, load32, load8, loadMultiple, store16, store32, store8, storeMultiple } from './thumb16.mjs';
 
 const [SP, LR, PC] = [13, 14, 15];
 const [AND, BIC, ORR, ORN, EOR, PKH, ADD, ADC, SBC, SUB, RSB] = [0, 1, 2, 3, 4, 6, 8, 10, 11, 13, 14];
