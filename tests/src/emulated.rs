@@ -1,4 +1,4 @@
-//! Runs the unmodified firmware in an emulated RP2040: starts the program `tests/emulator`.
+//! Runs the unmodified firmware in an emulated RP2040 or RP2350: starts the program `tests/emulator`.
 
 mod live;
 mod process;
