@@ -14,9 +14,6 @@ import { isForRp2350 } from './which-chip.mjs';
 import { RESET_FORCED, RESET_TIMER } from './watchdog.mjs';
 import { FlashCounts } from './xip-cache.mjs';
 
-/** Of PIO0, which counts steps down in its register Y. */
-const SECOND_MACHINE = 3;
-
 const OTHER_CHIP = `the firmware is for an ${IS_RP2350 ? 'RP2040' : 'RP2350'}, and this process emulates the other chip: it takes that of --elf, or of EMULATED_CHIP if its runs come on stdin`;
 
 /** Grbl's ctrl-X. */
@@ -126,7 +123,8 @@ export class Board {
 
   /** The state machine of the second motor counts a step that it has not made, as after a flipped bit. */
   miscountSecond() {
-    const second = this.chip.pio[0].machines[SECOND_MACHINE];
+    const { block, index } = this.gantry.board.second.machine;
+    const second = this.chip.pio[block].machines[index];
     second.y = (second.y - 1) | 0;
   }
 

@@ -5,7 +5,7 @@ import { Drivers } from './drivers.mjs';
 import { Estop } from './estop.mjs';
 import { Jumper } from './jumper.mjs';
 import { LimitSwitch, seededRandom } from './limit-switch.mjs';
-import { AXES, AXES_USUAL, BOARDS, SECOND } from './pins.mjs';
+import { AXES, AXES_USUAL, boardOf, SECOND } from './pins.mjs';
 import { Probe } from './probe.mjs';
 import { SecondMotor } from './second-motor.mjs';
 import { StepStatistics } from './statistics.mjs';
@@ -33,7 +33,7 @@ export class Gantry {
    */
   constructor(clock, options) {
     this.clock = clock;
-    this.board = BOARDS[options.board ?? 'pico'];
+    this.board = boardOf(options.board ?? 'pico', options.axes ?? AXES_USUAL);
     this.timing = new DriverTiming(DRIVERS[options.driver ?? 'drv8825']);
     this.enable = options.enable ?? 'wired';
     this.statistics = new StepStatistics();
@@ -78,7 +78,7 @@ export class Gantry {
   }
 
   #secondMotor({ second, startMm, bounceMicros, switches }, random) {
-    const limitSwitch = this.#limitSwitch(SECOND, this.board.axes.A.limit, bounceMicros, random);
+    const limitSwitch = this.#limitSwitch(SECOND, this.board.second.limit, bounceMicros, random);
     const motor = new SecondMotor(this, second, startMm[AXES.indexOf(second.axis)], limitSwitch);
     limitSwitch.setMode(switches[SECOND] ?? 'normal');
     return motor;
@@ -145,7 +145,9 @@ export class Gantry {
 
   /** @param {'hold' | 'start'} button */
   pressButton(button, pressed) {
-    this.#drive(this.board.contacts[button], !pressed);
+    const pin = this.board.contacts[button];
+    if (pin === undefined) throw new Error(`this board has no button for ${button}: its pin is the switch of the second motor`);
+    this.#drive(pin, !pressed);
   }
 
   /** A reset byte has arrived. */

@@ -1,5 +1,5 @@
 /**
- * What runs beside the core, cycle by cycle: both PIO blocks and the DMA, in this order within a cycle.
+ * What runs beside the core, cycle by cycle: the PIO blocks and the DMA, in the order in which they were added within a cycle.
  *
  * Only cycles on which one of them acts are visited. The core runs an instruction, then these catch up with it. Each
  * action has its own cycle on the clock, so an edge is reported with the cycle of the edge.

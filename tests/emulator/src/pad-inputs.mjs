@@ -82,8 +82,7 @@ export class PadInputs {
   #notify(pin, high) {
     const { cycles } = this.clock;
     this.sio.change(pin.index, high, cycles);
-    this.pio[0].inputChanged(pin.index, high, cycles);
-    this.pio[1].inputChanged(pin.index, high, cycles);
+    for (let index = 0; index < this.pio.length; index++) this.pio[index].inputChanged(pin.index, high, cycles);
   }
 }
 

@@ -29,7 +29,7 @@ export class SecondMotor {
 
   attach(chip) {
     this.direction = -1;
-    const { step, dir } = this.gantry.board.axes.A;
+    const { step, dir } = this.gantry.board.second;
     chip.gpio[step].addListener((state, before) => this.#onStepPin(state === HIGH, before === HIGH));
     chip.gpio[dir].addListener((state, before) => this.#onDirPin(state === HIGH, before === HIGH));
   }

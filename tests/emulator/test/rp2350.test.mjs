@@ -5,6 +5,7 @@ process.env.EMULATED_CHIP = 'rp2350';
 const { CYCLES_PER_MICRO, MachineClock } = await import('../src/clock.mjs');
 const { buildRp2350 } = await import('../src/rp2350/chip.mjs');
 const { Fault } = await import('../src/fault.mjs');
+const pio = await import('../support/pio-assembly.mjs');
 const { isForRp2350 } = await import('../src/which-chip.mjs');
 
 const [CODE, STACK, HANDLERS, TABLE, DATA] = [0x20000100, 0x20008000, 0x20001000, 0x20002000, 0x20004000];
@@ -242,6 +243,86 @@ test("PIO's status, interrupts and requests are where the RP2350 has them", () =
   bus.write32(0x50200034, 1);
   assert.equal(core.exceptions.pending[16 + 15], 1);
   assert.equal(bus.read32(0x50200178) & (1 << 8), 1 << 8);
+});
+
+const [PIO0_AT, PIO2_AT] = [0x50200000, 0x50400000];
+/** A flag's number in the block that follows: after PIO2 that is PIO0. */
+const NEXT = 24;
+
+/** Machine 0 of a block makes a square wave on a pin, once the flag 6 of PIO0 is clear and its program begins. @returns its edges' cycles */
+function squareWave({ bus, chip, clock }, base, pin, first) {
+  const edges = [];
+  const functionSelect = base === PIO0_AT ? 6 : 8;
+  bus.write32(0x40038000 + 4 + 4 * pin, 0x56);
+  bus.write32(0x40028000 + 8 * pin + 4, functionSelect);
+  [first, pio.set(pio.TO.pins, 1, 2), pio.set(pio.TO.pins, 0)].forEach((word, index) => bus.write32(base + 0x48 + 4 * index, word));
+  bus.write32(base + 0xc8 + 4, (2 << 12) | (1 << 7));
+  bus.write32(base + 0xc8 + 0x14, (1 << 26) | (pin << 5));
+  bus.write32(base + 0xc8 + 0x10, pio.set(pio.TO.directions, 1));
+  chip.gpio[pin].addListener(() => edges.push(clock.cycles));
+  bus.write32(base, 1);
+  return edges;
+}
+
+test('PIO2 sees a flag of PIO0 on the cycle on which PIO0 does, and drives a pin', () => {
+  const chip = machine();
+  chip.bus.write32(PIO0_AT + 0x34, 1 << 6);
+  const edges = [squareWave(chip, PIO0_AT, 2, pio.waitIrq(0, 6)), squareWave(chip, PIO2_AT, 27, pio.waitIrq(0, NEXT | 6))];
+  go(chip, 50);
+  assert.deepEqual(edges, [[], []]);
+  chip.bus.write32(PIO0_AT + 0x30, 1 << 6);
+  const opened = chip.clock.cycles;
+  go(chip, 40);
+  assert.equal(edges[0][0], opened + 2);
+  assert.equal(edges[0].length > 10, true);
+  assert.deepEqual(edges[1], edges[0]);
+});
+
+test("a flag of PIO0 that PIO2 sets is seen a cycle later by PIO0's machines, and by the core", () => {
+  const chip = machine();
+  const { bus } = chip;
+  bus.write32(PIO0_AT + 0x34, 1 << 6);
+  const edges = squareWave(chip, PIO0_AT, 2, pio.waitIrq(1, 7));
+  squareWave(chip, PIO2_AT, 27, pio.irqSet(NEXT | 7));
+  const started = chip.clock.cycles;
+  go(chip, 5);
+  // PIO2 sets it on the first cycle after it is enabled, PIO0 takes it on the second and raises the pin on the third.
+  assert.deepEqual(edges.slice(0, 1), [started + 3]);
+  bus.write32(PIO0_AT, 0);
+  bus.write32(PIO2_AT + 0xc8 + 0x10, pio.irqSet(NEXT | 7));
+  go(chip, 2);
+  assert.equal(bus.read32(PIO0_AT + 0x30), (1 << 6) | (1 << 7));
+  assert.equal(bus.read32(PIO2_AT + 0x30), 0);
+});
+
+test('a write of CTRL stops and starts machines of the neighbours on the same cycle', () => {
+  const chip = machine();
+  const { bus } = chip;
+  const edges = [squareWave(chip, PIO0_AT, 2, pio.waitIrq(0, 6)), squareWave(chip, PIO2_AT, 27, pio.waitIrq(0, NEXT | 6))];
+  go(chip, 40);
+  // Machine 0 of the block before, which is PIO2, with its own: disabled.
+  bus.write32(PIO0_AT, (1 << 16) | (1 << 25));
+  const counts = edges.map(({ length }) => length);
+  go(chip, 40);
+  assert.deepEqual(edges.map(({ length }) => length), counts);
+  assert.deepEqual([bus.read32(PIO0_AT), bus.read32(PIO2_AT)], [0, 0]);
+  bus.write32(PIO0_AT, 1 | (1 << 16) | (1 << 24));
+  go(chip, 40);
+  assert.equal(edges[1].length > counts[1], true);
+  assert.deepEqual([bus.read32(PIO0_AT), bus.read32(PIO2_AT)], [1, 1]);
+});
+
+test('the flags of other neighbours are not emulated, and are refused', () => {
+  const chip = machine();
+  squareWave(chip, PIO0_AT, 2, pio.irqSet(NEXT | 7));
+  assert.throws(() => go(chip, 10), /only the last PIO block may name flags of a neighbour/);
+});
+
+test("PIO2's flags interrupt by its own line", () => {
+  const { bus, core } = machine();
+  bus.write32(PIO2_AT + 0x17c, 1 << 8);
+  bus.write32(PIO2_AT + 0x34, 1);
+  assert.equal(core.exceptions.pending[16 + 20], 1);
 });
 
 /** Calls a function of the ROM from code in RAM, with these arguments. */

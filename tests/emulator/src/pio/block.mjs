@@ -1,3 +1,4 @@
+import { Fault } from '../fault.mjs';
 import { WAITS_FOR } from './instructions.mjs';
 import { Inputs } from './inputs.mjs';
 import { StateMachine } from './state-machine.mjs';
@@ -10,6 +11,8 @@ const FLAGS_TO_CORE = 0xf;
 const FIFO_SOURCES = 0xff;
 /** A GPIO's FUNCSEL for the first block. */
 const FIRST_FUNCTION_SELECT = 6;
+/** Bits of a flag's number: it is relative to the machine, or, with bit 3, of a neighbour, which is the next block if bit 4 is set too. */
+const [NEIGHBOURS, RELATIVE, NEXT] = [8, 16, 24];
 
 /**
  * A PIO block (datasheet 3): four state machines, their shared program, flags and pins.
@@ -20,7 +23,7 @@ const FIRST_FUNCTION_SELECT = 6;
 export class PioBlock {
   /**
    * @param {object} chip
-   * @param {number} index 0 or 1
+   * @param {number} index 0 or 1, and 2 on an RP2350
    * @param {{irq: number, lockstep: import('../lockstep.mjs').Lockstep}} wiring the first of its two interrupt lines
    */
   constructor(chip, index, { irq, lockstep }) {
@@ -41,7 +44,9 @@ export class PioBlock {
     this.flags = 0;
     this.raised = 0;
     this.lowered = 0;
-    // The levels and directions that the block gives the GPIOs with FUNCSEL 6 or 7, and those last shown on the pins.
+    /** On an RP2350 the blocks before and after it, in a ring. @type {{previous: PioBlock, next: PioBlock} | null} */
+    this.neighbours = null;
+    // The levels and directions that the block gives the GPIOs with its FUNCSEL, and those last shown on the pins.
     // rp2040js reads the first two.
     this.pinValues = 0;
     this.pinDirections = 0;
@@ -89,11 +94,40 @@ export class PioBlock {
     this.lowered |= bit;
   }
 
+  /** The flag that an instruction of a machine means: its block, and its bit. */
+  flag(machine, index) {
+    const block = this.neighbours !== null && (index & NEIGHBOURS) !== 0 ? this.#neighbour(index) : this;
+    const isRelative = block === this && (index & RELATIVE) !== 0;
+    return { block, bit: 1 << (isRelative ? (index & 4) | ((index + machine.index) & 3) : index & 7) };
+  }
+
+  /**
+   * All machines see a neighbour's flags too as they were before the cycle. So the block must be visited before its neighbour, whose
+   * flags change at the end of its visit: of the next block after the last, which is the first, that is so.
+   */
+  #neighbour(index) {
+    const { next } = this.neighbours;
+    if ((index & NEXT) !== NEXT || next.functionSelect > this.functionSelect) throw new Fault('only the last PIO block may name flags of a neighbour, those of the next: the others are not emulated');
+    return next;
+  }
+
+  /** A machine of this block raises a flag, here or in a neighbour. */
+  raiseIn(block, bit, cycle) {
+    block.raise(bit);
+    if (block !== this) block.expect(cycle);
+  }
+
+  lowerIn(block, bit, cycle) {
+    block.lower(bit);
+    if (block !== this) block.expect(cycle);
+  }
+
   #commitFlags(cycle) {
     this.flags = (this.flags & ~this.lowered) | this.raised;
     this.raised = 0;
     this.lowered = 0;
     for (const machine of this.machines) machine.wake(WAITS_FOR.irq, cycle);
+    for (const machine of this.neighbours?.previous.machines ?? []) machine.wake(WAITS_FOR.irq, cycle);
     this.interrupt();
   }
 

@@ -27,7 +27,7 @@ export function execute(machine, op, cycle) {
     case 5:
       return move(machine, op, cycle);
     case 6:
-      return interrupt(machine, op);
+      return interrupt(machine, op, cycle);
     default:
       return set(machine, op);
   }
@@ -76,7 +76,7 @@ function wait(machine, op, cycle) {
     case 1:
       return waitForPin(machine, (index + machine.inBase) & 31, high, cycle);
     case 2:
-      return waitForFlag(machine, flagBit(machine, index), high);
+      return waitForFlag(machine, index, high, cycle);
     default:
       return DONE;
   }
@@ -88,16 +88,11 @@ function waitForPin(machine, pin, high, cycle) {
 }
 
 /** Waiting for a set flag also clears it. */
-function waitForFlag(machine, bit, high) {
-  const { block } = machine;
+function waitForFlag(machine, index, high, cycle) {
+  const { block, bit } = machine.block.flag(machine, index);
   if (((block.flags & bit) !== 0) !== high) return machine.stallOn(WAITS_FOR.irq);
-  if (high) block.lower(bit);
+  if (high) machine.block.lowerIn(block, bit, cycle);
   return DONE;
-}
-
-/** The bit of a flag by its number. With bit 4, the number is relative to the machine within each group of four. */
-function flagBit(machine, index) {
-  return 1 << (index & 16 ? (index & 4) | ((index + machine.index) & 3) : index & 7);
 }
 
 function shiftIn(machine, op, cycle) {
@@ -241,25 +236,23 @@ function source(machine, number, cycle) {
 }
 
 /** IRQ: clears a flag, or sets it and optionally waits until it has been cleared. */
-function interrupt(machine, op) {
-  const bit = flagBit(machine, op & 31);
-  const { block } = machine;
+function interrupt(machine, op, cycle) {
+  const { block, bit } = machine.block.flag(machine, op & 31);
   if (op & 0x40) {
-    block.lower(bit);
+    machine.block.lowerIn(block, bit, cycle);
     return DONE;
   }
   const waits = (op & 0x20) !== 0;
   if (!waits) {
-    block.raise(bit);
+    machine.block.raiseIn(block, bit, cycle);
     return DONE;
   }
-  return raiseAndWait(machine, bit);
+  return raiseAndWait(machine, block, bit, cycle);
 }
 
-function raiseAndWait(machine, bit) {
-  const { block } = machine;
+function raiseAndWait(machine, block, bit, cycle) {
   if (!machine.flagRaised) {
-    block.raise(bit);
+    machine.block.raiseIn(block, bit, cycle);
     machine.flagRaised = true;
     return STALLED;
   }

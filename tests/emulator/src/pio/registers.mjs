@@ -103,13 +103,11 @@ export class PioRegisters extends BasePeripheral {
 
   #control(word, cycle) {
     const { block } = this;
-    block.settle(cycle);
-    block.machines.forEach((machine, index) => {
-      machine.enable(((word >> index) & 1) !== 0, cycle);
-      if ((word >> (4 + index)) & 1) machine.restart(cycle);
-      if ((word >> (8 + index)) & 1) machine.rephase(machine.period, cycle);
-    });
-    block.changeProgram(cycle);
+    control(block, word, cycle);
+    if (block.neighbours === null) return;
+    const { previous, next } = block.neighbours;
+    controlOther(previous, (word >> 16) & 0xf, word, cycle);
+    controlOther(next, (word >> 20) & 0xf, word, cycle);
   }
 
   #writeInstruction(index, word, cycle) {
@@ -183,4 +181,23 @@ export class PioRegisters extends BasePeripheral {
     else if (offset % LINE_BYTES === INTF) this.block.forcedSources[line] = word & 0xfff;
     this.block.interrupt();
   }
+}
+
+/** CTRL: which machines are enabled, and which restart their state or the phase of their divider. */
+function control(block, word, cycle) {
+  block.settle(cycle);
+  block.machines.forEach((machine, index) => {
+    machine.enable(((word >> index) & 1) !== 0, cycle);
+    if ((word >> (4 + index)) & 1) machine.restart(cycle);
+    if ((word >> (8 + index)) & 1) machine.rephase(machine.period, cycle);
+  });
+  block.changeProgram(cycle);
+}
+
+/** The upper half of an RP2350's CTRL: what the same write does to some machines of a neighbour. To disable goes before to enable. */
+function controlOther(block, machines, word, cycle) {
+  const [enables, disables, rephases] = [24, 25, 26].map((bit) => ((word >> bit) & 1) !== 0);
+  if (machines === 0 || !(enables || disables || rephases)) return;
+  const enabled = block.bits((machine) => machine.enabled);
+  control(block, (disables ? enabled & ~machines : enables ? enabled | machines : enabled) | (rephases ? machines << 8 : 0), cycle);
 }

@@ -36,16 +36,20 @@ const ISOLATED = 1 << 8;
 const PAD_AT_RESET = 0x116;
 /** The project's interrupts of the RP2040, by which the shared peripherals name theirs. */
 const [IRQ_PIO0, IRQ_PIO1, IRQ_UART0, IRQ_UART1] = [7, 9, 20, 21];
+/** No block of the RP2040 has it: {@link registers.INTERRUPTS} has it in addition. */
+const IRQ_PIO2 = registers.IRQ_PIO2;
+/** FUNCSEL of PIO2, which rp2040js does not know. */
+const FUNCTION_PIO2 = 8;
 /** RP2350-A2: Raspberry Pi's JEDEC number and part 4, in revision 2. */
 const CHIP_ID = 0x20004927;
 const SLOT = {
   sysInfo: 0x40000, clocks: 0x40010, psm: 0x40018, resets: 0x40020, ioBank0: 0x40028, pads: 0x40038, xosc: 0x40048, pllSys: 0x40050, pllUsb: 0x40058,
   accessCtrl: 0x40060, uart0: 0x40070, uart1: 0x40078, pwm: 0x400a8, timer0: 0x400b0, xipCtrl: 0x400c8, qmi: 0x400d0, watchdog: 0x400d8, bootRam: 0x400e0, rosc: 0x400e8,
-  powman: 0x40100, ticks: 0x40108, dma: 0x50000, usb: 0x50110, pio0: 0x50200, pio1: 0x50300,
+  powman: 0x40100, ticks: 0x40108, dma: 0x50000, usb: 0x50110, pio0: 0x50200, pio1: 0x50300, pio2: 0x50400,
 };
 
 /**
- * An RP2350A: a Cortex-M33 with the peripherals of the emulated RP2040 at the RP2350's addresses. The second core, PIO2, security,
+ * An RP2350A: a Cortex-M33 with the peripherals of the emulated RP2040 at the RP2350's addresses. The second core, security,
  * the second timer and all else that the firmware does not use are left out.
  *
  * @param {import('../clock.mjs').MachineClock} clock
@@ -96,9 +100,12 @@ function runBeside(chip, clock, cache) {
   const lockstep = new Lockstep(clock);
   clock.lockstep = lockstep;
   const dma = new Dma(chip, 'DMA', lockstep, cache, DMA_LAYOUT);
-  const pio = [new PioBlock(chip, 0, { irq: IRQ_PIO0, lockstep }), new PioBlock(chip, 1, { irq: IRQ_PIO1, lockstep })];
+  const pio = [IRQ_PIO0, IRQ_PIO1, IRQ_PIO2].map((irq, index) => new PioBlock(chip, index, { irq, lockstep }));
+  pio.forEach((block, index) => Object.assign(block, { neighbours: { previous: pio.at(index - 1), next: pio[(index + 1) % pio.length] } }));
   Object.assign(chip, { dma, pio });
-  for (const part of [...pio, dma]) lockstep.add(part);
+  for (const pin of chip.gpio) showPio2(pin, pio[2]);
+  // The last first, because it may name the flags of the first.
+  for (const part of [pio[2], pio[0], pio[1], dma]) lockstep.add(part);
   for (const block of pio) block.onRequest = (number, cycle) => dma.request(number, cycle);
   new PadInputs(chip, pio, clock);
 }
@@ -109,6 +116,13 @@ function isolate(pin) {
   const connected = ({ get }) => ({ get: () => (pin.padValue & ISOLATED) === 0 && get.call(pin) });
   pin.padValue = PAD_AT_RESET;
   Object.defineProperties(pin, { outputEnable: connected(outputEnable), inputEnable: connected(inputEnable) });
+}
+
+/** What PIO2 drives reaches the pad of a pin that has its function. */
+function showPio2(pin, block) {
+  const { rawOutputEnable, rawOutputValue } = Object.getOwnPropertyDescriptors(Object.getPrototypeOf(pin));
+  const driven = ({ get }, bitsOf) => ({ get: () => (pin.functionSelect === FUNCTION_PIO2 ? ((bitsOf() >>> pin.index) & 1) !== 0 : get.call(pin)) });
+  Object.defineProperties(pin, { rawOutputEnable: driven(rawOutputEnable, () => block.pinDirections), rawOutputValue: driven(rawOutputValue, () => block.pinValues) });
 }
 
 function attachPeripherals(chip, { flash, watchdog, uart, timer }) {
@@ -142,6 +156,7 @@ function attachPeripherals(chip, { flash, watchdog, uart, timer }) {
     [SLOT.usb]: old[0x50110],
     [SLOT.pio0]: remapped('PIO0', new PioRegisters(chip, 'PIO0', chip.pio[0]), registers.PIO),
     [SLOT.pio1]: remapped('PIO1', new PioRegisters(chip, 'PIO1', chip.pio[1]), registers.PIO),
+    [SLOT.pio2]: remapped('PIO2', new PioRegisters(chip, 'PIO2', chip.pio[2]), registers.PIO),
   };
   XIP_SETUP.forEach((word, index) => chip.peripherals[SLOT.bootRam].writeUint32(4 * index, word >>> 0));
   attachCorePeripherals(chip, sio);

@@ -45,5 +45,8 @@ const SIO_PLACES = new Map([[0x000, 0x000], [0x004, 0x004], [0x010, 0x010], [0x0
 const [SPINLOCKS, SPINLOCKS_END] = [0x100, 0x180];
 export const SIO = { place: (offset) => (offset >= SPINLOCKS && offset < SPINLOCKS_END ? offset : (SIO_PLACES.get(offset) ?? null)), moved: AS_THEY_ARE };
 
-/** The RP2350's number of each interrupt of the RP2040's peripherals, and of the software interrupts by the names that rp-pac gives them. */
-export const INTERRUPTS = new Map([[0, 0], [1, 1], [2, 2], [3, 3], [4, 8], [5, 14], [7, 15], [8, 16], [9, 17], [10, 18], [11, 10], [12, 11], [13, 21], [20, 33], [21, 34], ...[26, 27, 28, 29, 30].map((number) => [number, number + 21])]);
+/** PIO2's first interrupt by a number that the RP2040 has not. */
+export const IRQ_PIO2 = 40;
+
+/** The RP2350's number of each interrupt of the RP2040's peripherals, of PIO2, and of the software interrupts by the names that rp-pac gives them. */
+export const INTERRUPTS = new Map([[0, 0], [1, 1], [2, 2], [3, 3], [4, 8], [5, 14], [7, 15], [8, 16], [9, 17], [10, 18], [IRQ_PIO2, 19], [IRQ_PIO2 + 1, 20], [11, 10], [12, 11], [13, 21], [20, 33], [21, 34], ...[26, 27, 28, 29, 30].map((number) => [number, number + 21])]);
