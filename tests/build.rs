@@ -57,12 +57,8 @@ fn tests(text: &str, file: &str, machine: &str) -> String {
 
 const BOARD: &str = "#[test]\n#[ignore = \"needs the firmware: cargo xtask test\"]";
 
-/// True if there is an image for a dialogue: with three axes there is one of four, and with four there is no second motor.
+/// True if there is an image for a dialogue: with three axes there is one of four, and not by the timer port.
 fn has_image(dialogue: &str, machine: &str) -> bool {
     let is_four = env::var_os("CARGO_FEATURE_FOUR_AXES").is_some();
-    if dialogue.contains("\nwith four axes\n") {
-        is_four || machine == "board"
-    } else {
-        !(is_four && dialogue.contains("--second"))
-    }
+    is_four || machine == "board" || !dialogue.contains("\nwith four axes\n")
 }

@@ -16,6 +16,11 @@ fn main() {
     if is_rp2350 {
         println!("cargo:rustc-cfg=rp2350");
     }
+    // An axis's second motor beside A: its state machine is one of a third PIO block.
+    println!("cargo:rustc-check-cfg=cfg(five_motors)");
+    if is_rp2350 && env::var_os("CARGO_FEATURE_FOUR_AXES").is_some() {
+        println!("cargo:rustc-cfg=five_motors");
+    }
     println!("cargo:rustc-link-search={out_dir}");
     for script in ["memory.x", "prove.x", "rp2040.x", "rp2350.x"] {
         println!("cargo:rerun-if-changed={script}");

@@ -10,6 +10,7 @@ use std::iter;
 use isostep_sim::{AXES, Port};
 
 use crate::dialogue;
+use crate::emulated::is_pico_2;
 
 /// The state of the tool's outputs after the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -321,8 +322,8 @@ impl Case {
 fn steps(knows: impl Fn(On) -> bool, panic: &str) -> String {
     let quick_homing = "> $26=1\n< ...\n< ok\n> $24=600\n< ...\n< ok\n> $25=2880\n< ...\n< ok\n";
     let begin = format!("powered up\n> $905=0\n< ...\n< ok\n{quick_homing}GENTLE\n> $HX\n< ok\n");
-    // A has the second motor's pins.
-    let has_motors = |case: &&Case| AXES == 3 || !case.happens.contains("SQUARED");
+    // A has the second motor's pins, but for the board that has five motors.
+    let has_motors = |case: &&Case| AXES == 3 || is_pico_2() || !case.happens.contains("SQUARED");
     let cases = CASES.iter().filter(|case| knows(case.on)).filter(has_motors).map(Case::steps);
     let lines = iter::once(begin).chain(cases).collect::<String>().replace("PANIC", panic);
     lines.lines().map(|line| meaning(line).unwrap_or_else(|| format!("{line}\n"))).collect()

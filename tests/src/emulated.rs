@@ -88,16 +88,21 @@ pub fn config() -> Config {
 /// The environment variable that names whose pins the emulated board has, if not those of a Pico.
 const BOARD: &str = "ISOSTEP_BOARD";
 
+/// Whose pins the emulated board has.
+fn board() -> String {
+    env::var(BOARD).unwrap_or_else(|_| "pico".to_owned())
+}
+
 /// True if the emulated board is an SKR Pico, whose drivers have a UART.
 #[must_use]
 pub fn is_skr_pico() -> bool {
-    env::var_os(BOARD).is_some_and(|board| board == "skr-pico")
+    board() == "skr-pico"
 }
 
 /// True if the emulated board is a Pico 2, whose chip has another clock.
 #[must_use]
 pub fn is_pico_2() -> bool {
-    env::var_os(BOARD).is_some_and(|board| board == "pico2")
+    board() == "pico2"
 }
 
 /// The cycle of the chip's clock that is so many ns after another. Its edges are on cycles, of which an RP2350's are no whole ns.
@@ -129,16 +134,16 @@ impl Board {
     /// # Panics
     /// When it is not set.
     pub fn of_firmware(variable: &str, test: &str) -> Self {
-        Self::wired(variable, AXES, env::var(BOARD).as_deref().unwrap_or("pico"), test)
+        Self::wired(variable, AXES, &board(), test)
     }
 
-    /// A Pico of four axes, whatever number this is compiled for: with three there is an image for one port.
+    /// A board of four axes, whatever number this is compiled for: with three there is an image for one port.
     ///
     /// # Panics
     /// When the firmware is not named.
     pub fn of_four_axes(port: Port, test: &str) -> Self {
         let variable = if AXES == 4 { Self::elf_variable(port) } else { "ISOSTEP_FOUR_AXES_ELF" };
-        Self::wired(variable, 4, "pico", test)
+        Self::wired(variable, 4, &board(), test)
     }
 
     /// An SKR Pico of three axes.

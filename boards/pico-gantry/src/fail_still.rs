@@ -76,6 +76,8 @@ fn stop_all() {
     cortex_m::interrupt::disable();
     tool::inhibit(true);
     pac::PIO0.ctrl().write_value(pac::pio::regs::Ctrl(0));
+    #[cfg(five_motors)]
+    pac::PIO2.ctrl().write_value(pac::pio::regs::Ctrl(0));
     // Keeps the present level, so that a pulse that has just begun has its full length.
     cortex_m::asm::delay(PULSE_CYCLES);
     let latch = pac::SIO.gpio_out(0);

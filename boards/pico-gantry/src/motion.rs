@@ -6,7 +6,7 @@ use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{AXES, Axis, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use crate::pins::{ControlPins, StepPins, SwitchPins, ToolPins};
+use crate::pins::{ControlPins, MOTORS, StepPins, SwitchPins, ToolPins};
 #[cfg(not(feature = "timer-port"))]
 use crate::pio_port as port;
 #[cfg(feature = "timer-port")]
@@ -43,7 +43,9 @@ pub fn spawn_tool(spawner: SendSpawner, machine: &'static Machine, pins: ToolPin
     spawner.spawn(run_tool(machine, Tool::new(pins)).unwrap());
     spawner.spawn(watch_probe(machine, controls.probe).unwrap());
     spawner.spawn(watch_hold(machine, controls.hold).unwrap());
-    spawner.spawn(watch_start(machine, controls.start).unwrap());
+    if let Some(start) = controls.start {
+        spawner.spawn(watch_start(machine, start).unwrap());
+    }
 }
 
 /// Spawns the coordinator, which plans ahead, in thread mode.
@@ -56,7 +58,7 @@ async fn run_axis(machine: &'static Machine, axis: Axis, port: &'static mut port
     axis::run(machine, axis, port).await
 }
 
-#[embassy_executor::task(pool_size = 4)]
+#[embassy_executor::task(pool_size = MOTORS)]
 async fn watch_limit(machine: &'static Machine, which: LimitInput, input: Input<'static>) -> ! {
     limit::watch(machine, which, input).await
 }

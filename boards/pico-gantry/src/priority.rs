@@ -12,7 +12,7 @@
 //! | P1 | `SWI_IRQ_1` | the executor of the switches: it polls the tasks that the edge woke, and the tool's; at P2 with `TimerPort`, whose steps they would delay |
 //! | P1 | `SWI_IRQ_3` | with `TimerPort`: the executor of the task that makes the steps: while it waits for one, other tasks' times wait |
 //! | P2 | `SWI_IRQ_2` | the executor of the axes: writes the next block of steps; at P3 with `TimerPort`, passes on segments |
-//! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1` | a buffer was sent, a state machine has halted: they wake the axis |
+//! | P2 | `DMA_IRQ_1`, `PIO0_IRQ_1`, with five motors `PIO2_IRQ_1` | a buffer was sent, a state machine has halted: they wake the axis |
 //! | P1 | `USBCTRL_IRQ` | detects a second reset byte; at P3 with `TimerPort`, whose steps it would delay |
 //! | P3 | `UART0_IRQ` | wakes the console; it can wait while axes are at work |
 //! | thread | the rest | coordinator, console, LED, watchdog |
@@ -66,6 +66,8 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     interrupt::SWI_IRQ_2.set_priority(Priority::P2);
     interrupt::DMA_IRQ_1.set_priority(Priority::P2);
     interrupt::PIO0_IRQ_1.set_priority(Priority::P2);
+    #[cfg(five_motors)]
+    interrupt::PIO2_IRQ_1.set_priority(Priority::P2);
     interrupt::USBCTRL_IRQ.set_priority(USB);
     interrupt::UART0_IRQ.set_priority(Priority::P3);
     (SWITCHES.start(interrupt::SWI_IRQ_1), AXES.start(interrupt::SWI_IRQ_2))
@@ -78,6 +80,8 @@ pub fn enable_pio_port() {
     unsafe {
         interrupt::DMA_IRQ_1.enable();
         interrupt::PIO0_IRQ_1.enable();
+        #[cfg(five_motors)]
+        interrupt::PIO2_IRQ_1.enable();
     }
 }
 

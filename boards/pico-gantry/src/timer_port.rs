@@ -22,10 +22,16 @@ const WAKE_UP: Duration = Duration::from_micros(10);
 
 /// The ports of all axes, at rest, with STEP and DIR low.
 pub fn open(pins: StepPins, timing: DriverTiming) -> [Port; AXES] {
-    let ((x, y, z, fourth), (x_dir, y_dir, z_dir, fourth_dir)) = (pins.step, pins.dir);
-    let outputs: [Peri<'static, AnyPin>; 2 * pins::STEP.len()] =
-        [x.into(), x_dir.into(), y.into(), y_dir.into(), z.into(), z_dir.into(), fourth.into(), fourth_dir.into()];
-    for pin in outputs {
+    let (step, dir) = (pins.step, pins.dir);
+    let outputs: [[Peri<'static, AnyPin>; 2]; pins::MOTORS] = [
+        [step.0.into(), dir.0.into()],
+        [step.1.into(), dir.1.into()],
+        [step.2.into(), dir.2.into()],
+        [step.3.into(), dir.3.into()],
+        #[cfg(five_motors)]
+        [step.4.into(), dir.4.into()],
+    ];
+    for pin in outputs.into_iter().flatten() {
         // Never dropped: dropping it would release the pin.
         core::mem::forget(Output::new(pin, Level::Low));
     }
@@ -98,11 +104,11 @@ impl MotorPins for AxisPins {
 }
 
 fn step(motor: usize) -> u32 {
-    1 << pins::STEP[motor]
+    1 << pins::step(motor)
 }
 
 fn dir(motor: usize) -> u32 {
-    1 << pins::DIR[motor]
+    1 << pins::dir(motor)
 }
 
 #[inline(always)]

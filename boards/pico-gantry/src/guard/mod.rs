@@ -23,7 +23,7 @@ use embassy_sync::once_lock::OnceLock;
 use isostep_motion::{Axis, Contact, LimitInput, Machine};
 
 use self::edges::Changes;
-use crate::pins::{self, Group};
+use crate::pins::{self, Group, MOTORS};
 #[cfg(not(feature = "timer-port"))]
 use crate::pio_port as port;
 #[cfg(feature = "timer-port")]
@@ -31,8 +31,15 @@ use crate::timer_port as port;
 use crate::{priority, tool};
 
 /// The pins that are watched: a proving image has no fourth motor, and other work for its state machine.
-const PINS: [usize; if cfg!(feature = "prove") { 4 } else { 5 }] =
-    pins::ascending([pins::LIMITS[0], pins::LIMITS[1], pins::LIMITS[2], pins::EMERGENCY_STOP, pins::LIMITS[3]]);
+const PINS: [usize; if cfg!(feature = "prove") { 4 } else { MOTORS + 1 }] = pins::ascending([
+    pins::LIMITS[0],
+    pins::LIMITS[1],
+    pins::LIMITS[2],
+    pins::EMERGENCY_STOP,
+    pins::LIMITS[3],
+    #[cfg(five_motors)]
+    pins::LIMITS[4],
+]);
 const GROUPS: [Group; pins::count_groups(&PINS)] = pins::groups(&PINS);
 /// One for each group. The output watchdog has the second.
 const STATE_MACHINES: [usize; 3] = [0, 2, 3];
@@ -40,8 +47,14 @@ const STATE_MACHINES: [usize; 3] = [0, 2, 3];
 const INSTRUCTIONS: u8 = 6;
 
 /// Whose the switches on `pins::LIMITS` are.
-pub const LIMIT_INPUTS: [LimitInput; 4] =
-    [LimitInput::Of(Axis::X), LimitInput::Of(Axis::Y), LimitInput::Of(Axis::Z), FOURTH];
+pub const LIMIT_INPUTS: [LimitInput; MOTORS] = [
+    LimitInput::Of(Axis::X),
+    LimitInput::Of(Axis::Y),
+    LimitInput::Of(Axis::Z),
+    FOURTH,
+    #[cfg(five_motors)]
+    LimitInput::Second,
+];
 #[cfg(not(feature = "four-axes"))]
 const FOURTH: LimitInput = LimitInput::Second;
 #[cfg(feature = "four-axes")]
@@ -206,6 +219,10 @@ fn tell<const GROUP: usize>(machine: &Machine) {
     {
         stops |= is_heeded(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
     }
+    #[cfg(five_motors)]
+    {
+        stops |= is_heeded(const { LIMIT_INPUTS[4] }, const { LIMITS[4] });
+    }
     if stops {
         port::inhibit_all();
         tool::inhibit(true);
@@ -223,4 +240,6 @@ fn tell<const GROUP: usize>(machine: &Machine) {
     limit(const { LIMIT_INPUTS[2] }, const { LIMITS[2] });
     #[cfg(not(feature = "prove"))]
     limit(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
+    #[cfg(five_motors)]
+    limit(const { LIMIT_INPUTS[4] }, const { LIMITS[4] });
 }

@@ -4,15 +4,15 @@
 mod table;
 mod enables;
 mod number;
-#[cfg(not(feature = "skr-pico"))]
+#[cfg(not(any(feature = "skr-pico", five_motors)))]
 mod pico;
+#[cfg(five_motors)]
+mod pico2_of_five;
 #[cfg(feature = "skr-pico")]
 mod skr_pico;
 
 use embassy_rp::Peri;
 use embassy_rp::gpio::{Input, Output};
-#[cfg(not(feature = "timer-port"))]
-use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, DMA_CH6, DMA_CH7, PIO0};
 use embassy_rp::peripherals::{FLASH, PIN_0, PIN_1, PIO1, UART0, USB, WATCHDOG};
 #[cfg(feature = "skr-pico")]
 use embassy_rp::peripherals::{PIN_8, PIN_9, UART1};
@@ -21,8 +21,10 @@ use embassy_rp::peripherals::{PIN_27, PIN_28};
 use isostep_motion::AXES;
 
 pub use self::enables::Enables;
-#[cfg(not(feature = "skr-pico"))]
+#[cfg(not(any(feature = "skr-pico", five_motors)))]
 pub use self::pico::*;
+#[cfg(five_motors)]
+pub use self::pico2_of_five::*;
 #[cfg(feature = "skr-pico")]
 pub use self::skr_pico::*;
 
@@ -34,10 +36,12 @@ compile_error!("a proving image is for a Pico, whose pads it reads");
 pub const STEP_MASK: u32 = mask(&STEP);
 pub const ENABLE_MASK: u32 = mask(&ENABLE);
 pub const LED_MASK: u32 = mask(LED);
-/// The fourth motor is the second one of an axis, or that of A.
-pub const HAS_SECOND: bool = AXES == 3 && cfg!(not(feature = "prove"));
+/// The motors that the board has pins for. The fourth is the second one of an axis, or that of A; where there is a fifth it is the
+/// second one.
+pub const MOTORS: usize = if cfg!(five_motors) { 5 } else { 4 };
+pub const HAS_SECOND: bool = AXES < MOTORS && cfg!(not(feature = "prove"));
 /// The index of the second motor.
-pub const SECOND: usize = 3;
+pub const SECOND: usize = MOTORS - 1;
 
 /// The pins for steps, and the hardware that drives them for a hardware-timed port.
 pub struct StepPins {
@@ -45,29 +49,16 @@ pub struct StepPins {
     /// High is the positive direction, unless the axis is inverted.
     pub dir: DirTypes,
     #[cfg(not(feature = "timer-port"))]
-    pub pio: Peri<'static, PIO0>,
-    /// Two channels for each motor. Holding these values reserves the channels.
+    pub pio: StepPios,
+    /// Holding these values reserves the channels.
     #[cfg(not(feature = "timer-port"))]
-    pub channels: DmaChannels,
+    pub channels: StepChannels,
 }
-
-/// DMA channels 0 to 7.
-#[cfg(not(feature = "timer-port"))]
-pub type DmaChannels = (
-    Peri<'static, DMA_CH0>,
-    Peri<'static, DMA_CH1>,
-    Peri<'static, DMA_CH2>,
-    Peri<'static, DMA_CH3>,
-    Peri<'static, DMA_CH4>,
-    Peri<'static, DMA_CH5>,
-    Peri<'static, DMA_CH6>,
-    Peri<'static, DMA_CH7>,
-);
 
 /// Inputs that stop the machine; they are connected to ground when pressed, or until then.
 pub struct SwitchPins {
-    /// X, Y, Z, and the fourth motor's.
-    pub limits: [Input<'static>; 4],
+    /// X, Y, Z, and those of the motors after them.
+    pub limits: [Input<'static>; MOTORS],
     pub emergency_stop: Input<'static>,
     /// The PIO block that watches all of them. The output watchdog has another of its state machines.
     pub pio: Peri<'static, PIO1>,
@@ -87,7 +78,8 @@ pub struct ToolPins {
 pub struct ControlPins {
     pub probe: Input<'static>,
     pub hold: Input<'static>,
-    pub start: Input<'static>,
+    /// A board with five motors has no pin left for it.
+    pub start: Option<Input<'static>>,
 }
 
 /// The wired console.
@@ -133,6 +125,36 @@ pub struct Board {
     /// The DMA channels of the output watchdog.
     pub output_watchdog: CutOffChannels,
     pub flash: Peri<'static, FLASH>,
+}
+
+/// The pin of a motor's STEP.
+#[inline(always)]
+pub fn step(motor: usize) -> usize {
+    pin_of(const { packed(STEP) }, motor)
+}
+
+/// The pin of a motor's DIR.
+#[inline(always)]
+pub fn dir(motor: usize) -> usize {
+    pin_of(const { packed(DIR) }, motor)
+}
+
+/// The bits of a pin among [`packed`] ones.
+const PIN_BITS: usize = 5;
+
+/// The pins of all motors in a word. A table of them would be in flash, which code that keeps deadlines may not read.
+const fn packed(pins: [usize; MOTORS]) -> u32 {
+    let (mut packed, mut motor) = (0, 0);
+    while motor < MOTORS {
+        packed |= (pins[motor] as u32) << (PIN_BITS * motor);
+        motor += 1;
+    }
+    packed
+}
+
+#[inline(always)]
+fn pin_of(packed: u32, motor: usize) -> usize {
+    (packed >> (PIN_BITS * motor)) as usize % (1 << PIN_BITS)
 }
 
 const fn mask(pins: &[usize]) -> u32 {

@@ -3,6 +3,8 @@
 board! {
     step: [PIN_2, PIN_4, PIN_6, PIN_21],
     dir: [PIN_3, PIN_5, PIN_7, PIN_22],
+    pio: [PIO0],
+    channels: [DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, DMA_CH6, DMA_CH7],
     enable: [PIN_8],
     limits: [PIN_9, PIN_10, PIN_11, PIN_26],
     emergency_stop: PIN_12,
@@ -16,7 +18,7 @@ board! {
     },
     probe: PIN_18,
     hold: PIN_19,
-    start: PIN_20,
+    start: [PIN_20],
     led: [PIN_25],
     driver_wire: [],
 }

@@ -10,6 +10,8 @@ use isostep_controller::DriverHardware;
 board! {
     step: [PIN_11, PIN_6, PIN_19, PIN_14],
     dir: [PIN_10, PIN_5, PIN_28, PIN_13],
+    pio: [PIO0],
+    channels: [DMA_CH0, DMA_CH1, DMA_CH2, DMA_CH3, DMA_CH4, DMA_CH5, DMA_CH6, DMA_CH7],
     enable: [PIN_12, PIN_7, PIN_2, PIN_15],
     limits: [PIN_4, PIN_3, PIN_25, PIN_26],
     emergency_stop: PIN_16,
@@ -23,7 +25,7 @@ board! {
     },
     probe: PIN_22,
     hold: PIN_29,
-    start: PIN_27,
+    start: [PIN_27],
     led: [],
     driver_wire: [PIN_8, PIN_9],
 }

@@ -1,10 +1,12 @@
 //! The consequences of a board's table: its pins as numbers, and as values that own them.
 
-/// A board. Motors and limit switches are those of X, Y, Z, then of the fourth motor.
+/// A board. Motors and limit switches are those of X, Y, Z, then of the fourth motor, and of the fifth.
 macro_rules! board {
     (
-        step: [$x:ident, $y:ident, $z:ident, $fourth:ident],
-        dir: [$x_dir:ident, $y_dir:ident, $z_dir:ident, $fourth_dir:ident],
+        step: [$($step:ident),+],
+        dir: [$($dir:ident),+],
+        pio: [$($pio:ident),+],
+        channels: [$($channel:ident),+],
         enable: [$($enable:ident),+],
         limits: [$($limit:ident),+],
         emergency_stop: $emergency_stop:ident,
@@ -14,11 +16,11 @@ macro_rules! board {
             direction: $direction:ident,
             flood: $flood:ident,
             mist: $mist:ident,
-            cut_off: [$($channel:ident),+],
+            cut_off: [$($cut_off:ident),+],
         },
         probe: $probe:ident,
         hold: $hold:ident,
-        start: $start:ident,
+        start: [$($start:ident)?],
         led: [$($led:ident)?],
         driver_wire: [$($driver_tx:ident, $driver_rx:ident)?],
     ) => {
@@ -27,10 +29,10 @@ macro_rules! board {
 
         use super::number::Number;
 
-        pub const STEP: [usize; 4] = numbers![$x, $y, $z, $fourth];
-        pub const DIR: [usize; 4] = numbers![$x_dir, $y_dir, $z_dir, $fourth_dir];
+        pub const STEP: [usize; super::MOTORS] = numbers![$($step),+];
+        pub const DIR: [usize; super::MOTORS] = numbers![$($dir),+];
         pub const ENABLE: [usize; numbers![$($enable),+].len()] = numbers![$($enable),+];
-        pub const LIMITS: [usize; 4] = numbers![$($limit),+];
+        pub const LIMITS: [usize; super::MOTORS] = numbers![$($limit),+];
         pub const EMERGENCY_STOP: usize = number!($emergency_stop);
         pub const TOOL_PWM: usize = number!($pwm);
         /// The other outputs of the tool.
@@ -38,12 +40,18 @@ macro_rules! board {
         pub const PROBE: usize = number!($probe);
         pub const LED: &[usize] = &numbers![$($led)?];
 
-        pub type StepTypes = owned![$x, $y, $z, $fourth];
-        pub type DirTypes = owned![$x_dir, $y_dir, $z_dir, $fourth_dir];
+        pub type StepTypes = owned![$($step),+];
+        pub type DirTypes = owned![$($dir),+];
+        /// The blocks whose state machines make the steps.
+        #[cfg(not(feature = "timer-port"))]
+        pub type StepPios = owned![$($pio),+];
+        /// Two for each motor.
+        #[cfg(not(feature = "timer-port"))]
+        pub type StepChannels = owned![$($channel),+];
         pub type ToolSlice = peripherals::$slice;
         /// One for each group of the tool's pads next to each other.
-        pub type CutOffChannels = owned![$($channel),+];
-        pub const CUT_OFF_CHANNELS: usize = [$(stringify!($channel)),+].len();
+        pub type CutOffChannels = owned![$($cut_off),+];
+        pub const CUT_OFF_CHANNELS: usize = [$(stringify!($cut_off)),+].len();
 
         impl super::Board {
             /// Takes the pins: motors off, no step, tool off, switches pulled up.
@@ -54,14 +62,12 @@ macro_rules! board {
                     // First, so that the drivers are switched off as early as possible.
                     enable: super::Enables([$(Output::new(p.$enable, Level::High)),+]),
                     steps: super::StepPins {
-                        step: (p.$x, p.$y, p.$z, p.$fourth),
-                        dir: (p.$x_dir, p.$y_dir, p.$z_dir, p.$fourth_dir),
+                        step: ($(p.$step,)+),
+                        dir: ($(p.$dir,)+),
                         #[cfg(not(feature = "timer-port"))]
-                        pio: p.PIO0,
+                        pio: ($(p.$pio,)+),
                         #[cfg(not(feature = "timer-port"))]
-                        channels: (
-                            p.DMA_CH0, p.DMA_CH1, p.DMA_CH2, p.DMA_CH3, p.DMA_CH4, p.DMA_CH5, p.DMA_CH6, p.DMA_CH7,
-                        ),
+                        channels: ($(p.$channel,)+),
                     },
                     switches: super::SwitchPins {
                         limits: [$(Input::new(p.$limit, Pull::Up)),+],
@@ -79,14 +85,14 @@ macro_rules! board {
                     controls: super::ControlPins {
                         probe: Input::new(p.$probe, Pull::Up),
                         hold: Input::new(p.$hold, Pull::Up),
-                        start: Input::new(p.$start, Pull::Up),
+                        start: [$(Input::new(p.$start, Pull::Up))?].into_iter().next(),
                     },
                     led: [$(Output::new(p.$led, Level::Low))?].into_iter().next(),
                     $(driver_wire: super::DriverWirePins { uart: p.UART1, tx: p.$driver_tx, rx: p.$driver_rx },)?
                     usb: p.USB,
                     uart: super::UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
                     watchdog: p.WATCHDOG,
-                    output_watchdog: ($(p.$channel,)+),
+                    output_watchdog: ($(p.$cut_off,)+),
                     flash: p.FLASH,
                 }
             }

@@ -6,16 +6,24 @@
 use core::sync::atomic::{AtomicUsize, Ordering};
 
 use embassy_rp::interrupt;
+use embassy_rp::pac::pio::Pio;
 use embassy_rp::pac::{DMA, PIO0};
 use embassy_rp::peripherals;
 use embassy_rp::{bind_interrupts, pio};
 use embassy_sync::waitqueue::AtomicWaker;
 use isostep_motion::AXES;
 
+#[cfg(five_motors)]
+use super::state_machine::MACHINES;
+use super::state_machine::StateMachine;
 use crate::pins::{HAS_SECOND, SECOND};
 
 bind_interrupts!(pub struct Irqs {
     PIO0_IRQ_0 => pio::InterruptHandler<peripherals::PIO0>;
+});
+#[cfg(five_motors)]
+bind_interrupts!(pub struct FifthIrqs {
+    PIO2_IRQ_0 => pio::InterruptHandler<peripherals::PIO2>;
 });
 
 /// Wakers of the axis tasks.
@@ -43,16 +51,12 @@ fn wake(raised: u32, width: usize) {
 }
 
 /// Enables one interrupt for the halt of a state machine, which wakes its axis.
-pub fn expect_halt(machine: usize) {
-    PIO0.irqs(1).inte().modify(|enabled| enabled.0 |= halt_bit(machine));
+pub fn expect_halt(machine: StateMachine) {
+    machine.block().irqs(1).inte().modify(|enabled| enabled.0 |= u32::from(machine.bit()) << HALTS);
 }
 
 /// In this register the flags of the state machines come after the eight levels of the FIFOs.
 const HALTS: usize = 8;
-
-fn halt_bit(machine: usize) -> u32 {
-    1 << (HALTS + machine)
-}
 
 /// Buffers have been sent. Each raises the interrupt once; arming the buffer enables it again.
 #[interrupt]
@@ -65,7 +69,19 @@ fn DMA_IRQ_1() {
 /// State machines have halted.
 #[interrupt]
 fn PIO0_IRQ_1() {
-    let halted = PIO0.irqs(1).ints().read().0;
-    PIO0.irqs(1).inte().modify(|enabled| enabled.0 &= !halted);
-    wake(halted >> HALTS, 1);
+    wake(halted_in(PIO0), 1);
+}
+
+#[cfg(five_motors)]
+#[interrupt]
+fn PIO2_IRQ_1() {
+    wake(halted_in(embassy_rp::pac::PIO2) << MACHINES, 1);
+}
+
+/// The state machines of a block that have halted, each told once.
+#[inline(always)]
+fn halted_in(block: Pio) -> u32 {
+    let halted = block.irqs(1).ints().read().0;
+    block.irqs(1).inte().modify(|enabled| enabled.0 &= !halted);
+    halted >> HALTS
 }

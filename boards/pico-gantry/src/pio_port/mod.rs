@@ -41,8 +41,9 @@ use core::task::Poll;
 
 use embassy_futures::select::{Either, select};
 use embassy_rp::gpio::Level;
-use embassy_rp::peripherals::PIO0;
-use embassy_rp::pio::{Config, Direction as PinDirection, FifoJoin, LoadedProgram, Pin, Pio, ShiftDirection};
+use embassy_rp::pio::{
+    self, Config, Direction as PinDirection, FifoJoin, Instance, LoadedProgram, Pin, Pio, ShiftDirection,
+};
 use embassy_time::{Duration, with_timeout};
 use isostep_motion::{
     AXES, Capabilities, Direction, DriverTiming, Inhibit, Motors, PortFault, Run, StartBarrier, StepCounter, StepPort,
@@ -81,7 +82,7 @@ const _: () =
 // One more word is in the state machine; its edge may not have risen yet.
 const _: () = assert!(IN_FLIGHT_MAX_WORDS < tally::IN_FLIGHT_MAX);
 
-/// Drives STEP and DIR of one axis with a state machine of PIO0, and those of the second motor with another.
+/// Drives STEP and DIR of one axis with a state machine of PIO0, and those of the second motor with another, of PIO2 if it is the fifth.
 pub struct PioPort {
     axis: usize,
     machine: StateMachine,
@@ -102,44 +103,42 @@ pub struct PioPort {
 pub fn open(pins: StepPins, timing: DriverTiming) -> [PioPort; AXES] {
     static BUFFERS: [Buffers; AXES] = [const { [const { [const { AtomicU32::new(0) }; BUFFER_WORDS] }; 2] }; AXES];
 
-    let Pio { mut common, mut sm0, mut sm1, mut sm2, mut sm3, .. } = Pio::new(pins.pio, interrupts::Irqs);
+    let (step, dir) = (pins.step, pins.dir);
+    let Pio { mut common, mut sm0, mut sm1, mut sm2, mut sm3, .. } = Pio::new(pins.pio.0, interrupts::Irqs);
     let program = common.load_program(&program::steps());
-    let ((x, y, z, fourth), (x_dir, y_dir, z_dir, fourth_dir)) = (pins.step, pins.dir);
-    let (x, x_dir) = (common.make_pio_pin(x), common.make_pio_pin(x_dir));
-    let (y, y_dir) = (common.make_pio_pin(y), common.make_pio_pin(y_dir));
-    let (z, z_dir) = (common.make_pio_pin(z), common.make_pio_pin(z_dir));
-    let (fourth, fourth_dir) = (common.make_pio_pin(fourth), common.make_pio_pin(fourth_dir));
-    sm0.set_config(&config(&program, &x, &x_dir));
-    sm1.set_config(&config(&program, &y, &y_dir));
-    sm2.set_config(&config(&program, &z, &z_dir));
-    sm3.set_config(&config(&program, &fourth, &fourth_dir));
-    sm0.set_pins(Level::Low, &[&x, &x_dir]);
-    sm1.set_pins(Level::Low, &[&y, &y_dir]);
-    sm2.set_pins(Level::Low, &[&z, &z_dir]);
-    sm3.set_pins(Level::Low, &[&fourth, &fourth_dir]);
-    sm0.set_pin_dirs(PinDirection::Out, &[&x, &x_dir]);
-    sm1.set_pin_dirs(PinDirection::Out, &[&y, &y_dir]);
-    sm2.set_pin_dirs(PinDirection::Out, &[&z, &z_dir]);
-    sm3.set_pin_dirs(PinDirection::Out, &[&fourth, &fourth_dir]);
+    prepare(&mut sm0, &program, common.make_pio_pin(step.0), common.make_pio_pin(dir.0));
+    prepare(&mut sm1, &program, common.make_pio_pin(step.1), common.make_pio_pin(dir.1));
+    prepare(&mut sm2, &program, common.make_pio_pin(step.2), common.make_pio_pin(dir.2));
+    prepare(&mut sm3, &program, common.make_pio_pin(step.3), common.make_pio_pin(dir.3));
     // Never dropped: dropping the first five would release the pins.
     core::mem::forget((common, sm0, sm1, sm2, sm3, pins.channels));
+    #[cfg(five_motors)]
+    {
+        let Pio { mut common, mut sm0, .. } = Pio::new(pins.pio.1, interrupts::FifthIrqs);
+        let program = common.load_program(&program::steps_before());
+        prepare(&mut sm0, &program, common.make_pio_pin(step.4), common.make_pio_pin(dir.4));
+        core::mem::forget((common, sm0));
+    }
     priority::enable_pio_port();
 
     core::array::from_fn(|axis| PioPort::new(axis, &BUFFERS[axis], timing))
 }
 
-/// Configuration of a state machine that drives these pins.
-fn config(
-    program: &LoadedProgram<'static, PIO0>,
-    step: &Pin<'static, PIO0>,
-    dir: &Pin<'static, PIO0>,
-) -> Config<'static, PIO0> {
+/// Prepares a state machine to drive these pins, which are low until then.
+fn prepare<P: Instance, const NUMBER: usize>(
+    machine: &mut pio::StateMachine<'static, P, NUMBER>,
+    program: &LoadedProgram<'static, P>,
+    step: Pin<'static, P>,
+    dir: Pin<'static, P>,
+) {
     let mut config = Config::default();
-    config.use_program(program, &[step]);
-    config.set_out_pins(&[dir]);
+    config.use_program(program, &[&step]);
+    config.set_out_pins(&[&dir]);
     config.fifo_join = FifoJoin::TxOnly;
     config.shift_out.direction = ShiftDirection::Left;
-    config
+    machine.set_config(&config);
+    machine.set_pins(Level::Low, &[&step, &dir]);
+    machine.set_pin_dirs(PinDirection::Out, &[&step, &dir]);
 }
 
 impl StepPort for PioPort {
@@ -245,7 +244,7 @@ impl<'a> PioRun<'a> {
         barrier::close_barrier();
         for machine in port.machines() {
             machine.load(words.pulse_loops());
-            interrupts::expect_halt(machine.index());
+            interrupts::expect_halt(machine);
             machine.enable();
         }
         Self {

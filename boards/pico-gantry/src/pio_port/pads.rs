@@ -10,11 +10,11 @@ use crate::pins;
 /// Sets the pads of `axis` for a run of `motors`, and those of the second motor if the axis has it. STEP is low meanwhile.
 pub fn set(axis: usize, motors: &Motors) {
     let held = |ganged| if motors.moves(ganged) { Outover::NORMAL } else { Outover::LOW };
-    set_override(pins::STEP[axis], held(GangedMotor::First));
+    set_override(pins::step(axis), held(GangedMotor::First));
     if motors.second.is_some() {
         let dir = if motors.is_second_inverted() { Outover::INVERT } else { Outover::NORMAL };
-        set_override(pins::STEP[pins::SECOND], held(GangedMotor::Second));
-        set_override(pins::DIR[pins::SECOND], dir);
+        set_override(pins::step(pins::SECOND), held(GangedMotor::Second));
+        set_override(pins::dir(pins::SECOND), dir);
     }
 }
 

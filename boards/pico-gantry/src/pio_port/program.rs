@@ -19,7 +19,7 @@
 //! halt on, so the check for an empty FIFO costs only the cycle that sets X. Emulators differ in what a loop leaves in
 //! X, so the program sets it explicitly.
 //!
-//! Start barrier and inhibit are flags of the PIO block, which all its state machines see.
+//! Start barrier and inhibit are flags of the PIO block, which all its state machines see, and with [`steps_before`] those of another.
 //!
 //! Nothing here accesses the chip: the tests run this file's program and words on emulators.
 
@@ -103,6 +103,25 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
         ".wrap",
     );
     assembled.program
+}
+
+/// The program for a block before the one of [`steps`], in the ring of blocks: start barrier and inhibit are the other's flags, which it
+/// sees and sets on the same cycles as that block's own machines (RP2350 datasheet, 11.1.1 and 11.4.11.2).
+pub fn steps_before() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
+    let mut program = steps();
+    program.code.iter_mut().for_each(|instruction| *instruction = with_flag_of_next(*instruction));
+    program
+}
+
+/// An instruction that names a flag of the block names that of the next block instead. The others are as they were.
+const fn with_flag_of_next(instruction: u16) -> u16 {
+    /// WAIT for a flag, and IRQ, by the bits that tell them; and the bits that say whose the flag is, which are 0 for the block's own.
+    const WAIT_IRQ: (u16, u16) = (0b111_00000_011_00000, 0b001_00000_010_00000);
+    const IRQ: (u16, u16) = (0b111_00000_000_00000, 0b110_00000_000_00000);
+    const MODE: u16 = 0b11 << 3;
+
+    let names_flag = instruction & WAIT_IRQ.0 == WAIT_IRQ.1 || instruction & IRQ.0 == IRQ.1;
+    if names_flag && instruction & MODE == 0 { instruction | MODE } else { instruction }
 }
 
 /// Instructions that are forced on a halted state machine. All of them keep STEP low.

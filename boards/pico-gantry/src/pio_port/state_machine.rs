@@ -1,10 +1,17 @@
-//! Controls one state machine of PIO0 through its registers.
+//! Controls one state machine through its registers: one of PIO0, or the first of PIO2 for a fifth motor.
 
-use embassy_rp::pac;
 use embassy_rp::pac::PIO0;
+use embassy_rp::pac::dma::vals::TreqSel;
+use embassy_rp::pac::pio;
 
 use crate::chip;
 use crate::pio_port::program::{STARVED_AT, forced, status_n};
+
+/// The state machines of a block.
+pub const MACHINES: usize = 4;
+
+/// The first request of PIO2 in DMA's numbers, after eight each of the other blocks (RP2350 datasheet, 12.6.4.1).
+const PIO2_TX0: u8 = 16;
 
 /// The state machine of a motor: with the index of its axis, or the second motor's. The axis's port uses it, and that of
 /// the second motor only if its axis has that motor in the run. All are used at one priority, so what they share needs
@@ -23,10 +30,10 @@ impl StateMachine {
     /// `pulse_loops`.
     pub fn load(&self, pulse_loops: u32) {
         self.disable();
-        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_restart(self.bit()));
+        self.block().ctrl().modify(|ctrl| ctrl.set_sm_restart(self.bit()));
         self.share_fifo(true);
         self.know_end(false);
-        PIO0.txf(self.index).write_value(pulse_loops);
+        self.block().txf(self.place()).write_value(pulse_loops);
         self.force(forced::PULL);
         self.force(forced::SET_PULSE);
         self.force(forced::CLEAR_COUNT);
@@ -34,12 +41,8 @@ impl StateMachine {
         self.forget_halt();
     }
 
-    pub fn index(&self) -> usize {
-        self.index
-    }
-
     pub fn enable(&self) {
-        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | self.bit()));
+        self.block().ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() | self.bit()));
     }
 
     /// Stops further edges. STEP keeps its level until an instruction is forced.
@@ -49,8 +52,16 @@ impl StateMachine {
 
     /// Stops further edges of several, on the same cycle.
     pub fn disable_all(machines: impl IntoIterator<Item = Self>) {
-        let bits = machines.into_iter().fold(0, |bits, machine| bits | machine.bit());
-        PIO0.ctrl().modify(|ctrl| ctrl.set_sm_enable(ctrl.sm_enable() & !bits));
+        let bits = machines.into_iter().fold(0_u8, |bits, machine| bits | 1 << machine.index);
+        PIO0.ctrl().modify(|ctrl| {
+            ctrl.set_sm_enable(ctrl.sm_enable() & !bits);
+            // PIO2 is the block before, as they are a ring.
+            #[cfg(five_motors)]
+            {
+                ctrl.set_prev_pio_mask(bits >> MACHINES);
+                ctrl.set_nextprev_sm_disable(true);
+            }
+        });
     }
 
     /// From now on an empty FIFO is the end of the run. Before, it is a fault, at which the machine sets the inhibit.
@@ -68,12 +79,12 @@ impl StateMachine {
         self.share_fifo(false);
         self.force(forced::GET_COUNT);
         self.force(forced::PUSH);
-        PIO0.rxf(self.index).read()
+        self.block().rxf(self.place()).read()
     }
 
     /// True if it has run out of words.
     pub fn has_halted(&self) -> bool {
-        PIO0.irq().read().irq() & self.bit() != 0
+        self.block().irq().read().irq() & self.bit() != 0
     }
 
     /// True if it has run out of words before the end was announced. It stays so until it is loaded again.
@@ -82,12 +93,12 @@ impl StateMachine {
     }
 
     fn forget_halt(&self) {
-        PIO0.irq().write(|flags| flags.set_irq(self.bit()));
+        self.block().irq().write(|flags| flags.set_irq(self.bit()));
     }
 
     /// Number of words in the FIFO.
     pub fn queued_words(&self) -> u32 {
-        PIO0.flevel().read().0 >> (8 * self.index) & 0xF
+        self.block().flevel().read().0 >> (8 * self.place()) & 0xF
     }
 
     /// Gives all eight places to words, or four to each direction. Both drop the content of the FIFOs.
@@ -100,11 +111,37 @@ impl StateMachine {
         self.registers().instr().write(|slot| slot.set_instr(instruction));
     }
 
-    fn registers(&self) -> pac::pio::StateMachine {
-        PIO0.sm(self.index)
+    /// Where DMA writes the words.
+    pub fn fifo_address(&self) -> u32 {
+        self.block().txf(self.place()).as_ptr() as u32
     }
 
-    fn bit(&self) -> u8 {
-        1 << self.index
+    /// By which its FIFO asks DMA for words.
+    pub fn request(&self) -> TreqSel {
+        let first = if self.index < MACHINES { TreqSel::PIO0_TX0 as u8 } else { PIO2_TX0 };
+        TreqSel::from_bits(first + self.place() as u8)
+    }
+
+    fn registers(&self) -> pio::StateMachine {
+        self.block().sm(self.place())
+    }
+
+    /// The block that it is in.
+    pub fn block(&self) -> pio::Pio {
+        #[cfg(five_motors)]
+        if self.index >= MACHINES {
+            return embassy_rp::pac::PIO2;
+        }
+        PIO0
+    }
+
+    /// Its number in the block.
+    fn place(&self) -> usize {
+        self.index % MACHINES
+    }
+
+    /// Its bit in the block's registers.
+    pub fn bit(&self) -> u8 {
+        1 << self.place()
     }
 }

@@ -10,11 +10,12 @@
 
 use core::sync::atomic::AtomicU32;
 
+use embassy_rp::pac::DMA;
 use embassy_rp::pac::dma::Channel;
 use embassy_rp::pac::dma::regs::CtrlTrig;
-use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
-use embassy_rp::pac::{DMA, PIO0};
+use embassy_rp::pac::dma::vals::DataSize;
 
+use super::state_machine::StateMachine;
 use crate::chip;
 use crate::pins::SECOND;
 
@@ -134,7 +135,7 @@ impl Stream {
         for feed in self.feeds() {
             let channel = feed.channel(buffer);
             channel.read_addr().write_value(self.buffers[buffer].as_ptr() as u32);
-            channel.write_addr().write_value(PIO0.txf(feed.0).as_ptr() as u32);
+            channel.write_addr().write_value(StateMachine::new(feed.0).fifo_address());
             chip::set_transfers(channel, words);
             channel.al1_ctrl().write_value(feed.control(buffer, None).0);
         }
@@ -187,7 +188,7 @@ impl FifoFeed {
         control.set_high_priority(true);
         control.set_data_size(DataSize::SIZE_WORD);
         control.set_incr_read(true);
-        control.set_treq_sel(TreqSel::from_bits(TreqSel::PIO0_TX0 as u8 + self.0 as u8));
+        control.set_treq_sel(StateMachine::new(self.0).request());
         // A channel that is chained to itself starts no other.
         control.set_chain_to((2 * self.0 + next.unwrap_or(buffer)) as u8);
         control
