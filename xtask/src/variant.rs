@@ -28,7 +28,7 @@ pub struct Variant {
     /// Wiring of the emergency stop to ground
     #[arg(long, value_enum, default_value_t)]
     pub estop: Contact,
-    /// Number of axes: with 4, A has the pins of the second motor
+    /// Number of axes: with 4, A has the pins of the second motor, but for a Pico 2, which has both
     #[arg(long, value_enum, default_value_t)]
     pub axes: Axes,
     /// The image that measures itself, for `isostep prove`; it never energises a motor

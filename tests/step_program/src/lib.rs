@@ -23,7 +23,7 @@ use std::ops::Range;
 
 use isostep_motion::{Capabilities, DriverTiming, Wiring, ticks_covering};
 use oorandom::Rand32;
-use pio::{InstructionOperands, IrqIndexMode, JmpCondition};
+use pio::{InstructionOperands, IrqIndexMode, JmpCondition, WaitSource};
 
 use self::emulator::{Emulator, on_each};
 use self::experiment::{Axis, Experiment, OPENS_AT, Seen, Wait};
@@ -296,6 +296,22 @@ fn a_machine_that_starves_stays_where_the_firmware_looks() {
     let stay = InstructionOperands::JMP { condition: JmpCondition::Always, address: STARVED_AT }.encode();
     let address = usize::from(STARVED_AT);
     assert_eq!(program::steps().code[address - 2..=address], [inhibit, own, stay]);
+}
+
+/// The program of a fifth motor is that of the others, but for whose flags start barrier and inhibit are: those of the next block. The
+/// machine's own flag, which tells that it has halted, stays its own. No published emulator has flags of another block: the project's
+/// has (`tests/emulator/test/rp2350.test.mjs`).
+#[test]
+fn a_fifth_motor_waits_for_the_flags_of_the_next_block() {
+    const OWN_TO_NEXT: u16 = 0b11 << 3;
+    let (steps, before) = (program::steps(), program::steps_before());
+    let differ: Vec<_> = (0..steps.code.len()).filter(|&at| steps.code[at] != before.code[at]).collect();
+    let wait =
+        |index: u8| InstructionOperands::WAIT { polarity: 0, source: WaitSource::IRQ, index, relative: false }.encode();
+    let raise =
+        InstructionOperands::IRQ { clear: false, wait: false, index: 7, index_mode: IrqIndexMode::DIRECT }.encode();
+    assert_eq!(differ.iter().map(|&at| steps.code[at]).collect::<Vec<_>>(), [wait(6), raise, wait(7)]);
+    assert!(differ.iter().all(|&at| before.code[at] ^ steps.code[at] == OWN_TO_NEXT));
 }
 
 /// These waits are too long to be emulated. Their words must still encode whether it is a step or a rest, and DIR.
