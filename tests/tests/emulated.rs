@@ -21,6 +21,9 @@ mod dialogues {
 mod estop;
 #[path = "emulated/evenly.rs"]
 mod evenly;
+#[cfg(feature = "four-axes")]
+#[path = "emulated/five_motors.rs"]
+mod five_motors;
 #[path = "emulated/flowing.rs"]
 mod flowing;
 #[path = "emulated/four_axes.rs"]

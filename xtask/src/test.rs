@@ -372,7 +372,8 @@ fn four_axes(_: Amount) -> Result<()> {
     }
     let elves = names.map(build::kept_elf);
     let of_board = ["--package=isostep-tests", FEATURE, "--test=emulated"];
-    let choice = ["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::", "--skip=squared::"];
+    let choice =
+        ["--", "--ignored", "--skip=boot::", "--skip=output_watchdog::", "--skip=squared::", "--skip=five_motors::"];
     process::run(on_board(Amount::More, &elves).args(of_board).args(choice).args(OF_OTHERS))
 }
 
@@ -444,7 +445,10 @@ fn five_motors() -> Result<()> {
     let five = build::keep(&variant.elf(), "pico2-four-axes")?;
     let timer_port = build::kept_firmware(Variant { port: Port::Timer, ..variant }, "pico2-four-axes-timer-port")?;
     let estop_nc = build::kept_firmware(Variant { estop: Contact::Nc, ..variant }, "pico2-four-axes-estop-nc")?;
+    let tmc2209 =
+        build::kept_firmware(Variant { driver: Some(Driver::Tmc2209), ..variant }, "pico2-four-axes-tmc2209")?;
     let mut tests = on_board(Amount::More, &[five, timer_port, estop_nc]);
+    tests.env("ISOSTEP_TMC2209_ELF", tmc2209);
     tests.env("ISOSTEP_BOARD", variant.board.name()).args([
         "--package=isostep-tests",
         FEATURE,
@@ -452,7 +456,13 @@ fn five_motors() -> Result<()> {
         "--",
         "--ignored",
     ]);
-    process::run(tests.args(["four_axes", "squared::", "contract", "--skip=a_second_motor_is_refused"]))
+    process::run(tests.args([
+        "four_axes",
+        "five_motors::",
+        "squared::",
+        "contract",
+        "--skip=a_second_motor_is_refused",
+    ]))
 }
 
 fn worlds() -> Result<()> {
