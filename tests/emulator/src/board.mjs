@@ -52,6 +52,7 @@ export class Board {
     this.chipWatchers = [];
     /** 1 is the computed cost of a miss; null is flash that reads like RAM. */
     this.missFactor = options.missFactor === undefined ? 1 : options.missFactor;
+    this.coreFactor = options.coreFactor ?? 1;
     this.flashCounts = new FlashCounts();
     this.watch = new DeadlineWatch(this.clock);
     this.lateAlarms = new LateAlarms();
@@ -192,7 +193,7 @@ export class Board {
       onWarning: (text) => this.warnings.add(text),
     };
     const build = IS_RP2350 ? buildRp2350 : buildChip;
-    Object.assign(this, build(this.clock, listeners, { missFactor: this.missFactor, counts: this.flashCounts, watch: this.watch, lateAlarms: this.lateAlarms }));
+    Object.assign(this, build(this.clock, listeners, { missFactor: this.missFactor, coreFactor: this.coreFactor, counts: this.flashCounts, watch: this.watch, lateAlarms: this.lateAlarms }));
   }
 
   #start() {

@@ -1,4 +1,5 @@
 import { parseArgs } from 'node:util';
+import { IS_RP2350 } from './clock.mjs';
 import { DRIVERS } from './driver-timing.mjs';
 import { ESTOP_CONTACTS } from './estop.mjs';
 import { jumperOption } from './jumper.mjs';
@@ -59,6 +60,8 @@ The machine
                        end, so that settings outlive the run
   --ideal-flash        flash reads like RAM, without its cache
   --miss-factor N      a word that is not in flash's cache costs N times the reckoned cycles (default 1)
+  --core-factor N      of an RP2350, whose core has assumed timing: an instruction takes N times the assumed cycles, 1 or more
+                       (default 1)
 
 What to write
   --trace FILE         every rising edge of STEP: t_ns,axis,direction,position_steps
@@ -129,6 +132,7 @@ const SPEC = {
   flash: { type: 'string' },
   'ideal-flash': { type: 'boolean', default: false },
   'miss-factor': { type: 'string' },
+  'core-factor': { type: 'string' },
   trace: { type: 'string' },
   edges: { type: 'string' },
   outputs: { type: 'string' },
@@ -177,6 +181,7 @@ export function parseOptions(args) {
     bounceMicros: number('--bounce-us', values['bounce-us'], 0, 1e6),
     seed: number('--seed', values.seed, 0, 2 ** 32 - 1),
     missFactor: missFactor(values['ideal-flash'], values['miss-factor']),
+    coreFactor: coreFactor(values['core-factor']),
   };
 }
 
@@ -195,6 +200,12 @@ function number(name, text, least, most) {
 function missFactor(ideal, factor) {
   if (ideal && factor !== undefined) throw new Error('--ideal-flash has no misses: leave --miss-factor out');
   return ideal ? null : number('--miss-factor', factor ?? '1', 0, 1000);
+}
+
+/** How many cycles an instruction of an RP2040 takes is known. */
+function coreFactor(factor) {
+  if (factor !== undefined && !IS_RP2350) throw new Error(`--core-factor ${factor}: the timing of an RP2040's core is not assumed: leave it out, or take the firmware of an RP2350`);
+  return number('--core-factor', factor ?? '1', 1, 100);
 }
 
 function settingLine(text) {

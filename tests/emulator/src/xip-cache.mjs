@@ -1,7 +1,7 @@
 import { FLASH_START } from './flash.mjs';
 
 /** 1024 sets of two ways; a line is two words. */
-const SETS = 1024;
+export const SETS = 1024;
 const SET_WORDS = 2 * SETS;
 const OFFSET_MASK = 0xffffff;
 const WORD_MASK = OFFSET_MASK >>> 2;
@@ -84,6 +84,12 @@ export class XipCache {
     this.enabled = enabled;
     this.#open();
     if (this.clock.cycles < this.readyCycle) this.openPage = NONE;
+  }
+
+  /** Empties a line: of the first way, or of the second. */
+  emptyLine(set, isSecond) {
+    const way = isSecond ? this.second : this.first;
+    way.fill(NONE, 2 * set, 2 * set + 2);
   }
 
   /** Empties the cache at once, as if much other code had run meanwhile. */

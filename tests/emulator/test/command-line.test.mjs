@@ -87,7 +87,8 @@ test('what a miss of the cache of flash costs can be multiplied', () => {
   assert.throws(() => factor('--miss-factor', 'much'), /--miss-factor much: give a number/);
   assert.throws(() => factor('--ideal-flash', '--miss-factor', '2'), /--ideal-flash has no misses: leave --miss-factor out/);
   assert.equal(parseOptions(['--elf', 'a', '--live']).missFactor, 1);
-  for (const option of ['--ideal-flash', '--miss-factor']) assert.ok(HELP.includes(option));
+  assert.throws(() => factor('--core-factor', '1.6'), /--core-factor 1.6: the timing of an RP2040's core is not assumed/);
+  for (const option of ['--ideal-flash', '--miss-factor', '--core-factor']) assert.ok(HELP.includes(option));
 });
 
 test('settings become lines ahead of a program', () => {

@@ -14,11 +14,11 @@ const [NOP, BX_LR, B_SELF, WFE, CPSID, CPSIE] = [0xbf00, 0x4770, 0xe7fe, 0xbf20,
 const [STIR, ISER0, IPR0, CPACR] = [0xe000ef00, 0xe000e100, 0xe000e400, 0xe000ed88];
 const SET = 0x2000;
 
-function machine(code = [B_SELF]) {
+function machine(code = [B_SELF], options = {}) {
   const clock = new MachineClock();
   const heard = { resets: 0, bootsel: null, warnings: [] };
   const board = { onWatchdog: () => (heard.resets += 1), onUartByte() {}, onWarning: (text) => heard.warnings.push(text), onBootsel: (...hints) => (heard.bootsel = hints) };
-  const built = { ...buildRp2350(clock, board), clock, heard };
+  const built = { ...buildRp2350(clock, board, options), clock, heard };
   put(built, CODE, code);
   built.core.VTOR = TABLE;
   built.core.SP = STACK;
@@ -365,6 +365,84 @@ test('flash is erased and programmed by the ROM, and shown again by what the ROM
   go(chip, 20);
   assert.equal(bus.read32(0x103f0000), 0x01020304);
   assert.equal(bus.read32(0x103f1000), 0x5a5a5a5a);
+});
+
+test('a write empties a line of the cache by its place, and flash may be read past the cache', () => {
+  const chip = machine();
+  const { bus, cache, core, flash } = chip;
+  const cost = (address) => {
+    const since = core.cycles;
+    bus.read32(address);
+    return core.cycles - since;
+  };
+  flash.bytes.set([1, 2, 3, 4], 0x4008);
+  // Two lines of the same set, one in each way.
+  assert.deepEqual([cost(0x10000008), cost(0x10004008), cost(0x10000008), cost(0x10004008)], [cache.missCycles, cache.missCycles, 0, 0]);
+  assert.equal(bus.read32(0x14004008), 0x04030201);
+  assert.deepEqual([cost(0x14004008), cost(0x14004008)], [cache.missCycles, cache.missCycles]);
+  bus.write8(0x18000008, 0);
+  assert.deepEqual([cost(0x10000008), cost(0x10004008)], [0, cache.missCycles], 'the first way, which was filled last');
+  bus.write8(0x18002008, 0);
+  assert.deepEqual([cost(0x10004008), cost(0x10000008)], [0, cache.missCycles], 'the second way');
+  bus.write8(0x18000010, 0);
+  assert.deepEqual([cost(0x10000008), cost(0x10004008)], [0, 0], 'another set');
+  assert.throws(() => bus.write8(0x1800000a, 0), /orders to the cache/);
+  assert.throws(() => bus.read32(0x14400000), /there is no flash/);
+  call(chip, 'IF');
+  call(chip, 'EX');
+  assert.throws(() => bus.read32(0x14004008), /while it is being programmed/);
+});
+
+test("the cache's counters count, and no register empties it", () => {
+  const { bus, heard } = machine();
+  const [FLUSH, CTR_HIT, CTR_ACC] = [0x400c8004, 0x400c800c, 0x400c8010];
+  for (const counter of [CTR_HIT, CTR_ACC]) bus.write32(counter, 0);
+  for (const address of [0x10000000, 0x10000000, 0x10000004]) bus.read32(address);
+  assert.deepEqual([CTR_HIT, CTR_ACC].map((counter) => bus.read32(counter)), [1, 3]);
+  bus.write32(FLUSH, 1);
+  bus.read32(0x10000000);
+  assert.equal(bus.read32(CTR_HIT), 2);
+  assert.ok(heard.warnings.some((warning) => warning.startsWith('XIP_CTRL')), `${heard.warnings}`);
+});
+
+test("the chip's number stands in its one-time programmable memory, two rows a word and one a word", () => {
+  const { bus } = machine();
+  const words = (address, count) => Array.from({ length: count }, (_, index) => bus.read32(address + 4 * index) >>> 0);
+  assert.deepEqual(words(0x40130000, 3), [0x832a1125, 0xe6605838, 0]);
+  assert.deepEqual(words(0x40134000, 5), [0x1125, 0x832a, 0x5838, 0xe660, 0]);
+});
+
+test('a wrap of the PWM interrupts by the registers of the RP2350', () => {
+  const chip = withInterrupts([B_SELF], { 8: 0 });
+  const [CSR, TOP, INTR, IRQ0_INTE] = [0x400a808c, 0x400a809c, 0x400a80f4, 0x400a80f8];
+  handler(chip, 8);
+  chip.bus.write32(TOP, 99);
+  chip.bus.write32((IRQ0_INTE + SET) | 0, 1 << 7);
+  chip.bus.write32(CSR, 1);
+  go(chip, 90);
+  assert.deepEqual(marks(chip), []);
+  go(chip, 60);
+  assert.equal(marks(chip)[0], 8);
+  assert.equal(chip.bus.read32(INTR), 1 << 7);
+  chip.bus.write32(INTR, 1 << 7);
+  assert.equal(chip.bus.read32(INTR), 0);
+});
+
+test('a slower core takes so many times the cycles, but waits for flash as long', () => {
+  const cyclesOf = (coreFactor, code) => {
+    const chip = machine(code, { coreFactor });
+    const { core } = chip;
+    const since = core.cycles;
+    while (core.PC !== CODE + 2 * (code.length - 1)) assert.equal(chip.runCore(core, chip.bus, chip.clock, core.cycles + 1), null);
+    return core.cycles - since;
+  };
+  const plain = [...Array(20).fill(NOP), B_SELF];
+  assert.deepEqual([1, 1.6, 2.5].map((factor) => cyclesOf(factor, plain)), [20, 32, 50]);
+  // ldr r0, [r1] from flash, which is not in the cache
+  const loads = [...set(1, 0x10000000), 0x6808, B_SELF];
+  const [once, twice] = [1, 2].map((factor) => cyclesOf(factor, loads));
+  const { missCycles } = machine().cache;
+  assert.equal(twice - missCycles, 2 * (once - missCycles));
 });
 
 test('reboot leads to BOOTSEL, and a function that the ROM lacks is 0', () => {

@@ -29,12 +29,15 @@ export function run(core, bus, clock, limit) {
 function runOn(core, bus, clock, limit) {
   const r = bus.registers;
   const { lockstep, profile } = clock;
+  const { slowness } = core;
   while (core.cycles < clock.next && core.cycles < limit && !core.waiting) {
+    const began = core.cycles;
     if (core.interruptsUpdated && core.checkForInterrupts()) core.cycles += ENTRY_CYCLES;
     const pc = r[PC];
     const since = core.cycles;
     bus.dataAddress = NOWHERE;
     core.step(bus, r, pc);
+    if (slowness !== null) slowness.charge(core, began);
     if (profile !== null) profile.add(pc, core.cycles - since, core.cycles);
     if (lockstep.next <= core.cycles) lockstep.catchUp();
   }
@@ -45,7 +48,7 @@ function runOn(core, bus, clock, limit) {
  * floats, in the secure state, with the main stack alone.
  *
  * Each instruction takes a cycle; loads from memory, branches, tables and divisions more (`thumb16.mjs`, `multiply.mjs`). ARM
- * publishes no timing of this core, so these are assumptions.
+ * publishes no timing of this core, so these are assumptions, of which `slowness` shows how much depends on them.
  */
 export class CortexM33 {
   /** @param {import('./system.mjs').System} system its private peripherals */
@@ -71,6 +74,8 @@ export class CortexM33 {
     /** Whether a store that is exclusive would succeed. */
     this.exclusive = false;
     this.exceptions = new Exceptions(this);
+    /** What each instruction takes more than is assumed. @type {import('./slowness.mjs').Slowness | null} */
+    this.slowness = null;
   }
 
   get PC() {

@@ -8,6 +8,7 @@ import { Fault } from '../fault.mjs';
 import { LateAlarms } from '../late-alarms.mjs';
 import { Lockstep } from '../lockstep.mjs';
 import { CortexM33, run } from '../m33/core.mjs';
+import { Slowness } from '../m33/slowness.mjs';
 import { System } from '../m33/system.mjs';
 import { PadInputs } from '../pad-inputs.mjs';
 import { PioBlock } from '../pio/block.mjs';
@@ -23,10 +24,12 @@ import { IMAGE_MARK, MARK_BYTES } from '../which-chip.mjs';
 import { FlashCounts, XipCache } from '../xip-cache.mjs';
 import { Rp2350Bus } from './bus.mjs';
 import { Dcp } from './dcp.mjs';
+import { Otp } from './otp.mjs';
 import { Plain } from './plain.mjs';
 import { Qmi, XIP_SETUP } from './qmi.mjs';
 import * as registers from './registers.mjs';
 import { Remapped } from './remapped.mjs';
+import { Rp2350XipControl, XipSpace } from './xip.mjs';
 
 const KIB = 1024;
 const RAM_BYTES = 520 * KIB;
@@ -45,7 +48,7 @@ const CHIP_ID = 0x20004927;
 const SLOT = {
   sysInfo: 0x40000, clocks: 0x40010, psm: 0x40018, resets: 0x40020, ioBank0: 0x40028, pads: 0x40038, xosc: 0x40048, pllSys: 0x40050, pllUsb: 0x40058,
   accessCtrl: 0x40060, uart0: 0x40070, uart1: 0x40078, pwm: 0x400a8, timer0: 0x400b0, xipCtrl: 0x400c8, qmi: 0x400d0, watchdog: 0x400d8, bootRam: 0x400e0, rosc: 0x400e8,
-  powman: 0x40100, ticks: 0x40108, dma: 0x50000, usb: 0x50110, pio0: 0x50200, pio1: 0x50300, pio2: 0x50400,
+  powman: 0x40100, ticks: 0x40108, otp: 0x40130, otpRaw: 0x40134, dma: 0x50000, usb: 0x50110, pio0: 0x50200, pio1: 0x50300, pio2: 0x50400,
 };
 
 /**
@@ -56,7 +59,7 @@ const SLOT = {
  * @param {object} board what the chip tells the board: see `buildChip` in `chip.mjs`
  * @param {object} options as there
  */
-export function buildRp2350(clock, board, { missFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock), lateAlarms = new LateAlarms() } = {}) {
+export function buildRp2350(clock, board, { missFactor = 1, coreFactor = 1, counts = new FlashCounts(), watch = new DeadlineWatch(clock), lateAlarms = new LateAlarms() } = {}) {
   const powerUpCycle = clock.core.cycles;
   const chip = new RP2040(clock);
   chip.logger = logger(board.onWarning);
@@ -64,7 +67,7 @@ export function buildRp2350(clock, board, { missFactor = 1, counts = new FlashCo
   chip.sramView = new DataView(chip.sram.buffer);
   const system = new System(clock);
   const core = new CortexM33(chip, system);
-  Object.assign(core, { cycles: powerUpCycle, watch, doubles: new Dcp() });
+  Object.assign(core, { cycles: powerUpCycle, watch, doubles: new Dcp(), slowness: coreFactor === 1 ? null : new Slowness(coreFactor, counts) });
   chip.core = core;
   clock.core = core;
   core.sleep = new Sleep(core, board.onWarning, (heedsMask) => core.exceptions.wakes(heedsMask));
@@ -79,7 +82,7 @@ export function buildRp2350(clock, board, { missFactor = 1, counts = new FlashCo
   chip.pwm = new Pwm(chip, 'PWM');
   runBeside(chip, clock, cache);
   for (const pin of chip.gpio) isolate(pin);
-  attachPeripherals(chip, { flash, watchdog, uart, timer: new ExactTimer(chip, 'TIMER0', lateAlarms) });
+  attachPeripherals(chip, { flash, cache, watchdog, uart, timer: new ExactTimer(chip, 'TIMER0', lateAlarms) });
   loadRp2350Rom(chip);
   const bus = new Rp2350Bus(chip, flash, cache, watch);
   core.bus = bus;
@@ -125,7 +128,7 @@ function showPio2(pin, block) {
   Object.defineProperties(pin, { rawOutputEnable: driven(rawOutputEnable, () => block.pinDirections), rawOutputValue: driven(rawOutputValue, () => block.pinValues) });
 }
 
-function attachPeripherals(chip, { flash, watchdog, uart, timer }) {
+function attachPeripherals(chip, { flash, cache, watchdog, uart, timer }) {
   const old = chip.peripherals;
   const remapped = (name, inner, { place, moved }) => new Remapped(chip, name, inner, place, moved);
   const sio = remapped('SIO', { readUint32: (offset) => chip.sio.readUint32(offset), writeUint32Atomic: (offset, value) => chip.sio.writeUint32(offset, value) }, registers.SIO);
@@ -144,7 +147,7 @@ function attachPeripherals(chip, { flash, watchdog, uart, timer }) {
     [SLOT.uart1]: chip.uart1,
     [SLOT.pwm]: remapped('PWM', chip.pwm, registers.PWM),
     [SLOT.timer0]: remapped('TIMER0', timer, registers.TIMER),
-    [SLOT.xipCtrl]: new Plain(chip, 'XIP_CTRL'),
+    [SLOT.xipCtrl]: new Rp2350XipControl(chip, 'XIP_CTRL', cache),
     [SLOT.qmi]: flash.interface,
     [SLOT.watchdog]: watchdog,
     [SLOT.bootRam]: new Plain(chip, 'BOOTRAM'),
@@ -152,6 +155,8 @@ function attachPeripherals(chip, { flash, watchdog, uart, timer }) {
     [SLOT.powman]: new Plain(chip, 'POWMAN', new Map([[0x0c, () => 0xb0]])),
     // RUNNING follows ENABLE.
     [SLOT.ticks]: new Plain(chip, 'TICKS', new Map([0, 0xc, 0x18, 0x24, 0x30, 0x3c].map((offset) => [offset, (read) => read(offset) | ((read(offset) & 1) << 1)]))),
+    [SLOT.otp]: new Otp(chip, 'OTP_DATA', false),
+    [SLOT.otpRaw]: new Otp(chip, 'OTP_DATA_RAW', true),
     [SLOT.dma]: chip.dma,
     [SLOT.usb]: old[0x50110],
     [SLOT.pio0]: remapped('PIO0', new PioRegisters(chip, 'PIO0', chip.pio[0]), registers.PIO),
@@ -159,17 +164,18 @@ function attachPeripherals(chip, { flash, watchdog, uart, timer }) {
     [SLOT.pio2]: remapped('PIO2', new PioRegisters(chip, 'PIO2', chip.pio[2]), registers.PIO),
   };
   XIP_SETUP.forEach((word, index) => chip.peripherals[SLOT.bootRam].writeUint32(4 * index, word >>> 0));
-  attachCorePeripherals(chip, sio);
+  attachCorePeripherals(chip, sio, new XipSpace(chip, flash, cache));
 }
 
-/** What is neither memory nor behind the peripherals' bridge: SIO, and the core's own. */
-function attachCorePeripherals(chip, sio) {
+/** What is neither memory nor behind the peripherals' bridge: SIO, the core's own, and what flash has besides. */
+function attachCorePeripherals(chip, sio, xip) {
   const { system } = chip.core;
   const { readUint32, writeUint32, writeUint8 } = chip;
   const [SIO_PAGE, CORE_PAGE] = [0xd, 0xe];
   chip.readUint32 = (address) => {
     const page = address >>> 28;
     if (page === SIO_PAGE) return sio.readUint32(address & 0xfff);
+    if (xip.has(address)) return xip.read(address);
     return page === CORE_PAGE ? system.read(address) >>> 0 : readUint32.call(chip, address);
   };
   chip.writeUint32 = (address, value) => {
@@ -180,6 +186,7 @@ function attachCorePeripherals(chip, sio) {
   };
   chip.writeUint8 = (address, value) => {
     if (address >>> 28 === CORE_PAGE) system.writeByte(address, value);
+    else if (xip.has(address)) xip.write(address);
     else writeUint8.call(chip, address, value);
   };
 }
