@@ -48,6 +48,7 @@ mod tool;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use isostep::chip::Chip;
 use isostep_console::AXIS_NAMES;
 use isostep_profile::SpeedProfile;
 use isostep_report::compare::{self, Comparison};
@@ -189,6 +190,23 @@ fn cold_starts_by_the_timer_port_are_in_time_and_within_20_us() {
 #[ignore = "needs the firmware: cargo xtask test"]
 fn the_highest_rate_the_port_takes_is_made() {
     cases::the_highest_rate_is_made(Emulated(Port::Pio), 297_618);
+}
+
+/// The emulated board's chip.
+fn chip() -> Chip {
+    if emulated::is_pico_2() { Chip::Rp2350 } else { Chip::Rp2040 }
+}
+
+/// As the tools call it that look for the drive.
+#[test]
+#[ignore = "needs the firmware: cargo xtask test"]
+fn boot_names_the_drive_of_the_boards_chip() {
+    let script = format!(
+        "expect Grbl\nsend $BOOT\nexpect [MSG:The board becomes the USB drive {}: copy\nexpect ok\nexpect-bootsel\n",
+        chip().drive()
+    );
+    let run = Board::new("boot-drive").script(&script);
+    assert!(run.ok, "{}", run.printed);
 }
 
 #[test]

@@ -37,8 +37,9 @@ pub async fn start(spawner: Spawner) {
     let flash = flash::take(board.flash);
     #[cfg(feature = "prove")]
     let flash = prove::start(spawner, board.prove, flash);
-    let controller =
-        Controller::new(machine, Settings::DEFAULT, flash::open(flash)).with_boot_loader().on_board(pins::NAME);
+    let controller = Controller::new(machine, Settings::DEFAULT, flash::open(flash))
+        .with_boot_loader(chip::BOOT_DRIVE)
+        .on_board(pins::NAME);
     #[cfg(feature = "prove")]
     let controller = controller.with_prove(prove::answer);
     #[cfg(feature = "skr-pico")]

@@ -64,8 +64,17 @@ pub mod messages {
     pub const RESTORING: &str = "Restoring defaults";
     /// `$SLP`.
     pub const SLEEPING: &str = "Sleeping";
-    /// `$BOOT`, on a board.
-    pub const BOOTING: &str = "The board becomes the USB drive RPI-RP2: copy new firmware to it, or switch off and on";
+    /// `$BOOT`, on a board: what its boot loader calls its USB drive.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Booting<'n>(pub &'n str);
+
+    impl core::fmt::Display for Booting<'_> {
+        fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+            let Self(drive) = self;
+            write!(f, "The board becomes the USB drive {drive}: copy new firmware to it, or switch off and on")
+        }
+    }
+
     /// `$BOOT` where there is no boot loader.
     pub const NO_BOOT_LOADER: &str = "There is no boot loader here: $BOOT is for a board";
 }

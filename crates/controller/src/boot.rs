@@ -3,10 +3,12 @@
 
 use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;
+use isostep_console::report::messages;
 
 use crate::controller::{Controller, Mode};
 #[cfg(feature = "trinamic")]
 use crate::drivers::{DriverHardware, Drivers};
+use crate::output::Message;
 
 impl<F: NorFlash> Controller<'_, F> {
     /// Names the board, for `$I`.
@@ -16,11 +18,11 @@ impl<F: NorFlash> Controller<'_, F> {
         self
     }
 
-    /// Says that there is a boot loader, which is started by the caller of [`boot_asked`](Self::boot_asked). Without
-    /// one `$BOOT` is refused.
+    /// Says that there is a boot loader, which is a USB drive of this name and is started by the caller of
+    /// [`boot_asked`](Self::boot_asked). Without one `$BOOT` is refused.
     #[must_use]
-    pub fn with_boot_loader(mut self) -> Self {
-        self.has_boot_loader = true;
+    pub fn with_boot_loader(mut self, drive: &'static str) -> Self {
+        self.boot_drive = drive;
         self
     }
 
@@ -65,6 +67,14 @@ impl<F: NorFlash> Controller<'_, F> {
         while self.turn.try_lock().is_err() || self.with(|program| program.unsaved.any()) {
             Timer::after_millis(1).await;
         }
+    }
+
+    /// Says what becomes of the board.
+    // Not inlined, so that the lines of a program run through less code in flash.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn say_booting(&self, text: &mut Message) {
+        text.say(messages::Booting(self.boot_drive));
     }
 
     /// Goes to the boot loader, after `$BOOT` has been answered.

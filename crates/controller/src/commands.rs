@@ -141,7 +141,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         let answer = answer.and_then(|after| saved.map(|()| after));
         if answer == Ok(After::Boot) {
-            text.say(messages::BOOTING);
+            self.say_booting(text);
         }
         if fate == Fate::SentAgain {
             self.with(|program| program.has_changed = false);
@@ -274,7 +274,7 @@ impl<F: NorFlash> Controller<'_, F> {
             Command::SetToolReference => self.set_tool_reference(),
             Command::ToggleCheck => return Ok(self.toggle_check(state, text)),
             Command::Sleep => return Ok(After::Sleep),
-            Command::Boot if self.has_boot_loader => return Ok(After::Boot),
+            Command::Boot if !self.boot_drive.is_empty() => return Ok(After::Boot),
             Command::Boot => {
                 text.say(messages::NO_BOOT_LOADER);
                 return Err(Error::UnknownStatement);

@@ -36,7 +36,8 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) store: Mutex<NoopRawMutex, Store<F>>,
     /// The board's name; empty if it has none.
     pub(crate) board: &'static str,
-    pub(crate) has_boot_loader: bool,
+    /// The name of its boot loader's USB drive; empty if it has none.
+    pub(crate) boot_drive: &'static str,
     pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
     pub(crate) prove: Option<Prove>,
@@ -146,7 +147,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             pauses: Cell::new(0),
             store: Mutex::new(store),
             board: "",
-            has_boot_loader: false,
+            boot_drive: "",
             has_second_motor: true,
             boot: Signal::new(),
             prove: None,

@@ -63,7 +63,7 @@ impl Two {
         let kept = Kept { settings, parameters };
         assert_eq!(block_on(store.save(true, |item| kept.value(item))), Ok(()));
         let controller: &'static Controller<'static, _> =
-            Box::leak(Box::new(change(Controller::new(machine, settings, store).with_boot_loader())));
+            Box::leak(Box::new(change(Controller::new(machine, settings, store).with_boot_loader("DRIVE"))));
         block_on(controller.load());
         assert_eq!(controller.parameters(), kept.parameters);
         executor.spawn("coordinator", async move {
@@ -136,7 +136,7 @@ fn either_console_resumes_a_pause_and_lines_wait_for_it() {
     assert!(said[0].starts_with("<Idle|"), "{said:?}");
 }
 
-const BOOTING: &str = "[MSG:The board becomes the USB drive RPI-RP2: copy new firmware to it, or switch off and on]";
+const BOOTING: &str = "[MSG:The board becomes the USB drive DRIVE: copy new firmware to it, or switch off and on]";
 
 #[test]
 fn command_boot_makes_way_for_new_firmware() {

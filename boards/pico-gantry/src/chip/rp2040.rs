@@ -20,6 +20,8 @@ pub const PICO: &str = "Raspberry Pi Pico";
 /// Raspberry Pi's id for a serial port on this chip, which senders and udev rules know.
 pub const USB_PRODUCT_ID: u16 = 0x000A;
 pub const USB_PRODUCT: &str = "RP2040 gantry";
+/// The name of the drive that the boot loader in the ROM is.
+pub const BOOT_DRIVE: &str = "RPI-RP2";
 
 /// The clock of the core, the state machines and the PWM.
 pub const CLOCK_HZ: u32 = 125_000_000;

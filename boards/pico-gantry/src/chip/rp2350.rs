@@ -26,6 +26,8 @@ pub const PICO: &str = "Raspberry Pi Pico 2";
 /// Raspberry Pi's id for a serial port on this chip, which senders and udev rules know.
 pub const USB_PRODUCT_ID: u16 = 0x0009;
 pub const USB_PRODUCT: &str = "RP2350 gantry";
+/// The name of the drive that the boot loader in the ROM is.
+pub const BOOT_DRIVE: &str = "RP2350";
 
 /// The clock of the core, the state machines and the PWM.
 pub const CLOCK_HZ: u32 = 150_000_000;
