@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result};
-use object::{Object, ObjectSymbol, SymbolKind};
+use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use serde::Deserialize;
 
 use crate::process::{self, announce};
@@ -14,7 +14,9 @@ use crate::variant::Variant;
 use crate::{node, workspace};
 
 const RAM_START_ADDRESS: u64 = 0x2000_0000;
-const INSTRUCTION_BYTES: u64 = 2;
+/// An instruction has four bytes if the first five bits of its first half-word are one of the three highest numbers.
+const WIDE_SHIFT: u32 = 11;
+const WIDE_LEAST: u16 = 0b11101;
 const KIB: f64 = 1024.0;
 /// A program that homes and moves all axes, and one with arcs and a laser; each with its settings.
 const PROGRAMS: [(&str, &[&str]); 2] = [("parking.nc", &[]), ("engraving.nc", &["32=1"])];
@@ -30,9 +32,15 @@ const LISTED: usize = 8;
 struct Function {
     name: String,
     address: u64,
-    bytes: u64,
+    code: Vec<u8>,
     /// Bytes of its instructions that ran while the machine moved.
     hot_bytes: u64,
+}
+
+impl Function {
+    fn bytes(&self) -> u64 {
+        self.code.len() as u64
+    }
 }
 
 /// A line of the emulator's profile.
@@ -61,17 +69,15 @@ pub fn table(variant: Variant) -> Result<String> {
 fn functions(elf: &Path) -> Result<Vec<Function>> {
     let bytes = fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))?;
     let file = object::File::parse(&*bytes).with_context(|| format!("{} is no firmware", elf.display()))?;
-    let code = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
-    let mut functions: Vec<_> = code
-        .map(|symbol| Function {
-            name: symbol.name().unwrap_or_default().to_owned(),
-            // The lowest bit says that it is Thumb code.
-            address: symbol.address() & !1,
-            bytes: symbol.size(),
-            hot_bytes: 0,
-        })
-        .filter(|function| function.address >= RAM_START_ADDRESS)
-        .collect();
+    let symbols = file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
+    let in_ram = symbols.filter_map(|symbol| {
+        // The lowest bit says that it is Thumb code.
+        let address = symbol.address() & !1;
+        let section = file.section_by_index(symbol.section_index().filter(|_| address >= RAM_START_ADDRESS)?).ok()?;
+        let code = section.data_range(address, symbol.size()).ok()??.to_vec();
+        Some(Function { name: symbol.name().unwrap_or_default().to_owned(), address, code, hot_bytes: 0 })
+    });
+    let mut functions: Vec<_> = in_ram.collect();
     functions.sort_by_key(|function| function.address);
     functions.dedup_by_key(|function| function.address);
     Ok(functions)
@@ -94,8 +100,16 @@ fn run(variant: Variant, program: &str, settings: &[&str]) -> Result<Vec<Execute
 fn note(functions: &mut [Function], address: u64) {
     let after = functions.partition_point(|function| function.address <= address);
     let Some(function) = after.checked_sub(1).and_then(|at| functions.get_mut(at)) else { return };
-    if address < function.address + function.bytes {
-        function.hot_bytes = (function.hot_bytes + INSTRUCTION_BYTES).min(function.bytes);
+    let code = function.code.get((address - function.address) as usize..).unwrap_or_default();
+    function.hot_bytes += instruction_bytes(code);
+}
+
+/// Bytes of the instruction with which this code begins: two or four; 0 where there is no code.
+fn instruction_bytes(code: &[u8]) -> u64 {
+    match code {
+        [low, high, ..] if u16::from_le_bytes([*low, *high]) >> WIDE_SHIFT >= WIDE_LEAST => 4,
+        [_, _, ..] => 2,
+        _ => 0,
     }
 }
 
@@ -108,10 +122,10 @@ fn shown(functions: &[Function]) -> String {
     // All bytes, those of functions that run in motion, and those of instructions that do.
     let mut sums: BTreeMap<_, [u64; 3]> = BTreeMap::new();
     for function in functions {
-        let touched = if function.hot_bytes > 0 { function.bytes } else { 0 };
+        let touched = if function.hot_bytes > 0 { function.bytes() } else { 0 };
         for name in [group(&function.name), "all"] {
             let sum = sums.entry(name).or_default();
-            *sum = [sum[0] + function.bytes, sum[1] + touched, sum[2] + function.hot_bytes];
+            *sum = [sum[0] + function.bytes(), sum[1] + touched, sum[2] + function.hot_bytes];
         }
     }
     let mut text =
@@ -121,10 +135,10 @@ fn shown(functions: &[Function]) -> String {
         text += &format!("{name:<24}{all:>8.1}{touched:>17.1}{hot:>22.1}\n");
     }
     let mut cold: Vec<_> = functions.iter().filter(|function| function.hot_bytes == 0).collect();
-    cold.sort_by_key(|function| (u64::MAX - function.bytes, function.address));
+    cold.sort_by_key(|function| (u64::MAX - function.bytes(), function.address));
     text += "\nThe largest that did not run in motion, bytes:\n";
     for function in cold.into_iter().take(LISTED) {
-        text += &format!("{:>6}  {}\n", function.bytes, function.name);
+        text += &format!("{:>6}  {}\n", function.bytes(), function.name);
     }
     text
 }
@@ -133,8 +147,9 @@ fn shown(functions: &[Function]) -> String {
 mod tests {
     use super::*;
 
-    fn function(name: &str, address: u64, bytes: u64) -> Function {
-        Function { name: name.to_owned(), address, bytes, hot_bytes: 0 }
+    /// A function of instructions of two bytes.
+    fn function(name: &str, address: u64, bytes: usize) -> Function {
+        Function { name: name.to_owned(), address, code: vec![0; bytes], hot_bytes: 0 }
     }
 
     #[test]
@@ -144,6 +159,18 @@ mod tests {
             note(&mut functions, address);
         }
         assert_eq!(functions.map(|function| function.hot_bytes), [4, 0]);
+    }
+
+    #[test]
+    fn an_instruction_counts_as_many_bytes_as_it_has() {
+        // movs r0, #0; bl; add.w r0, r0, r0; b
+        let halfwords: [u16; 6] = [0x2000, 0xF000, 0xF800, 0xEB00, 0x0000, 0xE7FE];
+        let code = halfwords.iter().flat_map(|halfword| halfword.to_le_bytes()).collect();
+        let mut functions = [Function { code, ..function("a", 0x2000_0000, 0) }];
+        for (address, hot_bytes) in [(0x2000_0000, 2), (0x2000_0002, 6), (0x2000_0006, 10), (0x2000_000A, 12)] {
+            note(&mut functions, address);
+            assert_eq!(functions[0].hot_bytes, hot_bytes);
+        }
     }
 
     #[test]

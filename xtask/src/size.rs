@@ -1,7 +1,6 @@
 //! `cargo xtask size`: compares the firmware's flash and RAM with their budgets, and its code in RAM with what runs.
 
 use anyhow::Result;
-use isostep::chip::Chip;
 
 use crate::footprint::Footprint;
 use crate::variant::{Board, Variant};
@@ -13,7 +12,7 @@ use crate::{build, hot};
 Flash is everything stored: boot loader, code, constants and initial values.
 RAM is the code that runs from it with its tables (.hot: all that has a deadline), every static (.data, .bss, .uninit), and
 what is reserved for the stack.
-Then, unless it is for a Pico 2, two programs run on the emulated board, and a second table shows how much of the code in RAM ran while the machine moved:
+Then two programs run on the emulated board, and a second table shows how much of the code in RAM ran while the machine moved:
 functions, and their instructions. What did not run may have a deadline all the same, or belong to another speed profile.
 Exits with an error when a figure is over its budget.")]
 pub struct Args {
@@ -27,9 +26,6 @@ pub fn run(Args { board }: Args) -> Result<()> {
     let footprint = Footprint::new(&build::firmware(variant)?, variant);
     print!("{}", footprint.table());
     footprint.check()?;
-    // Instructions of a Cortex-M33 are of 2 or 4 bytes, and what counts them knows only where they begin.
-    if variant.chip() == Chip::Rp2040 {
-        print!("\n{}", hot::table(variant)?);
-    }
+    print!("\n{}", hot::table(variant)?);
     Ok(())
 }
