@@ -89,7 +89,8 @@ pub fn config() -> Config {
 const BOARD: &str = "ISOSTEP_BOARD";
 
 /// Whose pins the emulated board has.
-fn board() -> String {
+#[must_use]
+pub fn board() -> String {
     env::var(BOARD).unwrap_or_else(|_| "pico".to_owned())
 }
 

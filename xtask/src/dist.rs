@@ -30,7 +30,8 @@ The files, in target/dist:
                                      the same for an emergency stop that is wired normally closed
   isostep-VERSION-PORT-DRIVER[-estop-nc]-4-axes.uf2
                                      the same for X, Y, Z and A; the others are for three axes and a second motor
-  isostep-VERSION-prove-PORT.uf2     the image that measures itself, for `isostep prove`; it never energises a motor
+  isostep-VERSION-prove-PORT[-pico2].uf2
+                                     the image that measures itself, for `isostep prove`; it never energises a motor
   isostep-VERSION-page.zip           the page, for any file server: unpack it there
   isostep-VERSION-TARGET             the tool for this platform with the page in it, for `isostep web` without Rust and Node.js
   WHICH.md                           a table: which of them is for which board, driver, number of axes, emergency stop and
@@ -41,7 +42,7 @@ The files, in target/dist:
 The same sources and the same compiler make the same bytes.
 
 Examples:
-  cargo xtask dist                   all of them: fourteen links of the firmware, the page, and the tool
+  cargo xtask dist                   all of them: sixteen links of the firmware, the page, and the tool
   cargo xtask dist --only page       the page and the tool, some minutes")]
 pub struct Args {
     /// Make the files of this part alone
@@ -107,15 +108,20 @@ fn firmware(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// The boards with bare drivers, which can be measured too.
+const BARE: [Board; 2] = [Board::Pico, Board::Pico2];
+
 /// Those that move a machine, and those that measure a board.
 fn released() -> impl Iterator<Item = Variant> {
-    variants().chain(Port::value_variants().iter().map(|&port| Variant::proving(port)))
+    let ports = Port::value_variants();
+    let proving = BARE.into_iter().flat_map(|board| ports.iter().map(move |&port| Variant::proving(board, port)));
+    variants().chain(proving)
 }
 
 /// Every port with every driver and board, every contact of the emergency stop and every number of axes.
 fn variants() -> impl Iterator<Item = Variant> {
-    let bare = [Board::Pico, Board::Pico2].into_iter();
-    let bare = bare.flat_map(|board| Driver::value_variants().iter().map(move |&driver| (board, Some(driver))));
+    let bare =
+        BARE.into_iter().flat_map(|board| Driver::value_variants().iter().map(move |&driver| (board, Some(driver))));
     let machines = bare.chain([(Board::SkrPico, None)]);
     machines.flat_map(|(board, driver)| {
         Port::value_variants().iter().flat_map(move |&port| {
@@ -130,7 +136,8 @@ fn variants() -> impl Iterator<Item = Variant> {
 fn name(variant: Variant) -> String {
     let port = variant.port.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
     if variant.prove {
-        return format!("isostep-{}-prove-{port}.uf2", env!("CARGO_PKG_VERSION"));
+        let board = if variant.board == Board::Pico2 { "-pico2" } else { "" };
+        return format!("isostep-{}-prove-{port}{board}.uf2", env!("CARGO_PKG_VERSION"));
     }
     let machine = match variant.board {
         Board::Pico => variant.driver_name().to_owned(),

@@ -40,7 +40,7 @@ fn what_tests_compile_too() -> Result<()> {
     with_axes("four-axes", &["--test=four_axes", "--test=emulated"])?;
     with_axes("two-axes", &["--test=two_axes"])?;
     for_browsers(&web::FOUR_AXES)?;
-    let [proving, proving_timer] = [Port::Pio, Port::Timer].map(Variant::proving);
+    let [proving, proving_timer] = [Port::Pio, Port::Timer].map(|port| Variant::proving(Board::Pico, port));
     for variant in [proving, proving_timer, on_pico_2(other()), on_pico_2(proving)] {
         Image::of(variant).clippy()?;
     }

@@ -5,11 +5,12 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use isostep::chip::Chip;
 use isostep::prove::{self, Args};
 
 use crate::build;
 use crate::process::announce;
-use crate::variant::{Port, Variant};
+use crate::variant::{Board, Port, Variant};
 
 /// The names under which both images are kept.
 const PROVING: &str = "prove";
@@ -24,11 +25,25 @@ pub fn run(args: Args) -> Result<()> {
         return emulated::run(&args);
     }
     // Both images take minutes.
-    isostep::boot_loader::find(args.port.as_deref(), Variant::default().chip())?;
-    let restore = args.restore.clone().map_or_else(|| kept(Variant::default(), USUAL), Ok)?;
-    let image = args.image.clone().map_or_else(|| kept(Variant::proving(Port::Pio), PROVING), Ok)?;
+    isostep::boot_loader::find(args.port.as_deref(), args.board)?;
+    let usual = Variant { board: board(&args), ..Variant::default() };
+    let restore = args.restore.clone().map_or_else(|| kept(usual, USUAL), Ok)?;
+    let image = args.image.clone().map_or_else(|| kept(proving(&args), PROVING), Ok)?;
     announce("the image for afterwards has the default drivers and contacts: name another with --restore");
     prove::run(Args { image: Some(image), restore: Some(restore), ..args })
+}
+
+/// The board that has this chip and the pins of a Pico.
+fn board(args: &Args) -> Board {
+    match args.board {
+        Chip::Rp2040 => Board::Pico,
+        Chip::Rp2350 => Board::Pico2,
+    }
+}
+
+/// The image that measures it.
+fn proving(args: &Args) -> Variant {
+    Variant::proving(board(args), Port::Pio)
 }
 
 /// Builds a variant and keeps its UF2 file under this name: each build overwrites the one before.
@@ -48,7 +63,7 @@ mod emulated {
     use isostep::prove::{self, Args, How, Jumper, Part, Progress, Proof, Virtual};
     use isostep::pty::{Emulated, Machine};
 
-    use super::{PROVING, Port, Variant};
+    use super::{PROVING, board, proving};
     use crate::{build, node, workspace};
 
     /// Proves the emulated board. With --image it has this ELF file, otherwise one that is built. Without --jumper it is
@@ -57,27 +72,27 @@ mod emulated {
         node::prepare()?;
         let elf = match &args.image {
             Some(elf) => elf.clone(),
-            None => build::kept_firmware(Variant::proving(Port::Pio), PROVING)?,
+            None => build::kept_firmware(proving(args), PROVING)?,
         };
-        let factor = args.miss_factor;
-        let mut proof = on_board(&elf, factor, &args.how())?;
+        let mut proof = on_board(&elf, args, &args.how())?;
         let has_stops = args.only.is_empty() || args.only.contains(&Part::Stops);
         for jumper in Jumper::ALL.into_iter().filter(|_| args.jumper.is_empty() && has_stops) {
             let how = How { jumpers: vec![jumper], only: vec![Part::Stops], ..args.how() };
-            proof.found.fill(on_board(&elf, factor, &how)?.found);
+            proof.found.fill(on_board(&elf, args, &how)?.found);
         }
         prove::conclude(&Proof { is_emulated: true, ..proof }, args.quick, &args.out)
     }
 
     /// Proves a board at power-up, with a wire to each of the jumpers.
-    fn on_board(elf: &Path, miss_factor: Option<f64>, how: &How) -> Result<Proof> {
+    fn on_board(elf: &Path, args: &Args, how: &How) -> Result<Proof> {
         let mut command = Command::new("node");
         command.arg(workspace::emulator_dir().join("run.mjs")).arg("--elf").arg(elf);
         // Beside an image that keeps ENABLE off the emulated drivers would make no step.
         command.args(["--driver", "tmc2209", "--enable", "open"]);
         // A carriage that moves beyond its switch presses it.
         command.args(["--start", "900,900,900"]);
-        command.args(miss_factor.map(|factor| format!("--miss-factor={factor}")));
+        command.args(["--board", board(args).name()]);
+        command.args(args.miss_factor.map(|factor| format!("--miss-factor={factor}")));
         command.args(how.jumpers.iter().flat_map(|jumper| ["--jumper".to_owned(), format!("28:{}", jumper.pad())]));
         let mut board = Emulated::start(&mut command, true, &[])?;
         board.set_open(true)?;

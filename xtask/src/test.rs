@@ -38,7 +38,7 @@ that fails is the last, but not with --all, which tells what failed at its end:
   four axes        the machine with A: its own tests, and its firmware on the emulated board; only with --all
   SKR Pico         its firmware on the emulated board, with its pins and drivers; only with --all
   Pico 2           its firmware on the emulated board, with its chip, an RP2350; with ISOSTEP_CASES=more some of the tests, with --all
-                   each but those of other images, the emulated core against Unicorn's, which comes from PyPI, and its
+                   each but those of other boards, its proof too, the emulated core against Unicorn's, which comes from PyPI, and its
                    doubles against this computer's
   page             what it makes of a machine's words; with --all also in Chromium, with the simulated machine and the emulated
                    board, skipped without Chromium
@@ -250,6 +250,7 @@ const FOUR_AXES_ELF: &str = "four-axes";
 const SKR_PICO_ELF: &str = "skr-pico";
 
 const PICO_2_ELF: &str = "pico2";
+const PICO_2_PROVE_ELF: &str = "pico2-prove";
 
 /// The firmware for another chip.
 const OF_PICO_2: Variant = Variant {
@@ -275,10 +276,12 @@ fn other_images() -> Result<()> {
     check_footprint(Variant { board: Board::SkrPico, ..Variant::default() })?;
     build::keep(&Variant::default().elf(), SKR_PICO_ELF)?;
     check_footprint(Variant { axes: Axes::Four, board: Board::SkrPico, ..Variant::default() })?;
-    check_footprint(Variant::proving(Port::Pio))?;
+    check_footprint(Variant::proving(Board::Pico, Port::Pio))?;
+    build::keep(&Variant::default().elf(), PROVE_ELF)?;
+    check_footprint(Variant::proving(Board::Pico2, Port::Pio))?;
+    build::keep(&OF_PICO_2.elf(), PICO_2_PROVE_ELF)?;
     check_footprint(OF_PICO_2)?;
     build::keep(&OF_PICO_2.elf(), PICO_2_ELF)?;
-    build::kept_firmware(Variant::proving(Port::Pio), PROVE_ELF)?;
     build::kept_firmware(TIMER_PORT, TIMER_PORT_ELF)?;
     build::kept_firmware(Variant { estop: Contact::Nc, ..Variant::default() }, ESTOP_NC_ELF)?;
     build::kept_firmware(Variant { driver: Some(Driver::Tmc2209), ..Variant::default() }, TMC2209_ELF)?;
@@ -396,15 +399,18 @@ fn skr_pico(_: Amount) -> Result<()> {
     process::run(tests.args(OF_OTHERS))
 }
 
-/// What CI runs on the chip of a Pico 2, with its usual image: its edges, stops, faults and store, and the dialogues that every board has.
-const SOME_OF_PICO_2: [&str; 7] = [
+/// What CI runs on the chip of a Pico 2: its edges, stops, faults and store, the dialogues that every board has, and one test of its proving
+/// image.
+const SOME_OF_PICO_2: [&str; 9] = [
     "parking_is",
     "every_stop",
     "flowing::flowing",
     "a_port_that_runs_out",
     "nothing_is_stored",
     "evenly::",
+    "boot_names_the_drive",
     "dialogues::both::",
+    "prove::an_edge_that_comes_three_cycles_late",
 ];
 
 /// Random operands of each kind of each function on doubles.
@@ -413,7 +419,8 @@ const DOUBLES: &str = "1000000";
 fn pico_2(amount: Amount) -> Result<()> {
     let on_pico_2 = |elves: &[PathBuf; 3]| {
         let mut tests = on_board(Amount::More, elves);
-        tests.env("ISOSTEP_BOARD", OF_PICO_2.board.name()).args(["--test=emulated", "--", "--ignored"]);
+        tests.env("ISOSTEP_BOARD", OF_PICO_2.board.name()).env("ISOSTEP_PROVE_ELF", build::kept_elf(PICO_2_PROVE_ELF));
+        tests.args(["--test=emulated", "--", "--ignored"]);
         tests
     };
     let kept = build::kept_elf(PICO_2_ELF);
@@ -424,12 +431,11 @@ fn pico_2(amount: Amount) -> Result<()> {
             process::run(tests.args(SOME_OF_PICO_2).args(["--skip=timer_port", "--skip=broken_wire"]))?;
         }
         Amount::All => {
-            check_footprint(Variant { prove: true, ..OF_PICO_2 })?;
             let timer_port = build::kept_firmware(Variant { port: Port::Timer, ..OF_PICO_2 }, "pico2-timer-port")?;
             let estop_nc = build::kept_firmware(Variant { estop: Contact::Nc, ..OF_PICO_2 }, "pico2-estop-nc")?;
             five_motors()?;
             let tests = &mut on_pico_2(&[kept.clone(), timer_port, estop_nc]);
-            tests.args(["--skip=prove::", "--skip=four_axes", "--skip=linked::"]);
+            tests.args(["--skip=four_axes", "--skip=linked::"]);
             process::run(tests.args(OF_OTHERS))?;
             oracle::check(&kept)?;
             process::run(node::of_emulator("test/dcp.test.mjs").env("DCP_RANDOM", DOUBLES))?;

@@ -69,9 +69,9 @@ pub enum Contact {
 }
 
 impl Variant {
-    /// The image that measures itself. Its pulses are as short as they may be, for the highest rates: no motor is driven.
-    pub fn proving(port: Port) -> Self {
-        Self { port, driver: Some(Driver::Tmc2209), prove: true, ..Self::default() }
+    /// The image that measures this board. Its pulses are as short as they may be, for the highest rates: no motor is driven.
+    pub fn proving(board: Board, port: Port) -> Self {
+        Self { board, port, driver: Some(Driver::Tmc2209), prove: true, ..Self::default() }
     }
 
     /// # Errors

@@ -8,14 +8,20 @@ use anyhow::{Context, Result};
 
 use crate::project;
 
-/// A chip, which decides which images a board takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// A chip, which decides which images a board takes. An option calls it by the board from Raspberry Pi that has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub enum Chip {
     /// Of a Pico and an SKR Pico.
+    #[default]
+    #[value(name = "pico", help = "A Raspberry Pi Pico, with an RP2040")]
     Rp2040,
     /// Of a Pico 2.
+    #[value(name = "pico2", help = "A Raspberry Pi Pico 2, with an RP2350")]
     Rp2350,
 }
+
+/// The maker and the part in the register CHIP_ID of SYSINFO. Above them is the chip's revision.
+const ID_WITHOUT_REVISION: u32 = 0x0FFF_FFFF;
 
 impl Chip {
     /// All of them.
@@ -52,6 +58,20 @@ impl Chip {
             Self::Rp2040 => "RPI-RP2",
             Self::Rp2350 => "RP2350",
         }
+    }
+
+    /// The content of the register CHIP_ID of SYSINFO, without the chip's revision.
+    const fn id(self) -> u32 {
+        match self {
+            Self::Rp2040 => 0x0000_2927,
+            Self::Rp2350 => 0x0000_4927,
+        }
+    }
+
+    /// The chip in whose register CHIP_ID of SYSINFO this stands, in any revision.
+    #[must_use]
+    pub fn of_id(id: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|chip| chip.id() == id & ID_WITHOUT_REVISION)
     }
 
     /// The vendor and the product by which USB knows the firmware: Raspberry Pi's for a serial port on this chip, as in
@@ -94,6 +114,13 @@ impl Chip {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_chip_is_known_by_its_identity_in_any_revision() {
+        let of = [0x1000_2927, 0x2000_2927, 0x2000_4927, 0x3000_4927].map(|id| Chip::of_id(id).unwrap());
+        assert_eq!(of, [Chip::Rp2040, Chip::Rp2040, Chip::Rp2350, Chip::Rp2350]);
+        assert_eq!(Chip::of_id(0x2000_5927), None);
+    }
 
     #[test]
     fn an_image_says_for_which_chip_it_is() {

@@ -19,7 +19,7 @@ use super::port::Port;
 use super::runs::{GREETING, Job, Runs, Summary, unreadable};
 use super::{ACCEL_MAX_STEPS_S2, RAMP};
 
-const fn method(chip: Chip) -> Method {
+fn method(chip: Chip) -> Method {
     Method {
         unit_ns: chip.cycle_ns(),
         start_from: "the arrival of its line",
@@ -99,11 +99,8 @@ impl Emulated<'_> {
 }
 
 impl Board for Emulated<'_> {
-    fn method(&self) -> &'static Method {
-        match self.runs.candidate.model.chip() {
-            Chip::Rp2040 => const { &method(Chip::Rp2040) },
-            Chip::Rp2350 => const { &method(Chip::Rp2350) },
-        }
+    fn method(&self) -> Method {
+        method(self.runs.candidate.model.chip())
     }
 
     fn note(&mut self, what: &str) {

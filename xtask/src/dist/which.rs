@@ -57,7 +57,8 @@ mod tests {
     fn a_row_says_for_whom_a_file_is_and_each_value_is_explained() {
         let skr_pico = Variant { board: Board::SkrPico, estop: Contact::Nc, axes: Axes::Four, ..Variant::default() };
         let pico_2 = Variant { board: Board::Pico2, ..Variant::default() };
-        let text = table(&[Variant::default(), pico_2, skr_pico, Variant::proving(Port::Timer)]);
+        let proving = [Board::Pico, Board::Pico2].map(|board| Variant::proving(board, Port::Timer));
+        let text = table(&[Variant::default(), pico_2, skr_pico, proving[0], proving[1]]);
         let rows = text.lines().filter(|line| line.starts_with("| `"));
         let rows: Vec<_> = rows.map(|row| row.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
         let version = env!("CARGO_PKG_VERSION");
@@ -66,6 +67,7 @@ mod tests {
             format!("| `isostep-{version}-pio-pico2-drv8825.uf2` | pico2 | drv8825 | 3 | no | pio |"),
             format!("| `isostep-{version}-pio-skr-pico-estop-nc-4-axes.uf2` | skr-pico | tmc2209 | 4 | nc | pio |"),
             format!("| `isostep-{version}-prove-timer.uf2` | pico | none | 3 | no | timer |"),
+            format!("| `isostep-{version}-prove-timer-pico2.uf2` | pico2 | none | 3 | no | timer |"),
         ];
         assert_eq!(rows, expected);
         for words in [

@@ -16,7 +16,7 @@ pub type Measured<T> = Result<T, String>;
 /// error is returned only if the board is gone, or the user has interrupted.
 pub trait Board {
     /// The resolution of its figures, and what flatters them.
-    fn method(&self) -> &'static Method;
+    fn method(&self) -> Method;
 
     /// Shows what is measured now, or what has come out.
     fn note(&mut self, what: &str);

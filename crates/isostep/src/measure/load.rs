@@ -55,8 +55,8 @@ pub fn measure(board: &mut dyn Board, found: &mut Findings, rates_steps_s: &[u32
     }
     if let Some(us) = waited_us {
         let what = "longest time for which an interrupt waited, in these moves";
-        let figure = Figure::new("mask", what, "us").measured(us, "8 ns, a look each 160 us");
-        let flatters = "a look each 160 us may miss the longest; programming the flash, at rest, is not in it";
+        let figure = Figure::new("mask", what, "us").measured(us, "a cycle of the clock, a look each 20,011 cycles");
+        let flatters = "a look each 20,011 cycles may miss the longest; programming the flash, at rest, is not in it";
         found.add(figure.flattered_by(flatters).compared(Better::Lower, 0.2, 0.5));
     }
     Ok(())

@@ -11,8 +11,6 @@ use isostep_profile::SyncMove;
 
 use crate::chip::Chip;
 
-/// The chip that measures itself, by whose clock moves are compiled here.
-pub const PROVED_CHIP: Chip = Chip::Rp2040;
 /// The axes that are measured.
 pub const PROVED: usize = 3;
 /// Their names.
@@ -104,8 +102,8 @@ pub struct PlannedMove {
     /// Signed steps of each axis.
     pub steps: [i32; PROVED],
     plan: SyncMove<AXES>,
-    /// The cycle of each step of each axis, from the start of the move, as [`PROVED_CHIP`] compiles them: once somebody asks.
-    compiled: Rc<[OnceCell<Vec<u64>>; PROVED]>,
+    /// The cycle of each step of each axis, from the start of the move, as each chip compiles them: once somebody asks.
+    compiled: Rc<[[OnceCell<Vec<u64>>; PROVED]; Chip::ALL.len()]>,
 }
 
 impl PlannedMove {
@@ -140,12 +138,12 @@ impl PlannedMove {
         self.plan.step_time_s(axis, number) * 1e9
     }
 
-    /// When step `number` of an axis, counted from 1, leaves, ns from the start of the move, as [`PROVED_CHIP`] compiles it: a
-    /// few quadratics that are at most 24 ns off the closed form, on whole cycles.
-    pub fn compiled_ns(&self, axis: usize, number: u32) -> f64 {
-        let cycles = || self.plan.segments(axis, PROVED_CHIP.clock_hz()).flat_map(|segment| segment.ticks()).collect();
-        let cycle = self.compiled[axis].get_or_init(cycles).get(number as usize - 1);
-        cycle.map_or_else(|| self.due_ns(axis, number), |cycle| *cycle as f64 * PROVED_CHIP.cycle_ns())
+    /// When step `number` of an axis, counted from 1, leaves, ns from the start of the move, as this chip compiles it: a
+    /// few quadratics that are at most 24 ns off the closed form, on whole cycles of its clock.
+    pub fn compiled_ns(&self, chip: Chip, axis: usize, number: u32) -> f64 {
+        let cycles = || self.plan.segments(axis, chip.clock_hz()).flat_map(|segment| segment.ticks()).collect();
+        let cycle = self.compiled[chip as usize][axis].get_or_init(cycles).get(number as usize - 1);
+        cycle.map_or_else(|| self.due_ns(axis, number), |cycle| *cycle as f64 * chip.cycle_ns())
     }
 
     /// The duration of the move, s.

@@ -11,6 +11,7 @@
 
 use std::ops::RangeInclusive;
 
+use crate::chip::Chip;
 use crate::measure::PlannedMove;
 use crate::measure::errors::median;
 use crate::measure::planned_move::NAMES;
@@ -28,28 +29,30 @@ const LOST_NS: f64 = 20.0;
 /// The resolutions of stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fineness {
-    /// One stamper a pad: 16 ns.
+    /// One stamper a pad: two cycles.
     Single,
-    /// Two: 8 ns.
+    /// Two: a cycle.
     Pair,
 }
 
 impl Fineness {
-    /// The unit of the stamps, ns.
-    pub fn unit_ns(self) -> f64 {
-        match self {
-            Self::Single => 16.0,
-            Self::Pair => 8.0,
-        }
+    /// The unit of the stamps by this chip's clock, ns.
+    pub fn unit_ns(self, chip: Chip) -> f64 {
+        let cycles = match self {
+            Self::Single => 2.0,
+            Self::Pair => 1.0,
+        };
+        cycles * chip.cycle_ns()
     }
 
     /// The distance of an edge from the cycle that the machine compiles for it, at most: half a unit, and a cycle by which a pad may be
-    /// seen sooner or later. An edge that is three cycles (24 ns) off is beyond this wherever rounding has it.
-    fn line_max_ns(self) -> f64 {
-        match self {
-            Self::Single => 15.0,
-            Self::Pair => 12.0,
-        }
+    /// seen sooner or later. An edge that is three cycles off is beyond this wherever rounding has it.
+    fn line_max_ns(self, chip: Chip) -> f64 {
+        let cycles = match self {
+            Self::Single => 1.875,
+            Self::Pair => 1.5,
+        };
+        cycles * chip.cycle_ns()
     }
 }
 
@@ -68,6 +71,8 @@ pub struct Window {
     pub lost: bool,
     /// The resolution of the stamps.
     pub fineness: Fineness,
+    /// The chip whose clock the stamps count.
+    pub chip: Chip,
 }
 
 /// A stamp whose step is known.
@@ -257,13 +262,13 @@ fn without_extras(judged: Vec<Judged>) -> Vec<Judged> {
 
 /// Edges too far from their instants, and those out of line.
 fn astray(planned: &PlannedMove, window: &Window, judged: &[Judged]) -> Vec<Fault> {
-    let axis = window.axis;
-    let limit_ns = PROMISE_NS + window.fineness.unit_ns();
+    let (axis, chip) = (window.axis, window.chip);
+    let limit_ns = PROMISE_NS + window.fineness.unit_ns(chip);
     let far = judged.iter().filter(|one| one.error_ns.abs() > limit_ns);
     let far = far.map(|one| Fault::Far { axis, number: one.number, error_ns: one.error_ns });
-    let beside_ns = beside_compiled(planned, axis, judged);
+    let beside_ns = beside_compiled(planned, window, judged);
     let out = judged.iter().zip(beside_ns).filter_map(|(one, beside_ns)| {
-        let is_out = beside_ns.abs() > window.fineness.line_max_ns() && one.error_ns.abs() <= limit_ns;
+        let is_out = beside_ns.abs() > window.fineness.line_max_ns(chip) && one.error_ns.abs() <= limit_ns;
         is_out.then_some(Fault::OutOfLine { axis, number: one.number, beside_ns })
     });
     far.chain(out).collect()
@@ -271,9 +276,11 @@ fn astray(planned: &PlannedMove, window: &Window, judged: &[Judged]) -> Vec<Faul
 
 /// The lateness of each edge beside what the machine compiles, ns: the start of the move is on a cycle that is the same for all,
 /// which the median finds.
-fn beside_compiled(planned: &PlannedMove, axis: usize, judged: &[Judged]) -> Vec<f64> {
-    let compiled =
-        |one: &Judged| one.error_ns + planned.due_ns(axis, one.number) - planned.compiled_ns(axis, one.number);
+fn beside_compiled(planned: &PlannedMove, window: &Window, judged: &[Judged]) -> Vec<f64> {
+    let compiled = |one: &Judged| {
+        let due_ns = planned.due_ns(window.axis, one.number);
+        one.error_ns + due_ns - planned.compiled_ns(window.chip, window.axis, one.number)
+    };
     let all: Vec<f64> = judged.iter().map(compiled).collect();
     let middle_ns = median(all.clone());
     all.into_iter().map(|ns| ns - middle_ns).collect()
@@ -285,6 +292,8 @@ mod tests {
     use crate::measure::{Machine, Ramp};
 
     const START_NS: f64 = 3_456_784.0;
+    /// Of the tests in which it makes no difference.
+    const CHIP: Chip = Chip::Rp2040;
 
     fn planned() -> PlannedMove {
         Machine::new(1_000_000, Ramp { s: 0.001, accel_max_steps_s2: 2e7 }).planned([12_500, -12_500, 12_500]).unwrap()
@@ -292,15 +301,17 @@ mod tests {
 
     /// The windows that stampers see of edges that are on the cycles of the compiled move, `skip` of them left out.
     fn windows(
+        chip: Chip,
         planned: &PlannedMove,
         skip: u32,
         count: usize,
         cycle: impl FnMut(usize, u32) -> Option<u64>,
     ) -> Vec<Window> {
-        by(Fineness::Single, planned, skip, count, cycle)
+        by(chip, Fineness::Single, planned, skip, count, cycle)
     }
 
     fn by(
+        chip: Chip,
         fineness: Fineness,
         planned: &PlannedMove,
         skip: u32,
@@ -308,8 +319,8 @@ mod tests {
         mut cycle: impl FnMut(usize, u32) -> Option<u64>,
     ) -> Vec<Window> {
         let instant_ns = |cycle: u64| match fineness {
-            Fineness::Single => (cycle / 2 * 2) as f64 * 8.0 + 4.0,
-            Fineness::Pair => cycle as f64 * 8.0,
+            Fineness::Single => ((cycle / 2 * 2) as f64 + 0.5) * chip.cycle_ns(),
+            Fineness::Pair => cycle as f64 * chip.cycle_ns(),
         };
         let of = |axis| {
             let cycles: Vec<u64> = (1..=planned.count(axis)).filter_map(|number| cycle(axis, number)).collect();
@@ -317,24 +328,25 @@ mod tests {
             let (counted, instants_ns): (Vec<u32>, Vec<f64>) =
                 stamped.map(|(number, cycle)| (number, instant_ns(*cycle))).unzip();
             let is_full = instants_ns.len() == count;
-            Window { axis, instants_ns, counted, is_full, lost: false, fineness }
+            Window { axis, instants_ns, counted, is_full, lost: false, fineness, chip }
         };
         (0..3).map(of).collect()
     }
 
-    fn exact(planned: &PlannedMove) -> impl Fn(usize, u32) -> Option<u64> + '_ {
-        |axis, number| Some(((START_NS + planned.compiled_ns(axis, number)) / 8.0).round() as u64)
+    fn exact(chip: Chip, planned: &PlannedMove) -> impl Fn(usize, u32) -> Option<u64> + '_ {
+        move |axis, number| Some(((START_NS + planned.compiled_ns(chip, axis, number)) / chip.cycle_ns()).round() as u64)
     }
 
     #[test]
     fn exact_edges_have_no_fault_and_errors_of_a_unit_at_most() {
         let planned = planned();
-        for (skip, count) in [(0, 2_000), (5_000, 2_000), (11_000, 2_000)] {
-            let verdict = judge(&planned, &windows(&planned, skip, count, exact(&planned)));
-            assert_eq!(verdict.faults, [], "skip {skip}");
+        let looks = [(0, 2_000), (5_000, 2_000), (11_000, 2_000)];
+        for (chip, (skip, count)) in Chip::ALL.into_iter().flat_map(|chip| looks.map(|look| (chip, look))) {
+            let verdict = judge(&planned, &windows(chip, &planned, skip, count, exact(chip, &planned)));
+            assert_eq!(verdict.faults, [], "{chip:?}, skip {skip}");
             let all = verdict.judged.iter().flatten();
-            assert!(all.clone().all(|one| one.error_ns.abs() <= 40.0), "skip {skip}");
-            assert!((verdict.start_ns - START_NS).abs() <= 8.0, "{}", verdict.start_ns);
+            assert!(all.clone().all(|one| one.error_ns.abs() <= 40.0), "{chip:?}, skip {skip}");
+            assert!((verdict.start_ns - START_NS).abs() <= chip.cycle_ns(), "{chip:?}: {}", verdict.start_ns);
             assert_eq!(verdict.judged[1][1].number, skip + 2);
         }
     }
@@ -342,19 +354,18 @@ mod tests {
     #[test]
     fn an_edge_that_is_three_cycles_off_is_named_wherever_it_is() {
         let planned = planned();
-        for (skip, wanted, late) in
-            [(0, 1_000, 3_i64), (5_000, 6_002, -3), (11_000, 12_345, 3), (0, 3, 3), (5_000, 5_002, 3)]
-        {
+        let edges = [(0, 1_000, 3_i64), (5_000, 6_002, -3), (11_000, 12_345, 3), (0, 3, 3), (5_000, 5_002, 3)];
+        for (chip, (skip, wanted, late)) in Chip::ALL.into_iter().flat_map(|chip| edges.map(|edge| (chip, edge))) {
             let shifted = |axis, number| {
-                let cycle = exact(&planned)(axis, number)?;
+                let cycle = exact(chip, &planned)(axis, number)?;
                 Some(if axis == 1 && number == wanted { cycle.checked_add_signed(late)? } else { cycle })
             };
-            let faults = judge(&planned, &by(Fineness::Pair, &planned, skip, 2_000, shifted)).faults;
+            let faults = judge(&planned, &by(chip, Fineness::Pair, &planned, skip, 2_000, shifted)).faults;
             // Where the compiled move is off the closed form itself, it is beyond the promise too.
             let named = matches!(faults.as_slice(),
                 [Fault::OutOfLine { axis: 1, number, beside_ns: off_ns } | Fault::Far { axis: 1, number, error_ns: off_ns }]
                     if *number == wanted && (off_ns.signum() as i64) == late.signum());
-            assert!(named, "skip {skip}, edge {wanted}: {faults:?}");
+            assert!(named, "{chip:?}, skip {skip}, edge {wanted}: {faults:?}");
         }
     }
 
@@ -363,9 +374,9 @@ mod tests {
         let planned = planned();
         let without = |lost: u32| {
             let planned = &planned;
-            move |axis, number| if axis == 2 && number == lost { None } else { exact(planned)(axis, number) }
+            move |axis, number| if axis == 2 && number == lost { None } else { exact(CHIP, planned)(axis, number) }
         };
-        let faults = |skip, lost| judge(&planned, &windows(&planned, skip, 2_000, without(lost))).faults;
+        let faults = |skip, lost| judge(&planned, &windows(CHIP, &planned, skip, 2_000, without(lost))).faults;
         assert_eq!(faults(0, 1_234), [Fault::Lost { axis: 2, numbers: 1_234..=1_234 }]);
         assert_eq!(faults(0, 1), [Fault::Lost { axis: 2, numbers: 1..=1 }]);
         assert_eq!(faults(11_000, 12_500), [Fault::Lost { axis: 2, numbers: 12_500..=12_500 }]);
@@ -376,18 +387,19 @@ mod tests {
     #[test]
     fn a_late_edge_an_edge_too_many_and_a_still_axis_are_named() {
         let planned = planned();
-        let late =
-            |axis, number| exact(&planned)(axis, number).map(|at| if (axis, number) == (0, 700) { at + 9 } else { at });
-        let faults = judge(&planned, &windows(&planned, 0, 2_000, late)).faults;
+        let late = |axis, number| {
+            exact(CHIP, &planned)(axis, number).map(|at| if (axis, number) == (0, 700) { at + 9 } else { at })
+        };
+        let faults = judge(&planned, &windows(CHIP, &planned, 0, 2_000, late)).faults;
         assert!(matches!(faults.as_slice(), [Fault::Far { axis: 0, number: 700, .. }]), "{faults:?}");
-        let mut extra = windows(&planned, 0, 2_000, exact(&planned));
+        let mut extra = windows(CHIP, &planned, 0, 2_000, exact(CHIP, &planned));
         let between = extra[0].instants_ns[900] + 200.0;
         extra[0].instants_ns.insert(901, between);
         extra[0].counted = (1..).take(extra[0].instants_ns.len()).collect();
         let faults = judge(&planned, &extra).faults;
         assert!(matches!(faults.as_slice(), [Fault::Extra { axis: 0, count: 1, .. }]), "{faults:?}");
-        let still = |axis, number| if axis == 1 { None } else { exact(&planned)(axis, number) };
-        let faults = judge(&planned, &windows(&planned, 0, 2_000, still)).faults;
+        let still = |axis, number| if axis == 1 { None } else { exact(CHIP, &planned)(axis, number) };
+        let faults = judge(&planned, &windows(CHIP, &planned, 0, 2_000, still)).faults;
         assert_eq!(faults, [Fault::Lost { axis: 1, numbers: 1..=12_500 }]);
     }
 }

@@ -40,19 +40,25 @@ pub use self::stamps::Stamps;
 use self::session::Session;
 use self::stamped::Stamped;
 use crate::boot_loader;
+use crate::chip::Chip;
 use crate::console::port;
 use crate::files::{self, Files};
 use crate::name::as_called;
 use crate::project;
 
-/// The emulated board's figures by the same verb. `cargo xtask prove --emulated` writes it.
-const EMULATED: &str = include_str!("emulated.json");
+/// The figures of the emulated board with a chip by the same verb, which `cargo xtask prove --emulated --laser --board ...` writes.
+const fn emulated_figures(chip: Chip) -> &'static str {
+    match chip {
+        Chip::Rp2040 => include_str!("emulated.json"),
+        Chip::Rp2350 => include_str!("emulated-rp2350.json"),
+    }
+}
 
 /// Measure this very board: every figure beside the emulated one
 #[derive(clap::Args, Clone, Debug)]
 #[command(after_help = "\
-The board runs the proving image: the gantry's firmware, which stamps its own edges to 16 ns (8 ns in pairs), never enables
-its motors, and keeps settings of its own. Nothing needs to be wired; unplug drivers that move without their ENABLE. A wire
+The board runs the proving image: the gantry's firmware, which stamps its own edges to two cycles of its clock (to one in pairs:
+8 ns, of an RP2350 6.7 ns), never enables its motors, and keeps settings of its own. Nothing needs to be wired; unplug drivers that move without their ENABLE. A wire
 from GP28 to GP9 (X's limit switch) or GP12 (the emergency stop) adds how soon a move stops.
 
 It writes proof.json, a page (index.html) and a letter (proof.txt) that can be sent to the project, and prints each figure,
@@ -94,6 +100,9 @@ pub struct Args {
     /// Answer no question: put the image of --restore on the board without asking
     #[arg(long)]
     pub yes: bool,
+    /// The board that the images are built for (of `cargo xtask prove` only)
+    #[arg(long, value_enum, default_value_t)]
+    pub board: Chip,
     /// Prove the emulated board instead (of `cargo xtask prove` only)
     #[arg(long, conflicts_with_all = ["port", "restore", "yes"])]
     pub emulated: bool,
@@ -161,7 +170,8 @@ pub fn on(link: &mut dyn Link, how: &How, interrupted: &Arc<AtomicBool>, progres
 fn measured(session: &mut Session, how: &How, proof: &mut Proof, progress: &Progress) -> Result<()> {
     let settings = settings(session)?;
     let identity = proof.board.clone();
-    let mut board = Stamped { session: &mut *session, identity, how, progress, faults: Vec::new() };
+    let chip = identity.known_chip()?;
+    let mut board = Stamped { session: &mut *session, identity, chip, how, progress, faults: Vec::new() };
     let measured = parts::all(&mut board, &mut proof.found);
     put_back(session, &settings);
     measured
@@ -188,7 +198,7 @@ fn put_back(session: &mut Session, settings: &[String]) {
 /// When it cannot be written, or a promise is broken.
 pub fn conclude(proof: &Proof, is_quick: bool, folder: &Path) -> Result<()> {
     let proof = Proof { is_quick, ..proof.clone() };
-    let emulated = emulated()?;
+    let emulated = emulated(proof.board.known_chip()?)?;
     print!("{}", tables::shown(&proof, emulated.as_ref()));
     files::write_page(folder, &page::page(&proof, emulated.as_ref()))?;
     files::write(&folder.join("proof.json"), (serde_json::to_string_pretty(&proof)? + "\n").as_bytes())?;
@@ -198,12 +208,13 @@ pub fn conclude(proof: &Proof, is_quick: bool, folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The proof of the emulated board, once there is one.
-fn emulated() -> Result<Option<Proof>> {
-    if EMULATED.trim() == "null" {
+/// The proof of the emulated board with this chip, once there is one.
+fn emulated(chip: Chip) -> Result<Option<Proof>> {
+    let figures = emulated_figures(chip);
+    if figures.trim() == "null" {
         return Ok(None);
     }
-    Proof::parse(EMULATED).context("the emulated proof in this tool").map(Some)
+    Proof::parse(figures).with_context(|| format!("the emulated proof of an {} in this tool", chip.name())).map(Some)
 }
 
 /// Asks whether the old image is to be put back. Nobody is asked without a terminal.

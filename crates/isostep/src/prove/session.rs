@@ -7,6 +7,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 
 use super::link::Link;
 use super::stamps::Stamps;
+use crate::chip::Chip;
 use crate::console::{Status, explained};
 
 /// The version of the protocol that this tool speaks.
@@ -295,19 +296,27 @@ impl Identity {
             protocol.parse() == Ok(PROTOCOL),
             "the image speaks protocol {protocol}, this tool {PROTOCOL}: take both from the same release"
         );
-        // Its part and its maker, without its version.
-        let is_rp2350 = field(said, "CHIP").and_then(|id| id.get(1..8)) == Some("0004927");
-        ensure!(
-            !is_rp2350,
-            "this is an RP2350, whose clock this tool does not know yet: it measures boards with an RP2040"
-        );
         let window = field(said, "WINDOW").and_then(|number| number.parse().ok()).filter(|window| *window >= 8);
-        Ok(Self {
+        let identity = Self {
             id: text("ID"),
             chip: text("CHIP"),
             port: text("PORT"),
             window: window.context("the image does not say how many stamps it keeps ([WINDOW:n], 8 or more)")?,
             ready_us: number("READY"),
+        };
+        identity.known_chip()?;
+        Ok(identity)
+    }
+
+    /// The chip, whose clock all stamps count.
+    ///
+    /// # Errors
+    /// When this tool does not know it.
+    pub fn known_chip(&self) -> Result<Chip> {
+        let id = self.chip.split(',').next().and_then(|id| u32::from_str_radix(id, 16).ok());
+        id.and_then(Chip::of_id).with_context(|| {
+            let [one, other] = Chip::ALL.map(Chip::name);
+            format!("the chip of this board is `{}`, whose clock this tool does not know: it measures an {one} or an {other}", self.chip)
         })
     }
 }
@@ -335,9 +344,13 @@ mod tests {
             (identity.id.as_str(), identity.window, identity.ready_us),
             ("E6605838832A1125", 2000, Some(345_678.0))
         );
-        let of_pico_2 = said(&["[PROVE:1]", "[CHIP:20004927,2]", "[WINDOW:2000]"]);
-        let refused = Identity::read(&of_pico_2).unwrap_err().to_string();
-        assert!(refused.starts_with("this is an RP2350, whose clock this tool does not know yet"), "{refused}");
+        let of_chip = |id: &str| {
+            let identity = Identity::read(&said(&["[PROVE:1]", &format!("[CHIP:{id}]"), "[WINDOW:2000]"]))?;
+            identity.known_chip()
+        };
+        assert_eq!((identity.known_chip().unwrap(), of_chip("20004927,2").unwrap()), (Chip::Rp2040, Chip::Rp2350));
+        let refused = of_chip("20005927,1").unwrap_err().to_string();
+        assert!(refused.starts_with("the chip of this board is `20005927,1`, whose clock"), "{refused}");
         let newer = Identity::read(&said(&["[PROVE:2]", "[WINDOW:2000]"])).unwrap_err().to_string();
         assert!(newer.contains("protocol 2, this tool 1") && newer.contains("same release"), "{newer}");
         assert!(Identity::read(&said(&["[PROVE:1]"])).unwrap_err().to_string().contains("[WINDOW:n]"));

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::measure::planned_move::PROVED_CHIP;
+use crate::chip::Chip;
 
 /// This stamper cannot skip: it keeps the last stamps of its window instead.
 pub const KEEPS_LAST: usize = 2;
@@ -48,18 +48,18 @@ impl Stamps {
         Ok(Self { cycles, counted, lost: lost != 0 })
     }
 
-    /// The instants of the edges, ns from the cycle that all share. An edge is on a cycle, and a stamp stands for two of
-    /// them: the instant is between both, half a cycle from either.
-    pub fn instants_ns(&self) -> Vec<f64> {
-        self.cycles.iter().map(|&cycle| (f64::from(cycle) - 0.5) * PROVED_CHIP.cycle_ns()).collect()
+    /// The instants of the edges by this chip's clock, ns from the cycle that all share. An edge is on a cycle, and a stamp stands
+    /// for two of them: the instant is between both, half a cycle from either.
+    pub fn instants_ns(&self, chip: Chip) -> Vec<f64> {
+        self.cycles.iter().map(|&cycle| (f64::from(cycle) - 0.5) * chip.cycle_ns()).collect()
     }
 }
 
-/// The instants of edges that two stampers have seen, one of which looks in the cycles between: exact to the cycle, ns.
-/// `None` where they do not agree, which is a defect of the stampers or of the cable.
-pub fn both(one: &Stamps, other: &Stamps) -> Option<Vec<f64>> {
+/// The instants of edges that two stampers have seen, one of which looks in the cycles between: exact to the cycle of this
+/// chip, ns. `None` where they do not agree, which is a defect of the stampers or of the cable.
+pub fn both(chip: Chip, one: &Stamps, other: &Stamps) -> Option<Vec<f64>> {
     // One of them looked on the edge's own cycle, the other on the next.
-    let exact = |(&a, &b): (&u32, &u32)| (a.abs_diff(b) == 1).then(|| f64::from(a.min(b)) * PROVED_CHIP.cycle_ns());
+    let exact = |(&a, &b): (&u32, &u32)| (a.abs_diff(b) == 1).then(|| f64::from(a.min(b)) * chip.cycle_ns());
     (one.counted == other.counted).then(|| one.cycles.iter().zip(&other.cycles).map(exact).collect())?
 }
 
@@ -76,7 +76,8 @@ mod tests {
         let read = Stamps::read(&lines(&["[STAMPS:1,1,4,0]", "[S:100 1f 1f]", "[S:20]"]), 500).unwrap();
         let counted = vec![1, 502, 503, 504];
         assert_eq!(read, Stamps { cycles: vec![0x100, 0x11f, 0x13e, 0x15e], counted, lost: false });
-        assert_eq!(read.instants_ns()[0], 255.5 * 8.0);
+        assert_eq!(read.instants_ns(Chip::Rp2040)[0], 255.5 * 8.0);
+        assert_eq!(read.instants_ns(Chip::Rp2350)[0], 255.5 * Chip::Rp2350.cycle_ns());
         let last = Stamps::read(&lines(&["[STAMPS:2,501,2,1]", "[S:100 1f]"]), 500).unwrap();
         assert_eq!((last.counted, last.lost), (vec![501, 502], true));
         assert_eq!(Stamps::read(&lines(&["[STAMPS:0,1,0,0]"]), 0).unwrap(), Stamps::default());
@@ -101,8 +102,10 @@ mod tests {
             counted: counted.clone(),
             lost: false,
         };
-        let own: Vec<f64> = cycles.iter().map(|&cycle| f64::from(cycle) * 8.0).collect();
-        assert_eq!(both(&seen(0), &seen(1)), Some(own));
-        assert_eq!((both(&seen(0), &seen(0)), both(&seen(0), &Stamps::default())), (None, None));
+        for chip in Chip::ALL {
+            let own: Vec<f64> = cycles.iter().map(|&cycle| f64::from(cycle) * chip.cycle_ns()).collect();
+            assert_eq!(both(chip, &seen(0), &seen(1)), Some(own));
+            assert_eq!((both(chip, &seen(0), &seen(0)), both(chip, &seen(0), &Stamps::default())), (None, None));
+        }
     }
 }

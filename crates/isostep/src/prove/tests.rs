@@ -10,6 +10,7 @@ use anyhow::Result;
 
 use self::fake::{Fake, Faults, WINDOW};
 use super::{Effort, How, Jumper, Part, Progress, Proof, on, page, tables};
+use crate::chip::Chip;
 
 fn effort() -> Effort {
     Effort {
@@ -43,18 +44,25 @@ fn value(proof: &Proof, key: &str) -> f64 {
 
 #[test]
 fn a_board_that_keeps_its_promises_is_proved() {
-    let mut fake = Fake::new(Faults { wires: vec![9], ..Faults::default() });
+    // Stamps are of two cycles, or of one.
+    for (chip, [single, pair]) in [(Chip::Rp2040, [16, 8]), (Chip::Rp2350, [13, 7])] {
+        a_board_is_proved(chip, single, pair);
+    }
+}
+
+fn a_board_is_proved(chip: Chip, single: u32, pair: u32) {
+    let mut fake = Fake::new(Faults { chip, wires: vec![9], ..Faults::default() });
     let proof = prove(&mut fake, &how(&[Jumper::Limit])).unwrap();
     assert_eq!((proof.found.broken(), &proof.found.remarks), (Vec::<String>::new(), &Vec::new()), "{proof:#?}");
     for rate in [100_000, 1_000_000] {
-        assert!(value(&proof, &format!("edges.{rate}.16.max")) <= 40.0);
-        assert!(value(&proof, &format!("edges.{rate}.8.max")) <= 32.0);
+        assert!(value(&proof, &format!("edges.{rate}.{single}.max")) <= 40.0);
+        assert!(value(&proof, &format!("edges.{rate}.{pair}.max")) <= 32.0);
     }
     // All of 3 x 3,000 edges at the slow rate are in the windows.
-    assert!(value(&proof, "edges.100000.16.seen") >= 9_000.0, "{proof:#?}");
+    assert!(value(&proof, &format!("edges.100000.{single}.seen")) >= 9_000.0, "{proof:#?}");
     assert!(value(&proof, "intervals") <= 100.0);
     assert_eq!(value(&proof, "rate.3"), 2_000_000.0);
-    let without = proved(Faults::default(), &[], &[Part::Stops]);
+    let without = proved(Faults { chip, ..Faults::default() }, &[], &[Part::Stops]);
     for latency_us in [value(&proof, "stop.9"), value(&without, "stop.reset")] {
         assert!((1.0..=5.1).contains(&latency_us), "{latency_us}");
     }
@@ -95,12 +103,16 @@ fn without_a_wire_the_rows_say_which_one() {
 
 #[test]
 fn an_edge_that_is_three_cycles_late_is_found_and_named() {
-    let proof = proved(Faults { shifted: Some((1, 2_345, 3)), ..Faults::default() }, &[], &[Part::Edges]);
-    let named = |fault: &String| {
-        fault.starts_with("at 3 x 100,000 steps/s: edge 2345 of Y was ") && fault.contains(" ns late beside the others")
-    };
-    assert!(proof.found.faults.iter().any(named), "{:#?}", proof.found.faults);
-    assert!(proof.found.faults.iter().all(|fault| fault.contains("edge 2345 of Y")), "{:#?}", proof.found.faults);
+    for chip in Chip::ALL {
+        let faults = Faults { chip, shifted: Some((1, 2_345, 3)), ..Faults::default() };
+        let faults = proved(faults, &[], &[Part::Edges]).found.faults;
+        let named = |fault: &String| {
+            fault.starts_with("at 3 x 100,000 steps/s: edge 2345 of Y was ")
+                && fault.contains(" ns late beside the others")
+        };
+        assert!(faults.iter().any(named), "{chip:?}: {faults:#?}");
+        assert!(faults.iter().all(|fault| fault.contains("edge 2345 of Y")), "{chip:?}: {faults:#?}");
+    }
 }
 
 #[test]
@@ -214,10 +226,13 @@ fn table_page_letter_and_comparison_have_every_figure() {
 }
 
 #[test]
-fn the_emulated_proof_of_this_tool_is_one_that_keeps_every_promise() {
-    let emulated = super::emulated().unwrap().unwrap();
-    assert!(emulated.is_emulated && emulated.found.broken().is_empty(), "{:?}", emulated.found.broken());
-    let missing =
-        emulated.found.figures.iter().filter(|figure| figure.value.is_none()).map(|figure| figure.key.as_str());
-    assert_eq!(missing.collect::<Vec<_>>(), [""; 0]);
+fn the_emulated_proof_of_each_chip_is_one_that_keeps_every_promise() {
+    for chip in Chip::ALL {
+        let emulated = super::emulated(chip).unwrap().unwrap();
+        assert_eq!((emulated.is_emulated, emulated.board.known_chip().unwrap()), (true, chip));
+        assert_eq!(emulated.found.broken(), Vec::<String>::new(), "{chip:?}");
+        let missing =
+            emulated.found.figures.iter().filter(|figure| figure.value.is_none()).map(|figure| figure.key.as_str());
+        assert_eq!(missing.collect::<Vec<_>>(), [""; 0], "{chip:?}");
+    }
 }

@@ -28,10 +28,11 @@ pub fn measure(board: &mut Stamped, found: &mut Findings) -> Result<()> {
     for rate_steps_s in board.how.effort.rates.clone() {
         let machine = Machine::new(rate_steps_s, ramp(RAMP_S));
         let planned = machine.straight(PROVED, CRUISE_S)?;
+        let unit_ns = |fineness: Fineness| fineness.unit_ns(board.chip);
         let edges = |fineness: Fineness| Edges {
-            key: format!("edges.{rate_steps_s}.{:.0}", fineness.unit_ns()),
-            of: format!("{}, by {:.0} ns", together(rate_steps_s), fineness.unit_ns()),
-            unit_ns: fineness.unit_ns(),
+            key: format!("edges.{rate_steps_s}.{:.0}", unit_ns(fineness)),
+            of: format!("{}, by {:.0} ns", together(rate_steps_s), unit_ns(fineness)),
+            unit_ns: unit_ns(fineness),
             flatters: board.method().edges,
             made: planned.edges(),
         };
@@ -83,7 +84,7 @@ fn see(board: &mut Stamped, planned: &PlannedMove, rate_steps_s: u32, fineness: 
             board.progress.step(&format!(
                 "edges at {}, by {:.0} ns: window {} of {}",
                 together(rate_steps_s),
-                fineness.unit_ns(),
+                fineness.unit_ns(board.chip),
                 index + 1,
                 skips.len()
             ));

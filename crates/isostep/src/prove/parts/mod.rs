@@ -14,8 +14,8 @@ use crate::measure::rates::Trials;
 use crate::measure::stops::Cause;
 use crate::measure::{Findings, load, moves, rates, starts, stops};
 
-/// No port on this chip makes more: a pulse and its pause take 26 cycles.
-const RATE_MAX_STEPS_S: u32 = 4_000_000;
+/// The step outputs of the proving image carry 4,166,666 steps/s, and it refuses more.
+const RATE_MAX_STEPS_S: u32 = 4_150_000;
 /// A period of this rate is 4 us, and a window lasts some milliseconds.
 const STOPPED_STEPS_S: u32 = 250_000;
 const STOPS: [Cause; 3] = [Cause::LimitSwitch, Cause::EmergencyStop, Cause::SecondReset];

@@ -11,6 +11,7 @@ use super::judge::{self, Fault, Fineness, Window};
 use super::progress::Progress;
 use super::session::{Answer, Identity, Session};
 use super::stamps::{self, Stamps};
+use crate::chip::Chip;
 use crate::flight::WINDOW_BYTES;
 use crate::measure::board::Followed;
 use crate::measure::load::{Awake, Load};
@@ -28,15 +29,17 @@ pub const OUT: u8 = 28;
 const LOADED_S: f64 = 0.5;
 const LOADED_CRUISE_S: f64 = 1.0;
 
-const METHOD: Method = Method {
-    unit_ns: 16.0,
-    start_from: "the line before it",
-    edges: "the start of the move is fitted as the median error, so a delay common to all edges does not show",
-    rates: "one window in the middle of each move and its end are looked at, not every edge",
-    load: "nobody asks for reports meanwhile, and a cruise is less work than a ramp",
-    starts: "both lines come in one packet, so the time on the cable is not in it",
-    moves: "a curve of one shape; the cable and this computer count too, so a hub or a busy computer makes it less",
-};
+fn method(chip: Chip) -> Method {
+    Method {
+        unit_ns: Fineness::Single.unit_ns(chip),
+        start_from: "the line before it",
+        edges: "the start of the move is fitted as the median error, so a delay common to all edges does not show",
+        rates: "one window in the middle of each move and its end are looked at, not every edge",
+        load: "nobody asks for reports meanwhile, and a cruise is less work than a ramp",
+        starts: "both lines come in one packet, so the time on the cable is not in it",
+        moves: "a curve of one shape; the cable and this computer count too, so a hub or a busy computer makes it less",
+    }
+}
 
 /// A ramp of this duration, or a longer one: from rest to 2,000,000 steps/s in 0.1 s. It is four times what the fastest machines
 /// have, so that a ramp at the highest rates is not too many windows.
@@ -50,6 +53,8 @@ pub struct Stamped<'b, 'l> {
     pub session: &'b mut Session<'l>,
     /// Its description of itself.
     pub identity: Identity,
+    /// Its chip, whose clock its stamps count.
+    pub chip: Chip,
     /// The measurements.
     pub how: &'b How,
     /// Shows how far a measurement is.
@@ -114,7 +119,7 @@ impl Stamped<'_, '_> {
     /// The windows of these axes, each seen by one stamper.
     pub fn windows(&self, axes: &[usize], stamps: &[Stamps; 3], skip: u32) -> Vec<Window> {
         let of = |(&axis, stamps): (&usize, &Stamps)| {
-            self.window(axis, skip, stamps, stamps.instants_ns(), Fineness::Single)
+            self.window(axis, skip, stamps, stamps.instants_ns(self.chip), Fineness::Single)
         };
         axes.iter().zip(stamps).map(of).collect()
     }
@@ -128,7 +133,7 @@ impl Stamped<'_, '_> {
             let lost = Stamps { lost: true, ..Stamps::default() };
             return Ok(self.window(axis, skip, &lost, Vec::new(), Fineness::Pair));
         }
-        let exact = stamps::both(of[0], of[1]);
+        let exact = stamps::both(self.chip, of[0], of[1]);
         let instants_ns =
             exact.context("two stampers of one pad have seen different edges: is the image of this release?")?;
         Ok(self.window(axis, skip, of[0], instants_ns, Fineness::Pair))
@@ -136,7 +141,8 @@ impl Stamped<'_, '_> {
 
     fn window(&self, axis: usize, skip: u32, stamps: &Stamps, instants_ns: Vec<f64>, fineness: Fineness) -> Window {
         let is_full = stamps.counted.last().is_some_and(|last| *last >= skip + self.identity.window as u32);
-        Window { axis, instants_ns, counted: stamps.counted.clone(), is_full, lost: stamps.lost, fineness }
+        let (counted, lost, chip) = (stamps.counted.clone(), stamps.lost, self.chip);
+        Window { axis, instants_ns, counted, is_full, lost, fineness, chip }
     }
 
     /// The edges that are left out in each of the windows that cover a move of `count` steps: all of them, or `most`,
@@ -175,16 +181,19 @@ impl Stamped<'_, '_> {
         self.session.wait(planned.duration_s())?;
         self.session.rest()?;
         let stamps = self.session.read(0)?;
-        let pulled_ns =
-            stamps[2].instants_ns().first().copied().with_context(|| format!("GP{OUT} was not seen to go low"))?;
+        let pulled_ns = stamps[2]
+            .instants_ns(self.chip)
+            .first()
+            .copied()
+            .with_context(|| format!("GP{OUT} was not seen to go low"))?;
         let verdict = judge::judge(planned, &self.windows(&[0, 1], &stamps, 0));
         Ok((verdict.start_ns - pulled_ns) * 1e-6)
     }
 }
 
 impl Board for Stamped<'_, '_> {
-    fn method(&self) -> &'static Method {
-        &METHOD
+    fn method(&self) -> Method {
+        method(self.chip)
     }
 
     fn note(&mut self, what: &str) {
@@ -224,7 +233,7 @@ impl Board for Stamped<'_, '_> {
         Ok(Ok(Load {
             cruising: Awake { ratio: 1.0 - asleep_us / all_us.max(1.0), cycles_per_step: None },
             ramping: None,
-            waited_us: Some(cycles * 8e-3),
+            waited_us: Some(cycles * self.chip.cycle_ns() * 1e-3),
             resolution: format!("1 us of {:.0} ms", all_us * 1e-3),
         }))
     }

@@ -119,14 +119,15 @@ fn one(
     }
     // The last time that the pad fell: by the second of two reset bytes.
     let falls = if wire.is_some() { 1 } else { 2 };
-    let Some(pulled_ns) = stamps[2].instants_ns().get(falls - 1).copied() else {
+    let Some(pulled_ns) = stamps[2].instants_ns(board.chip).get(falls - 1).copied() else {
         return Ok(Err(format!("GP{OUT} was not seen to go low {falls} times: the {} was not stamped", cause.name())));
     };
     let window = board.identity.window;
     let watched = &stamps[..2];
     let seen = watched.iter().all(|stamps| stamps.cycles.len() > 1 && stamps.cycles.len() < window && !stamps.lost);
-    let last_ns = watched.iter().filter_map(|stamps| stamps.instants_ns().last().copied()).fold(f64::MIN, f64::max);
-    let first_ns = watched.iter().filter_map(|stamps| stamps.instants_ns().first().copied()).fold(f64::MAX, f64::min);
+    let instants_ns = [0, 1].map(|index| watched[index].instants_ns(board.chip));
+    let last_ns = instants_ns.iter().filter_map(|of_axis| of_axis.last().copied()).fold(f64::MIN, f64::max);
+    let first_ns = instants_ns.iter().filter_map(|of_axis| of_axis.first().copied()).fold(f64::MAX, f64::min);
     ensure!(
         first_ns < f64::MAX,
         "{} and {} made no edge in a move that was to be stopped",

@@ -9,6 +9,7 @@ use isostep_console::Settings;
 
 use super::super::Link;
 use super::super::stamped::PADS;
+use crate::chip::Chip;
 use crate::measure::planned_move::NAMES;
 use crate::measure::{Machine, PlannedMove};
 
@@ -24,9 +25,11 @@ const STOPPING_S: f64 = 3.4e-6;
 /// The chip's clock is so much faster than the frames of USB.
 const FAST: f64 = 20e-6;
 
-/// Faults of the board.
+/// The chip and the faults of the board.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
+    /// Its chip.
+    pub chip: Chip,
     /// Inputs that the wire from GP28 goes to.
     pub wires: Vec<u8>,
     /// An edge of this axis, with this number in its move, comes so many cycles later.
@@ -81,6 +84,7 @@ pub struct Stopped {
 
 /// A move under way.
 struct Run {
+    chip: Chip,
     begin_s: f64,
     planned: PlannedMove,
     /// No edge comes after this.
@@ -153,7 +157,11 @@ impl Fake {
     fn fall(&mut self, at_s: f64) {
         self.is_low = true;
         if let Some(armed) = &mut self.armed {
-            armed.cycles.entry(28).or_default().push(((at_s - armed.since_s) * 125e6) as u64);
+            armed
+                .cycles
+                .entry(28)
+                .or_default()
+                .push(((at_s - armed.since_s) * f64::from(self.faults.chip.clock_hz())) as u64);
         }
         let is_wired = |pad: u8| self.faults.wires.contains(&pad) && (pad != 9 || self.settings.hard_limits);
         let alarm = if is_wired(12) { "ALARM:10" } else { "ALARM:1" };
@@ -179,6 +187,7 @@ impl Fake {
     fn end(&mut self) {
         let Some(run) = self.run.take() else { return };
         self.braking_since_s = None;
+        let clock_hz = f64::from(self.faults.chip.clock_hz());
         for (axis, pad) in PADS.into_iter().enumerate() {
             let made: Vec<u32> = run.made(axis).collect();
             self.place_steps[axis] += i64::from(run.planned.steps[axis].signum()) * made.len() as i64;
@@ -188,7 +197,7 @@ impl Fake {
                 if self.faults.lost == Some((axis, number)) {
                     continue;
                 }
-                let cycle = ((run.at_s(axis, number) - armed.since_s) * 125e6).round() as i64;
+                let cycle = ((run.at_s(axis, number) - armed.since_s) * clock_hz).round() as i64;
                 let late = self
                     .faults
                     .shifted
@@ -290,9 +299,10 @@ impl Fake {
             (mm * f64::from(self.settings.steps_per_mm[axis])).round() as i32
         });
         // Starts are on a cycle.
-        let begin_s = ((self.now_s + START_S) * 125e6).round() / 125e6;
+        let clock_hz = f64::from(self.faults.chip.clock_hz());
+        let begin_s = ((self.now_s + START_S) * clock_hz).round() / clock_hz;
         let planned = Machine::from(self.settings).planned(steps).unwrap();
-        self.run = Some(Run { begin_s, planned, stop_s: f64::INFINITY });
+        self.run = Some(Run { chip: self.faults.chip, begin_s, planned, stop_s: f64::INFINITY });
         true
     }
 
@@ -305,7 +315,10 @@ impl Fake {
                 for line in [
                     "[PROVE:1]",
                     "[ID:E660583883724B2F]",
-                    "[CHIP:20002927,3]",
+                    match self.faults.chip {
+                        Chip::Rp2040 => "[CHIP:20002927,3]",
+                        Chip::Rp2350 => "[CHIP:20004927,2]",
+                    },
                     "[PORT:PIO]",
                     "[WINDOW:1000]",
                     "[READY:345678]",
@@ -368,7 +381,7 @@ impl Fake {
 
 impl Run {
     fn at_s(&self, axis: usize, number: u32) -> f64 {
-        self.begin_s + self.planned.compiled_ns(axis, number) * 1e-9
+        self.begin_s + self.planned.compiled_ns(self.chip, axis, number) * 1e-9
     }
 
     /// The steps that come before the stop.
