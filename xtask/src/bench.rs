@@ -4,7 +4,7 @@ use std::fs;
 
 use anyhow::{Context, Result};
 use isostep_bench::least_times::{self, Words};
-use isostep_bench::{Candidate, Images, Model};
+use isostep_bench::{Candidate, Images, Model, prices};
 
 use crate::variant::{Driver, Port, Variant};
 use crate::{board_words, build, node, workspace};
@@ -28,6 +28,9 @@ pub fn run(args: Args) -> Result<()> {
     if args.least_times() {
         let words = Words { read: board_words::least_times, write: board_words::with_least_times };
         return least_times::run(&images, &words, &folder);
+    }
+    if args.prices() {
+        return prices::run(&images, &folder);
     }
     isostep_bench::run(&args, &images, &folder)
 }

@@ -46,7 +46,7 @@ impl Effort {
         match chip {
             Chip::AsItIs => all,
             Chip::IdealFlash => Self { stops: 50, ..all },
-            Chip::CostlyMiss => Self { stops: 50, mathematics: true, ..all.of_targets() },
+            _ => Self { stops: 50, mathematics: true, ..all.of_targets() },
         }
     }
 
@@ -67,7 +67,7 @@ impl Effort {
         match chip {
             Chip::AsItIs => all,
             Chip::IdealFlash => Self { stops: 8, starts: all.starts, ..all.of_targets() },
-            Chip::CostlyMiss => Self { stops: 8, ..all.of_targets() },
+            _ => Self { stops: 8, ..all.of_targets() },
         }
     }
 

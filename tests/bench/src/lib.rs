@@ -13,7 +13,8 @@
 //! Nothing is asserted: a missed target is only marked in the figures. An error is returned only if a run cannot be
 //! made.
 //!
-//! `least_times` is another measurement, made by itself: how short moves may be planned.
+//! `least_times` and `prices` are other measurements, made by themselves: how short moves may be planned, and what the figures come to if an
+//! RP2350 is slower than is assumed.
 
 #![forbid(unsafe_code)]
 
@@ -33,6 +34,7 @@ mod mathematics;
 mod outputs;
 mod page;
 mod port;
+pub mod prices;
 mod runs;
 
 use std::fs;
@@ -103,6 +105,7 @@ Examples:
   cargo xtask bench --quick                          shorter moves, fewer rates, some five minutes
   cargo xtask bench --port timer --json timer.json
   cargo xtask bench --quick --board pico2            an RP2350, whose core has assumed timing
+  cargo xtask bench --prices --board pico2           the same if its core or its flash is slower than assumed, some ten minutes
   cargo xtask bench --least-times                    how short moves may be, beside what the firmware is configured with
   cargo xtask bench --quick --prove                  of the image for `isostep prove`, whose figures have to be the same
   cargo xtask bench --report bench                   pictures: open bench/index.html")]
@@ -128,21 +131,34 @@ pub struct Args {
     /// Find the times that moves have to last for the board to keep up, beside those of its image; nothing else
     #[arg(long, conflicts_with_all = ["json", "report", "quick", "port", "prove"])]
     least_times: bool,
+    /// Find what the figures of a Pico 2 come to if its core or its flash is slower than is assumed; nothing else
+    #[arg(long, conflicts_with_all = ["json", "report", "quick", "port", "prove", "least_times"])]
+    prices: bool,
 }
 
 impl Args {
     /// Checks that the files can be written, before anything is built.
     ///
     /// # Errors
-    /// A file or folder that cannot be written.
+    /// A file or folder that cannot be written, or prices of a chip whose timing is not assumed.
     pub fn check(&self) -> Result<()> {
+        let is_assumed = self.board.chip() == isostep::chip::Chip::Rp2350;
+        ensure!(
+            is_assumed || !self.prices,
+            "--prices: the timing of an RP2040's core is not assumed, and what flash costs is a column of `cargo xtask bench`: \
+             give --board pico2"
+        );
         Files::default().page("--report", &self.report).written("--json", &self.json).check()
     }
 
     /// The ports that are measured, each of which needs a [`Candidate`].
     #[must_use]
     pub fn ports(&self) -> Vec<Port> {
-        if self.least_times { vec![Port::Pio] } else { self.port.map_or(Port::ALL.to_vec(), |port| vec![port]) }
+        if self.least_times || self.prices {
+            vec![Port::Pio]
+        } else {
+            self.port.map_or(Port::ALL.to_vec(), |port| vec![port])
+        }
     }
 
     /// The board that is measured.
@@ -154,13 +170,23 @@ impl Args {
     /// The mathematics is measured too. Its firmware is for an RP2040.
     #[must_use]
     pub fn mathematics(&self) -> bool {
-        self.port.is_none() && !self.prove && !self.least_times && self.board.chip() == isostep::chip::Chip::Rp2040
+        self.port.is_none()
+            && !self.prove
+            && !self.least_times
+            && !self.prices
+            && self.board.chip() == isostep::chip::Chip::Rp2040
     }
 
     /// The least times are measured, and nothing else.
     #[must_use]
     pub fn least_times(&self) -> bool {
         self.least_times
+    }
+
+    /// What the figures come to on a slower chip is measured, and nothing else.
+    #[must_use]
+    pub fn prices(&self) -> bool {
+        self.prices
     }
 
     /// It is the proving image that is measured.
