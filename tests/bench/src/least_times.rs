@@ -18,7 +18,7 @@ use isostep::parallel;
 use isostep::screen::grouped;
 use isostep_motion::LeastTimes;
 
-use super::board::{Emulated, carried_s};
+use super::board::{Emulated, carried_s, leaving_out};
 use super::candidate::Candidate;
 use super::chip::Chip;
 use super::edges::Edge;
@@ -33,8 +33,6 @@ const SPEEDS_PERCENT: std::ops::RangeInclusive<u32> = 50..=300;
 const STEP_PERCENT: usize = 2;
 /// The acceleration of each axis with an RP2350, mm/s2: that of other measurements makes moves slower than its least times do.
 const FAST_ACCEL_MM_S2: u32 = 60_000;
-/// The most steps that its moves leave out more than others, %.
-const LEAVE_OUT_MORE_PERCENT: usize = 4;
 /// The core is awake for no more of the time than this.
 const AWAKE_MAX: f64 = 0.95;
 /// Moves come as fast as planned if they are no slower than this.
@@ -93,9 +91,6 @@ impl Kind {
         }
         let begin = stream.before.len() - 1;
         stream.before.splice(begin..begin, (120..).take(PROVED).map(|number| format!("${number}={FAST_ACCEL_MM_S2}")));
-        if stream.leaves_out_percent > 0 {
-            stream.leaves_out_percent += LEAVE_OUT_MORE_PERCENT;
-        }
         stream
     }
 
@@ -227,7 +222,7 @@ impl Search<'_> {
             Ok(carried) => carried,
             Err(why_not) => return Ok(Err(why_not)),
         };
-        let planned = match simulated(stream, times)? {
+        let planned = match simulated(&leaving_out(stream, self.candidate.model.chip()), times)? {
             Ok(planned) => planned,
             Err(why_not) => return Ok(Err(format!("simulated: {why_not}"))),
         };
@@ -294,7 +289,8 @@ mod tests {
             for (chip, speed_percent) in [(Rp2040, 50), (Rp2040, 100), (Rp2350, 100), (Rp2350, 240)] {
                 let (times, least_s) =
                     (kind.at(short(kind), speed_percent), least_s * 100.0 / f64::from(speed_percent));
-                let carried = simulated(&kind.stream(&curve, chip), &times).unwrap().unwrap();
+                let stream = leaving_out(&kind.stream(&curve, chip), chip);
+                let carried = simulated(&stream, &times).unwrap().unwrap();
                 let each_s = carried.rate_per_s().unwrap().recip();
                 assert!((each_s / least_s - 1.0).abs() < 0.02, "{kind:?}: {each_s} s for {least_s}");
             }

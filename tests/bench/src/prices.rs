@@ -9,7 +9,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use isostep::measure::moves::Corners;
 use isostep::measure::rates::Trials;
-use isostep::measure::{Findings, load, moves, rates, stops, table};
+use isostep::measure::{Figure, Findings, load, moves, rates, stops, table};
 use isostep::parallel;
 
 use super::chip::Chip;
@@ -40,10 +40,16 @@ pub fn run(images: &Images, folder: &Path) -> Result<()> {
     );
     let all: [&Findings; CHIPS.len()] = std::array::from_fn(|index| &found[index]);
     let rows = table::by_key(all).into_iter().map(|row| {
-        let mut cells = row.iter().map(|&cell| table::value(cell));
-        [table::name(&row)].into_iter().chain(&mut cells).collect::<Vec<_>>().try_into().unwrap_or_default()
+        let cells = [table::name(&row)].into_iter().chain(row.iter().map(|&cell| table::value(cell)));
+        cells.collect::<Vec<_>>().try_into().unwrap_or_default()
     });
     print!("{}", table::text(head(), rows.collect()));
+    let missing = CHIPS.iter().zip(&found).flat_map(|(chip, found)| {
+        let of_figure =
+            |figure: &Figure| Some(format!("{}: {}: {}", chip.name(), figure.what, figure.why_not.clone()?));
+        found.figures.iter().filter_map(of_figure)
+    });
+    missing.for_each(|line| println!("{line}"));
     Ok(())
 }
 
