@@ -61,8 +61,9 @@ export class Bins {
 }
 
 export class Envelope {
-  private readonly lows = new Column<Float32Array>(Float32Array);
-  private readonly highs = new Column<Float32Array>(Float32Array);
+  /** Of each block, in each number of it. */
+  private readonly lows: Column<Float32Array>[] = [];
+  private readonly highs: Column<Float32Array>[] = [];
   private done = 0;
 
   constructor(private readonly motion: Motion) {}
@@ -75,9 +76,14 @@ export class Envelope {
         if (row > this.done && this.motion.from(row) - this.motion.to(row - 1) > PAUSE_S) this.takeRest(whole, 0, 0);
         this.takePiece(whole, 0, row, 0, this.span(row));
       }
-      this.lows.push(whole.lows);
-      this.highs.push(whole.highs);
+      this.push(this.lows, whole.lows);
+      this.push(this.highs, whole.highs);
     }
+  }
+
+  /** Each number by itself, because what stays 0 takes no room then. */
+  private push(columns: Column<Float32Array>[], numbers: Float32Array): void {
+    numbers.forEach((number, index) => (columns[index] ??= new Column<Float32Array>(Float32Array)).push(number));
   }
 
   /** The extremes in so many parts of a span of time. */
@@ -109,8 +115,8 @@ export class Envelope {
     if (row % BLOCK || next > this.done) return 0;
     const bin = bins.at(this.motion.from(row));
     if (bin !== bins.at(this.motion.to(next - 1))) return 0;
-    const at = (row / BLOCK) * bins.numbers;
-    for (let number = 0; number < bins.numbers; number++) bins.take(bin, number, this.lows.at(at + number), this.highs.at(at + number));
+    const block = row / BLOCK;
+    this.lows.forEach((lows, number) => bins.take(bin, number, lows.at(block), this.highs[number]?.at(block)));
     return next;
   }
 

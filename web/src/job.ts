@@ -5,7 +5,7 @@ import type { Columns, FromWorker, Kept, LineTimes, Summary, ToWorker, Trouble }
 
 export interface Watcher {
   progress(answered: number, lines: number, seconds: number): void;
-  motion(columns: Columns): void;
+  motion(pieces: Columns[]): void;
   rows(rows: Uint8Array): void;
   ended(summary: Summary, wallSeconds: number, lines: LineTimes): void;
   trouble(trouble: Trouble): void;
@@ -38,7 +38,8 @@ export class Task {
       this.cancel();
       failed({ line: null, words: `the machine did not start: ${event.message || "is the page complete?"}` });
     };
-    machine.postMessage(message);
+    // What is sent goes there for good, so that it is not held twice.
+    machine.postMessage(message, "program" in message ? [message.program.buffer] : []);
   }
 
   /** Ends the worker, whatever it does. */

@@ -1,15 +1,28 @@
 // What the page and its worker say to each other. A worker has one machine, and ends with it.
 
-/** Phases of motion, as columns: see `Motion` in crates/web. */
+/** A piece of motion: phases as columns, each of which has one number for each phase, or one alone that holds throughout: see `piece` in crates/web. */
 export interface Columns {
-  times: Float64Array;
+  phases: number;
+  /** When the last one ends, s. */
+  end: number;
+  begins: Float64Array;
+  pauses: Float64Array;
   kinds: Uint8Array;
-  values: Float32Array;
-  changes: Float32Array;
+  ofAxes: OfAxis[];
   loads: Uint16Array;
+  jumps: Uint16Array;
   asked: Float32Array;
+  /** One for each change of the tool's power meanwhile. */
   powerTimes: Float64Array;
   powers: Float32Array;
+}
+
+/** Place, speed and acceleration of an axis where each phase begins, mm and s, and how much larger the acceleration is at its end. */
+export interface OfAxis {
+  places: Float32Array;
+  speeds: Float32Array;
+  accels: Float32Array;
+  changes: Float32Array;
 }
 
 /** When each line of the program begins to move the machine, s. */
@@ -45,8 +58,8 @@ export type ToWorker =
   | { do: "quick"; program: Uint8Array; settings: string; load: Load | undefined };
 
 export type FromWorker =
-  | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns; rows: Uint8Array }
-  | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns; rows: Uint8Array; lines: LineTimes }
+  | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns[]; rows: Uint8Array }
+  | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns[]; rows: Uint8Array; lines: LineTimes }
   | { is: "checked"; rows: CheckRow[] }
   | { is: "reported"; report: string }
   | { is: "profiles"; profiles: Profiles }

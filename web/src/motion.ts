@@ -3,10 +3,10 @@
 import { AXES } from "./axes";
 import { Column } from "./column";
 import { Envelope } from "./envelope";
-import type { Columns, LineTimes } from "./messages";
+import type { Columns, LineTimes, OfAxis } from "./messages";
 
-/** Numbers of one axis in a row: see `COLUMNS` in crates/web. */
-const COLUMNS = 3;
+/** Phases of each piece but the last, a power of two: see `piece` in crates/web. */
+const PHASES = 4_096;
 /** Shares of limits are in such parts: see `LOAD_PARTS` there. */
 const LOAD_PARTS = 256;
 
@@ -32,15 +32,16 @@ export interface AxisMotion {
 export type Places = [number, number, number];
 
 export class Motion {
-  private readonly times = new Column<Float64Array>(Float64Array);
-  private readonly kinds = new Column<Uint8Array>(Uint8Array);
-  private readonly values = new Column<Float32Array>(Float32Array);
-  private readonly changes = new Column<Float32Array>(Float32Array);
-  private readonly loads = new Column<Uint16Array>(Uint16Array);
-  private readonly asked = new Column<Float32Array>(Float32Array);
+  private readonly pieces: Columns[] = [];
   private readonly powerTimes = new Column<Float64Array>(Float64Array);
   private readonly powers = new Column<Float32Array>(Float32Array);
   readonly envelope = new Envelope(this);
+  /** How many phases there are. */
+  length = 0;
+  /** When the last one ends, s. */
+  end = 0;
+  /** What is made before is of no interest, as homing is, s. */
+  private begin = -Infinity;
   lines: LineTimes = { times: new Float64Array(), lines: new Uint32Array() };
   isShaped = false;
   topSpeed = 0;
@@ -54,19 +55,16 @@ export class Motion {
   low: Places = [Infinity, Infinity, Infinity];
   high: Places = [-Infinity, -Infinity, -Infinity];
 
-  add(columns: Columns): void {
+  /** Adds a piece. Only the last is not whole. */
+  add(piece: Columns): void {
     const from = this.length;
-    if (columns.kinds.length) this.axes = columns.values.length / (columns.kinds.length * COLUMNS);
-    this.times.push(columns.times);
-    this.kinds.push(columns.kinds);
-    this.values.push(columns.values);
-    this.changes.push(columns.changes);
-    this.loads.push(columns.loads);
-    this.asked.push(columns.asked);
-    this.powerTimes.push(columns.powerTimes);
-    this.powers.push(columns.powers);
+    this.pieces.push(piece);
+    this.length += piece.phases;
+    [this.end, this.axes] = [piece.end, piece.ofAxes.length];
+    piece.powerTimes.forEach((time) => this.powerTimes.push(time));
+    piece.powers.forEach((share) => this.powers.push(share));
     for (let row = from; row < this.length; row++) {
-      this.isShaped ||= (this.kinds.at(row) & SHAPED) !== 0;
+      this.isShaped ||= (this.kindsOf(row) & SHAPED) !== 0;
       this.note(row);
     }
     this.envelope.grow();
@@ -87,35 +85,35 @@ export class Motion {
 
   /** What was made before a time is of no interest, as homing is. */
   beginAt(time: number): void {
-    for (let row = 0; row < this.length && this.from(row) < time; row++) this.kinds.set(row, this.kinds.at(row) | HOMING);
+    this.begin = time;
     this.topSpeed = this.topLoad = 0;
     this.low.fill(Infinity);
     this.high.fill(-Infinity);
     for (let row = 0; row < this.length; row++) this.note(row);
   }
 
-  get length(): number {
-    return this.kinds.length;
+  private pieceOf(row: number): Columns | undefined {
+    return this.pieces[(row / PHASES) | 0];
   }
 
   from(row: number): number {
-    return this.times.at(2 * row);
+    return numberOf(this.pieceOf(row)?.begins, row);
   }
 
   to(row: number): number {
-    return this.times.at(2 * row + 1);
+    return row + 1 < this.length ? this.from(row + 1) - numberOf(this.pieceOf(row + 1)?.pauses, row + 1) : this.end;
   }
 
-  get end(): number {
-    return this.length ? this.to(this.length - 1) : 0;
+  private kindsOf(row: number): number {
+    return numberOf(this.pieceOf(row)?.kinds, row);
   }
 
   kind(row: number): Kind {
-    return this.kinds.at(row) & KIND_MASK;
+    return this.kindsOf(row) & KIND_MASK;
   }
 
   isHoming(row: number): boolean {
-    return (this.kinds.at(row) & HOMING) !== 0;
+    return (this.kindsOf(row) & HOMING) !== 0 || this.from(row) < this.begin;
   }
 
   /** The mean speed along the path in a phase, mm/s. */
@@ -134,27 +132,31 @@ export class Motion {
     return { place, speed, accel: this.accelOf(row, axis, after), jerk: this.jerkOf(row, axis) };
   }
 
+  private ofAxis(row: number, axis: number): OfAxis | undefined {
+    return this.pieceOf(row)?.ofAxes[axis];
+  }
+
   /** The place of an axis in a phase, so long after its beginning, mm. */
   place(row: number, axis: number, after: number): number {
-    const at = (row * this.axes + axis) * COLUMNS;
+    const of = this.ofAxis(row, axis);
     const jerk = this.jerkOf(row, axis);
-    return this.values.at(at) + after * (this.values.at(at + 1) + after * (this.values.at(at + 2) / 2 + (after * jerk) / 6));
+    return numberOf(of?.places, row) + after * (numberOf(of?.speeds, row) + after * (numberOf(of?.accels, row) / 2 + (after * jerk) / 6));
   }
 
   /** The speed of an axis in a phase, so long after its beginning, mm/s. */
   speedOf(row: number, axis: number, after: number): number {
-    const at = (row * this.axes + axis) * COLUMNS;
-    return this.values.at(at + 1) + after * (this.values.at(at + 2) + (after * this.jerkOf(row, axis)) / 2);
+    const of = this.ofAxis(row, axis);
+    return numberOf(of?.speeds, row) + after * (numberOf(of?.accels, row) + (after * this.jerkOf(row, axis)) / 2);
   }
 
   /** Its acceleration, mm/s². */
   accelOf(row: number, axis: number, after: number): number {
-    return this.values.at((row * this.axes + axis) * COLUMNS + 2) + after * this.jerkOf(row, axis);
+    return numberOf(this.ofAxis(row, axis)?.accels, row) + after * this.jerkOf(row, axis);
   }
 
   /** Its jerk, mm/s³. */
   jerkOf(row: number, axis: number): number {
-    const change = this.changes.at(row * this.axes + axis);
+    const change = numberOf(this.ofAxis(row, axis)?.changes, row);
     return change && change / (this.to(row) - this.from(row));
   }
 
@@ -170,17 +172,17 @@ export class Motion {
 
   /** The largest acceleration of any axis in a phase, as a share of its limit. */
   load(row: number): number {
-    return this.loads.at(2 * row) / LOAD_PARTS;
+    return numberOf(this.pieceOf(row)?.loads, row) / LOAD_PARTS;
   }
 
   /** The same of the jump of speed where a phase begins. */
   jump(row: number): number {
-    return this.loads.at(2 * row + 1) / LOAD_PARTS;
+    return numberOf(this.pieceOf(row)?.jumps, row) / LOAD_PARTS;
   }
 
   /** The speed along the path that was asked for in a phase, mm/s; infinite where nothing was. */
   askedIn(row: number): number {
-    return this.asked.at(row);
+    return numberOf(this.pieceOf(row)?.asked, row);
   }
 
   /** The part of the time in a place that is lost there against the speed that was asked for, so long after the beginning of a phase. */
@@ -237,6 +239,11 @@ export class Motion {
     for (let axis = 0; axis < this.axes; axis++) squares += this.speedOf(row, axis, after) ** 2;
     return Math.sqrt(squares);
   }
+}
+
+/** What a column of a piece has for a phase. */
+function numberOf(column: Float64Array | Float32Array | Uint16Array | Uint8Array | undefined, row: number): number {
+  return column?.[column.length > 1 ? row % PHASES : 0] ?? 0;
 }
 
 /** The last of so many, in order, that is not above a value; -1 if there is none. */

@@ -195,7 +195,7 @@ export class Run {
   private watcher(): Watcher {
     return {
       progress: (answered, lines, seconds) => this.tellProgress(answered, lines, seconds),
-      motion: (columns) => this.motion.add(columns),
+      motion: (pieces) => pieces.forEach((piece) => this.motion.add(piece)),
       rows: () => {},
       ended: (summary, wallSeconds, lines) => void this.show(summary, wallSeconds, lines),
       trouble: (trouble) => this.fail(trouble),

@@ -1,8 +1,8 @@
 // The machine, apart from the page, so that the page never waits for it.
 
 import init, { check, Job, speedProfiles, lastPanic, Live, panicOnPurpose, plainLines, Quick, report, settingRows, settingsListed, settingsRefusal, swings, tools } from "../machine/machine.js";
-import type { Motion } from "../machine/machine.js";
-import type { Columns, FromWorker, Kept, LineTimes, Load, Summary, ToWorker, Trouble } from "./messages";
+import type { FromWorker, Kept, LineTimes, Load, Summary, ToWorker, Trouble } from "./messages";
+import { buffers, lastPieces, pieces } from "./pieces";
 
 /** Machine time in one go, us. */
 const SLICE_US = 100_000;
@@ -36,29 +36,14 @@ function trouble(error: unknown): Trouble {
   return { line: null, words: panic ? `this is a defect of Isostep: ${panic}` : String(error) };
 }
 
-function columns(motion: Motion): Columns {
-  const taken = {
-    times: motion.takeTimes(),
-    kinds: motion.takeKinds(),
-    values: motion.takeValues(),
-    changes: motion.takeChanges(),
-    loads: motion.takeLoads(),
-    asked: motion.takeAsked(),
-    powerTimes: motion.takePowerTimes(),
-    powers: motion.takePowers(),
-  };
-  motion.free();
-  return taken;
-}
-
-function buffers(...columns: (Columns | LineTimes)[]): Transferable[] {
-  return columns.flatMap((each) => Object.values(each).map((column: Float64Array) => column.buffer as ArrayBuffer));
-}
-
 function tellProgress(job: Job): void {
-  const [motion, rows] = [columns(job.takeMotion()), job.takeRows()];
+  const [motion, rows] = [pieces(job), job.takeRows()];
   const { answered, lines } = job;
-  tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, rows }, [...buffers(motion), rows.buffer as ArrayBuffer]);
+  tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, rows }, [...buffers(motion), rows.buffer]);
+}
+
+function lineTimes(job: Job): LineTimes {
+  return { times: job.takeLineTimes(), lines: job.takeLines() };
 }
 
 function run(program: Uint8Array, settings: string, kept: Kept): void {
@@ -76,10 +61,10 @@ function run(program: Uint8Array, settings: string, kept: Kept): void {
   // What is left of before the end is taken first.
   tellProgress(job);
   const summary = JSON.parse(job.end());
-  const [motion, rows] = [columns(job.takeMotion()), job.takeRows()];
-  const lines = { times: job.takeLineTimes(), lines: job.takeLines() };
+  const [motion, rows] = [lastPieces(job), job.takeRows()];
+  const lines = lineTimes(job);
   const wallSeconds = (performance.now() - began) * 1e-3;
-  tell({ is: "ended", summary, wallSeconds, motion, rows, lines }, [...buffers(motion, lines), rows.buffer as ArrayBuffer]);
+  tell({ is: "ended", summary, wallSeconds, motion, rows, lines }, [...buffers(motion), lines.times.buffer, lines.lines.buffer, rows.buffer]);
 }
 
 /** What the machine would do: how it moves, when each line is answered, to a slice of time, and how long all takes. `before` makes it so as
@@ -90,21 +75,21 @@ function plan(program: Uint8Array, before: Uint8Array, settings: string): void {
   whole.set(program, before.length);
   const job = new Job(whole, settings, "plan");
   const answeredAtS = new Float64Array(job.lines);
-  const motion: Columns[] = [];
+  const motion = [];
   let [answered, hasEnded] = [0, false];
   while (!hasEnded) {
     hasEnded = job.advance(job.nowUs + SLICE_US);
-    motion.push(columns(job.takeMotion()));
+    motion.push(...pieces(job));
     answeredAtS.fill(job.nowUs * 1e-6, answered, job.answered);
     answered = job.answered;
   }
   const { duration_s: totalS, alarm, refusals, position_mm: placeMm, said_last: said } = JSON.parse(job.end()) as Summary;
-  motion.push(columns(job.takeMotion()));
-  const lines = { times: job.takeLineTimes(), lines: job.takeLines() };
+  motion.push(...lastPieces(job));
+  const lines = lineTimes(job);
   const [refusal] = refusals;
   if (refusal) return tell({ is: "trouble", trouble: { line: refusal.line, words: `\`${refusal.text.trim()}\`: error:${refusal.code} ${refusal.words}` } });
   if (alarm !== null) return tell({ is: "trouble", trouble: { line: null, words: `the program ends in ALARM:${alarm}` } });
-  tell({ is: "planned", motion, lines, answeredAtS, beganS: beganAt(lines, before), totalS, placeMm, said }, [...buffers(...motion, lines), answeredAtS.buffer]);
+  tell({ is: "planned", motion, lines, answeredAtS, beganS: beganAt(lines, before), totalS, placeMm, said }, [...buffers(motion), lines.times.buffer, lines.lines.buffer, answeredAtS.buffer]);
 }
 
 /** When the first line behind `before` moves the machine, or would if it did, s. */
@@ -142,7 +127,7 @@ function operate(machine: Live): void {
     last = now;
     try {
       machine.advance(machine.nowUs + passedMs * 1e3 * speed);
-      columns(machine.takeMotion());
+      machine.forgetMotion();
       const bytes = machine.takeOutput();
       tell({ is: "output", bytes, seconds: machine.nowUs * 1e-6 });
       setTimeout(tick, TICK_MS);

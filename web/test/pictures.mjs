@@ -8,7 +8,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const at = (path) => fileURLToPath(new URL(path, import.meta.url));
-const MODULES = ["motion", "samples", "picture/segments", "picture/tone", "operate/progress", "operate/rest"];
+const MODULES = ["motion", "pieces", "samples", "picture/segments", "picture/tone", "operate/progress", "operate/rest"];
 /** Instants at which a picture is held against the steps. */
 const INSTANTS = 1_000;
 const SLICE_US = 100_000;
@@ -25,7 +25,7 @@ async function bundled(head = "") {
 
 globalThis.performance ??= { now: () => 0 };
 Object.assign(globalThis, { document: { createElement: () => ({}) }, matchMedia: () => ({ addEventListener() {} }) });
-const { CHARTS, init, Job, madeAt, Motion, restFrom, samples, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
+const { CHARTS, init, Job, lastPieces, madeAt, Motion, pieces, restFrom, samples, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
 await init({ module_or_path: await readFile(at("../machine/machine_bg.wasm")) });
 /** The machine with A, beside the other. */
 const { init: initWithA, Job: JobWithA } = await bundled("// The machine with A.");
@@ -36,21 +36,16 @@ function made(program, { settings = "", kept = "lines", machine = Job } = {}) {
   const job = new machine(new TextEncoder().encode(program), settings, kept);
   const motion = new Motion();
   const rows = [];
-  const take = () => {
-    const piece = job.takeMotion();
-    motion.add({
-      times: piece.takeTimes(), kinds: piece.takeKinds(), values: piece.takeValues(), changes: piece.takeChanges(), loads: piece.takeLoads(), asked: piece.takeAsked(),
-      powerTimes: piece.takePowerTimes(), powers: piece.takePowers(),
-    });
-    piece.free();
+  const take = (pieces) => {
+    pieces.forEach((piece) => motion.add(piece));
     rows.push(job.takeRows());
   };
   for (let hasEnded = false, until = SLICE_US; !hasEnded; until += SLICE_US) {
     hasEnded = job.advance(until);
-    take();
+    take(pieces(job));
   }
   const summary = JSON.parse(job.end());
-  take();
+  take(lastPieces(job));
   motion.lines = { times: job.takeLineTimes(), lines: job.takeLines() };
   return { motion, summary, trace: Buffer.concat(rows).toString() };
 }

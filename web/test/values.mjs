@@ -346,28 +346,47 @@ test("the page's modules exist, and so does what its worker asks the machine for
   assert.deepEqual(asked.filter((name) => !given.includes(name)), []);
 });
 
+/** Phases of a whole piece: see `piece` in crates/web. */
+const PHASES = 4_096;
+
 /** A motion of so many axes in phases of random lengths, with a pause now and then, from a number. */
 function randomMotion(axes, phases, seed) {
   let state = seed;
   const random = () => ((state = (state * 1_103_515_245 + 12_345) % 2_147_483_648) / 2_147_483_648);
-  const motion = new Motion();
-  let [time, values] = [0, Array.from({ length: axes }, () => ({ place: 0, speed: 0, accel: 0 }))];
+  const rows = [];
+  let [time, pause, values] = [0, 0, Array.from({ length: axes }, () => ({ place: 0, speed: 0, accel: 0 }))];
   for (let phase = 0; phase < phases; phase++) {
     const span = random() < 0.1 ? 5 * random() + 0.01 : 0.02 * random() + 1e-4;
     const ends = values.map(() => (phase % 7 === 6 ? 0 : 400 * random() - 200));
-    const columns = {
-      times: Float64Array.of(time, time + span), kinds: Uint8Array.of(1 + (phase % 3)), loads: Uint16Array.of(0, 0), asked: Float32Array.of(0), powerTimes: new Float64Array(), powers: new Float32Array(),
-      values: Float32Array.from(values.flatMap(({ place, speed, accel }) => [place, speed, accel])), changes: Float32Array.from(values, ({ accel }, axis) => ends[axis] - accel),
-    };
-    motion.add(columns);
-    values = values.map((_, axis) => motion.axis(phase, axis, span));
+    rows.push({ time, pause, end: time + span, kind: 1 + (phase % 3), values, changes: values.map(({ accel }, axis) => ends[axis] - accel) });
+    values = values.map((value, axis) => after(value, ends[axis], span));
     time += span;
-    if (random() < 0.05) {
-      time += random();
-      values = values.map(({ place }) => ({ place, speed: 0, accel: 0 }));
-    }
+    pause = random() < 0.05 ? random() : 0;
+    time += pause;
+    if (pause) values = values.map(({ place }) => ({ place, speed: 0, accel: 0 }));
   }
+  const motion = new Motion();
+  for (let from = 0; from < phases; from += PHASES) motion.add(pieceOf(rows.slice(from, from + PHASES), axes));
   return motion;
+}
+
+/** Where an axis is at the end of a phase, in which its acceleration becomes another. */
+function after({ place, speed, accel }, end, span) {
+  const change = end - accel;
+  return { place: place + span * (speed + span * (accel / 2 + change / 6)), speed: speed + span * (accel + change / 2), accel: end };
+}
+
+/** Phases as the machine gives them: what is the same throughout is one number. */
+function pieceOf(rows, axes) {
+  const column = (kind, of) => kind.from(rows.every((row) => of(row) === of(rows[0])) ? [of(rows[0])] : rows.map(of));
+  const ofAxis = (axis) => {
+    const [places, speeds, accels] = ["place", "speed", "accel"].map((name) => column(Float32Array, ({ values }) => values[axis][name]));
+    return { places, speeds, accels, changes: column(Float32Array, ({ changes }) => changes[axis]) };
+  };
+  return {
+    phases: rows.length, end: rows.at(-1).end, begins: column(Float64Array, ({ time }) => time), pauses: column(Float64Array, ({ pause }) => pause), kinds: column(Uint8Array, ({ kind }) => kind),
+    ofAxes: Array.from({ length: axes }, (_, axis) => ofAxis(axis)), loads: Uint16Array.of(0), jumps: Uint16Array.of(0), asked: Float32Array.of(0), powerTimes: new Float64Array(), powers: new Float32Array(),
+  };
 }
 
 /** Speeds of an axis at the ends of its phases within a part of time. */
@@ -390,7 +409,7 @@ function axisAt(motion, axis, time) {
 
 test("curves of a long run are those of its motion, at every zoom", () => {
   for (const [axes, seed] of [[3, 1], [3, 2], [4, 3], [4, 4]]) {
-    const motion = randomMotion(axes, 3_000, seed);
+    const motion = randomMotion(axes, 5_000, seed);
     assert.equal(motion.axes, axes);
     for (const [from, to] of [[0, motion.end], [motion.end * 0.4, motion.end * 0.5], [motion.end * 0.7, motion.end * 0.701]]) {
       const bins = motion.envelope.bins(from, to, 1_000);

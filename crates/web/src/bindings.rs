@@ -1,7 +1,9 @@
 //! The functions and types that JavaScript sees. Everything that can go wrong is thrown as JSON of a [`Trouble`](crate::Trouble).
 
+use isostep_motion::AXES;
 use wasm_bindgen::prelude::wasm_bindgen;
 
+use crate::piece::packed;
 use crate::{Job, Kept, Lines, Live, Motion, Quick, Trouble, listing, ringing, speed_profiles, table, whole};
 
 type Thrown<T> = Result<T, String>;
@@ -35,58 +37,76 @@ pub fn swings(program: &[u8], settings: &str, natural_hz: f64, damping_ratio: f6
     Ok(serde_json::to_string(&swings).unwrap_or_default())
 }
 
-/// The motion of the axes: see `Motion`.
+/// Motion of the axes, as columns: see `Motion`. A column of one number has it throughout.
 #[wasm_bindgen(js_name = Motion)]
 pub struct MotionColumns(Motion);
 
 #[wasm_bindgen(js_class = Motion)]
 impl MotionColumns {
-    /// The beginning and the end of each phase, s.
-    #[wasm_bindgen(js_name = takeTimes)]
-    pub fn take_times(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.0.times_s)
+    /// The number of phases.
+    #[wasm_bindgen(getter)]
+    pub fn phases(&self) -> usize {
+        self.0.kinds.len()
+    }
+
+    /// The number of axes.
+    #[wasm_bindgen(getter)]
+    pub fn axes(&self) -> usize {
+        AXES
+    }
+
+    /// The end of the last phase, s.
+    #[wasm_bindgen(getter)]
+    pub fn end(&self) -> f64 {
+        self.0.end_s()
+    }
+
+    /// The beginning of each phase, s.
+    pub fn begins(&self) -> Vec<f64> {
+        packed(self.0.begins_s())
+    }
+
+    /// The time from the phase before to each, s.
+    pub fn pauses(&self) -> Vec<f64> {
+        packed(self.0.pauses_s())
     }
 
     /// The kind of motion that each belongs to.
-    #[wasm_bindgen(js_name = takeKinds)]
-    pub fn take_kinds(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.0.kinds)
+    pub fn kinds(&self) -> Vec<u8> {
+        packed(self.0.kinds.iter().copied())
     }
 
-    /// Three numbers of each axis.
-    #[wasm_bindgen(js_name = takeValues)]
-    pub fn take_values(&mut self) -> Vec<f32> {
-        std::mem::take(&mut self.0.values)
+    /// Place, speed or acceleration of an axis at its beginning.
+    #[wasm_bindgen(js_name = ofAxis)]
+    pub fn of_axis(&self, axis: usize, column: usize) -> Vec<f32> {
+        packed(self.0.of_axis(axis, column))
     }
 
-    /// How much larger the acceleration of each axis is at the end, mm/s².
-    #[wasm_bindgen(js_name = takeChanges)]
-    pub fn take_changes(&mut self) -> Vec<f32> {
-        std::mem::take(&mut self.0.changes_mm_s2)
+    /// How much larger the acceleration of an axis is at the end, mm/s².
+    #[wasm_bindgen(js_name = changesOf)]
+    pub fn changes_of(&self, axis: usize) -> Vec<f32> {
+        packed(self.0.changes_of(axis))
     }
 
-    /// Its acceleration, and the jump where it begins, in 256ths of their limits.
-    #[wasm_bindgen(js_name = takeLoads)]
-    pub fn take_loads(&mut self) -> Vec<u16> {
-        std::mem::take(&mut self.0.loads)
+    /// Its acceleration, or the jump where it begins, in 256ths of their limits.
+    pub fn loads(&self, load: usize) -> Vec<u16> {
+        packed(self.0.loads_of(load))
     }
 
     /// The speed along the path that each would have without ramps, mm/s.
-    #[wasm_bindgen(js_name = takeAsked)]
-    pub fn take_asked(&mut self) -> Vec<f32> {
-        std::mem::take(&mut self.0.asked_mm_s)
+    pub fn asked(&self) -> Vec<f32> {
+        packed(self.0.asked_mm_s.iter().copied())
     }
 
     /// The instants at which the tool's power changed, s.
-    #[wasm_bindgen(js_name = takePowerTimes)]
-    pub fn take_power_times(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.0.power.times_s)
+    #[wasm_bindgen(js_name = powerTimes)]
+    pub fn power_times(&self) -> Vec<f64> {
+        self.0.power.times_s.clone()
     }
 
     /// To what, from 0 to 1.
-    #[wasm_bindgen(js_name = takePowers)]
-    pub fn take_powers(&mut self) -> Vec<f32> {
-        std::mem::take(&mut self.0.power.shares)
+    pub fn powers(&self) -> Vec<f32> {
+        self.0.power.shares.clone()
     }
 }
 
@@ -137,11 +157,16 @@ impl JobHandle {
         self.job.as_ref().map_or(0, Job::lines)
     }
 
-    /// The motion of the axes since the last call.
-    #[wasm_bindgen(js_name = takeMotion)]
-    pub fn take_motion(&mut self) -> MotionColumns {
-        let rest = std::mem::take(&mut self.motion);
-        MotionColumns(self.job.as_mut().map_or(rest, Job::take_motion))
+    /// The next whole piece of the motion of the axes, if there is one: see `piece`.
+    #[wasm_bindgen(js_name = takePiece)]
+    pub fn take_piece(&mut self) -> Option<MotionColumns> {
+        self.job.as_mut().map_or_else(|| self.motion.take_piece(), Job::take_piece).map(MotionColumns)
+    }
+
+    /// After the end, behind all whole pieces: what is left of it.
+    #[wasm_bindgen(js_name = takeRest)]
+    pub fn take_rest(&mut self) -> MotionColumns {
+        MotionColumns(self.motion.take())
     }
 
     /// The text since the last call.
@@ -284,10 +309,10 @@ impl LiveHandle {
         self.0.now_us()
     }
 
-    /// The motion of the axes since the last call.
-    #[wasm_bindgen(js_name = takeMotion)]
-    pub fn take_motion(&mut self) -> MotionColumns {
-        MotionColumns(self.0.take_motion())
+    /// Forgets how the axes have moved.
+    #[wasm_bindgen(js_name = forgetMotion)]
+    pub fn forget_motion(&mut self) {
+        self.0.take_motion();
     }
 
     /// Presses or releases the emergency stop.

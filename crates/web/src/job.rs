@@ -83,6 +83,11 @@ impl Job {
         self.watch.take_motion()
     }
 
+    /// The next whole piece of it, if there is one: see [`piece`](crate::piece).
+    pub fn take_piece(&mut self) -> Option<Motion> {
+        self.watch.take_piece()
+    }
+
     /// The text since this was asked last: see [`Kept`].
     pub fn take_rows(&mut self) -> Vec<u8> {
         self.watch.take_rows()

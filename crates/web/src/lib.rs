@@ -29,6 +29,7 @@ mod live;
 mod motion;
 #[cfg(target_arch = "wasm32")]
 mod panic;
+pub mod piece;
 mod power;
 mod quick;
 pub mod ringing;

@@ -71,6 +71,8 @@ pub struct Motion {
     pub power: Power,
     /// The place where the last phase ends, for the jump behind it.
     end: End,
+    /// The end of the phase before the first, s since power-up, if there was one.
+    pub(crate) before_s: Option<f64>,
 }
 
 /// The end of a phase.
@@ -93,8 +95,14 @@ struct Interval {
 impl Motion {
     /// The phases so far. What comes later goes on from them.
     pub(crate) fn take(&mut self) -> Self {
-        let end = self.end;
-        std::mem::replace(self, Self { end, ..Self::default() })
+        let following = self.following();
+        std::mem::replace(self, following)
+    }
+
+    /// No phases, behind these.
+    pub(crate) fn following(&self) -> Self {
+        let before_s = self.times_s.last().copied().or(self.before_s);
+        Self { end: self.end, before_s, ..Self::default() }
     }
 
     /// Adds the moves of a piece of a run.

@@ -58,6 +58,11 @@ impl Watch {
         self.motion.take()
     }
 
+    /// The next whole piece of it, if there is one.
+    pub fn take_piece(&mut self) -> Option<Motion> {
+        self.motion.take_piece()
+    }
+
     /// The text since this was asked last.
     pub fn take_rows(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.rows)
