@@ -10,7 +10,7 @@ use isostep_program::{LineError, plain_lines};
 /// carried out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Program {
-    lines: Arc<[Vec<u8>]>,
+    lines: Arc<Vec<Vec<u8>>>,
     /// Their origin, if they are not those of the file.
     origin: Option<Arc<Origin>>,
 }
@@ -177,8 +177,7 @@ fn assembled(line: &[u8]) -> LineAssembler {
 /// # Errors
 /// [`ProgramError`] with the line at fault.
 pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
-    let lines = as_written(program)?;
-    (1..).zip(lines).map(|(line, bytes)| clean(line, bytes)).collect()
+    (1..).zip(as_written(program)?).map(|(line, bytes)| clean(line, bytes)).collect()
 }
 
 /// The same lines as they are written, for whoever looks at each of them: [`clean`] says which must not be sent.
@@ -186,16 +185,14 @@ pub fn lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
 /// # Errors
 /// [`ProgramError`] if the file is empty or no text.
 pub fn raw_lines(program: &[u8]) -> Result<Vec<Vec<u8>>, ProgramError> {
-    let lines = as_written(program)?;
-    for (line, bytes) in (1..).zip(&lines) {
-        if let Err(error @ ProgramError::Binary { byte: ..0x80 | 0xfe.., .. }) = clean(line, bytes) {
-            return Err(error);
-        }
-    }
-    Ok(lines.into_iter().map(<[u8]>::to_vec).collect())
+    let unless_binary = |(line, bytes): (usize, &[u8])| match clean(line, bytes) {
+        Err(error @ ProgramError::Binary { byte: ..0x80 | 0xfe.., .. }) => Err(error),
+        _ => Ok(bytes.to_vec()),
+    };
+    (1..).zip(as_written(program)?).map(unless_binary).collect()
 }
 
-fn as_written(program: &[u8]) -> Result<Vec<&[u8]>, ProgramError> {
+fn as_written(program: &[u8]) -> Result<impl Iterator<Item = &[u8]>, ProgramError> {
     let text = program.strip_prefix(b"\xef\xbb\xbf").unwrap_or(program);
     let end = text.iter().rposition(|byte| !matches!(byte, 0x1a | 0)).map_or(0, |last| last + 1);
     let text = &text[..end];
@@ -207,19 +204,18 @@ fn as_written(program: &[u8]) -> Result<Vec<&[u8]>, ProgramError> {
 
 /// The lines of a text without their line ends. LF, CR, CR LF and CR CR LF each end one line, so line numbers are those
 /// of editors.
-pub(crate) fn split(text: &[u8]) -> Vec<&[u8]> {
-    let mut lines = Vec::new();
+pub(crate) fn split(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = text;
-    while let Some(end) = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')) {
+    std::iter::from_fn(move || {
+        if rest.is_empty() {
+            return None;
+        }
+        let end = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
         let (line, ended) = rest.split_at(end);
         let behind = ended.strip_prefix(b"\r\r\n").or_else(|| ended.strip_prefix(b"\r\n"));
-        rest = behind.unwrap_or(&ended[1..]);
-        lines.push(line);
-    }
-    if !rest.is_empty() {
-        lines.push(rest);
-    }
-    lines
+        rest = behind.or(ended.get(1..)).unwrap_or_default();
+        Some(line)
+    })
 }
 
 /// A line as it is sent: see [`lines`]. `line` is its number.
@@ -233,7 +229,11 @@ pub fn clean(line: usize, bytes: &[u8]) -> Result<Vec<u8>, ProgramError> {
         b'?' | b'!' | b'~' => Err(ProgramError::RealTime { line, byte }),
         _ => Err(ProgramError::Binary { line, byte }),
     };
-    with_comments(bytes).map(clean).collect()
+    let mut cleaned = Vec::with_capacity(bytes.len());
+    for each in with_comments(bytes) {
+        cleaned.push(clean(each)?);
+    }
+    Ok(cleaned)
 }
 
 /// Each byte of a line, and whether it is in a comment.

@@ -78,7 +78,7 @@ fn taken<'f>(file: &'f str, text: &[u8]) -> Result<Reading<'f>, Refused> {
 /// The lines of a text, with any line ends.
 pub fn lines(text: &[u8]) -> Vec<String> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    program::split(text).into_iter().map(|line| String::from_utf8_lossy(line).trim().to_owned()).collect()
+    program::split(text).map(|line| String::from_utf8_lossy(line).trim().to_owned()).collect()
 }
 
 /// The capabilities that the ports of such a machine report once their tasks have run.
