@@ -25,11 +25,9 @@ mod fuzz;
 mod hot;
 mod lint;
 mod mutants;
-mod node;
 mod oldest;
 mod oracle;
 mod other_chip;
-mod process;
 mod prove;
 mod publish;
 mod python;
@@ -46,6 +44,7 @@ mod workspace;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use xtask_first::{node, process};
 
 /// Build, flash, run and test Isostep.
 #[derive(Parser)]

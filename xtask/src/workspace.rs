@@ -1,9 +1,9 @@
 //! Paths in the workspace.
 
-use std::env;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use isostep::chip::Chip;
+pub use xtask_first::workspace::{emulator_dir, root, shown, target_dir};
 
 /// The name of the package and of the binary of the gantry's firmware.
 pub const FIRMWARE: &str = "pico-gantry";
@@ -25,16 +25,6 @@ pub fn target(chip: Chip) -> &'static str {
     }
 }
 
-/// The folder of the root `Cargo.toml`.
-pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the workspace")
-}
-
-/// Cargo's output folder: `CARGO_TARGET_DIR`, otherwise `target`.
-pub fn target_dir() -> PathBuf {
-    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |dir| root().join(dir))
-}
-
 /// The profile in which Cargo builds a board's firmware: the template's chip has less flash than the fast one takes.
 pub fn profile(package: &str) -> &'static str {
     if package == TEMPLATE_BOARD { "small" } else { "release" }
@@ -45,17 +35,7 @@ pub fn elf(target: &str, package: &str) -> PathBuf {
     target_dir().join(target).join(profile(package)).join(package)
 }
 
-/// The emulated board's Node package.
-pub fn emulator_dir() -> PathBuf {
-    root().join("tests").join("emulator")
-}
-
 /// The emulated board, which Node runs.
 pub fn emulator() -> PathBuf {
     emulator_dir().join("run.mjs")
-}
-
-/// `path` as a user in the root folder would write it.
-pub fn shown(path: &Path) -> String {
-    path.strip_prefix(root()).unwrap_or(path).display().to_string()
 }

@@ -1,16 +1,28 @@
 //! Runs other programs. Their output is shown as it comes, and failures are explained.
 
 use std::ffi::OsStr;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind, Write};
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-pub use isostep::screen::announce;
+
+/// Prints which step of a longer task begins.
+pub fn announce(step: &str) {
+    tell(&format!("==> {step}"));
+}
+
+/// Writes a line to standard error. If that fails, there is nowhere to report it.
+pub fn tell(words: &str) {
+    let _ = writeln!(io::stderr().lock(), "{words}");
+}
 
 /// Runs `command` with its output passed through.
+///
+/// # Errors
+/// If it cannot be started, or fails.
 pub fn run(command: &mut Command) -> Result<()> {
     let status = command.status().map_err(|error| explain(command, &error, "install it, and have it on PATH"))?;
     if !status.success() {
