@@ -204,18 +204,18 @@ fn as_written(program: &[u8]) -> Result<impl Iterator<Item = &[u8]>, ProgramErro
 
 /// The lines of a text without their line ends. LF, CR, CR LF and CR CR LF each end one line, so line numbers are those
 /// of editors.
-pub(crate) fn split(text: &[u8]) -> impl Iterator<Item = &[u8]> {
-    let mut rest = text;
-    std::iter::from_fn(move || {
-        if rest.is_empty() {
-            return None;
-        }
-        let end = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
-        let (line, ended) = rest.split_at(end);
-        let behind = ended.strip_prefix(b"\r\r\n").or_else(|| ended.strip_prefix(b"\r\n"));
-        rest = behind.or(ended.get(1..)).unwrap_or_default();
-        Some(line)
-    })
+pub(crate) fn split(mut text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    std::iter::from_fn(move || (!text.is_empty()).then(|| cut_line(&mut text)))
+}
+
+/// Takes the first line off, with its end.
+#[inline(never)]
+fn cut_line<'t>(text: &mut &'t [u8]) -> &'t [u8] {
+    let end = text.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(text.len());
+    let (line, ended) = text.split_at(end);
+    let behind = ended.strip_prefix(b"\r\r\n").or_else(|| ended.strip_prefix(b"\r\n"));
+    *text = behind.or(ended.get(1..)).unwrap_or_default();
+    line
 }
 
 /// A line as it is sent: see [`lines`]. `line` is its number.

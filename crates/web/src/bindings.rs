@@ -37,7 +37,7 @@ pub fn swings(program: &[u8], settings: &str, natural_hz: f64, damping_ratio: f6
     Ok(serde_json::to_string(&swings).unwrap_or_default())
 }
 
-/// Motion of the axes, as columns: see `Motion`. A column of one number has it throughout.
+/// Motion of the axes, as columns, each of which is asked for once: see `Motion`. A column of one number has it throughout.
 #[wasm_bindgen(js_name = Motion)]
 pub struct MotionColumns(Motion);
 
@@ -46,7 +46,7 @@ impl MotionColumns {
     /// The number of phases.
     #[wasm_bindgen(getter)]
     pub fn phases(&self) -> usize {
-        self.0.kinds.len()
+        self.0.times_s.len() / 2
     }
 
     /// The number of axes.
@@ -72,8 +72,8 @@ impl MotionColumns {
     }
 
     /// The kind of motion that each belongs to.
-    pub fn kinds(&self) -> Vec<u8> {
-        packed(self.0.kinds.iter().copied())
+    pub fn kinds(&mut self) -> Vec<u8> {
+        packed(std::mem::take(&mut self.0.kinds))
     }
 
     /// Place, speed or acceleration of an axis at its beginning.
@@ -94,19 +94,19 @@ impl MotionColumns {
     }
 
     /// The speed along the path that each would have without ramps, mm/s.
-    pub fn asked(&self) -> Vec<f32> {
-        packed(self.0.asked_mm_s.iter().copied())
+    pub fn asked(&mut self) -> Vec<f32> {
+        packed(std::mem::take(&mut self.0.asked_mm_s))
     }
 
     /// The instants at which the tool's power changed, s.
     #[wasm_bindgen(js_name = powerTimes)]
-    pub fn power_times(&self) -> Vec<f64> {
-        self.0.power.times_s.clone()
+    pub fn power_times(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.0.power.times_s)
     }
 
     /// To what, from 0 to 1.
-    pub fn powers(&self) -> Vec<f32> {
-        self.0.power.shares.clone()
+    pub fn powers(&mut self) -> Vec<f32> {
+        std::mem::take(&mut self.0.power.shares)
     }
 }
 

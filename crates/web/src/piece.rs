@@ -10,13 +10,18 @@ pub const PHASES: usize = 4_096;
 const PAUSE_MIN_S: f64 = 1e-9;
 
 /// A column; of one number if all its numbers are the same, as those of an axis that rests.
-pub fn packed<N: Copy + PartialEq>(column: impl Iterator<Item = N>) -> Vec<N> {
-    let mut column: Vec<N> = column.collect();
+#[inline(never)]
+pub fn packed<N: Copy + PartialEq>(mut column: Vec<N>) -> Vec<N> {
     if column.windows(2).all(|pair| pair[0] == pair[1]) {
         column.truncate(1);
-        column.shrink_to_fit();
     }
     column
+}
+
+/// Every number of a column, of rows that have so many.
+#[inline(never)]
+fn every<N: Copy>(numbers: &[N], first: usize, width: usize) -> Vec<N> {
+    numbers.iter().skip(first).step_by(width).copied().collect()
 }
 
 impl Motion {
@@ -37,42 +42,39 @@ impl Motion {
     }
 
     /// The beginning of each phase, s since power-up.
-    pub fn begins_s(&self) -> impl Iterator<Item = f64> {
-        self.times_s.iter().step_by(2).copied()
+    pub fn begins_s(&self) -> Vec<f64> {
+        every(&self.times_s, 0, 2)
     }
 
     /// The time from the phase before to each, s.
-    pub fn pauses_s(&self) -> impl Iterator<Item = f64> {
-        let ends_s = self.before_s.into_iter().chain(self.ends_s());
+    pub fn pauses_s(&self) -> Vec<f64> {
         // Before the very first there is none.
-        let firsts = usize::from(self.before_s.is_none());
-        let pauses_s = self.begins_s().skip(firsts).zip(ends_s).map(|(begins_s, ended_s)| begins_s - ended_s);
-        std::iter::repeat_n(0.0, firsts.min(self.kinds.len()))
-            .chain(pauses_s.map(|pause_s| if pause_s > PAUSE_MIN_S { pause_s } else { 0.0 }))
+        let mut ended_s = self.before_s.or(self.times_s.first().copied()).unwrap_or_default();
+        let pause_s = |times_s: &[f64]| {
+            let pause_s = times_s[0] - std::mem::replace(&mut ended_s, times_s[1]);
+            if pause_s > PAUSE_MIN_S { pause_s } else { 0.0 }
+        };
+        self.times_s.chunks_exact(2).map(pause_s).collect()
     }
 
     /// The end of the last phase, s since power-up; of no phase that of the one before.
     pub fn end_s(&self) -> f64 {
-        self.ends_s().next_back().or(self.before_s).unwrap_or_default()
+        self.times_s.last().copied().or(self.before_s).unwrap_or_default()
     }
 
     /// One of the [`COLUMNS`] of an axis.
-    pub fn of_axis(&self, axis: usize, column: usize) -> impl Iterator<Item = f32> {
-        self.values.iter().skip(COLUMNS * axis + column).step_by(COLUMNS * AXES).copied()
+    pub fn of_axis(&self, axis: usize, column: usize) -> Vec<f32> {
+        every(&self.values, COLUMNS * axis + column, COLUMNS * AXES)
     }
 
     /// The changes of the acceleration of an axis, mm/s².
-    pub fn changes_of(&self, axis: usize) -> impl Iterator<Item = f32> {
-        self.changes_mm_s2.iter().skip(axis).step_by(AXES).copied()
+    pub fn changes_of(&self, axis: usize) -> Vec<f32> {
+        every(&self.changes_mm_s2, axis, AXES)
     }
 
     /// One of the [`LOADS`].
-    pub fn loads_of(&self, load: usize) -> impl Iterator<Item = u16> {
-        self.loads.iter().skip(load).step_by(LOADS).copied()
-    }
-
-    fn ends_s(&self) -> impl DoubleEndedIterator<Item = f64> {
-        self.times_s.chunks_exact(2).map(|times_s| times_s[1])
+    pub fn loads_of(&self, load: usize) -> Vec<u16> {
+        every(&self.loads, load, LOADS)
     }
 }
 
@@ -96,25 +98,24 @@ mod tests {
     #[test]
     fn pieces_are_whole_and_go_on_from_each_other() {
         let mut motion = motion(2 * PHASES + 3);
-        let whole: Vec<_> = motion.begins_s().zip(motion.pauses_s()).collect();
-        let places: Vec<_> = motion.of_axis(1, 0).collect();
+        let times = |motion: &Motion| motion.begins_s().into_iter().zip(motion.pauses_s()).collect::<Vec<_>>();
+        let (whole, places) = (times(&motion), motion.of_axis(1, 0));
         let mut pieces: Vec<_> = std::iter::from_fn(|| motion.take_piece()).collect();
         pieces.push(motion.take());
         assert_eq!(pieces.iter().map(|piece| piece.kinds.len()).collect::<Vec<_>>(), [PHASES, PHASES, 3]);
-        let times = pieces.iter().flat_map(|piece| piece.begins_s().zip(piece.pauses_s()));
-        assert_eq!(times.collect::<Vec<_>>(), whole);
+        assert_eq!(pieces.iter().flat_map(times).collect::<Vec<_>>(), whole);
         assert_eq!(whole[..3], [(0.0, 0.0), (1.5, 0.5), (2.5, 0.0)]);
         assert_eq!(pieces.iter().flat_map(|piece| piece.of_axis(1, 0)).collect::<Vec<_>>(), places);
         assert_eq!((pieces[2].end_s(), motion.end_s()), ((2 * PHASES + 3) as f64 + 0.5, pieces[2].end_s()));
         let last = &pieces[2];
-        assert_eq!(last.changes_of(2).nth(1), Some((AXES * (2 * PHASES + 1) + 2) as f32));
-        assert_eq!(last.loads_of(1).next(), Some((LOADS * 2 * PHASES + 1) as u16));
+        assert_eq!(last.changes_of(2)[1], (AXES * (2 * PHASES + 1) + 2) as f32);
+        assert_eq!(last.loads_of(1)[0], (LOADS * 2 * PHASES + 1) as u16);
     }
 
     #[test]
     fn a_column_of_one_number_is_that_number() {
-        assert_eq!(packed([2.5, 2.5, 2.5].into_iter()), [2.5]);
-        assert_eq!(packed([2.5, 2.5, 1.0].into_iter()), [2.5, 2.5, 1.0]);
-        assert!(packed(std::iter::empty::<u8>()).is_empty());
+        assert_eq!(packed(vec![2.5, 2.5, 2.5]), [2.5]);
+        assert_eq!(packed(vec![2.5, 2.5, 1.0]), [2.5, 2.5, 1.0]);
+        assert!(packed(Vec::<u8>::new()).is_empty());
     }
 }
