@@ -107,6 +107,7 @@ pub fn steps() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
 
 /// The program for a block before the one of [`steps`], in the ring of blocks: start barrier and inhibit are the other's flags, which it
 /// sees and sets on the same cycles as that block's own machines (RP2350 datasheet, 11.1.1 and 11.4.11.2).
+#[allow(dead_code, reason = "only an image with five motors has it")]
 pub fn steps_before() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
     let mut program = steps();
     program.code.iter_mut().for_each(|instruction| *instruction = with_flag_of_next(*instruction));
@@ -114,6 +115,7 @@ pub fn steps_before() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
 }
 
 /// An instruction that names a flag of the block names that of the next block instead. The others are as they were.
+#[allow(dead_code, reason = "as `steps_before`")]
 const fn with_flag_of_next(instruction: u16) -> u16 {
     /// WAIT for a flag, and IRQ, by the bits that tell them; and the bits that say whose the flag is, which are 0 for the block's own.
     const WAIT_IRQ: (u16, u16) = (0b111_00000_011_00000, 0b001_00000_010_00000);
