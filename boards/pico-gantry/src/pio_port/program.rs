@@ -117,12 +117,15 @@ pub fn steps_before() -> Program<{ pio::RP2040_MAX_PROGRAM_SIZE }> {
 /// An instruction that names a flag of the block names that of the next block instead. The others are as they were.
 #[allow(dead_code, reason = "as `steps_before`")]
 const fn with_flag_of_next(instruction: u16) -> u16 {
-    /// WAIT for a flag, and IRQ, by the bits that tell them; and the bits that say whose the flag is, which are 0 for the block's own.
-    const WAIT_IRQ: (u16, u16) = (0b111_00000_011_00000, 0b001_00000_010_00000);
-    const IRQ: (u16, u16) = (0b111_00000_000_00000, 0b110_00000_000_00000);
+    const WAIT: u16 = 0b001;
+    const IRQ: u16 = 0b110;
+    /// What WAIT waits for, if it is a flag.
+    const FOR_FLAG: u16 = 0b10;
+    /// The bits that say whose the flag is. They are 0 if it is the block's own.
     const MODE: u16 = 0b11 << 3;
 
-    let names_flag = instruction & WAIT_IRQ.0 == WAIT_IRQ.1 || instruction & IRQ.0 == IRQ.1;
+    let (operation, source) = (instruction >> 13, instruction >> 5 & 0b11);
+    let names_flag = operation == IRQ || operation == WAIT && source == FOR_FLAG;
     if names_flag && instruction & MODE == 0 { instruction | MODE } else { instruction }
 }
 
