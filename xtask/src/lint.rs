@@ -41,7 +41,8 @@ fn what_tests_compile_too() -> Result<()> {
     with_axes("two-axes", &["--test=two_axes"])?;
     for_browsers(&web::FOUR_AXES)?;
     let [proving, proving_timer] = [Port::Pio, Port::Timer].map(|port| Variant::proving(Board::Pico, port));
-    for variant in [proving, proving_timer, on_pico_2(other()), on_pico_2(proving)] {
+    let five_motors = Variant { axes: Axes::Four, ..Variant::default() };
+    for variant in [proving, proving_timer, on_pico_2(other()), on_pico_2(five_motors), on_pico_2(proving)] {
         Image::of(variant).clippy()?;
     }
     for variant in [other(), skr_pico(), proving, proving_timer, on_pico_2(Variant::default())] {
