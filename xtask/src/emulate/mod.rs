@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use isostep_controller::least_times;
 use isostep_report::compare::{self, Comparison, Jitter, MoveComparison};
 use isostep_sim::Config;
+use isostep_sim::measure::stray_max_ns;
 use isostep_sim::program::Program;
 
 use crate::process::{self, announce};
@@ -100,7 +101,7 @@ pub fn run(args: Args) -> Result<()> {
     process::run(&mut command)?;
     let comparison = compare(&program, &trace, &args)?;
     let cycle_ns = 1e9 / f64::from(args.variant.chip().clock_hz());
-    print!("{}", table(&comparison, cycle_ns));
+    print!("{}", table(&comparison, port(&args), cycle_ns));
     check_lasting(&comparison, cycle_ns)
 }
 
@@ -173,21 +174,25 @@ fn live(_args: &Args) -> Result<()> {
 
 /// Compares the board's steps with the plans of the same program in the simulation.
 fn compare(program: &[u8], trace: &Path, args: &Args) -> Result<Comparison> {
-    let port = match args.variant.port {
-        Port::Pio => isostep_sim::Port::Pio,
-        Port::Timer => isostep_sim::Port::Timer,
-    };
     let least_times = match args.variant.chip() {
         Chip::Rp2040 => least_times::RP2040,
         Chip::Rp2350 => least_times::RP2350,
     };
-    let config = Config { port, settings: args.profile.machine(), least_times, ..Config::default() };
+    let config = Config { port: port(args), settings: args.profile.machine(), least_times, ..Config::default() };
     let simulated = isostep_sim::run(program, &config)?;
     let traced = compare::read(fs::File::open(trace)?)?;
     compare::compare(&simulated, &traced).context("the board and the simulation differ")
 }
 
-fn table(comparison: &Comparison, cycle_ns: f64) -> String {
+/// The same port, simulated.
+fn port(args: &Args) -> isostep_sim::Port {
+    match args.variant.port {
+        Port::Pio => isostep_sim::Port::Pio,
+        Port::Timer => isostep_sim::Port::Timer,
+    }
+}
+
+fn table(comparison: &Comparison, port: isostep_sim::Port, cycle_ns: f64) -> String {
     let clock_mhz = 1e3 / cycle_ns;
     let mut text = format!(
         "\nEvery step, direction and position is as in the simulation. Emulated, at {clock_mhz:.0} MHz: step instants, from the start\n\
@@ -201,7 +206,23 @@ fn table(comparison: &Comparison, cycle_ns: f64) -> String {
         let pause = each.pause_ns.map_or("-".to_owned(), |pause_ns| format!("{:.1}", pause_ns / 1e3));
         text += &format!("{number:>6} {} {apart:>9} {pause:>9}\n", columns(&each.jitter));
     }
-    text + &format!("   all {}\n", columns(&comparison.all))
+    text + &format!("   all {}\n", columns(&comparison.all)) + &planned_otherwise(&comparison.moves, port)
+}
+
+/// Says which moves have steps so far from the simulation's plan that it is not the board's, and how near those of all others are.
+fn planned_otherwise(moves: &[MoveComparison], port: isostep_sim::Port) -> String {
+    let is_otherwise = |each: &MoveComparison| each.jitter.max_ns > stray_max_ns(port);
+    let Some(first) = moves.iter().position(is_otherwise) else { return String::new() };
+    let (otherwise, as_planned): (Vec<&MoveComparison>, Vec<_>) = moves.iter().partition(|each| is_otherwise(each));
+    let max_ns = as_planned.iter().map(|each| each.jitter.max_ns).fold(0.0, f64::max);
+    format!(
+        "\n{} of {} moves, the first of them {}, are planned otherwise than in the simulation, where no line takes time to read: the board\n\
+         knew fewer of the moves that follow when their run began. So they are somewhat slower, and what comes behind them in the run is later.\n\
+         The steps of all other moves are within {max_ns:.1} ns of the closed form.\n",
+        otherwise.len(),
+        moves.len(),
+        first + 1,
+    )
 }
 
 fn columns(jitter: &Jitter) -> String {
@@ -250,6 +271,23 @@ mod tests {
     fn options(line: &[&str]) -> Option<Vec<String>> {
         let args = Line::try_parse_from(["emulate", "a.nc"].iter().chain(line)).ok()?.args;
         Some(command(&args).get_args().map(|arg| arg.to_string_lossy().into_owned()).collect())
+    }
+
+    fn compared(max_ns: f64) -> MoveComparison {
+        let jitter = Jitter { steps: 10, median_ns: 2.0, p99_ns: max_ns, max_ns };
+        MoveComparison { jitter, apart_ns: None, pause_ns: None }
+    }
+
+    #[test]
+    fn moves_that_the_board_plans_otherwise_are_told_and_the_others_stand_for_themselves() {
+        let said = |max_ns: &[f64]| {
+            let moves: Vec<_> = max_ns.iter().copied().map(compared).collect();
+            planned_otherwise(&moves, isostep_sim::Port::Pio)
+        };
+        assert_eq!(said(&[4.1, 3.9]), "");
+        let told = said(&[4.1, 1.4e6, 1.4e6, 3.9]);
+        assert!(told.contains("2 of 4 moves, the first of them 2, are planned otherwise"), "{told}");
+        assert!(told.contains("all other moves are within 4.1 ns"), "{told}");
     }
 
     #[test]
