@@ -24,6 +24,9 @@ pub fn run(args: Args) -> Result<()> {
     if args.emulated {
         return emulated::run(&args);
     }
+    // An image says for which board it is.
+    let board_of = args.image.as_deref().map(Chip::of_image).transpose()?;
+    let args = Args { board: board_of.unwrap_or(args.board), ..args };
     // Both images take minutes.
     isostep::boot_loader::find(args.port.as_deref(), args.board)?;
     let usual = Variant { board: board(&args), ..Variant::default() };
