@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use anyhow::{Error, Result, anyhow};
+use anyhow::{Error, Result, anyhow, bail};
 use isostep_trials::{AMOUNT_VARIABLE, Amount};
 
 #[cfg(unix)]
@@ -54,6 +54,8 @@ that fails is the last, but not with --all, which tells what failed at its end:
 
 Examples:
   cargo xtask test --all                 every random case, not a few of each kind
+  cargo xtask test --all --only firmware --only \"Pico 2\"
+                                         two of the stages
   cargo xtask test --fast                the host tests alone
   cargo xtask test --senders             the real senders alone
   cargo xtask test --senders --cncjs     with cncjs, of which 230 MB are installed into target/clients")]
@@ -70,6 +72,9 @@ pub struct Args {
     /// cncjs from npm too, after the others
     #[arg(long)]
     cncjs: bool,
+    /// Only this stage; may be given for several. Those of the emulated boards need `firmware` before them
+    #[arg(long, value_name = "STAGE", conflicts_with_all = ["fast", "senders"])]
+    only: Vec<String>,
 }
 
 type Stage = (&'static str, fn(Amount) -> Result<()>);
@@ -141,6 +146,7 @@ pub fn run(args: Args) -> Result<()> {
     let amount = if args.all { Amount::All } else { Amount::of_run().map_err(Error::msg)? };
     let release = if args.all && !args.fast && !args.senders { &RELEASE[..] } else { &[] };
     let stages: Vec<_> = stages.iter().chain(more).chain(release).collect();
+    let stages = chosen(stages, &args.only)?;
     let mut summary = format!("{:<16} {:<8}{:>8}{:>8}\n", "stage", "", "wall s", "CPU s");
     let mut failures = Vec::new();
     let all = Watch::start();
@@ -166,6 +172,16 @@ pub fn run(args: Args) -> Result<()> {
     }
     print!("\n{summary}{:<16} {:<8}{}\n", "the stages", "", all.spent());
     if failures.is_empty() { Ok(()) } else { Err(anyhow!("{}", failures.join("\n"))) }
+}
+
+/// The stages with these names, or all of them if there are no names.
+fn chosen<'a>(stages: Vec<&'a Stage>, only: &[String]) -> Result<Vec<&'a Stage>> {
+    let unknown = only.iter().find(|name| !stages.iter().any(|(stage, _)| stage == name));
+    if let Some(unknown) = unknown {
+        let names: Vec<_> = stages.iter().map(|(name, _)| *name).collect();
+        bail!("--only {unknown}: there is no such stage here, but {}; some are only with --all", names.join(", "));
+    }
+    Ok(stages.into_iter().filter(|(stage, _)| only.is_empty() || only.iter().any(|name| name == stage)).collect())
 }
 
 /// A plain run leaves these out: they compile everything once more, or, as another chip, what the lints have compiled but for the
@@ -502,3 +518,21 @@ fn missing() -> Option<&'static str> {
 
 #[cfg(not(unix))]
 use grbl_streamer as cncjs;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_are_chosen_by_name_in_their_own_order() {
+        let names = |only: &[&str]| {
+            let only: Vec<_> = only.iter().map(|&name| name.to_owned()).collect();
+            let chosen = chosen(STAGES.iter().collect(), &only).map_err(|error| error.to_string());
+            chosen.map(|stages| stages.iter().map(|(name, _)| *name).collect::<Vec<_>>())
+        };
+        assert_eq!(names(&["Pico 2", "firmware"]), Ok(vec!["firmware", "Pico 2"]));
+        assert_eq!(names(&[]).map(|all| all.len()), Ok(STAGES.len()));
+        let refused = names(&["bench"]).unwrap_err();
+        assert!(refused.starts_with("--only bench: there is no such stage here, but host tests, "), "{refused}");
+    }
+}
