@@ -1,7 +1,7 @@
 // What `isostep check` says of the program.
 
 import { part } from "./elements";
-import { bytes, Task } from "./job";
+import { Task } from "./job";
 import { linked } from "./lines";
 import type { CheckRow } from "./messages";
 import { rowOf } from "./rows";
@@ -18,11 +18,11 @@ export class Advice {
   }
 
   /** Looks at a program by itself, in a worker of its own. */
-  look(program: string, settings: string): void {
+  look(program: Uint8Array, settings: string): void {
     this.clear();
     this.say("It is being looked at.");
     this.task.ask(
-      { do: "check", program: bytes(program), settings },
+      { do: "check", program, settings },
       (said) => {
         if (said.is === "checked") this.tell(said.rows);
         return true;

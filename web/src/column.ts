@@ -12,7 +12,9 @@ export class Column<A extends Numbers> {
 
   constructor(private readonly kind: new (length: number) => A) {}
 
-  push(value: number): void {
+  /** Adds one of these. A number by itself, for each of very many, would be one to clear away. */
+  push(numbers: A, index: number): void {
+    const value = numbers[index] ?? 0;
     const at = this.length++ % PIECE;
     if (at === 0) this.pieces.push(value);
     const last = this.pieces.length - 1;

@@ -57,7 +57,7 @@ export class Curves {
   private all(): void {
     const { motion } = this;
     let row = 0;
-    while (row < motion.length && motion.isHoming(row)) row++;
+    while (row < motion.length && motion.read(row).isHoming) row++;
     if (row < motion.length) this.look(motion.from(row), motion.end);
     else this.look(0, Math.max(1, motion.end));
   }
@@ -92,10 +92,11 @@ export class Curves {
     for (let row = first, next = row; row <= last; row = next) {
       // Phases of one interval are shaded together, so that no seams show.
       next = row + 1;
-      while (next <= last && motion.kind(next) === motion.kind(row) && motion.from(next) <= motion.to(next - 1) + 1e-9) next++;
-      const shade = SHADES[motion.kind(row)];
+      const { kind, isHoming } = motion.read(row);
+      while (next <= last && motion.read(next).kind === kind && motion.from(next) <= motion.to(next - 1) + 1e-9) next++;
+      const shade = SHADES[kind];
       const [from, to] = [x(motion.from(row)), x(motion.to(next - 1))];
-      if (!shade || motion.isHoming(row) || to - from < 0.5) continue;
+      if (!shade || isHoming || to - from < 0.5) continue;
       plot.ctx.fillStyle = colour(shade);
       plot.ctx.fillRect(from, top, to - from, height);
     }

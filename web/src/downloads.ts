@@ -1,13 +1,13 @@
 // Files of a run. It is made once more for each: equal runs are equal to the byte.
 
 import { button, save } from "./elements";
-import { bytes, run, type Task, type Watcher } from "./job";
+import { run, type Task, type Watcher } from "./job";
 import type { Kept, Trouble } from "./messages";
 
 export interface Source {
   /** The program's file name. */
   name: string;
-  program: string;
+  program: () => Uint8Array;
   settings: string;
 }
 
@@ -46,7 +46,7 @@ export class Downloads {
       trouble: (trouble) => this.teller.trouble(trouble),
     };
     this.teller.busy(true);
-    run(this.task, program, settings, kept, watcher);
+    run(this.task, program(), settings, kept, watcher);
   }
 
   private report(): void {
@@ -54,7 +54,7 @@ export class Downloads {
     this.teller.busy(true);
     this.teller.say("The report is being made.");
     this.task.ask(
-      { do: "report", name, program: bytes(program), settings },
+      { do: "report", name, program: program(), settings },
       (said) => {
         if (said.is === "reported") this.done("json", new Blob([said.report], { type: "application/json" }));
         return true;

@@ -6,6 +6,7 @@ import { searchKeymap } from "@codemirror/search";
 import { EditorState, type Extension, type Text } from "@codemirror/state";
 import { drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { part } from "./elements";
+import { bytes } from "./job";
 import { gcode } from "./gcode";
 import { tooLong } from "./long";
 import { marks, setCurrent, setReported, type Reported } from "./marks";
@@ -73,7 +74,22 @@ export class Editor {
     return words !== undefined;
   }
 
-  /** The text, which is made once for each change: it may be megabytes, and is asked for with every report of a machine. */
+  /** The text in UTF-8. It may be megabytes, so no string is made of it if it can be without. */
+  get bytes(): Uint8Array {
+    const { doc } = this.view.state;
+    const made = new Uint8Array(doc.length);
+    let length = 0;
+    for (const piece of doc.iter()) {
+      for (let index = 0; index < piece.length; index++) {
+        const code = piece.charCodeAt(index);
+        if (code > 127) return bytes(doc.toString());
+        made[length++] = code;
+      }
+    }
+    return made;
+  }
+
+  /** The text, which is made once for each change: it is asked for with every report of a machine. */
   get value(): string {
     const { doc } = this.view.state;
     if (this.text?.doc !== doc) this.text = { doc, value: doc.toString() };

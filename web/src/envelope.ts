@@ -2,7 +2,7 @@
 // once, and right at every zoom.
 
 import { Column } from "./column";
-import type { Motion } from "./motion";
+import type { Motion, Phase } from "./motion";
 
 /** Speed, acceleration and jerk. */
 export const QUANTITIES = 3;
@@ -25,8 +25,14 @@ export class Bins {
     readonly numbers: number,
   ) {
     this.width = (to - from) / count;
-    this.lows = new Float32Array(count * numbers).fill(Infinity);
-    this.highs = new Float32Array(count * numbers).fill(-Infinity);
+    this.lows = new Float32Array(count * numbers);
+    this.highs = new Float32Array(count * numbers);
+    this.clear();
+  }
+
+  clear(): void {
+    this.lows.fill(Infinity);
+    this.highs.fill(-Infinity);
   }
 
   readonly width: number;
@@ -65,25 +71,28 @@ export class Envelope {
   private readonly lows: Column<Float32Array>[] = [];
   private readonly highs: Column<Float32Array>[] = [];
   private done = 0;
+  /** The instants between which a phase is taken in, counted from its beginning, s. */
+  private readonly cut = new Float64Array(2);
 
   constructor(private readonly motion: Motion) {}
 
   /** Takes those blocks in that are whole by now. */
   grow(): void {
+    const whole = new Bins(0, 1, 1, this.numbers);
     for (; this.done + BLOCK <= this.motion.length; this.done += BLOCK) {
-      const whole = new Bins(0, 1, 1, this.numbers);
+      whole.clear();
       for (let row = this.done; row < this.done + BLOCK; row++) {
-        if (row > this.done && this.motion.from(row) - this.motion.to(row - 1) > PAUSE_S) this.takeRest(whole, 0, 0);
-        this.takePiece(whole, 0, row, 0, this.span(row));
+        const phase = this.motion.read(row);
+        this.cut[1] = phase.span;
+        this.takePhase(whole, 0, phase);
+        if (phase.pause > PAUSE_S && row < this.done + BLOCK - 1) this.takeRest(whole, 0, 0);
       }
-      this.push(this.lows, whole.lows);
-      this.push(this.highs, whole.highs);
+      // Each number by itself, because what stays 0 takes no room then.
+      for (let number = 0; number < this.numbers; number++) {
+        (this.lows[number] ??= new Column<Float32Array>(Float32Array)).push(whole.lows, number);
+        (this.highs[number] ??= new Column<Float32Array>(Float32Array)).push(whole.highs, number);
+      }
     }
-  }
-
-  /** Each number by itself, because what stays 0 takes no room then. */
-  private push(columns: Column<Float32Array>[], numbers: Float32Array): void {
-    numbers.forEach((number, index) => (columns[index] ??= new Column<Float32Array>(Float32Array)).push(number));
   }
 
   /** The extremes in so many parts of a span of time. */
@@ -105,10 +114,6 @@ export class Envelope {
     return this.motion.axes * QUANTITIES;
   }
 
-  private span(row: number): number {
-    return this.motion.to(row) - this.motion.from(row);
-  }
-
   /** Takes a whole block in if it lies in one part. Returns the row behind it; 0 if it does not. */
   private takeBlock(bins: Bins, row: number): number {
     const next = row + BLOCK;
@@ -116,17 +121,20 @@ export class Envelope {
     const bin = bins.at(this.motion.from(row));
     if (bin !== bins.at(this.motion.to(next - 1))) return 0;
     const block = row / BLOCK;
-    this.lows.forEach((lows, number) => bins.take(bin, number, lows.at(block), this.highs[number]?.at(block)));
+    for (let number = 0; number < this.numbers; number++) bins.take(bin, number, this.lows[number]?.at(block) ?? 0, this.highs[number]?.at(block) ?? 0);
     return next;
   }
 
   private takeRow(bins: Bins, row: number): number {
-    const [from, to] = [this.motion.from(row), this.motion.to(row)];
-    const last = Math.min(bins.at(to), bins.count - 1);
+    const phase = this.motion.read(row);
+    const { from, span } = phase;
+    const last = Math.min(bins.at(this.motion.to(row)), bins.count - 1);
     for (let bin = Math.max(0, bins.at(from)); bin <= last; bin++) {
-      const [begins, ends] = [Math.max(from, bins.end(bin - 1)), Math.min(to, bins.end(bin))];
-      if (ends >= begins) this.takePiece(bins, bin, row, begins - from, ends - from);
+      this.cut[0] = Math.max(0, bins.end(bin - 1) - from);
+      this.cut[1] = Math.min(span, bins.end(bin) - from);
+      if (this.cut[1] >= this.cut[0]) this.takePhase(bins, bin, phase);
     }
+    this.cut[0] = 0;
     return row + 1;
   }
 
@@ -137,19 +145,21 @@ export class Envelope {
     }
   }
 
-  /** Takes in a phase from one instant to another, counted from its beginning. */
-  private takePiece(bins: Bins, bin: number, row: number, from: number, to: number): void {
-    if (this.span(row) <= 0) return;
-    const { motion } = this;
-    const still = motion.isHoming(row) ? 0 : 1;
-    for (let axis = 0; axis < motion.axes; axis++) {
-      // Numbers alone, because objects for every phase of a long run keep the page from answering.
-      const [speed, last] = [motion.speedOf(row, axis, from), motion.speedOf(row, axis, to)];
-      const [accel, lastAccel] = [motion.accelOf(row, axis, from), motion.accelOf(row, axis, to)];
-      const jerk = motion.jerkOf(row, axis);
+  /** Takes in a phase from one instant to another: see `cut`. */
+  private takePhase(bins: Bins, bin: number, phase: Phase): void {
+    if (phase.span <= 0) return;
+    const from = this.cut[0] ?? 0;
+    const to = this.cut[1] ?? 0;
+    const still = phase.isHoming ? 0 : 1;
+    for (let axis = 0; axis < phase.axes; axis++) {
+      const jerk = phase.jerk(axis);
+      const speed = phase.speed(axis, from);
+      const last = phase.speed(axis, to);
+      const accel = phase.accel(axis, from);
+      const lastAccel = phase.accel(axis, to);
       // Speed is highest or lowest where the acceleration is 0.
       const turn = jerk ? from - accel / jerk : from;
-      const turned = turn > from && turn < to ? motion.speedOf(row, axis, turn) : speed;
+      const turned = turn > from && turn < to ? phase.speed(axis, turn) : speed;
       const at = axis * QUANTITIES;
       bins.take(bin, at, still * Math.min(speed, last, turned), still * Math.max(speed, last, turned));
       bins.take(bin, at + 1, still * Math.min(accel, lastAccel), still * Math.max(accel, lastAccel));

@@ -52,7 +52,7 @@ export class Task {
 export const bytes = (text: string): Uint8Array => new TextEncoder().encode(text);
 
 /** Runs a program, of which something is kept. */
-export function run(task: Task, program: string, settings: string, kept: Kept, watcher: Watcher): void {
+export function run(task: Task, program: Uint8Array, settings: string, kept: Kept, watcher: Watcher): void {
   const hear = (said: FromWorker): boolean => {
     if (said.is !== "progress" && said.is !== "ended") return false;
     watcher.motion(said.motion);
@@ -61,5 +61,5 @@ export function run(task: Task, program: string, settings: string, kept: Kept, w
     else watcher.ended(said.summary, said.wallSeconds, said.lines);
     return said.is === "ended";
   };
-  task.ask({ do: "run", program: bytes(program), settings, kept }, hear, watcher.trouble);
+  task.ask({ do: "run", program, settings, kept }, hear, watcher.trouble);
 }

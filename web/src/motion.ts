@@ -16,16 +16,86 @@ export enum Kind {
   Cruise = 2,
   Decelerate = 3,
 }
+/** X, Y, Z and A. */
+const AXES_MAX = 4;
+/** Places of numbers of a phase. */
+const [FROM, SPAN, PAUSE, LOAD, JUMP, ASKED, NUMBERS] = [0, 1, 2, 3, 4, 5, 6];
 const KIND_MASK = 7;
 const HOMING = 8;
 const SHAPED = 16;
 
-/** Place, speed, acceleration and jerk of an axis, in mm and s. */
-export interface AxisMotion {
-  place: number;
-  speed: number;
-  accel: number;
-  jerk: number;
+/** A phase of a motion, which is read for one after the other: objects or numbers by themselves for every phase of a long run would be
+ * much to clear away. Times are counted from its beginning. */
+export class Phase {
+  kind: Kind = Kind.Blend;
+  isHoming = false;
+  isShaped = false;
+  axes = 0;
+  /** See the names of their places. */
+  readonly numbers = new Float64Array(NUMBERS);
+  /** Of each axis where it begins, mm and s. */
+  readonly places = new Float64Array(AXES_MAX);
+  readonly speeds = new Float64Array(AXES_MAX);
+  readonly accels = new Float64Array(AXES_MAX);
+  /** Throughout. */
+  readonly jerks = new Float64Array(AXES_MAX);
+
+  get from(): number {
+    return this.numbers[FROM] ?? 0;
+  }
+
+  /** How long it takes, s. */
+  get span(): number {
+    return this.numbers[SPAN] ?? 0;
+  }
+
+  /** How long it is from its end to the next, s. */
+  get pause(): number {
+    return this.numbers[PAUSE] ?? 0;
+  }
+
+  /** The largest acceleration of any axis, as a share of its limit. */
+  get load(): number {
+    return (this.numbers[LOAD] ?? 0) / LOAD_PARTS;
+  }
+
+  /** The same of the jump of speed where it begins. */
+  get jump(): number {
+    return (this.numbers[JUMP] ?? 0) / LOAD_PARTS;
+  }
+
+  /** The speed along the path that was asked for, mm/s; infinite where nothing was. */
+  get asked(): number {
+    return this.numbers[ASKED] ?? 0;
+  }
+
+  place(axis: number, after: number): number {
+    return (this.places[axis] ?? 0) + after * ((this.speeds[axis] ?? 0) + after * ((this.accels[axis] ?? 0) / 2 + (after * (this.jerks[axis] ?? 0)) / 6));
+  }
+
+  speed(axis: number, after: number): number {
+    return (this.speeds[axis] ?? 0) + after * ((this.accels[axis] ?? 0) + (after * (this.jerks[axis] ?? 0)) / 2);
+  }
+
+  accel(axis: number, after: number): number {
+    return (this.accels[axis] ?? 0) + after * (this.jerks[axis] ?? 0);
+  }
+
+  jerk(axis: number): number {
+    return this.jerks[axis] ?? 0;
+  }
+
+  /** The speed along the path, mm/s. */
+  speedAlong(after: number): number {
+    let squares = 0;
+    for (let axis = 0; axis < this.axes; axis++) squares += this.speed(axis, after) ** 2;
+    return Math.sqrt(squares);
+  }
+
+  /** The part of the time in a place that is lost there against the speed that was asked for. */
+  lost(after: number): number {
+    return this.asked > 0 && Number.isFinite(this.asked) ? Math.max(0, 1 - this.speedAlong(after) / this.asked) : 0;
+  }
 }
 
 /** A place, or something of each axis. */
@@ -35,6 +105,7 @@ export class Motion {
   private readonly pieces: Columns[] = [];
   private readonly powerTimes = new Column<Float64Array>(Float64Array);
   private readonly powers = new Column<Float32Array>(Float32Array);
+  private readonly phase = new Phase();
   readonly envelope = new Envelope(this);
   /** How many phases there are. */
   length = 0;
@@ -61,25 +132,29 @@ export class Motion {
     this.pieces.push(piece);
     this.length += piece.phases;
     [this.end, this.axes] = [piece.end, piece.ofAxes.length];
-    piece.powerTimes.forEach((time) => this.powerTimes.push(time));
-    piece.powers.forEach((share) => this.powers.push(share));
-    for (let row = from; row < this.length; row++) {
-      this.isShaped ||= (this.kindsOf(row) & SHAPED) !== 0;
-      this.note(row);
-    }
+    piece.powerTimes.forEach((_, index) => this.powerTimes.push(piece.powerTimes, index));
+    piece.powers.forEach((_, index) => this.powers.push(piece.powers, index));
+    this.note(from);
     this.envelope.grow();
   }
 
-  private note(row: number): void {
-    if (this.isHoming(row)) return;
-    this.topSpeed = Math.max(this.topSpeed, this.speed(row));
-    this.topLoad = Math.max(this.topLoad, this.load(row), this.jump(row));
-    const span = this.to(row) - this.from(row);
-    for (let axis = 0; axis < AXES; axis++) {
-      const from = this.place(row, axis, 0);
-      const to = this.place(row, axis, span);
-      this.low[axis] = Math.min(this.low[axis] ?? from, from, to);
-      this.high[axis] = Math.max(this.high[axis] ?? from, from, to);
+  /** Looks at all phases from one on. */
+  private note(first: number): void {
+    for (let row = first; row < this.length; row++) {
+      const phase = this.read(row);
+      this.isShaped ||= phase.isShaped;
+      if (phase.isHoming) continue;
+      this.topLoad = Math.max(this.topLoad, phase.load, phase.jump);
+      let squares = 0;
+      for (let axis = 0; axis < this.axes; axis++) {
+        const from = phase.place(axis, 0);
+        const to = phase.place(axis, phase.span);
+        squares += (to - from) ** 2;
+        if (axis >= AXES) continue;
+        this.low[axis] = Math.min(this.low[axis] ?? from, from, to);
+        this.high[axis] = Math.max(this.high[axis] ?? from, from, to);
+      }
+      if (phase.span > 0) this.topSpeed = Math.max(this.topSpeed, Math.sqrt(squares) / phase.span);
     }
   }
 
@@ -89,106 +164,56 @@ export class Motion {
     this.topSpeed = this.topLoad = 0;
     this.low.fill(Infinity);
     this.high.fill(-Infinity);
-    for (let row = 0; row < this.length; row++) this.note(row);
+    this.note(0);
   }
 
-  private pieceOf(row: number): Columns | undefined {
-    return this.pieces[(row / PHASES) | 0];
+  /** Reads a phase, which is there until the next is read. */
+  read(row: number, phase = this.phase): Phase {
+    const piece = this.pieces[(row / PHASES) | 0];
+    if (!piece) throw new Error(`there is no phase ${row}`);
+    const at = row % PHASES;
+    const { numbers } = phase;
+    copy64(piece.begins, at, numbers, FROM);
+    copy16(piece.loads, at, numbers, LOAD);
+    copy16(piece.jumps, at, numbers, JUMP);
+    copy32(piece.asked, at, numbers, ASKED);
+    numbers[SPAN] = this.end;
+    numbers[PAUSE] = 0;
+    const next = this.pieces[((row + 1) / PHASES) | 0];
+    if (next && row + 1 < this.length) {
+      copy64(next.begins, (row + 1) % PHASES, numbers, SPAN);
+      copy64(next.pauses, (row + 1) % PHASES, numbers, PAUSE);
+    }
+    numbers[SPAN] = phase.span - phase.pause - phase.from;
+    phase.axes = this.axes;
+    for (let axis = 0; axis < this.axes; axis++) {
+      const { places, speeds, accels, changes } = piece.ofAxes[axis] as OfAxis;
+      copy32(places, at, phase.places, axis);
+      copy32(speeds, at, phase.speeds, axis);
+      copy32(accels, at, phase.accels, axis);
+      copy32(changes, at, phase.jerks, axis);
+      const change = phase.jerks[axis] ?? 0;
+      if (change) phase.jerks[axis] = change / phase.span;
+    }
+    const kinds = piece.kinds[piece.kinds.length > 1 ? at : 0] ?? 0;
+    phase.kind = kinds & KIND_MASK;
+    phase.isHoming = (kinds & HOMING) !== 0 || phase.from < this.begin;
+    phase.isShaped = (kinds & SHAPED) !== 0;
+    return phase;
   }
 
   from(row: number): number {
-    return numberOf(this.pieceOf(row)?.begins, row);
+    return numberOf(this.pieces[(row / PHASES) | 0]?.begins, row % PHASES);
   }
 
   to(row: number): number {
-    return row + 1 < this.length ? this.from(row + 1) - numberOf(this.pieceOf(row + 1)?.pauses, row + 1) : this.end;
-  }
-
-  private kindsOf(row: number): number {
-    return numberOf(this.pieceOf(row)?.kinds, row);
-  }
-
-  kind(row: number): Kind {
-    return this.kindsOf(row) & KIND_MASK;
-  }
-
-  isHoming(row: number): boolean {
-    return (this.kindsOf(row) & HOMING) !== 0 || this.from(row) < this.begin;
-  }
-
-  /** The mean speed along the path in a phase, mm/s. */
-  speed(row: number): number {
-    const span = this.to(row) - this.from(row);
-    let squares = 0;
-    for (let axis = 0; axis < this.axes; axis++) {
-      squares += (this.place(row, axis, span) - this.place(row, axis, 0)) ** 2;
-    }
-    return span > 0 ? Math.sqrt(squares) / span : 0;
-  }
-
-  /** An axis in a phase, so long after its beginning. */
-  axis(row: number, axis: number, after: number): AxisMotion {
-    const [place, speed] = [this.place(row, axis, after), this.speedOf(row, axis, after)];
-    return { place, speed, accel: this.accelOf(row, axis, after), jerk: this.jerkOf(row, axis) };
-  }
-
-  private ofAxis(row: number, axis: number): OfAxis | undefined {
-    return this.pieceOf(row)?.ofAxes[axis];
-  }
-
-  /** The place of an axis in a phase, so long after its beginning, mm. */
-  place(row: number, axis: number, after: number): number {
-    const of = this.ofAxis(row, axis);
-    const jerk = this.jerkOf(row, axis);
-    return numberOf(of?.places, row) + after * (numberOf(of?.speeds, row) + after * (numberOf(of?.accels, row) / 2 + (after * jerk) / 6));
-  }
-
-  /** The speed of an axis in a phase, so long after its beginning, mm/s. */
-  speedOf(row: number, axis: number, after: number): number {
-    const of = this.ofAxis(row, axis);
-    return numberOf(of?.speeds, row) + after * (numberOf(of?.accels, row) + (after * this.jerkOf(row, axis)) / 2);
-  }
-
-  /** Its acceleration, mm/s². */
-  accelOf(row: number, axis: number, after: number): number {
-    return numberOf(this.ofAxis(row, axis)?.accels, row) + after * this.jerkOf(row, axis);
-  }
-
-  /** Its jerk, mm/s³. */
-  jerkOf(row: number, axis: number): number {
-    const change = numberOf(this.ofAxis(row, axis)?.changes, row);
-    return change && change / (this.to(row) - this.from(row));
-  }
-
-  /** Writes where X, Y and Z are in a phase, so long after its beginning, mm. */
-  placesIn(row: number, after: number, into: Float64Array): void {
-    for (let axis = 0; axis < AXES; axis++) into[axis] = this.place(row, axis, after);
+    const next = row + 1;
+    return next < this.length ? this.from(next) - numberOf(this.pieces[(next / PHASES) | 0]?.pauses, next % PHASES) : this.end;
   }
 
   /** The last phase that has begun at a time; -1 before the first. */
   rowAt(time: number): number {
     return lastAt(this.length, (row) => this.from(row), time);
-  }
-
-  /** The largest acceleration of any axis in a phase, as a share of its limit. */
-  load(row: number): number {
-    return numberOf(this.pieceOf(row)?.loads, row) / LOAD_PARTS;
-  }
-
-  /** The same of the jump of speed where a phase begins. */
-  jump(row: number): number {
-    return numberOf(this.pieceOf(row)?.jumps, row) / LOAD_PARTS;
-  }
-
-  /** The speed along the path that was asked for in a phase, mm/s; infinite where nothing was. */
-  askedIn(row: number): number {
-    return numberOf(this.pieceOf(row)?.asked, row);
-  }
-
-  /** The part of the time in a place that is lost there against the speed that was asked for, so long after the beginning of a phase. */
-  lostIn(row: number, after: number): number {
-    const asked = this.askedIn(row);
-    return asked > 0 && Number.isFinite(asked) ? Math.max(0, 1 - this.speedIn(row, after) / asked) : 0;
   }
 
   /** Whether the tool was ever given power. */
@@ -216,34 +241,40 @@ export class Motion {
 
   /** Whether the machine is homing at a time, and so does not know where it is. */
   isHomingAt(time: number): boolean {
-    return this.length > 0 && this.isHoming(Math.max(0, this.rowAt(time)));
+    return this.length > 0 && this.read(Math.max(0, this.rowAt(time))).isHoming;
   }
 
   /** Where the axes are at a time. */
   places(time: number): number[] {
-    const row = Math.max(0, this.rowAt(time));
     if (!this.length) return new Array(this.axes).fill(0);
-    const after = Math.min(Math.max(0, time - this.from(row)), this.to(row) - this.from(row));
-    return Array.from({ length: this.axes }, (_, axis) => this.place(row, axis, after));
+    const phase = this.read(Math.max(0, this.rowAt(time)));
+    const after = Math.min(Math.max(0, time - phase.from), phase.span);
+    return Array.from({ length: this.axes }, (_, axis) => phase.place(axis, after));
   }
 
   /** The speed along the path at a time, mm/s. */
   speedAt(time: number): number {
     const row = this.rowAt(time);
-    return row < 0 || time >= this.to(row) ? 0 : this.speedIn(row, time - this.from(row));
-  }
-
-  /** The speed along the path in a phase, so long after its beginning, mm/s. */
-  speedIn(row: number, after: number): number {
-    let squares = 0;
-    for (let axis = 0; axis < this.axes; axis++) squares += this.speedOf(row, axis, after) ** 2;
-    return Math.sqrt(squares);
+    return row < 0 || time >= this.to(row) ? 0 : this.read(row).speedAlong(time - this.from(row));
   }
 }
 
-/** What a column of a piece has for a phase. */
-function numberOf(column: Float64Array | Float32Array | Uint16Array | Uint8Array | undefined, row: number): number {
-  return column?.[column.length > 1 ? row % PHASES : 0] ?? 0;
+// Copies what a column of a piece has for a phase of it: each of one kind, as what takes several makes an object of each number.
+function copy64(column: Float64Array, at: number, into: Float64Array, index: number): void {
+  into[index] = column[column.length > 1 ? at : 0] as number;
+}
+
+function copy32(column: Float32Array, at: number, into: Float64Array, index: number): void {
+  into[index] = column[column.length > 1 ? at : 0] as number;
+}
+
+function copy16(column: Uint16Array, at: number, into: Float64Array, index: number): void {
+  into[index] = column[column.length > 1 ? at : 0] as number;
+}
+
+/** What a column of a piece has for a phase of it. */
+function numberOf(column: Float64Array | undefined, at: number): number {
+  return column?.[column.length > 1 ? at : 0] ?? 0;
 }
 
 /** The last of so many, in order, that is not above a value; -1 if there is none. */

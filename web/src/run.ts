@@ -39,7 +39,7 @@ export class Run {
   private readonly curves = new Curves((time) => this.playback.go(time));
   private readonly playback = new Playback((time, isMoved) => this.look(time, isMoved));
   private readonly advice = new Advice((line) => this.go(line));
-  private readonly whatIf = new WhatIf(() => ({ program: this.editor.value, settings: this.settingsLines }), (settings) => this.keep(settings));
+  private readonly whatIf = new WhatIf(() => this.editor.value, () => this.settingsLines, (settings) => this.keep(settings));
   private readonly listing = new Listing((lines) => this.set(lines), (file) => void this.open(file, true));
   private readonly axes = new ChoiceOfAxes(() => this.changeSettings());
   private motion = new Motion();
@@ -68,7 +68,7 @@ export class Run {
     button("cancel").onclick = () => this.stop("Cancelled.");
     new Downloads(
       this.task,
-      () => ({ name: this.name, program: this.editor.value, settings: this.settingsLines }),
+      () => ({ name: this.name, program: () => this.editor.bytes, settings: this.settingsLines }),
       { busy: (isBusy) => this.setBusy(isBusy), say: (words) => this.say(words), trouble: (trouble) => this.fail(trouble) },
       () => this.picture.file(),
     );
@@ -189,7 +189,7 @@ export class Run {
     this.began = performance.now();
     this.setBusy(true);
     this.say("The machine homes and runs in virtual time.");
-    run(this.task, this.editor.value, this.settingsLines, "lines", this.watcher());
+    run(this.task, this.editor.bytes, this.settingsLines, "lines", this.watcher());
   }
 
   private watcher(): Watcher {
@@ -262,7 +262,7 @@ export class Run {
     if (motion !== this.motion) return;
     this.playback.show(motion);
     part("shaped-note").hidden = !motion.isShaped;
-    this.advice.look(this.editor.value, this.settingsLines);
+    this.advice.look(this.editor.bytes, this.settingsLines);
     this.whatIf.look();
     await this.draw();
     if (motion === this.motion) part("results").dataset["state"] = "ended";

@@ -49,15 +49,15 @@ function addRows(motion: Motion, points: Points, first: number, last: number, [b
   const rest = (time: number): void => points.add(time, () => 0);
   let ended = begin;
   for (let row = first; row <= last; row++) {
-    if (motion.isHoming(row)) continue;
-    const [from, to] = [Math.max(begin, motion.from(row)), Math.min(end, motion.to(row))];
+    const phase = motion.read(row);
+    if (phase.isHoming) continue;
+    const [from, to] = [Math.max(begin, phase.from), Math.min(end, motion.to(row))];
     if (from - ended > 1e-6) [ended, from].forEach(rest);
     ended = to;
-    const count = all.some((axis) => motion.axis(row, axis, 0).jerk) ? POINTS : 1;
+    const count = all.some((axis) => phase.jerk(axis)) ? POINTS : 1;
     for (let point = 0; point <= count && to > from; point++) {
-      const after = from + ((to - from) * point) / count - motion.from(row);
-      const axes = all.map((axis) => motion.axis(row, axis, after));
-      points.add(motion.from(row) + after, (axis, quantity) => [axes[axis]?.speed, axes[axis]?.accel, axes[axis]?.jerk][quantity] ?? 0);
+      const after = from + ((to - from) * point) / count - phase.from;
+      points.add(phase.from + after, (axis, quantity) => [phase.speed(axis, after), phase.accel(axis, after), phase.jerk(axis)][quantity] ?? 0);
     }
   }
   if (ended < end) [ended, end].forEach(rest);

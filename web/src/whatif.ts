@@ -16,11 +16,6 @@ import { type Known, Trial } from "./whatif/trial";
 const SETTLED_MS = 100;
 const DAMPING = 970;
 
-export interface Given {
-  program: string;
-  settings: string;
-}
-
 export class WhatIf {
   private readonly before = new Trial();
   private readonly after = new Trial();
@@ -31,7 +26,8 @@ export class WhatIf {
 
   /** `keep` puts other settings in force. */
   constructor(
-    private readonly given: () => Given,
+    private readonly program: () => string,
+    private readonly inForce: () => string,
     keep: (settings: string) => void,
   ) {
     button("what-if-back").onclick = () => this.look();
@@ -42,7 +38,7 @@ export class WhatIf {
   /** The settings are others. What was moved is forgotten. */
   look(): void {
     if (!this.rows.size) return this.ask();
-    const inForce = read(this.given().settings);
+    const inForce = read(this.inForce());
     for (const control of this.controls) control.set(inForce);
     this.move();
   }
@@ -68,12 +64,12 @@ export class WhatIf {
 
   /** The settings with what was moved. */
   private get settings(): string {
-    return withSettings(this.given().settings, this.changes);
+    return withSettings(this.inForce(), this.changes);
   }
 
   private get load(): Load | undefined {
     const hz = input("what-if-load").valueAsNumber;
-    const damping = read(this.given().settings).get(DAMPING) ?? this.rows.get(DAMPING)?.default;
+    const damping = read(this.inForce()).get(DAMPING) ?? this.rows.get(DAMPING)?.default;
     return hz > 0 ? { hz, damping: Number(damping) } : undefined;
   }
 
@@ -94,11 +90,11 @@ export class WhatIf {
   }
 
   private run(): void {
-    const { program, settings } = this.given();
     const { load } = this;
+    const program = this.program();
     this.say("");
     this.tell(0);
-    this.before.ask(program, settings, load, () => this.show(), () => undefined);
+    this.before.ask(program, this.inForce(), load, () => this.show(), () => undefined);
     this.after.ask(program, this.settings, load, () => this.show(), (share) => this.tell(share));
   }
 

@@ -25,7 +25,7 @@ async function bundled(head = "") {
 
 globalThis.performance ??= { now: () => 0 };
 Object.assign(globalThis, { document: { createElement: () => ({}) }, matchMedia: () => ({ addEventListener() {} }) });
-const { CHARTS, init, Job, lastPieces, madeAt, Motion, pieces, restFrom, samples, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
+const { CHARTS, init, Job, lastPieces, madeAt, Motion, Parts, pieces, restFrom, samples, segments, TONES, whyNotAfter, whyNotFrom } = await bundled();
 await init({ module_or_path: await readFile(at("../machine/machine_bg.wasm")) });
 /** The machine with A, beside the other. */
 const { init: initWithA, Job: JobWithA } = await bundled("// The machine with A.");
@@ -101,7 +101,7 @@ function follows(motion, trace) {
   const random = numbers(1);
   // Homing counts from wherever the machine stood, and ends at 0.
   let homedS = 0;
-  for (let row = 0; row < motion.length && motion.isHoming(row); row++) homedS = motion.to(row);
+  for (let row = 0; row < motion.length && motion.read(row).isHoming; row++) homedS = motion.to(row);
   const moved = steps.map(() => 0);
   for (let instant = 0; instant < INSTANTS; instant++) {
     const time = random() * motion.end;
@@ -160,8 +160,16 @@ function besideMm({ places, count }, [x, y, z]) {
 
 /** Speed, acceleration and jerk of an axis at a time. */
 function ofAxis(motion, row, axis, time) {
-  const { speed, accel, jerk } = motion.axis(row, axis, time - motion.from(row));
-  return [speed, accel, jerk];
+  const phase = motion.read(row);
+  const after = time - phase.from;
+  return [phase.speed(axis, after), phase.accel(axis, after), phase.jerk(axis)];
+}
+
+/** The parts into which a tone divides a phase: from, to and rank of each. */
+function partsOf(tone, motion, row) {
+  const parts = new Parts();
+  tone.divide(motion, motion.read(row), parts);
+  return Array.from({ length: parts.count }, (_, index) => [parts.from[index], parts.to[index], parts.ranks[index]]);
 }
 
 /** The value of a curve at a time, on the straight line between two points of it. */
@@ -186,30 +194,27 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
       const wide = 1 / tone.scale.length;
       let parts = 0;
       for (let row = 0; row < motion.length; row++) {
-        if (motion.isHoming(row)) continue;
-        tone.parts(motion, row, (from, to, rank) => {
+        const phase = motion.read(row);
+        if (phase.isHoming) continue;
+        for (const [from, to, rank] of partsOf(tone, motion, row)) {
           // The speed by where the axes are, just before and behind the middle of the part.
           const [middle, half] = [(from + to) / 2, Math.min(1e-3, (to - from) / 4)];
-          const [before, behind] = [middle - half, middle + half].map((after) => {
-            const places = new Float64Array(3);
-            motion.placesIn(row, after, places);
-            return places;
-          });
+          const [before, behind] = [middle - half, middle + half].map((after) => [0, 1, 2].map((axis) => phase.place(axis, after)));
           const speed = Math.hypot(...before.map((mm, axis) => behind[axis] - mm)) / (2 * half);
           const class_ = tone.scale.indexOf(tone.colours[rank]);
-          const asked = motion.askedIn(row);
+          const { asked } = phase;
           const wanted = share(speed, asked);
           // Places are kept as 32-bit numbers, so of a short part the speed is not known so well.
           const room = 6e-5 / half / Math.min(asked, motion.topSpeed) + 1e-3;
-          if (!Number.isFinite(wanted) || room > wide / 4) return;
+          if (!Number.isFinite(wanted) || room > wide / 4) continue;
           assert.ok(wanted >= class_ * wide - room && (wanted <= (class_ + 1) * wide + room || class_ === tone.scale.length - 1), `row ${row}: ${wanted} is drawn as class ${class_}`);
           // Along the part it changes by no more than a colour or so.
           for (const end of [from + 0.1 * (to - from), to - 0.1 * (to - from)]) {
-            const there = share(motion.speedIn(row, end), asked);
+            const there = share(phase.speedAlong(end), asked);
             assert.ok(Math.abs(there - (class_ + 0.5) * wide) < 2 * wide || there > 1, `row ${row}: ${there} at an end is drawn as class ${class_}`);
           }
           parts++;
-        });
+        }
       }
       assert.ok(parts > 5, `${parts} parts`);
     }
@@ -236,12 +241,12 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
     const { motion } = made(program);
     let [highest, compared] = [0, 0];
     for (let row = 0; row < motion.length; row++) {
-      if (motion.isHoming(row)) continue;
-      const spanS = motion.to(row) - motion.from(row);
-      highest = Math.max(highest, motion.speedIn(row, spanS / 2));
+      const phase = motion.read(row);
+      if (phase.isHoming) continue;
+      highest = Math.max(highest, phase.speedAlong(phase.span / 2));
       // What limits a machine by default, and none of these programs sets: 50 mm/s2 on each axis.
-      const [begins, ends] = [0.001, 0.999].map((share) => Math.max(...[0, 1, 2].map((axis) => Math.abs(motion.accelOf(row, axis, share * spanS)))) / 50);
-      assert.ok(Math.abs(motion.load(row) - Math.max(begins, ends)) < 0.01, `row ${row}: ${motion.load(row)}, and ${begins} to ${ends}`);
+      const [begins, ends] = [0.001, 0.999].map((share) => Math.max(...[0, 1, 2].map((axis) => Math.abs(phase.accel(axis, share * phase.span)))) / 50);
+      assert.ok(Math.abs(phase.load - Math.max(begins, ends)) < 0.01, `row ${row}: ${phase.load}, and ${begins} to ${ends}`);
       compared++;
     }
     assert.ok(Math.abs(motion.topSpeed / highest - 1) < 0.02, `${motion.topSpeed} and ${highest} mm/s`);
@@ -267,7 +272,7 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
         const row = motion.rowAt(time);
         // Where accelerations jump a curve is upright.
         const isEdge = time - motion.from(row) < 1e-5 || Math.abs(motion.to(row) - time) < 1e-5;
-        if (isEdge || motion.isHoming(row)) continue;
+        if (isEdge || motion.read(row).isHoming) continue;
         CHARTS.forEach(({ quantity, axes }, chart) => {
           if (axes.some((axis) => axis >= motion.axes)) return;
           axes.forEach((axis, line) => {
@@ -284,7 +289,7 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
 
   test(`${name}: the curves of equal parts of the time have the lowest and highest values of the motion there, at any zoom`, () => {
     const { motion } = made(program);
-    const [begin, end] = [Array.from({ length: motion.length }, (_, row) => row).find((row) => !motion.isHoming(row)), motion.end];
+    const [begin, end] = [Array.from({ length: motion.length }, (_, row) => row).find((row) => !motion.read(row).isHoming), motion.end];
     const quantities = ["speed", "accel", "jerk"];
     const most = [0, 0, 0].map(() => [0, 0, 0]);
     for (const [from, count] of [[motion.from(begin), 20], [motion.from(begin), 1_200], [(motion.from(begin) + end) / 2, 100]]) {
@@ -294,11 +299,11 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
         const bin = bins.at(time);
         if (bin < 0 || bin >= count) return;
         for (let axis = 0; axis < 3; axis++) {
-          const at = motion.axis(row, axis, time - motion.from(row));
-          quantities.forEach((name, quantity) => {
+          const at = ofAxis(motion, row, axis, time);
+          quantities.forEach((_, quantity) => {
             const range = found[bin][quantity][axis];
-            [range[0], range[1]] = [Math.min(range[0], at[name]), Math.max(range[1], at[name])];
-            most[quantity][axis] = Math.max(most[quantity][axis], Math.abs(at[name]));
+            [range[0], range[1]] = [Math.min(range[0], at[quantity]), Math.max(range[1], at[quantity])];
+            most[quantity][axis] = Math.max(most[quantity][axis], Math.abs(at[quantity]));
           });
         }
       };
@@ -351,7 +356,7 @@ function leftBefore(lines, line) {
   const { motion, summary } = made(`${lines.slice(0, line - 1).join("\n")}\n$G\n$#\n`, { kept: "plan" });
   const said = (name) => summary.said_last.filter((text) => text.startsWith(`[${name}:`)).at(-1)?.slice(name.length + 2, -1) ?? "";
   let highestMm = 0;
-  for (let row = 0; row < motion.length; row++) if (!motion.isHoming(row)) highestMm = Math.max(highestMm, motion.place(row, 2, 0));
+  for (let row = 0; row < motion.length; row++) if (!motion.read(row).isHoming) highestMm = Math.max(highestMm, motion.read(row).place(2, 0));
   return { modes: said("GC").split(" "), length: Number(said("TLO")), placeMm: summary.position_mm, highestMm, isInches: false };
 }
 
@@ -399,9 +404,10 @@ test("the tool's power is drawn as what it is given: grey where it is off, and i
   const names = [0, 10, 20].map((fromMm) => {
     const found = new Set();
     for (let row = 0; row < motion.length; row++) {
-      const spanS = motion.to(row) - motion.from(row);
-      const middleMm = (motion.place(row, 0, 0) + motion.place(row, 0, spanS)) / 2;
-      if (!motion.isHoming(row) && middleMm > fromMm && middleMm < fromMm + 10) TONES.power.parts(motion, row, (from, to, rank) => to - from > 1e-3 && found.add(TONES.power.colours[rank]));
+      const phase = motion.read(row);
+      const middleMm = (phase.place(0, 0) + phase.place(0, phase.span)) / 2;
+      if (phase.isHoming || middleMm < fromMm || middleMm > fromMm + 10) continue;
+      for (const [from, to, rank] of partsOf(TONES.power, motion, row)) if (to - from > 1e-3) found.add(TONES.power.colours[rank]);
     }
     return [...found];
   });

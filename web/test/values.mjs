@@ -394,7 +394,7 @@ function speedsAtEnds(motion, axis, from, to) {
   const speeds = [];
   for (let row = Math.max(0, motion.rowAt(from)); row < motion.length && motion.from(row) < to; row++) {
     const ends = [Math.max(from, motion.from(row)), Math.min(to, motion.to(row))].filter((time) => time >= motion.from(row));
-    speeds.push(...ends.map((time) => motion.axis(row, axis, time - motion.from(row)).speed));
+    speeds.push(...ends.map((time) => motion.read(row).speed(axis, time - motion.from(row))));
   }
   return speeds;
 }
@@ -403,8 +403,9 @@ function speedsAtEnds(motion, axis, from, to) {
 function axisAt(motion, axis, time) {
   const row = motion.rowAt(time);
   if (row < 0 || time > motion.to(row)) return [0, 0, 0];
-  const { speed, accel, jerk } = motion.axis(row, axis, time - motion.from(row));
-  return [speed, accel, jerk];
+  const phase = motion.read(row);
+  const after = time - phase.from;
+  return [phase.speed(axis, after), phase.accel(axis, after), phase.jerk(axis)];
 }
 
 test("curves of a long run are those of its motion, at every zoom", () => {

@@ -133,10 +133,9 @@ export class Plan {
     const { motion } = this;
     const beyond = new Map<number, Beyond>();
     for (let row = 0; row < motion.length; row++) {
-      if (motion.isHoming(row)) continue;
-      for (const after of [0, motion.to(row) - motion.from(row)]) {
-        for (let axis = 0; axis < motion.axes; axis++) this.see(axis, motion.place(row, axis, after), motion.from(row), beyond);
-      }
+      const phase = motion.read(row);
+      if (phase.isHoming) continue;
+      for (let axis = 0; axis < phase.axes; axis++) for (const after of [0, phase.span]) this.see(axis, phase.place(axis, after), phase.from, beyond);
     }
     this.beyond = [...beyond.values()];
   }

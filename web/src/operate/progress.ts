@@ -30,7 +30,7 @@ export function madeAt(plan: Course, line: { from: number | undefined; to: numbe
     for (let part = 0; part < PARTS && partS > 0 && nearestMm > NEAR_MM; part++) {
       const [begin, end] = [from + partS * part, from + partS * (part + 1)];
       // What is farther away than the part is long is not in it.
-      if (Math.min(farAt(begin), farAt(end)) > motion.speedIn(row, begin - motion.from(row)) * partS * 2 + NEAR_MM + nearestMm / 2) continue;
+      if (Math.min(farAt(begin), farAt(end)) > motion.read(row).speedAlong(begin - motion.from(row)) * partS * 2 + NEAR_MM + nearestMm / 2) continue;
       const timeS = closest(farAt, begin, end);
       const mm = farAt(timeS);
       if (mm < nearestMm) [nearestS, nearestMm] = [timeS, mm];

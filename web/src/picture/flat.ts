@@ -124,9 +124,7 @@ export class Flat implements View {
     plane.clipped(context, () => {
       context.beginPath();
       for (let index = from; index < to; index++) {
-        if (segments.ranks[index] !== rank) continue;
-        context.moveTo(...plane.at(segments.places, 6 * index));
-        context.lineTo(...plane.at(segments.places, 6 * index + 3));
+        if (segments.ranks[index] === rank) plane.line(context, segments.places, 6 * index);
       }
       context.lineCap = "round";
       context.lineWidth = rank >= shown.tone.loud ? 6 : 2.25;

@@ -45,6 +45,13 @@ export class Plane {
     return [this.x(places[from + this.axes[0]] ?? 0), this.y(places[from + this.axes[1]] ?? 0)];
   }
 
+  /** Adds the line from one place to the next to what is drawn. */
+  line(context: CanvasRenderingContext2D, places: ArrayLike<number>, from: number): void {
+    const [x, y] = [from + this.axes[0], from + this.axes[1]];
+    context.moveTo(this.x(places[x] ?? 0), this.y(places[y] ?? 0));
+    context.lineTo(this.x(places[x + 3] ?? 0), this.y(places[y + 3] ?? 0));
+  }
+
   /** Which place is there, mm. */
   placeAt(x: number, y: number): [number, number] {
     const { middle, scale } = this.window;

@@ -1,7 +1,7 @@
 // A run as lines to draw: bounded in number, in the order of time, each with its colour.
 
-import type { Motion, Places } from "../motion";
-import type { Tone } from "./tone";
+import { type Motion, Phase, type Places } from "../motion";
+import { Parts, type Tone } from "./tone";
 
 /** No picture has more lines than this, however long the program is. */
 export const SEGMENTS_MAX = 60_000;
@@ -43,41 +43,59 @@ export class Breath {
 }
 
 class Builder {
+  count = 0;
+  private readonly places = new Float32Array(6 * SEGMENTS_MAX);
+  private readonly ranks = new Uint8Array(SEGMENTS_MAX);
+  private readonly times = new Float64Array(SEGMENTS_MAX);
   /** Lines that are there, each with its number from 1 in the first free place from that of its hash on. */
   private readonly table = new Int32Array(TABLE);
-  readonly made: Segments;
   /** Where the line that gathers begins, and where it has come to; then the ends of a part. Numbers in one place, as objects for every part of a long run
    * would be much to clear away. */
   private readonly from = new Float64Array(3);
-  private readonly last = new Float64Array(3).fill(Infinity);
+  private readonly last = new Float64Array(3);
   private readonly begins = new Float64Array(3);
   private readonly ends = new Float64Array(3);
+  private fine = 0;
   private rank = -1;
   private end = 0;
   private isOpen = false;
 
-  constructor(low: Places, high: Places, private readonly fine: number) {
-    const [places, ranks, ends] = [new Float32Array(6 * SEGMENTS_MAX), new Uint8Array(SEGMENTS_MAX), new Float64Array(SEGMENTS_MAX)];
-    this.made = { count: 0, fine, places, ranks, ends, low, high };
+  /** Begins anew. */
+  begin(fine: number): void {
+    this.fine = fine;
+    [this.count, this.rank, this.isOpen] = [0, -1, false];
+    this.last.fill(Infinity);
+    this.table.fill(0);
   }
 
   get isFull(): boolean {
-    return this.made.count >= SEGMENTS_MAX;
+    return this.count >= SEGMENTS_MAX;
+  }
+
+  /** What was made, for itself. */
+  made(low: Places, high: Places): Segments {
+    const { count, fine } = this;
+    return { count, fine, places: this.places.slice(0, 6 * count), ranks: this.ranks.slice(0, count), ends: this.times.slice(0, count), low, high };
   }
 
   /** Goes on by a part of a phase. What is shorter than can be seen is drawn with what follows. */
-  part(motion: Motion, row: number, from: number, to: number, rank: number): void {
-    motion.placesIn(row, from, this.begins);
-    motion.placesIn(row, to, this.ends);
-    if (rank !== this.rank || !isNear(this.last, this.begins, this.fine)) {
+  part(phase: Phase, parts: Parts, index: number): void {
+    const from = parts.from[index] ?? 0;
+    const to = parts.to[index] ?? 0;
+    const rank = parts.ranks[index] ?? 0;
+    for (let axis = 0; axis < 3; axis++) {
+      this.begins[axis] = phase.place(axis, from);
+      this.ends[axis] = phase.place(axis, to);
+    }
+    if (rank !== this.rank || !this.isNear(this.last, this.begins)) {
       this.finish();
       this.from.set(this.begins);
     }
     this.last.set(this.ends);
     this.rank = rank;
-    this.end = motion.from(row) + to;
+    this.end = phase.from + to;
     this.isOpen = true;
-    if (isNear(this.from, this.ends, this.fine)) return;
+    if (this.isNear(this.from, this.ends)) return;
     this.finish();
     this.from.set(this.ends);
   }
@@ -86,17 +104,16 @@ class Builder {
   finish(): void {
     if (!this.isOpen || this.isFull) return;
     this.isOpen = false;
-    const { made } = this;
-    made.places.set(this.from, 6 * made.count);
-    made.places.set(this.last, 6 * made.count + 3);
-    made.ranks[made.count] = this.rank;
-    made.ends[made.count] = this.end;
-    if (!this.isThere(made.count)) made.count++;
+    this.places.set(this.from, 6 * this.count);
+    this.places.set(this.last, 6 * this.count + 3);
+    this.ranks[this.count] = this.rank;
+    this.times[this.count] = this.end;
+    if (!this.isThere(this.count)) this.count++;
   }
 
   /** Whether a line of the same colour is there already, as far as can be seen. Otherwise it is from now on. */
   private isThere(line: number): boolean {
-    const { ranks } = this.made;
+    const { ranks } = this;
     let hash = ranks[line] ?? 0;
     for (let end = 0; end < 6; end++) {
       hash = Math.imul(hash ^ this.cell(line, end), 0x9e3779b1);
@@ -116,15 +133,20 @@ class Builder {
 
   /** A number of a place of a line, in units of what can be seen. */
   private cell(line: number, end: number): number {
-    return Math.round((this.made.places[6 * line + end] ?? 0) / this.fine);
+    return Math.round((this.places[6 * line + end] ?? 0) / this.fine);
+  }
+
+  /** Whether two places are so near that nobody sees them apart. */
+  private isNear(one: Float64Array, other: Float64Array): boolean {
+    for (let axis = 0; axis < 3; axis++) if (!(Math.abs((one[axis] ?? 0) - (other[axis] ?? 0)) < this.fine)) return false;
+    return true;
   }
 }
 
-/** Whether two places are so near that nobody sees them apart. */
-function isNear(one: Float64Array, other: Float64Array, fine: number): boolean {
-  for (let axis = 0; axis < 3; axis++) if (!(Math.abs((one[axis] ?? 0) - (other[axis] ?? 0)) < fine)) return false;
-  return true;
-}
+/** The only one: lines of one run at a time are wanted, and a long run is drawn many times while it goes on. */
+const builder = new Builder();
+const phase = new Phase();
+const parts = new Parts();
 
 /** The lines of a run, if it has any; nothing if they are wanted no more. */
 export async function segments(motion: Motion, tone: Tone, isWanted: () => boolean): Promise<Segments | undefined> {
@@ -133,15 +155,18 @@ export async function segments(motion: Motion, tone: Tone, isWanted: () => boole
   const [low, high]: [Places, Places] = isPath ? [[...motion.low], [...motion.high]] : [[0, 0, 0], [0, 0, 0]];
   const size = Math.max(...low.map((mm, axis) => (high[axis] ?? mm) - mm), 1e-3);
   for (let fine = size * FINEST; ; fine *= 2) {
-    const builder = new Builder(low, high, fine);
+    builder.begin(fine);
     for (let row = 0; row < motion.length && !builder.isFull; row++) {
       if (row % IN_ONE_GO === 0 && breath.isDue) {
         await breath.take();
         if (!isWanted()) return undefined;
       }
-      if (!motion.isHoming(row)) tone.parts(motion, row, (from, to, rank) => builder.part(motion, row, from, to, rank));
+      if (motion.read(row, phase).isHoming) continue;
+      parts.count = 0;
+      tone.divide(motion, phase, parts);
+      for (let index = 0; index < parts.count; index++) builder.part(phase, parts, index);
     }
     builder.finish();
-    if (!builder.isFull) return builder.made;
+    if (!builder.isFull) return builder.made(low, high);
   }
 }

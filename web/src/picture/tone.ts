@@ -1,15 +1,37 @@
 // What the path is coloured by.
 
 import { label } from "../drawing";
-import { Kind, type Motion } from "../motion";
+import { Kind, type Motion, type Phase } from "../motion";
 
 /** Parts of a phase along which the speed changes, or which is bent. */
 const PARTS = 6;
 /** An acceleration that is above its limit by less is within it, as rounded numbers go. */
 const WITHIN = 1.01;
 
-/** A part of a phase that has one colour, with its times after the beginning of the phase, s. */
-export type Part = (from: number, to: number, rank: number) => void;
+/** The parts of a phase, each of which has one colour. They are made for one phase after the other, as phases are read. */
+export class Parts {
+  count = 0;
+  /** When each begins and ends after the beginning of the phase, s. */
+  readonly from: number[] = [];
+  readonly to: number[] = [];
+  readonly ranks: number[] = [];
+
+  add(from: number, to: number, rank: number): void {
+    this.from[this.count] = from;
+    this.to[this.count] = to;
+    this.ranks[this.count++] = rank;
+  }
+
+  /** Adds equal parts of a phase, or all of it. */
+  addEqual({ span }: Phase, isDivided: boolean, rank = 0): void {
+    const count = isDivided ? PARTS : 1;
+    for (let index = 0; index < count; index++) this.add((span * index) / count, (span * (index + 1)) / count, rank);
+  }
+
+  middle(index: number): number {
+    return ((this.from[index] ?? 0) + (this.to[index] ?? 0)) / 2;
+  }
+}
 
 export interface Tone {
   /** Names of colours of the style sheet, by ranks: higher ones are drawn over lower ones. */
@@ -17,7 +39,7 @@ export interface Tone {
   /** Ranks that are drawn wider. */
   loud: number;
   /** Divides a phase into parts. */
-  parts(motion: Motion, row: number, part: Part): void;
+  divide(motion: Motion, phase: Phase, parts: Parts): void;
   /** What the lowest and the highest colour of the scale mean, and what the loud one does. */
   key(motion: Motion): { name: string; low: string; high: string; loud?: string };
   /** Colours of the scale, from low to high. */
@@ -32,22 +54,14 @@ const COUNT = SLOW_FIRST.length;
 /** The class of a share from 0 to 1. */
 const classOf = (share: number): number => Math.min(COUNT - 1, Math.max(0, Math.floor(COUNT * share)));
 
-/** Divides a phase into equal parts, or not at all. */
-function equal(motion: Motion, row: number, isDivided: boolean, part: (from: number, to: number) => void): void {
-  const [span, count] = [motion.to(row) - motion.from(row), isDivided ? PARTS : 1];
-  for (let index = 0; index < count; index++) part((span * index) / count, (span * (index + 1)) / count);
-}
-
 /** By speed. Slow places are drawn over fast ones. */
 const speed: Tone = {
   colours: FAST_FIRST,
   scale: SLOW_FIRST,
   loud: Infinity,
-  parts(motion, row, part) {
-    equal(motion, row, motion.kind(row) !== Kind.Cruise, (from, to) => {
-      const share = motion.speedIn(row, (from + to) / 2) / motion.topSpeed;
-      part(from, to, COUNT - 1 - classOf(share));
-    });
+  divide(motion, phase, parts) {
+    parts.addEqual(phase, phase.kind !== Kind.Cruise);
+    for (let index = 0; index < parts.count; index++) parts.ranks[index] = COUNT - 1 - classOf(phase.speedAlong(parts.middle(index)) / motion.topSpeed);
   },
   key: (motion) => ({ name: "Speed", low: "0", high: `${label(motion.topSpeed, 0.1)} mm/s` }),
 };
@@ -57,11 +71,9 @@ const load: Tone = {
   colours: [...FAST_FIRST, "over"],
   scale: FAST_FIRST,
   loud: COUNT,
-  parts(motion, row, part) {
-    if (motion.jump(row) > WITHIN) part(0, 0, COUNT);
-    const share = motion.load(row);
-    const rank = share > WITHIN ? COUNT : classOf(share);
-    equal(motion, row, motion.kind(row) === Kind.Blend, (from, to) => part(from, to, rank));
+  divide(_, phase, parts) {
+    if (phase.jump > WITHIN) parts.add(0, 0, COUNT);
+    parts.addEqual(phase, phase.kind === Kind.Blend, phase.load > WITHIN ? COUNT : classOf(phase.load));
   },
   key(motion) {
     const most = motion.topLoad;
@@ -75,10 +87,9 @@ const lost: Tone = {
   colours: LOST,
   scale: LOST,
   loud: Infinity,
-  parts(motion, row, part) {
-    equal(motion, row, motion.kind(row) !== Kind.Cruise, (from, to) => {
-      part(from, to, classOf(motion.lostIn(row, (from + to) / 2)));
-    });
+  divide(_, phase, parts) {
+    parts.addEqual(phase, phase.kind !== Kind.Cruise);
+    for (let index = 0; index < parts.count; index++) parts.ranks[index] = classOf(phase.lost(parts.middle(index)));
   },
   key: () => ({ name: "Time lost against the feed asked for", low: "none", high: "nearly all" }),
 };
@@ -88,16 +99,17 @@ const power: Tone = {
   colours: ["bound", ...FAST_FIRST],
   scale: FAST_FIRST,
   loud: Infinity,
-  parts(motion, row, part) {
-    const begin = motion.from(row);
-    equal(motion, row, motion.kind(row) === Kind.Blend, (first, last) => {
-      for (let from = first; from < last; ) {
-        const { share, until } = motion.power(begin + from);
-        const to = Math.max(Math.min(last, until - begin), from + 1e-9);
-        part(from, to, share > 0 ? 1 + classOf(share) : 0);
+  divide(motion, phase, parts) {
+    const count = phase.kind === Kind.Blend ? PARTS : 1;
+    for (let index = 0; index < count; index++) {
+      const last = (phase.span * (index + 1)) / count;
+      for (let from = (phase.span * index) / count; from < last; ) {
+        const { share, until } = motion.power(phase.from + from);
+        const to = Math.max(Math.min(last, until - phase.from), from + 1e-9);
+        parts.add(from, to, share > 0 ? 1 + classOf(share) : 0);
         from = to;
       }
-    });
+    }
   },
   key: () => ({ name: "Tool", low: "off is grey, 0", high: "100 % of its power" }),
 };
