@@ -27,6 +27,8 @@ export interface Owner {
 const FONT = '12px system-ui, "DejaVu Sans", sans-serif';
 const AXIS = { stroke: () => colour("muted"), grid: { stroke: () => colour("grid"), width: 1 }, ticks: { show: false }, font: FONT };
 
+const NO_SIZE = { width: 100, height: 50 };
+
 /** A range of values that are at rest at zero most of the time. */
 function rangeOf(low: number | null, high: number | null): uPlot.Range.MinMax {
   const [least, most] = [Math.min(low ?? 0, 0), Math.max(high ?? 0, 0)];
@@ -54,12 +56,15 @@ export class Charts {
     this.span = [from, to];
     const data = this.owner.data(from, to);
     this.plots.forEach((plot, index) => {
+      // A quantity that is 0 all the time needs no picture, and no room for one.
+      const isNone = (data[index] ?? []).slice(1).every((values) => values.every((value) => !value));
+      plot.root.hidden = isNone;
+      const { width, height } = isNone ? NO_SIZE : this.size();
+      if (plot.width !== width || plot.height !== height) plot.setSize({ width, height });
       plot.batch(() => {
         plot.setData((data[index] ?? [[]]) as uPlot.AlignedData, false);
         plot.setScale("x", { min: from, max: to });
       });
-      // A quantity that is 0 all the time needs no picture.
-      plot.root.hidden = (data[index] ?? []).slice(1).every((values) => values.every((value) => !value));
     });
     this.place.dataset["points"] = String(data.reduce((sum, chart) => sum + chart.length * (chart[0]?.length ?? 0), 0));
   }
@@ -88,7 +93,7 @@ export class Charts {
 
   private plot(chart: Chart, key: string, isLast: boolean): uPlot {
     const options: uPlot.Options = {
-      ...this.size(),
+      ...NO_SIZE,
       title: chart.name,
       cursor: { sync: { key, filters: { pub: (type) => type.startsWith("mousemove") || type === "mouseleave" } }, drag: { x: true, y: false, setScale: false }, bind: { dblclick: () => null } },
       scales: { x: { time: false }, y: { range: (_, low, high) => rangeOf(low, high) } },
@@ -125,7 +130,6 @@ export class Charts {
   }
 
   private fit(): void {
-    for (const plot of this.plots) plot.setSize(this.size());
     this.show(...this.span);
     if (this.time !== undefined) this.mark(this.time);
   }

@@ -3,7 +3,7 @@
 /** Numbers of a piece: a power of two. */
 const PIECE = 2 ** 12;
 
-type Numbers = Float64Array | Float32Array | Uint16Array | Uint8Array;
+type Numbers = Float64Array | Float32Array | Uint32Array;
 
 /** A column that grows by pieces, so that nothing is ever copied and no room is left over. A piece of one number throughout is that number. */
 export class Column<A extends Numbers> {

@@ -40,6 +40,7 @@ export class Downloads {
     const made: Uint8Array[] = [];
     const watcher: Watcher = {
       motion: () => {},
+      lines: () => {},
       progress: (answered, lines) => this.teller.say(`The ${ending.toUpperCase()} file: ${answered} of ${lines} lines`),
       rows: (more) => void made.push(more),
       ended: () => this.done(ending, new Blob(made as BlobPart[], { type })),

@@ -7,7 +7,8 @@ export interface Watcher {
   progress(answered: number, lines: number, seconds: number): void;
   motion(pieces: Columns[]): void;
   rows(rows: Uint8Array): void;
-  ended(summary: Summary, wallSeconds: number, lines: LineTimes): void;
+  lines(lineTimes: LineTimes): void;
+  ended(summary: Summary, wallSeconds: number): void;
   trouble(trouble: Trouble): void;
 }
 
@@ -57,8 +58,9 @@ export function run(task: Task, program: Uint8Array, settings: string, kept: Kep
     if (said.is !== "progress" && said.is !== "ended") return false;
     watcher.motion(said.motion);
     watcher.rows(said.rows);
+    watcher.lines(said.lineTimes);
     if (said.is === "progress") watcher.progress(said.answered, said.lines, said.seconds);
-    else watcher.ended(said.summary, said.wallSeconds, said.lines);
+    else watcher.ended(said.summary, said.wallSeconds);
     return said.is === "ended";
   };
   task.ask({ do: "run", program, settings, kept }, hear, watcher.trouble);

@@ -25,7 +25,7 @@ export interface OfAxis {
   changes: Float32Array;
 }
 
-/** When each line of the program begins to move the machine, s. */
+/** When lines of the program begin to move the machine, s. */
 export interface LineTimes {
   times: Float64Array;
   lines: Uint32Array;
@@ -58,8 +58,8 @@ export type ToWorker =
   | { do: "quick"; program: Uint8Array; settings: string; load: Load | undefined };
 
 export type FromWorker =
-  | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns[]; rows: Uint8Array }
-  | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns[]; rows: Uint8Array; lines: LineTimes }
+  | { is: "progress"; answered: number; lines: number; seconds: number; motion: Columns[]; rows: Uint8Array; lineTimes: LineTimes }
+  | { is: "ended"; summary: Summary; wallSeconds: number; motion: Columns[]; rows: Uint8Array; lineTimes: LineTimes }
   | { is: "checked"; rows: CheckRow[] }
   | { is: "reported"; report: string }
   | { is: "profiles"; profiles: Profiles }

@@ -105,6 +105,8 @@ export class Motion {
   private readonly pieces: Columns[] = [];
   private readonly powerTimes = new Column<Float64Array>(Float64Array);
   private readonly powers = new Column<Float32Array>(Float32Array);
+  private readonly lineTimes = new Column<Float64Array>(Float64Array);
+  private readonly lines = new Column<Uint32Array>(Uint32Array);
   private readonly phase = new Phase();
   readonly envelope = new Envelope(this);
   /** How many phases there are. */
@@ -113,7 +115,6 @@ export class Motion {
   end = 0;
   /** What is made before is of no interest, as homing is, s. */
   private begin = -Infinity;
-  lines: LineTimes = { times: new Float64Array(), lines: new Uint32Array() };
   isShaped = false;
   topSpeed = 0;
   /** As many as the machine has that made it. */
@@ -136,6 +137,12 @@ export class Motion {
     piece.powers.forEach((_, index) => this.powers.push(piece.powers, index));
     this.note(from);
     this.envelope.grow();
+  }
+
+  /** Adds lines, and when they begin to move the machine. */
+  addLines({ times, lines }: LineTimes): void {
+    times.forEach((_, index) => this.lineTimes.push(times, index));
+    lines.forEach((_, index) => this.lines.push(lines, index));
   }
 
   /** Looks at all phases from one on. */
@@ -230,13 +237,23 @@ export class Motion {
 
   /** The line of the program that moves the machine at a time; 0 for none. */
   lineAt(time: number): number {
-    const { times, lines } = this.lines;
-    return lines[lastAt(times.length, (index) => times[index] ?? 0, time)] ?? 0;
+    const last = lastAt(this.lineTimes.length, (index) => this.lineTimes.at(index), time);
+    return last < 0 ? 0 : this.lines.at(last);
   }
 
   /** When a line begins to move the machine; nothing if it never does. */
   timeOf(line: number): number | undefined {
-    return this.lines.times[this.lines.lines.indexOf(line)];
+    return this.firstTime((each) => each === line);
+  }
+
+  /** When the first line behind one begins to move the machine; nothing if none does. */
+  timeBehind(line: number): number | undefined {
+    return this.firstTime((each) => each > line);
+  }
+
+  private firstTime(is: (line: number) => boolean): number | undefined {
+    for (let index = 0; index < this.lines.length; index++) if (is(this.lines.at(index))) return this.lineTimes.at(index);
+    return undefined;
   }
 
   /** Whether the machine is homing at a time, and so does not know where it is. */

@@ -15,7 +15,7 @@ import { linked } from "./lines";
 import { type Shared, SHARED, sharedBy } from "./link";
 import { isListing, Listing } from "./listing";
 import { tooLong } from "./long";
-import type { LineTimes, Summary, Trouble } from "./messages";
+import type { Summary, Trouble } from "./messages";
 import { tellOfSettings } from "./mistake";
 import { Motion } from "./motion";
 import type { Picture } from "./picture/picture";
@@ -197,7 +197,8 @@ export class Run {
       progress: (answered, lines, seconds) => this.tellProgress(answered, lines, seconds),
       motion: (pieces) => pieces.forEach((piece) => this.motion.add(piece)),
       rows: () => {},
-      ended: (summary, wallSeconds, lines) => void this.show(summary, wallSeconds, lines),
+      lines: (lineTimes) => this.motion.addLines(lineTimes),
+      ended: (summary, wallSeconds) => void this.show(summary, wallSeconds),
       trouble: (trouble) => this.fail(trouble),
     };
   }
@@ -242,11 +243,10 @@ export class Run {
     part("status").textContent = words;
   }
 
-  private async show(summary: Summary, wallSeconds: number, lines: LineTimes): Promise<void> {
+  private async show(summary: Summary, wallSeconds: number): Promise<void> {
     this.setBusy(false);
     if (this.axes.turns(summary.refusals)) return this.start();
     this.drawNextAt = 0;
-    this.motion.lines = lines;
     const times = summary.duration_s / Math.max(wallSeconds, 1e-3);
     this.say(`${duration(summary.duration_s)} of machine time, run in ${wallSeconds.toFixed(2)} s: ${times.toFixed(0)} times as fast.`);
     tellFigures(summary, this.motion.isRotary);

@@ -39,10 +39,12 @@ function trouble(error: unknown): Trouble {
 function tellProgress(job: Job): void {
   const [motion, rows] = [pieces(job), job.takeRows()];
   const { answered, lines } = job;
-  tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, rows }, [...buffers(motion), rows.buffer]);
+  const lineTimes = lineTimesOf(job);
+  tell({ is: "progress", answered, lines, seconds: job.nowUs * 1e-6, motion, rows, lineTimes }, [...buffers(motion), rows.buffer, lineTimes.times.buffer, lineTimes.lines.buffer]);
 }
 
-function lineTimes(job: Job): LineTimes {
+/** Since they were taken last. */
+function lineTimesOf(job: Job): LineTimes {
   return { times: job.takeLineTimes(), lines: job.takeLines() };
 }
 
@@ -62,9 +64,9 @@ function run(program: Uint8Array, settings: string, kept: Kept): void {
   tellProgress(job);
   const summary = JSON.parse(job.end());
   const [motion, rows] = [lastPieces(job), job.takeRows()];
-  const lines = lineTimes(job);
+  const lineTimes = lineTimesOf(job);
   const wallSeconds = (performance.now() - began) * 1e-3;
-  tell({ is: "ended", summary, wallSeconds, motion, rows, lines }, [...buffers(motion), lines.times.buffer, lines.lines.buffer, rows.buffer]);
+  tell({ is: "ended", summary, wallSeconds, motion, rows, lineTimes }, [...buffers(motion), rows.buffer, lineTimes.times.buffer, lineTimes.lines.buffer]);
 }
 
 /** What the machine would do: how it moves, when each line is answered, to a slice of time, and how long all takes. `before` makes it so as
@@ -85,7 +87,7 @@ function plan(program: Uint8Array, before: Uint8Array, settings: string): void {
   }
   const { duration_s: totalS, alarm, refusals, position_mm: placeMm, said_last: said } = JSON.parse(job.end()) as Summary;
   motion.push(...lastPieces(job));
-  const lines = lineTimes(job);
+  const lines = lineTimesOf(job);
   const [refusal] = refusals;
   if (refusal) return tell({ is: "trouble", trouble: { line: refusal.line, words: `\`${refusal.text.trim()}\`: error:${refusal.code} ${refusal.words}` } });
   if (alarm !== null) return tell({ is: "trouble", trouble: { line: null, words: `the program ends in ALARM:${alarm}` } });

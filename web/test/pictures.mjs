@@ -46,7 +46,7 @@ function made(program, { settings = "", kept = "lines", machine = Job } = {}) {
   }
   const summary = JSON.parse(job.end());
   take(lastPieces(job));
-  motion.lines = { times: job.takeLineTimes(), lines: job.takeLines() };
+  motion.addLines({ times: job.takeLineTimes(), lines: job.takeLines() });
   return { motion, summary, trace: Buffer.concat(rows).toString() };
 }
 
@@ -335,8 +335,7 @@ for (const [name, program] of [...programs, ["a relief of 2,000 lines", relief(2
 
   test(`${name}: a machine that reports its line and place is found where it is on its path`, () => {
     const { motion } = made(program, { kept: "plan" });
-    const { times, lines } = motion.lines;
-    const plan = { motion, beginsS: (line) => motion.timeOf(line), endsS: (line) => times[lines.findIndex((each) => each > line)] ?? motion.end };
+    const plan = { motion, beginsS: (line) => motion.timeOf(line), endsS: (line) => motion.timeBehind(line) ?? motion.end };
     const random = numbers(7);
     const instants = Array.from({ length: INSTANTS / 5 }, () => random() * motion.end).sort((one, other) => one - other);
     let from = 0;

@@ -184,16 +184,20 @@ impl JobHandle {
         Ok(end.summary)
     }
 
-    /// After the end: when each line begins to move the machine, s.
+    /// When each line began to move the machine, s, since the last call.
     #[wasm_bindgen(js_name = takeLineTimes)]
     pub fn take_line_times(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.lines.times_s)
+        std::mem::take(&mut self.lines_since().times_s)
     }
 
-    /// After the end: those lines, 0 for none.
+    /// Those lines, 0 for none.
     #[wasm_bindgen(js_name = takeLines)]
     pub fn take_lines(&mut self) -> Vec<u32> {
-        std::mem::take(&mut self.lines.lines)
+        std::mem::take(&mut self.lines_since().lines)
+    }
+
+    fn lines_since(&mut self) -> &mut Lines {
+        self.job.as_mut().map_or(&mut self.lines, Job::lines_since)
     }
 }
 

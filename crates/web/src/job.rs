@@ -38,7 +38,7 @@ pub struct End {
     pub motion: Motion,
     /// The rest of what is written.
     pub rows: Vec<u8>,
-    /// The instants at which each line moved the machine, if that was kept.
+    /// The rest of the instants at which each line moved the machine, if that was kept.
     pub lines: Lines,
 }
 
@@ -91,6 +91,11 @@ impl Job {
     /// The text since this was asked last: see [`Kept`].
     pub fn take_rows(&mut self) -> Vec<u8> {
         self.watch.take_rows()
+    }
+
+    /// The instants at which lines moved the machine since they were taken last.
+    pub fn lines_since(&mut self) -> &mut Lines {
+        &mut self.watch.lines
     }
 
     /// Its end, and what was recorded since the last [`advance`](Self::advance).

@@ -15,7 +15,7 @@ pub(crate) struct Watch {
     pub gathered: Gathered,
     kept: Kept,
     motion: Motion,
-    lines: Lines,
+    pub lines: Lines,
     rows: Vec<u8>,
     waves: (Vec<Wave>, Vec<ToolChange>),
 }

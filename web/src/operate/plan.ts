@@ -109,9 +109,7 @@ export class Plan {
 
   /** When the last line before this one that moves the machine has done so: the next one that moves it begins, s of the motion. */
   endsS(line: number): number {
-    const { times, lines } = this.motion.lines;
-    const next = lines.findIndex((each) => each > line + this.before);
-    return next < 0 ? this.motion.end : (times[next] ?? this.motion.end);
+    return this.motion.timeBehind(line + this.before) ?? this.motion.end;
   }
 
   /** Whether an axis has no end, as a rotary one may. */
@@ -121,7 +119,7 @@ export class Plan {
 
   private take(motion: Columns[], { lines, answeredAtS, beganS, totalS, placeMm, said }: Extract<FromWorker, { is: "planned" }>): void {
     for (const columns of motion) this.motion.add(columns);
-    this.motion.lines = lines;
+    this.motion.addLines(lines);
     this.motion.beginAt(beganS);
     [this.placeMm, this.said] = [placeMm, said];
     [this.answeredAtS, this.beganS, this.totalS] = [answeredAtS, beganS, totalS - beganS];

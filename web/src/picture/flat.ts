@@ -15,7 +15,7 @@ export class Flat implements View {
   private readonly under = canvas("grid");
   private readonly all = canvas("path");
   private readonly done = canvas("done");
-  private readonly over = canvas("tool");
+  private readonly tool = part("tool");
   private axes: [number, number] = [0, 1];
   /** What a person looks at; undefined for all there is. */
   private window: Window | undefined;
@@ -57,7 +57,8 @@ export class Flat implements View {
   }
 
   hide(isHidden: boolean): void {
-    for (const layer of [this.under, this.all, this.done, this.over]) layer.hidden = isHidden;
+    for (const layer of [this.under, this.all, this.done]) layer.hidden = isHidden;
+    this.drawTool();
   }
 
   file(): Promise<Blob | null> {
@@ -153,20 +154,14 @@ export class Flat implements View {
   }
 
   private drawTool(): void {
-    const context = pen(this.over)?.context;
     const { plane } = this;
     const { tool } = this.moment;
-    if (!context || !plane || !tool) return;
+    this.tool.hidden = this.all.hidden || !plane || !tool;
+    if (!plane || !tool) return;
     const [x, y] = plane.at(tool);
-    context.beginPath();
-    context.arc(x, y, 7, 0, 2 * Math.PI);
-    context.fillStyle = colour("tool");
-    context.fill();
-    context.lineWidth = 2.5;
-    context.strokeStyle = colour("card");
-    context.stroke();
+    this.tool.style.translate = `${x}px ${y}px`;
     // Read by the tests, and by nobody else.
-    this.over.dataset["at"] = plane.placeAt(x, y).map((mm) => mm.toFixed(2)).join(" ");
+    this.tool.dataset["at"] = plane.placeAt(x, y).map((mm) => mm.toFixed(2)).join(" ");
   }
 }
 
