@@ -79,6 +79,7 @@ export class Envelope {
   /** Takes those blocks in that are whole by now. */
   grow(): void {
     const whole = new Bins(0, 1, 1, this.numbers);
+    this.cut[0] = 0;
     for (; this.done + BLOCK <= this.motion.length; this.done += BLOCK) {
       whole.clear();
       for (let row = this.done; row < this.done + BLOCK; row++) {
@@ -134,7 +135,6 @@ export class Envelope {
       this.cut[1] = Math.min(span, bins.end(bin) - from);
       if (this.cut[1] >= this.cut[0]) this.takePhase(bins, bin, phase);
     }
-    this.cut[0] = 0;
     return row + 1;
   }
 

@@ -118,6 +118,7 @@ async function program(file) {
   const ofBrowser = await browser.newBrowserCDPSession();
   const before = await memory(ofBrowser);
   await ACTS.put(page, text);
+  const put = await memory(ofBrowser);
   const peak = await most(ofBrowser, () => ACTS.run(page));
   const [, seconds] = /run in ([\d.]+) s/.exec(await page.locator("#status").textContent()) ?? [];
   const machine = await page.evaluate(() => Number(document.getElementById("time").max));
@@ -125,14 +126,14 @@ async function program(file) {
   await page.click("#run");
   await page.waitForFunction(() => document.getElementById("progress").value > 0.02);
   const cancelled = await cancelledAfterMs(page);
-  row(basename(file), machine.toFixed(1), seconds, (machine / seconds).toFixed(0), lines, before.toFixed(0), peak.toFixed(0), cancelled.toFixed(0));
+  row(basename(file), machine.toFixed(1), seconds, (machine / seconds).toFixed(0), lines, before.toFixed(0), put.toFixed(0), peak.toFixed(0), cancelled.toFixed(0));
   await page.context().close();
   for (const [name, spans] of await blocksOf(text)) row(`  ${name}`, ...spans.map((ms) => ms.toFixed(0)));
 }
 
 await sizes();
 await firstPaint();
-row("in Chromium", "machine, s", "run in, s", "times", "lines drawn", "before, MB", "memory, MB", "cancelled, ms");
+row("in Chromium", "machine, s", "run in, s", "times", "lines drawn", "before, MB", "pasted, MB", "memory, MB", "cancelled, ms");
 row("  longest block while", "of a core, ms", "passed, ms");
 for (const file of paths.program) await program(file);
 await browser.close();
