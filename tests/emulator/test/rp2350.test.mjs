@@ -283,16 +283,36 @@ test("a flag of PIO0 that PIO2 sets is seen a cycle later by PIO0's machines, an
   const { bus } = chip;
   bus.write32(PIO0_AT + 0x34, 1 << 6);
   const edges = squareWave(chip, PIO0_AT, 2, pio.waitIrq(1, 7));
+  // By then PIO0 waits, and nothing of it is due.
+  go(chip, 20);
   squareWave(chip, PIO2_AT, 27, pio.irqSet(NEXT | 7));
   const started = chip.clock.cycles;
   go(chip, 5);
   // PIO2 sets it on the first cycle after it is enabled, PIO0 takes it on the second and raises the pin on the third.
   assert.deepEqual(edges.slice(0, 1), [started + 3]);
   bus.write32(PIO0_AT, 0);
+  go(chip, 20);
   bus.write32(PIO2_AT + 0xc8 + 0x10, pio.irqSet(NEXT | 7));
   go(chip, 2);
   assert.equal(bus.read32(PIO0_AT + 0x30), (1 << 6) | (1 << 7));
   assert.equal(bus.read32(PIO2_AT + 0x30), 0);
+});
+
+test('a flag that a machine of PIO0 clears is seen by both blocks on the cycle after', () => {
+  const chip = machine();
+  const { bus } = chip;
+  bus.write32(PIO0_AT + 0x34, 1 << 6);
+  const edges = [squareWave(chip, PIO0_AT, 2, pio.waitIrq(0, 6)), squareWave(chip, PIO2_AT, 27, pio.waitIrq(0, NEXT | 6))];
+  bus.write32(PIO2_AT, 0);
+  go(chip, 20);
+  // Machine 1 of PIO0 clears it on the cycle on which PIO2 looks for the first time, and so does not see it yet.
+  bus.write32(PIO0_AT + 0x48 + 4 * 8, pio.irqClear(6));
+  bus.write32(PIO0_AT + 0xe0 + 4, (8 << 12) | (8 << 7));
+  bus.write32(PIO0_AT + 0xe0 + 0x10, pio.jmp(pio.CONDITION.always, 8));
+  bus.write32(PIO0_AT, 3 | (1 << 16) | (1 << 24));
+  go(chip, 20);
+  assert.equal(edges[0].length > 2, true);
+  assert.deepEqual(edges[1], edges[0]);
 });
 
 test('a write of CTRL stops and starts machines of the neighbours on the same cycle', () => {
