@@ -484,6 +484,8 @@ fn five_motors() -> Result<()> {
         "squared::",
         "contract",
         "--skip=a_second_motor_is_refused",
+        // One of them prints a figure of docs/figures.md.
+        "--show-output",
     ]))
 }
 

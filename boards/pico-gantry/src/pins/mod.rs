@@ -4,10 +4,8 @@
 mod table;
 mod enables;
 mod number;
-#[cfg(not(any(feature = "skr-pico", five_motors)))]
+#[cfg(not(feature = "skr-pico"))]
 mod pico;
-#[cfg(five_motors)]
-mod pico2_of_five;
 #[cfg(feature = "skr-pico")]
 mod skr_pico;
 
@@ -21,10 +19,8 @@ use embassy_rp::peripherals::{PIN_27, PIN_28};
 use isostep_motion::AXES;
 
 pub use self::enables::Enables;
-#[cfg(not(any(feature = "skr-pico", five_motors)))]
+#[cfg(not(feature = "skr-pico"))]
 pub use self::pico::*;
-#[cfg(five_motors)]
-pub use self::pico2_of_five::*;
 #[cfg(feature = "skr-pico")]
 pub use self::skr_pico::*;
 
