@@ -30,7 +30,7 @@ impl ShapedAxes {
     pub fn read(&mut self, axis: usize, chunk: &Chunk<AXES>) {
         let (shaped, input) = (&mut self.axes[axis], &mut self.inputs[axis]);
         match &self.last {
-            None => *input = ShaperInput::begin(axis, chunk, shaped, self.impulses, self.top_steps_s),
+            None => *input = ShaperInput::begin(Source::Axis(axis), chunk, shaped, self.impulses, self.top_steps_s),
             Some(last) => input.go_on(last, chunk),
         }
         while input.read(chunk, shaped) {}

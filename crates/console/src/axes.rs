@@ -20,6 +20,9 @@ pub const AXIS_NAMES: [&str; AXES] = of_each(["X", "Y", "Z", "A"]);
 /// A mask of all axes: bit 0 is X.
 pub(crate) const ALL_AXES: u16 = (1 << AXES) - 1;
 
+/// The axes that crossed belts move.
+pub(crate) const X: usize = 0;
+pub(crate) const Y: usize = 1;
 /// Z, along which a tool is long.
 pub(crate) const Z: usize = 2;
 /// The axis that may be rotary.

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::axes::{X, Y};
 use crate::setting_error::plain;
 use crate::settings::{Carries, TRAVEL_LEAST_MM};
 use crate::{AXES, AXIS_NAMES, Error, Settings, setting_table};
@@ -11,7 +12,7 @@ use crate::{AXES, AXIS_NAMES, Error, Settings, setting_table};
 /// the axis and `&` for its unit of length.
 type Rule = (Option<f32>, Error, &'static str);
 
-const RULES: usize = 14;
+const RULES: usize = 16;
 
 /// The rules for an axis, in the order in which they are checked. The first three are the same for all.
 #[rustfmt::skip]
@@ -47,6 +48,10 @@ fn rules(s: &Settings, axis: usize, carries: Carries<'_>) -> [Rule; RULES] {
             "#950 and #940 do not work together, as only the trapezoid is shaped: set $950=0 or $940=0"),
         (if_so(s.speed_profile != 0 && s.switch_room_mm != 0.0), Error::BadNumber,
             "#906 and #940 do not work together, as only the trapezoid brakes within a room: set $906=0 or $940=0"),
+        (not_as_x(s, axis), Error::BadNumber,
+            "#100 is not the * steps/mm of X, but with #907 both motors move both axes: make them the same"),
+        (if_so(s.has_crossed_belts() && axis <= Y && s.second_motor() == Some(axis)), Error::BadNumber,
+            "#905 asks for a second motor of @, which with #907 has two already: set $905=0 or $907=0"),
         (beyond_room(s, axis), Error::BadNumber,
             "#25 is above the * &/min from which @ brakes within the room behind its switch, #906 &: lower $25 or raise $906"),
     ]
@@ -67,6 +72,12 @@ fn beyond_room(settings: &Settings, axis: usize) -> Option<f32> {
     let most_mm_s =
         decel_mm_s2 * (libm::sqrt(SEEK_GOES_ON_S * SEEK_GOES_ON_S + 2.0 * room_mm / decel_mm_s2) - SEEK_GOES_ON_S);
     (brakes_mm > room_mm).then(|| libm::truncf((most_mm_s * 60.0) as f32))
+}
+
+/// The steps/mm of X, if crossed belts move `axis` and it has others.
+fn not_as_x(settings: &Settings, axis: usize) -> Option<f32> {
+    let steps_per_mm = settings.steps_per_mm;
+    (settings.has_crossed_belts() && axis == Y && steps_per_mm[axis] != steps_per_mm[X]).then_some(steps_per_mm[X])
 }
 
 /// The highest top speed of an axis, mm/min, if it needs a higher step rate than the step outputs carry.
@@ -223,6 +234,14 @@ mod tests {
             (
                 |s| (s.speed_profile, s.switch_room_mm) = (1, 3.0),
                 "error:2 $906=3 and $940=1 do not work together, as only the trapezoid brakes within a room: set $906=0 or $940=0",
+            ),
+            (
+                |s| (s.kinematics, s.steps_per_mm[1]) = (1, 50.5),
+                "error:2 $101=50.500 is not the 50 steps/mm of X, but with $907=1 both motors move both axes: make them the same",
+            ),
+            (
+                |s| (s.kinematics, s.second_motor_axis) = (1, 2),
+                "error:2 $905=2 asks for a second motor of Y, which with $907=1 has two already: set $905=0 or $907=0",
             ),
             // 50 (sqrt(0.016² + 2 * 0.5 / 50) - 0.016) = 6.316 mm/s.
             (

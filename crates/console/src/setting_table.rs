@@ -145,6 +145,7 @@ const ROWS: &[(Setting, &str)] = &[
     row(904, "mm", "blend deviation of G64; 0 for corners as with G61", 0.0, 10.0, field!(Float blend_deviation_mm)),
     row(905, "", SECOND_MOTOR, 0.0, AXES as f32, field!(Int second_motor_axis)),
     row(906, "mm", "room behind a limit switch, in which a homing seek brakes; 0: it stops at once", 0.0, 100.0, field!(Float switch_room_mm)),
+    row(907, "", "kinematics: 0 each axis has its motor, 1 CoreXY or H-bot", 0.0, 1.0, field!(Int kinematics)),
     #[cfg(feature = "trinamic")]
     row(908, "", "drivers interpolate to 256 microsteps, mask", 0.0, ALL_AXES as f32, field!(Int interpolate_mask)),
     #[cfg(feature = "trinamic")]

@@ -138,6 +138,9 @@ pub struct Settings {
     pub blend_deviation_mm: f32,
     /// `$905`: the axis with a second motor, as a digit: 1 is X; 0 means none. See [`Settings::second_motor`].
     pub second_motor_axis: u16,
+    /// `$907`: what the motors do for the axes to move: 0, each axis has its own; 1, crossed belts (CoreXY, H-bot), where the motor of X
+    /// makes X + Y and that of Y makes X - Y.
+    pub kinematics: u16,
     /// `$906`: the room behind a limit switch, in which a homing seek brakes; 0: it stops at once.
     pub switch_room_mm: f32,
     /// `$908`: axes whose drivers make 256 microsteps of the steps that they get.
@@ -226,6 +229,7 @@ impl Settings {
         hold_input_is_door: false,
         blend_deviation_mm: 0.01,
         second_motor_axis: 0,
+        kinematics: 0,
         switch_room_mm: 0.0,
         #[cfg(feature = "trinamic")]
         interpolate_mask: axes::ALL_AXES,
@@ -304,6 +308,11 @@ impl Settings {
     /// The index of the axis that has a second motor.
     pub fn second_motor(&self) -> Option<usize> {
         usize::from(self.second_motor_axis).checked_sub(1)
+    }
+
+    /// True if two motors move X and Y together.
+    pub fn has_crossed_belts(&self) -> bool {
+        self.kinematics == 1
     }
 
     /// True if the axis homes by a switch.

@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use embassy_time::Duration;
 use isostep_console::{Settings, length};
 use isostep_motion::{
-    AXES, Axis, Capabilities, Config, Direction, Duties, HomingConfig, Level, Squared, ToolConfig, Wiring,
+    AXES, Axis, Capabilities, Config, Direction, Duties, HomingConfig, Kinematics, Level, Squared, ToolConfig, Wiring,
     beside_steps, whole_steps,
 };
 use isostep_profile::shaper::{Shaper, ShaperKind};
@@ -27,6 +27,7 @@ pub fn config(settings: &Settings) -> Config {
     let masked = |mask: u16| Axis::ALL.map(|axis| mask & (1 << axis as u16) != 0);
     Config {
         limits: core::array::from_fn(|axis| limits(settings, axis)),
+        kinematics: if settings.has_crossed_belts() { Kinematics::CoreXy } else { Kinematics::Cartesian },
         steps_per_mm: settings.steps_per_mm.map(f64::from),
         travel_mm: core::array::from_fn(|axis| settings.reach_mm(axis).into()),
         is_endless: core::array::from_fn(|axis| settings.is_endless(axis)),

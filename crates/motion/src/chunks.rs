@@ -2,10 +2,13 @@
 
 use heapless::Deque;
 use isostep_profile::chain::ChunkKind;
+use isostep_profile::shaper::{Crossed, NextPart};
 use isostep_profile::{CountedPhase, TimedPlan};
 
 use crate::axes::Axis;
-use crate::shaping::{ShapedAxis, Shaping};
+use crate::config::Config;
+use crate::kinematics::Kinematics;
+use crate::shaping::{ShapedAxis, ShapedFrom, Shaping};
 use crate::sources::Sources;
 use crate::tag::Chunk;
 
@@ -26,6 +29,9 @@ pub(crate) struct Chunks {
     /// The shaping of the run, if it is shaped.
     shaping: Option<Shaping>,
     sources: Sources,
+    kinematics: Kinematics,
+    /// The motors that crossed belts lead to, in a shaped run.
+    crossed: Crossed,
 }
 
 impl Chunks {
@@ -37,11 +43,15 @@ impl Chunks {
             is_closed: false,
             shaping: None,
             sources: Sources::new(),
+            kinematics: Kinematics::Cartesian,
+            crossed: Crossed::empty(),
         }
     }
 
-    /// Forgets all chunks, for another run, which is shaped like this.
-    pub fn clear(&mut self, shaping: Option<Shaping>) {
+    /// Forgets all chunks, for another run, which is shaped like this. `config` is that of the motors.
+    pub fn clear(&mut self, shaping: Option<Shaping>, config: &Config) {
+        self.kinematics = config.kinematics;
+        self.crossed.begin([config.limits[0], config.limits[1]].map(|limits| limits.top_speed_steps_s));
         self.sources.clear(shaping.is_some());
         self.shaping = shaping;
         self.known.clear();
@@ -79,19 +89,49 @@ impl Chunks {
         self.shaping.as_ref().map_or_else(|| self.end_s(), |shaping| self.end_s() + shaping.lasts_s)
     }
 
-    /// The motion of an axis, if the run is shaped.
-    pub fn shaped(&self, axis: Axis) -> Option<&ShapedAxis> {
-        self.sources.shaped(axis)
+    /// Up to when the shaped motion of a motor has been taken, s from the start of the run, and whether that is all; `None` if the run is
+    /// not shaped.
+    pub fn shaped_until(&self, motor: Axis) -> Option<(f64, bool)> {
+        let shaped = self.sources.shaped(motor)?;
+        if !self.is_crossed(motor) {
+            return Some((shaped.taken_s(), shaped.is_over()));
+        }
+        let motor = motor as usize;
+        Some((self.crossed.taken_s(motor), self.crossed.is_over(motor)))
     }
 
-    /// The next motion of an axis of a shaped run; `None` if that is not known yet, or if it is over. Its top speed is
-    /// `top_steps_s`.
-    pub fn shaped_phase(&mut self, axis: Axis, top_steps_s: f64) -> Option<CountedPhase> {
+    /// The number of the first chunk that is still needed for the shaped motion of a motor.
+    pub fn shaped_chunk(&self, motor: Axis) -> Option<u32> {
+        let chunk = |axis| self.sources.shaped(axis).map(ShapedAxis::chunk);
+        if self.is_crossed(motor) { chunk(Axis::X).min(chunk(Axis::Y)) } else { chunk(motor) }
+    }
+
+    /// The next motion of a motor in a shaped run; `None` if that is not known yet, or if it is over. Its top speed is `top_steps_s`.
+    pub fn shaped_phase(&mut self, motor: Axis, top_steps_s: f64) -> Option<CountedPhase> {
+        if self.is_crossed(motor) {
+            return self.crossed_phase(motor);
+        }
         let Self { known, first, shaping, sources, is_closed, .. } = self;
-        let shaping = shaping.as_ref()?;
         let chunk = |number: u32| known.get(number.wrapping_sub(*first) as usize);
-        let impulses = &shaping.impulses[axis as usize];
-        sources.shaped_mut(axis)?.next(axis, impulses, top_steps_s, chunk, *is_closed)
+        let impulses = &shaping.as_ref()?.impulses[motor as usize];
+        let source = Kinematics::Cartesian.shaped(motor);
+        sources.shaped_mut(motor)?.next_phase(&ShapedFrom { source, impulses, top_steps_s, chunk, is_closed: *is_closed })
+    }
+
+    #[cold]
+    fn crossed_phase(&mut self, motor: Axis) -> Option<CountedPhase> {
+        let Self { known, first, shaping, sources, is_closed, kinematics, crossed, .. } = self;
+        let shaping = shaping.as_ref()?;
+        crossed.next_phase(motor as usize, |index| {
+            let (axis, chunk) = (Axis::ALL[index], |number: u32| known.get(number.wrapping_sub(*first) as usize));
+            let (source, impulses) = (kinematics.shaped(axis), &shaping.impulses[index]);
+            let from = ShapedFrom { source, impulses, top_steps_s: 0.0, chunk, is_closed: *is_closed };
+            sources.shaped_mut(axis).map_or(NextPart::Unknown, |shaped| shaped.next_part(&from))
+        })
+    }
+
+    fn is_crossed(&self, motor: Axis) -> bool {
+        self.kinematics == Kinematics::CoreXy && motor <= Axis::Y
     }
 
     /// The first chunk that is still kept.

@@ -7,6 +7,7 @@ use isostep_profile::shaper::{Shaper, ShaperError, ShaperKind};
 use isostep_profile::{IntervalSplit, LimitError, Limits, OFFSET_PARTS, SpeedProfile};
 
 use crate::axes::{AXES, Axis};
+use crate::kinematics::Kinematics;
 use crate::clock::seconds;
 use crate::motor::LimitInput;
 use crate::port::{Capabilities, Direction, Wiring};
@@ -21,7 +22,9 @@ const SAME: f64 = 1e-9;
 pub struct Config {
     /// Each axis's limits.
     pub limits: [Limits; AXES],
-    /// Each axis's resolution, steps/mm; above 0.
+    /// What the motors do for the axes to move.
+    pub kinematics: Kinematics,
+    /// Each axis's resolution, steps/mm; above 0. That of X and Y is the same with crossed belts.
     pub steps_per_mm: [f64; AXES],
     /// The distance that each axis travels from its zero, mm; above 0. One turn of an axis without an end.
     pub travel_mm: [f64; AXES],
@@ -168,6 +171,18 @@ pub enum ConfigError {
         /// The fault.
         error: ShaperError,
     },
+    /// X and Y have crossed belts and different steps/mm.
+    BeltSteps {
+        /// Steps/mm of X.
+        x: f64,
+        /// Steps/mm of Y.
+        y: f64,
+    },
+    /// An axis with crossed belts was to have a second motor.
+    BeltSquared {
+        /// The axis.
+        axis: Axis,
+    },
     /// An axis has a shaper, and the speed profile is curved.
     ShapedCurve {
         /// The axis.
@@ -187,6 +202,7 @@ impl Config {
     ) -> Self {
         Self {
             limits,
+            kinematics: Kinematics::Cartesian,
             steps_per_mm,
             travel_mm,
             is_endless: [false; AXES],
@@ -234,6 +250,7 @@ impl Config {
             positive("skew limit, mm", squared.skew_max_mm)?;
         }
         Axis::ALL.into_iter().try_for_each(|axis| self.check_homing(axis))?;
+        self.check_kinematics()?;
         let times = |axis| self.homing.order.iter().flatten().filter(|&&homes| homes == axis).count();
         if Axis::ALL.into_iter().any(|axis| times(axis) > 1) {
             return Err(ConfigError::HomingOrder);
@@ -248,6 +265,20 @@ impl Config {
             return Err(ConfigError::Rate { axis, asked, max, pulse_ns: port.pulse_ns(wiring) });
         }
         Ok(())
+    }
+
+    #[cold]
+    fn check_kinematics(&self) -> Result<(), ConfigError> {
+        let [x, y] = [Axis::X, Axis::Y].map(|axis| self.steps_per_mm[axis as usize]);
+        let is_belt = |axis: Axis| axis == Axis::X || axis == Axis::Y;
+        match self.kinematics {
+            Kinematics::Cartesian => Ok(()),
+            Kinematics::CoreXy if x != y => Err(ConfigError::BeltSteps { x, y }),
+            Kinematics::CoreXy => match self.squared.map(|squared| squared.axis).filter(|axis| is_belt(*axis)) {
+                Some(axis) => Err(ConfigError::BeltSquared { axis }),
+                None => Ok(()),
+            },
+        }
     }
 
     fn check_shaper(&self, axis: Axis) -> Result<(), ConfigError> {
@@ -328,8 +359,14 @@ impl Config {
     /// homing will find one.
     pub(crate) fn has_places_of(&self, other: &Self, axis: Axis) -> bool {
         let i = axis as usize;
-        let direction = |config: &Self| config.wiring[i].direction_inverted;
-        direction(self) == direction(other)
+        // What the motors do that move it.
+        let motors = self.kinematics.moves(axis);
+        let directions = |config: &Self| {
+            let inverted = |motor: usize| motors[motor] && config.wiring[motor].direction_inverted;
+            core::array::from_fn::<_, AXES, _>(inverted)
+        };
+        self.kinematics == other.kinematics
+            && directions(self) == directions(other)
             && self.squared_axis(axis) == other.squared_axis(axis)
             && self.homing.towards[i] == other.homing.towards[i]
             && self.steps_per_mm[i] == other.steps_per_mm[i]
@@ -439,6 +476,12 @@ impl fmt::Display for ConfigError {
             ),
             Self::RoomOfCurve => {
                 write!(f, "only the trapezoid brakes within a room behind a switch: choose no room, or the trapezoid")
+            }
+            Self::BeltSteps { x, y } => {
+                write!(f, "with crossed belts X and Y have the same steps/mm, not {x} and {y}: make them the same")
+            }
+            Self::BeltSquared { axis } => {
+                write!(f, "with crossed belts {axis} has both motors already: choose no second motor, or one for another axis")
             }
             Self::HomingOrder => write!(f, "the homing order must not name an axis twice"),
             Self::Shaper { axis, error } => write!(f, "{axis}: {error}"),

@@ -27,6 +27,7 @@ use crate::config::Config;
 use crate::effort::LeastTimes;
 use crate::event::{Alarm, Event, Finish, State};
 use crate::group::{Begin, Course, GroupRule, MoveGroup};
+use crate::kinematics::Kinematics;
 use crate::machine::{CHAIN_MOVES, Cause, Machine, Motion, SpeedOverrides};
 use crate::marks::Marks;
 use crate::motor::GangedMotor;
@@ -132,8 +133,10 @@ pub(crate) struct Coordinator<'a, E, F> {
     pub(crate) least_times: &'a LeastTimes,
     /// The overrides that the chain is planned with.
     pub(crate) overrides: SpeedOverrides,
-    /// The place where the chain ends, steps.
+    /// The place where the chain ends, steps of the motors.
     pub(crate) planned_steps: [i32; AXES],
+    /// How the motors move the axes.
+    pub(crate) kinematics: Kinematics,
     /// How that place is beside whole steps, and beside where the last move was to end.
     pub(crate) begin: Begin,
     /// Which moves are taken together.
@@ -190,6 +193,7 @@ where
             least_times,
             overrides: SpeedOverrides::NONE,
             planned_steps: [0; AXES],
+            kinematics: Kinematics::Cartesian,
             begin: Begin::WHOLE,
             group_rule: GroupRule::NONE,
             group: None,

@@ -3,7 +3,6 @@
 use core::convert::Infallible;
 
 use embedded_hal::digital::OutputPin;
-use isostep_profile::chain::ChainConfig;
 use isostep_profile::{IntervalSplit, SpeedProfile};
 
 use crate::axes::AXES;
@@ -64,7 +63,7 @@ where
         (result, self.taken)
     }
 
-    /// Moves by signed `steps` for homing. Returns when every axis has answered. A halt is not an error here: homing halts on
+    /// Moves by signed `steps` of the motors for homing. Returns when every axis has answered. A halt is not an error here: homing halts on
     /// purpose.
     pub(crate) async fn travel(
         &mut self,
@@ -99,20 +98,19 @@ where
     #[cold]
     pub(crate) fn begin_chain(&mut self, purpose: Purpose) {
         let config = self.machine.config();
-        let Config { limits, steps_per_mm, junction_deviation_mm, speed_profile, .. } = config;
+        let Config { speed_profile, kinematics, .. } = config;
         // Homing stops at a switch, whose distance is not known, so a move cannot be divided into thirds of that
         // distance.
         let interval_split = if purpose.is_homing() { IntervalSplit::Fastest } else { config.interval_split };
-        let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         self.chain.clear();
         self.marks.clear();
-        let plain = ChainConfig::new(limits, mm_per_step, junction_deviation_mm, interval_split, speed_profile);
         let shaping = purpose.shaping(&config);
         let times = self.least_times;
         let effort = times.effort(speed_profile, &self.machine.capabilities(), &config.wiring, shaping.as_ref());
-        self.chain.set_config(plain.with_effort(effort));
+        self.chain.set_config(config.chain(interval_split).with_effort(effort));
         let has_blends = speed_profile == SpeedProfile::Trapezoid && interval_split == IntervalSplit::Fastest;
         self.group_rule = if purpose == Purpose::Program && has_blends {
+            let Config { limits, steps_per_mm, .. } = config.of_motors();
             GroupRule::new(effort.move_s + effort.blend_s, times, &limits, &steps_per_mm)
         } else {
             GroupRule::NONE
@@ -120,7 +118,8 @@ where
         self.is_curved = speed_profile != SpeedProfile::Trapezoid;
         self.chunk_s = if purpose.ends_by_contact() { PROBED_CHUNK_S } else { CHUNK_S };
         self.overrides = SpeedOverrides::NONE;
-        self.planned_steps = self.machine.position_steps();
+        self.kinematics = kinematics;
+        self.planned_steps = self.machine.motor_steps();
         (self.begin, self.group, self.used_mm, self.refused) = (Begin::WHOLE, None, 0.0, None);
         self.course = Course::NONE;
     }
@@ -215,8 +214,8 @@ where
 
     fn take(&mut self, motion: Motion, purpose: Purpose) -> Taken {
         let one = match motion {
-            Motion::Move(one) if purpose == Purpose::Program => one,
-            Motion::Jog(one) if purpose == Purpose::Jog => one,
+            Motion::Move(one) if purpose == Purpose::Program => self.kinematics.of_move(&one),
+            Motion::Jog(one) if purpose == Purpose::Jog => self.kinematics.of_move(&one),
             _ => return Taken::Waits,
         };
         let steps = self.steps_to(&one);

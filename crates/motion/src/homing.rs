@@ -98,7 +98,7 @@ where
         } else if self.by_stall(axis) {
             return Err(Alarm::SwitchStuck { motor: Motor::first(axis) });
         }
-        let sought_steps = self.machine.link(axis).step_counter.position_steps();
+        let sought_steps = self.machine.position_steps()[axis as usize];
         let homing_move = self.begin(axis, HomingPhase::BackOff);
         self.retreat(homing_move).await?;
         let homing_move = self.begin(axis, HomingPhase::Latch);
@@ -111,7 +111,7 @@ where
         if let Some(homing_move) = self.offset(homing_move) {
             self.retreat(homing_move).await?;
         }
-        self.machine.link(axis).step_counter.zero();
+        self.machine.set_zero(axis);
         self.machine.set_homed(axis, true);
         self.report(Event::Homed { axis });
         Ok(())
@@ -143,7 +143,7 @@ where
     /// How far the axis has gone on since the touch that a seek braked for, mm. If it has not been seen to pass its switch, because an
     /// earlier seek was stopped behind it, the axis may stand anywhere in the room.
     fn beyond_mm(&self, axis: Axis, config: &Config) -> f64 {
-        let at_steps = self.machine.link(axis).step_counter.position_steps();
+        let at_steps = self.machine.position_steps()[axis as usize];
         self.contact_steps.map_or(room_mm(axis, config), |contact_steps| {
             config.mm(axis, at_steps - contact_steps[axis as usize]).abs()
         })
@@ -161,7 +161,7 @@ where
     /// Notes how far the latch has ended from where the seek did. Where a motor that speeds up seems stalled it does so
     /// twice, the second time long before it is back.
     fn compare_stalls(&self, axis: Axis, sought_steps: i32) -> Result<(), Alarm> {
-        let apart_steps = self.machine.link(axis).step_counter.position_steps() - sought_steps;
+        let apart_steps = self.machine.position_steps()[axis as usize] - sought_steps;
         self.machine.set_stalls_apart(axis, apart_steps);
         let config = self.machine.config();
         let is_one_place = config.mm(axis, apart_steps).abs() <= config.homing.pull_off_mm;
@@ -297,6 +297,7 @@ where
         pin!(self.travel(self.steps(homing_move), homing_move.speed_mm_s, homing_move.purpose())).await
     }
 
+    /// The steps of the motors. A way back ends at a whole step of all axes.
     fn steps(&self, homing_move: HomingMove) -> [i32; AXES] {
         let config = self.machine.config();
         let positive =
@@ -304,7 +305,11 @@ where
         let n = config.steps(homing_move.axis, homing_move.mm);
         let mut steps = [0; AXES];
         steps[homing_move.axis as usize] = if positive { n } else { -n };
-        steps
+        let mut motors = config.kinematics.motors(steps);
+        if !homing_move.to_switch {
+            config.kinematics.end_whole(&mut motors, self.machine.motor_steps());
+        }
+        motors
     }
 }
 

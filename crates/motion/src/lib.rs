@@ -28,6 +28,7 @@ mod event;
 mod flow;
 mod group;
 mod homing;
+mod kinematics;
 pub mod limit;
 mod link;
 mod machine;
@@ -50,6 +51,7 @@ pub use cold_path::cold_path;
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
 pub use effort::{LeastTimes, RampTimes};
 pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
+pub use kinematics::Kinematics;
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Move, ProbeMove, Probed, SpeedOverrides, Status};
 pub use motor::{GangedMotor, LimitInput, Motor, SecondMotor};
 pub use port::{

@@ -205,6 +205,13 @@ impl Machine {
     /// The places where each axis stands, steps.
     #[must_use]
     pub fn position_steps(&self) -> [i32; AXES] {
+        self.with(|inner| inner.config.kinematics).axes(self.motor_steps())
+    }
+
+    /// The places where the motors of the axes stand, steps: the exact count of emitted edges. Where an axis has its own motor, that is
+    /// the axis's place.
+    #[must_use]
+    pub fn motor_steps(&self) -> [i32; AXES] {
         Axis::ALL.map(|axis| self.link(axis).step_counter.position_steps())
     }
 
@@ -289,6 +296,14 @@ impl Machine {
 
     pub(crate) fn set_homed(&self, axis: Axis, homed: bool) {
         self.with(|inner| inner.homed[axis as usize] = homed);
+    }
+
+    /// Makes the place where `axis` stands its zero. With crossed belts the places of the motors change so that the other axis keeps its
+    /// own.
+    pub(crate) fn set_zero(&self, axis: Axis) {
+        let kinematics = self.with(|inner| inner.config.kinematics);
+        let motors = kinematics.with_zero(self.motor_steps(), axis);
+        self.links.iter().zip(motors).for_each(|(link, steps)| link.step_counter.set(steps));
     }
 
     pub(crate) fn set_stalls_apart(&self, axis: Axis, steps: i32) {

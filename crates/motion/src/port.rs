@@ -169,9 +169,9 @@ impl StepCounter {
         self.position_steps.store(position.wrapping_add(steps), Ordering::Relaxed);
     }
 
-    /// Makes the place where the axis stands its zero.
-    pub(crate) fn zero(&self) {
-        self.position_steps.store(0, Ordering::Relaxed);
+    /// Makes the place where the motor stands this one.
+    pub(crate) fn set(&self, position_steps: i32) {
+        self.position_steps.store(position_steps, Ordering::Relaxed);
     }
 }
 

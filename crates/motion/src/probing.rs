@@ -40,12 +40,13 @@ where
     /// Moves until the contact, and stops a little behind it.
     pub(crate) async fn probe(&mut self, probe: ProbeMove) -> Result<(), Alarm> {
         let ProbeMove { target_steps, feed_mm_s, away, must, line } = probe;
-        let origin_steps = self.machine.position_steps();
+        let kinematics = self.machine.config().kinematics;
+        let (target_steps, origin_steps) = (kinematics.motors(target_steps), self.machine.motor_steps());
         let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(origin_steps[axis]));
         if let Some(motor) = self.machine.onto_switch(steps) {
             return Err(Alarm::HardLimit { motor });
         }
-        self.machine.set_probed(Probed { touched: false, position_steps: origin_steps });
+        self.machine.set_probed(Probed { touched: false, position_steps: kinematics.axes(origin_steps) });
         if !self.machine.seek_contact(!away) {
             return Err(Alarm::ProbeInitial);
         }
@@ -61,7 +62,7 @@ where
         };
         let made_steps = self.contact_steps.take();
         let position_steps = match made_steps {
-            Some(made_steps) => core::array::from_fn(|axis| origin_steps[axis] + made_steps[axis]),
+            Some(made_steps) => kinematics.axes(core::array::from_fn(|axis| origin_steps[axis] + made_steps[axis])),
             None => self.machine.position_steps(),
         };
         let touched = made_steps.is_some();
@@ -83,8 +84,8 @@ where
             }
             if self.machine.contact_at().is_some() {
                 // The contact came while the machine stood still.
-                let position_steps = self.machine.position_steps();
-                self.contact_steps = Some(core::array::from_fn(|axis| position_steps[axis] - origin_steps[axis]));
+                let motor_steps = self.machine.motor_steps();
+                self.contact_steps = Some(core::array::from_fn(|axis| motor_steps[axis] - origin_steps[axis]));
                 return finish;
             }
         }

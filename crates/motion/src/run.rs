@@ -87,8 +87,8 @@ where
     pub(crate) async fn run(&mut self, purpose: Purpose) -> Finish {
         self.energise(true);
         let machine = self.machine;
-        let origin_steps = machine.position_steps();
-        self.chunks.clear(purpose.shaping(&machine.config()));
+        let origin_steps = machine.motor_steps();
+        self.clear_chunks(purpose);
         for axis in Axis::ALL {
             machine.ready(axis);
         }
@@ -137,9 +137,17 @@ where
         self.end_run(finish)
     }
 
+    /// Forgets the chunks of the run before.
+    #[cold]
+    fn clear_chunks(&mut self, purpose: Purpose) {
+        let config = self.machine.config();
+        let shaping = purpose.shaping(&config);
+        self.chunks.clear(shaping, &config.of_motors());
+    }
+
     /// Gives the axes their run.
     fn hand_over(&self, purpose: Purpose) {
-        let config = self.machine.config();
+        let config = self.machine.config().of_motors();
         let held = if let Purpose::Homing { held } = purpose { held } else { None };
         for axis in Axis::ALL {
             let second = config
@@ -343,7 +351,7 @@ where
 
     fn end_run(&mut self, finish: Finish) -> Finish {
         self.machine.set_current(None);
-        let position_steps = self.machine.position_steps();
+        let position_steps = self.machine.motor_steps();
         let held_at_steps = self.chunks.last().map_or(0.0, |chunk| chunk.until_steps);
         let plan_s = self.chunks.over_s();
         self.report(Event::RunEnd { finish, held_at_steps, plan_s, position_steps });

@@ -9,9 +9,9 @@
 //! Homing and probing are not shaped: a switch, or a contact, ends them at once.
 
 use isostep_profile::CountedPhase;
-use isostep_profile::shaper::{Impulses, Shaped, ShaperInput};
+use isostep_profile::shaper::{Impulses, NextPart, Shaped, ShaperInput, Source};
 
-use crate::axes::{AXES, Axis};
+use crate::axes::AXES;
 use crate::config::Config;
 use crate::tag::Chunk;
 
@@ -45,6 +45,19 @@ impl Config {
         let lasts_s = impulses.iter().map(Impulses::last_s).fold(0.0, f64::max);
         Some(Shaping { impulses, delay_s, lasts_s })
     }
+}
+
+/// What an axis is shaped from.
+pub(crate) struct ShapedFrom<'a, F> {
+    /// The axis, of what the chain plans.
+    pub source: Source,
+    pub impulses: &'a Impulses,
+    /// Its top speed, if it has a motor of its own.
+    pub top_steps_s: f64,
+    /// The chunk with a number, if it is known.
+    pub chunk: F,
+    /// No other chunk follows.
+    pub is_closed: bool,
 }
 
 /// The shaped motion of an axis in a run, as far as it has been read from the chunks.
@@ -83,25 +96,37 @@ impl ShapedAxis {
         self.is_finished && self.shaped.is_over()
     }
 
-    /// The next motion of `axis`, shaped by these impulses; `None` if that is not known yet, or if it is over. Its top speed is
-    /// `top_steps_s`. `chunk` gives the chunk with a number, if it is known; `is_closed` tells that no other chunk follows.
-    pub fn next<'a>(
+    /// The next motion of an axis with a motor of its own; `None` if that is not known yet, or if it is over.
+    pub fn next_phase<'a>(&mut self, from: &ShapedFrom<'_, impl Fn(u32) -> Option<&'a Chunk>>) -> Option<CountedPhase> {
+        self.next(from, Shaped::next_phase)
+    }
+
+    /// The next motion of an axis that crossed belts move.
+    #[cold]
+    pub fn next_part<'a>(&mut self, from: &ShapedFrom<'_, impl Fn(u32) -> Option<&'a Chunk>>) -> NextPart {
+        match self.next(from, Shaped::next_part) {
+            Some(part) => NextPart::Part(part),
+            None if self.is_over() => NextPart::Over,
+            None => NextPart::Unknown,
+        }
+    }
+
+    #[inline(always)]
+    fn next<'a, T>(
         &mut self,
-        axis: Axis,
-        impulses: &Impulses,
-        top_steps_s: f64,
-        chunk: impl Fn(u32) -> Option<&'a Chunk>,
-        is_closed: bool,
-    ) -> Option<CountedPhase> {
+        from: &ShapedFrom<'_, impl Fn(u32) -> Option<&'a Chunk>>,
+        next_shaped: fn(&mut Shaped<PHASES>) -> Option<T>,
+    ) -> Option<T> {
+        let ShapedFrom { source, impulses, top_steps_s, chunk, is_closed } = from;
         loop {
             if self.is_begun
-                && let Some(phase) = self.shaped.next_phase()
+                && let Some(next) = next_shaped(&mut self.shaped)
             {
-                return Some(phase);
+                return Some(next);
             }
             let now = chunk(self.chunk)?;
             if !self.is_begun {
-                self.input = ShaperInput::begin(axis as usize, now, &mut self.shaped, *impulses, top_steps_s);
+                self.input = ShaperInput::begin(*source, now, &mut self.shaped, **impulses, *top_steps_s);
                 self.is_begun = true;
             }
             let input = &mut self.input;
@@ -114,7 +139,7 @@ impl ShapedAxis {
                 }
                 input.go_on(now, next);
                 self.chunk += 1;
-            } else if is_closed && !self.is_finished && self.shaped.has_room() {
+            } else if *is_closed && !self.is_finished && self.shaped.has_room() {
                 input.finish(now, &mut self.shaped);
                 self.is_finished = true;
             } else {

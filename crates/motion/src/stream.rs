@@ -23,7 +23,6 @@ use crate::chunks::Chunks;
 use crate::clock::PortTicks;
 use crate::machine::Machine;
 use crate::port::{Direction, StreamItem, StreamQueue};
-use crate::shaping::ShapedAxis;
 
 /// The time of motion that is queued for a port ahead, at least.
 pub(crate) const AHEAD: Duration = Duration::from_millis(30);
@@ -162,7 +161,7 @@ fn compile(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool
 
 impl<'a> SegmentStream<'a> {
     pub fn new(machine: &'a Machine, axis: Axis, is_shaped: bool) -> Self {
-        let shaped_top_steps_s = if is_shaped { machine.config().limits[axis as usize].top_speed_steps_s } else { 0.0 };
+        let shaped_top_steps_s = if is_shaped { machine.config().of_motors().limits[axis as usize].top_speed_steps_s } else { 0.0 };
         let ticks = PortTicks::new(machine.tick_hz(axis));
         Self {
             machine,
@@ -296,7 +295,7 @@ impl<'a> SegmentStream<'a> {
                 return Next::Steps;
             }
             let phase = chunks.shaped_phase(self.axis, self.shaped_top_steps_s);
-            self.chunk = chunks.shaped(self.axis).map_or(self.chunk, ShapedAxis::chunk);
+            self.chunk = chunks.shaped_chunk(self.axis).unwrap_or(self.chunk);
             let Some(phase) = phase else { return self.rest(chunks) };
             self.begin_phase(&phase);
         }
@@ -312,11 +311,10 @@ impl<'a> SegmentStream<'a> {
 
     /// The item that follows where no step is known: a rest for as long as the axis is known to stand still, or the end.
     fn rest(&self, chunks: &Chunks) -> Next {
-        let shaped = chunks.shaped(self.axis);
-        if shaped.map_or_else(|| chunks.is_closed(), ShapedAxis::is_over) {
+        let (known_s, is_over) = chunks.shaped_until(self.axis).unwrap_or_else(|| (chunks.end_s(), chunks.is_closed()));
+        if is_over {
             return Next::End;
         }
-        let known_s = shaped.map_or_else(|| chunks.end_s(), ShapedAxis::taken_s);
         let known_ticks = ((known_s * f64::from(self.ticks.hz)) as u64).saturating_sub(self.queued_ticks);
         let rest_ticks = (known_ticks - self.rest_min_ticks.min(known_ticks / 2)).min(self.item_ticks);
         // A port needs an item before it can start, so the first rest may be short.

@@ -8,6 +8,8 @@
 //! A motion whose acceleration is constant piece by piece stays one, with more pieces: [`Shaped`] makes them. A box, which is
 //! the mean over a time, makes the acceleration change evenly.
 
+mod counter;
+mod crossed;
 mod input;
 mod shaped;
 mod sum;
@@ -18,8 +20,9 @@ use core::ops::RangeInclusive;
 
 use libm::{exp, sqrt};
 
-pub use self::input::ShaperInput;
-pub use self::shaped::Shaped;
+pub use self::crossed::{Crossed, NextPart};
+pub use self::input::{ShaperInput, Source};
+pub use self::shaped::{Shaped, ShapedPart};
 
 /// The most impulses that a shaper has.
 const IMPULSES_MAX: usize = 3;

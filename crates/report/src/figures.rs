@@ -180,7 +180,7 @@ impl Figures {
             steps_total: outcome.edges.len(),
             position_steps: outcome.position_steps,
             position_mm: outcome.position_mm,
-            carriage_mm: outcome.mm(outcome.places_steps),
+            carriage_mm: outcome.carriage_mm(),
             verdicts: verify::verdicts(outcome, &findings),
             axes: kinematics::axes(outcome, &lines),
             shaping: ShapingFigures::of(outcome, &sources),

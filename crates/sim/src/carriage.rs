@@ -17,13 +17,15 @@ const AHEAD_MAX_FULL: i32 = PERIOD_FULL / 2;
 pub struct Carriage {
     /// The place where it would be without the end stops.
     field_steps: i32,
+    /// By how many half steps it is beside that: -1, 0 or 1. Belts that two motors share move it by half steps.
+    beside_half_steps: i32,
     stops_steps: (i32, i32),
 }
 
 impl Carriage {
     /// A carriage at `place_steps`, between end stops at `stops_steps`.
     pub fn new(place_steps: i32, stops_steps: (i32, i32)) -> Self {
-        Self { field_steps: place_steps.clamp(stops_steps.0, stops_steps.1), stops_steps }
+        Self { field_steps: place_steps.clamp(stops_steps.0, stops_steps.1), beside_half_steps: 0, stops_steps }
     }
 
     /// Its position.
@@ -51,6 +53,26 @@ impl Carriage {
         let wanted = self.field_steps + steps;
         self.field_steps = wanted.clamp(self.stops_steps.0, self.stops_steps.1);
         wanted.abs_diff(self.field_steps)
+    }
+
+    /// Its position in half steps.
+    pub fn half_steps(&self) -> i32 {
+        2 * self.place_steps() + self.beside_half_steps
+    }
+
+    /// True if no end stop keeps it from moving by so many half steps.
+    pub fn may_shift_half(&self, half_steps: i32) -> bool {
+        let to = self.half_steps() + half_steps;
+        (2 * self.stops_steps.0..=2 * self.stops_steps.1).contains(&to)
+    }
+
+    /// Moves it by so many half steps, which no end stop blocks. Returns whether its position in whole steps is another then: of two
+    /// half steps, one back and one forth, it does not change.
+    pub fn shift_half(&mut self, half_steps: i32) -> bool {
+        let beside = self.beside_half_steps + half_steps;
+        self.field_steps += beside / 2;
+        self.beside_half_steps = beside % 2;
+        beside / 2 != 0
     }
 
     /// Turns the field by a step (1 or -1), of which a full step has `microsteps`; returns how many were lost.

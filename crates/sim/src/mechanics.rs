@@ -1,7 +1,7 @@
 //! The parts of the machine that follow its settings: motors, resolution and end stops. Also its wiring, which does
 //! not.
 
-use isostep_motion::{AXES, Axis, Config, Direction};
+use isostep_motion::{AXES, Axis, Config, Direction, Kinematics};
 
 use crate::drive::{Drive, Load, MotorData};
 
@@ -60,6 +60,8 @@ impl Mechanics {
 /// The wiring of the machine, as in its settings at power-up. Changing these settings later does not change the wiring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wiring {
+    /// What the motors do for the axes to move.
+    pub kinematics: Kinematics,
     /// 1 where an axis moves in the positive direction while its DIR is high, otherwise -1.
     pub dir_high: [i32; AXES],
     /// The axis that has a second motor.
@@ -81,6 +83,7 @@ impl Wiring {
     pub fn of(config: &Config) -> Self {
         let sign = |is_positive: bool| if is_positive { 1 } else { -1 };
         Self {
+            kinematics: config.kinematics,
             dir_high: config.wiring.map(|wiring| sign(!wiring.direction_inverted)),
             second: config.squared.map(|squared| squared.axis),
             second_dir_high: config.squared.map_or(1, |squared| {

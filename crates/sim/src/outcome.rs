@@ -1,6 +1,6 @@
 //! The result of a run.
 
-use isostep_motion::{AXES, Axis, Capabilities, Event, Machine, State, ToolConfig};
+use isostep_motion::{AXES, Axis, Capabilities, Event, Kinematics, Machine, State, ToolConfig};
 use isostep_profile::{Blend, Limits, SpeedProfile};
 
 use crate::config::Config;
@@ -54,9 +54,12 @@ pub struct Outcome {
     pub violations: Vec<Violation>,
     /// Every step that a carriage did not make.
     pub losses: Vec<Loss>,
+    /// What the motors do for the axes to move. Where an axis does not have a motor of its own, what is said here of the edges, the plans
+    /// and the limits of an axis is said of the motor with its name.
+    pub kinematics: Kinematics,
     /// Each axis's position according to the controller, steps.
     pub position_steps: [i32; AXES],
-    /// The number of edges per axis, from power-up or since it was homed.
+    /// The number of edges per motor, from power-up or since its axis was homed.
     pub counted_steps: [i32; AXES],
     /// The controller's position in mm.
     pub position_mm: [f64; AXES],
@@ -71,8 +74,10 @@ pub struct Outcome {
     pub second: Option<SecondAtEnd>,
     /// The machine's final state.
     pub state: State,
-    /// Its resolution at the end, steps/mm.
+    /// Its resolution at the end, steps/mm along a path in the direction of each motor.
     pub steps_per_mm: [f64; AXES],
+    /// The resolution of its axes at the end, steps/mm.
+    pub axis_steps_per_mm: [f64; AXES],
     /// Its travel at the end, mm.
     pub travel_mm: [f64; AXES],
     /// Its limits at the end.
@@ -138,10 +143,12 @@ impl Outcome {
             record.waves.sort_by_key(|wave| wave.t_ns);
         }
         sort_edges(&mut record.edges);
-        let machine_config = machine.config();
+        let axes_config = machine.config();
+        let machine_config = axes_config.of_motors();
         let (moves, configs) = record.moves.into_records();
         let position_steps = machine.position_steps();
         Self {
+            kinematics: axes_config.kinematics,
             config: config.clone(),
             moves: with_edges(moves, &mut record.edges, config.port.tolerance_ns(), record.continues),
             capabilities: machine.capabilities(),
@@ -163,15 +170,14 @@ impl Outcome {
             losses: record.losses,
             position_steps,
             counted_steps: world.counted_steps(),
-            position_mm: std::array::from_fn(|axis| {
-                f64::from(position_steps[axis]) / machine_config.steps_per_mm[axis]
-            }),
+            position_mm: axes_config.mm_at(machine.motor_steps()),
             places_steps: world.places_steps(),
             drift_steps: world.drift_steps(),
             ahead_steps: world.ahead_steps(),
-            second: second_at_end(world, &machine_config),
+            second: second_at_end(world, &axes_config),
             state: machine.state(),
             steps_per_mm: machine_config.steps_per_mm,
+            axis_steps_per_mm: axes_config.steps_per_mm,
             travel_mm: machine_config.travel_mm,
             limits: machine_config.limits,
             junction_deviation_mm: machine_config.junction_deviation_mm,
@@ -261,9 +267,15 @@ impl Outcome {
         self.said.iter().filter(|said| said.text.starts_with("[PRB:"))
     }
 
-    /// Converts a position from steps to mm.
-    pub fn mm(&self, steps: [i32; AXES]) -> [f64; AXES] {
-        std::array::from_fn(|axis| f64::from(steps[axis]) / self.steps_per_mm[axis])
+    /// The position of the axes where the motors are at these steps, mm.
+    pub fn mm(&self, motors_steps: [i32; AXES]) -> [f64; AXES] {
+        let steps = self.kinematics.axes_of(motors_steps.map(f64::from));
+        std::array::from_fn(|axis| steps[axis] / self.axis_steps_per_mm[axis])
+    }
+
+    /// The true position of each carriage, mm from where its limit switch closes.
+    pub fn carriage_mm(&self) -> [f64; AXES] {
+        std::array::from_fn(|axis| f64::from(self.places_steps[axis]) / self.axis_steps_per_mm[axis])
     }
 
     /// The speed along the path in a blend at `t_s` from the start of its run, mm/s.

@@ -1,6 +1,7 @@
 //! The simulated world around the controller: wires, drivers, motors, carriages and switches, and a record of all
 //! events.
 
+mod belts;
 mod inputs;
 mod motor_world;
 mod uart_drivers;
@@ -318,6 +319,9 @@ impl World {
         }
         match event {
             Event::Homed { axis } => {
+                if self.is_crossed(axis as usize) {
+                    return self.zero_belt(axis);
+                }
                 self.counted_steps[axis as usize] = 0;
                 for motor in self.motors.iter_mut().filter(|motor| motor.axis == axis) {
                     motor.counted_steps = 0;
@@ -373,7 +377,11 @@ impl World {
 
     /// Distance of each carriage from its position by the count.
     pub fn drift_steps(&self) -> [i32; AXES] {
-        std::array::from_fn(|axis| self.motors[axis].drift_steps())
+        let half_up = |half_steps: i32| (half_steps + half_steps.signum()) / 2;
+        std::array::from_fn(|axis| match self.is_crossed(axis) {
+            true => half_up(self.belt_drift_half_steps(axis)),
+            false => self.motors[axis].drift_steps(),
+        })
     }
 
     /// The same of the second motor, if there is one.
@@ -449,22 +457,27 @@ impl World {
             self.refit();
         }
         self.count(t_ns, index, direction);
-        let binds = self.binds(index, direction);
+        let (is_crossed, binds) = (self.is_crossed(index), self.binds(index, direction));
         let driver = self.uart_drivers.as_ref().map(|uart_drivers| &uart_drivers.wire[index]);
         let is_off = driver.is_some_and(Tmc2209::is_off);
         let microsteps = driver.map(|driver| driver.microsteps().into());
         let this = &mut self.motors[index];
         let (from_steps, hindrance) = (this.carriage.place_steps(), this.hindrance(binds, is_off));
-        let lost = this.turn(t_ns, direction, hindrance, microsteps);
-        let has_moved = this.carriage.place_steps() != from_steps;
+        let lost = match is_crossed {
+            true => self.turn_belt(t_ns, index, direction, hindrance),
+            false => this.turn(t_ns, direction, hindrance, microsteps),
+        };
+        let has_moved = self.motors[index].carriage.place_steps() != from_steps;
         match lost {
             Some((cause, steps)) => self.lose(t_ns, index, cause, steps),
-            None => this.losing = false,
+            None => self.motors[index].losing = false,
         }
-        if has_moved {
+        if has_moved && !is_crossed {
             self.carriage_moved(t_ns, index);
         }
-        self.drivers_step(t_ns, index, direction, hindrance);
+        // The belts hold a motor at an end stop at once.
+        let held = lost.filter(|_| is_crossed).map(|_| LossCause::Stalled);
+        self.drivers_step(t_ns, index, direction, hindrance.or(held));
     }
 
     /// Counts a step of a motor. It is one of its axis, unless the first motor has made the same.
@@ -491,9 +504,14 @@ impl World {
         let Some(Slip { t_ns: slipped_ns, steps, asked_steps_s, has_overshot }) = this.motor.advance(t_ns) else {
             return;
         };
-        this.carriage.shift(this.away * steps);
         this.losing = slipped_ns.saturating_sub(this.slipped_ns) <= STALL_NS;
         this.slipped_ns = t_ns;
+        if self.is_crossed(index) {
+            self.shift_belt(t_ns, index, steps);
+        } else {
+            let this = &mut self.motors[index];
+            this.carriage.shift(this.away * steps);
+        }
         let cause = if has_overshot {
             LossCause::Overshoot { from_steps_s: asked_steps_s }
         } else {

@@ -19,7 +19,7 @@ use crate::tool::spindle::Outputs;
 pub struct Status {
     /// Its state.
     pub state: State,
-    /// The places where each axis stands, steps: the exact count of emitted edges.
+    /// The places where each axis stands, steps: the exact count of emitted edges, or with crossed belts what follows from that.
     pub position_steps: [i32; AXES],
     /// The switches that are pressed, debounced: each axis's first.
     pub pressed: [bool; AXES],
@@ -90,7 +90,7 @@ impl Machine {
         let (homed, current, room) = self.with(|inner| (inner.homed, inner.current, inner.room));
         let life = self.life();
         let (outputs, buttons, squared, steps_per_mm) =
-            self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared, inner.config.steps_per_mm));
+            self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared, inner.config.motor_steps_per_mm()));
         Status {
             state: life.state,
             position_steps: self.position_steps(),

@@ -90,7 +90,7 @@ impl<'a> BeamStream<'a> {
             ratio: None,
             line: None,
             last: (Power::Off, 0.0),
-            steps_per_mm: config.steps_per_mm,
+            steps_per_mm: config.motor_steps_per_mm(),
         })
     }
 

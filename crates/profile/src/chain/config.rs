@@ -136,6 +136,8 @@ pub struct ChainConfig<const N: usize> {
     /// The inverse of the highest acceleration at which a curved ramp from rest, over any number of steps, does not need
     /// longer than it lasts, s²/steps.
     least_s2_steps: f64,
+    /// The limits of half the sum and half the difference of the first two axes, if those of the axes do not imply them.
+    crossed: Option<[Limits; 2]>,
 }
 
 impl<const N: usize> ChainConfig<N> {
@@ -159,6 +161,7 @@ impl<const N: usize> ChainConfig<N> {
             easily_s: 0.0,
             effort: Effort::NONE,
             least_s2_steps: 0.0,
+            crossed: None,
         }
     }
 
@@ -183,14 +186,8 @@ impl<const N: usize> ChainConfig<N> {
         // No ramp of several axes lasts longer than the longest ramp of a single axis, because its top speed is no
         // higher than that of the axis which limits its acceleration.
         let ramps_s = longest_s(|limits| limits.accel_steps_s2) + longest_s(|limits| limits.decel_steps_s2);
-        let accels_mm_s2 = |axis: usize| {
-            let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
-            [accel_steps_s2, decel_steps_s2].map(|accel_steps_s2| accel_steps_s2 * mm_per_step[axis])
-        };
-        let slowest_mm_s2 = working().flat_map(accels_mm_s2).fold(f64::INFINITY, f64::min);
         let scale = Scale::of(tops_mm_s.map(|mm_s| mm_s * mm_s).sum());
-        let per_mm2_s2 = scale.per_mm2_s2;
-        Self {
+        let mut config = Self {
             limits,
             mm_per_step,
             interval_split,
@@ -200,20 +197,49 @@ impl<const N: usize> ChainConfig<N> {
             scale,
             works,
             is_looser: core::array::from_fn(|axis| limits.each_ref().map(|other| limits[axis].is_looser(other))),
-            corner_s2_mm: core::array::from_fn(|axis| {
-                let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
-                (1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])) as f32
-            }),
-            across: core::array::from_fn(|axis| {
-                across(slowest_mm_s2 / accels_mm_s2(axis).into_iter().fold(f64::INFINITY, f64::min))
-            }),
-            accel_ratios: core::array::from_fn(|axis| accels_mm_s2(axis).map(|mm_s2| ratio(mm_s2 / slowest_mm_s2))),
-            bend_units_mm: (2.0 * SAFE * slowest_mm_s2 * per_mm2_s2) as f32,
             twice_deviation_mm: (2.0 * corner_deviation_mm) as f32,
             easily_s: DURATION_MAX_S * EASILY - ramps_s,
-            effort: Effort::NONE,
-            least_s2_steps: 0.0,
+            ..Self::none()
+        };
+        config.set_corners(&limits);
+        config
+    }
+
+    /// The same for a machine of crossed belts (CoreXY): its first two axes are motors, with as many steps per millimetre of belt, and
+    /// what the machine moves on two axes are half the sum and half the difference of their steps. These limits of the two hold besides
+    /// those of the motors, in such steps. At corners the lowest acceleration of all four holds.
+    #[must_use]
+    #[cold]
+    pub fn with_crossed(mut self, crossed: [Limits; 2]) -> Self {
+        let mut lowest = self.limits;
+        for limits in lowest.iter_mut().take(crossed.len()) {
+            *limits = limits.tighter(&crossed[0]).tighter(&crossed[1]);
         }
+        self.set_corners(&lowest);
+        // Half of a sum is within what both are within.
+        let implied = self.limits.iter().take(crossed.len()).all(|own| crossed.iter().all(|limits| limits.is_looser(own)));
+        self.crossed = (!implied).then_some(crossed);
+        self
+    }
+
+    /// Sets the accelerations that the axes may have at corners.
+    #[cold]
+    fn set_corners(&mut self, limits: &[Limits; N]) {
+        let Self { works, mm_per_step, .. } = *self;
+        let accels_mm_s2 = |axis: usize| {
+            let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
+            [accel_steps_s2, decel_steps_s2].map(|accel_steps_s2| accel_steps_s2 * mm_per_step[axis])
+        };
+        let lowest_mm_s2 = |axis: usize| accels_mm_s2(axis).into_iter().fold(f64::INFINITY, f64::min);
+        let working = (0..N).filter(|&axis| works[axis]);
+        let slowest_mm_s2 = working.map(lowest_mm_s2).fold(f64::INFINITY, f64::min);
+        self.corner_s2_mm = core::array::from_fn(|axis| {
+            let Limits { accel_steps_s2, decel_steps_s2, .. } = limits[axis];
+            (1.0 / (accel_steps_s2.min(decel_steps_s2) * mm_per_step[axis])) as f32
+        });
+        self.across = core::array::from_fn(|axis| across(slowest_mm_s2 / lowest_mm_s2(axis)));
+        self.accel_ratios = core::array::from_fn(|axis| accels_mm_s2(axis).map(|mm_s2| ratio(mm_s2 / slowest_mm_s2)));
+        self.bend_units_mm = (2.0 * SAFE * slowest_mm_s2 * self.scale.per_mm2_s2) as f32;
     }
 
     /// The same for a caller that needs this time for a move. All of it is 0 or more.
@@ -259,6 +285,9 @@ impl<const N: usize> ChainConfig<N> {
     pub(super) fn shared_limits(&self, move_steps: &MoveSteps<N>) -> Limits {
         let (longest, len) = (move_steps.longest_axis(), |axis| move_steps.len(axis));
         let mut limits = tightest(longest, len, &self.limits, |axis, other| self.is_looser[axis][other]);
+        if let Some(crossed) = &self.crossed {
+            limits = tighter_by_crossed(limits, crossed, [len(0), len(1)], len(longest));
+        }
         if self.least_s2_steps > 0.0 {
             for accel_steps_s2 in [&mut limits.accel_steps_s2, &mut limits.decel_steps_s2] {
                 if *accel_steps_s2 * self.least_s2_steps > 1.0 {
@@ -275,6 +304,15 @@ impl<const N: usize> ChainConfig<N> {
         }
         limits
     }
+}
+
+/// The limits of the longest axis at which half the sum and half the difference of the steps of two motors do not exceed theirs.
+#[cold]
+fn tighter_by_crossed(limits: Limits, crossed: &[Limits; 2], motors: [f64; 2], longest: f64) -> Limits {
+    let sums = [motors[0] + motors[1], motors[0] - motors[1]];
+    crossed.iter().zip(sums).filter(|(_, sum)| !is_zero(*sum)).fold(limits, |limits, (own, sum)| {
+        limits.tighter(&own.scaled(2.0 * longest.abs() / sum.abs()))
+    })
 }
 
 /// A ratio of 1 or less in units of 2^-16, rounded up.

@@ -3,11 +3,63 @@
 use super::{Impulses, Shaped};
 use crate::chain::{Chunk, ChunkKind, Plan};
 use crate::fixed::is_zero;
+use crate::phase::AxisPhase;
+use crate::sync::SyncMove;
+
+/// What is shaped, of the axes that a chain plans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The axis with this index.
+    Axis(usize),
+    /// The sum of the first two: with crossed belts the carriage's way along X, in half steps.
+    Sum,
+    /// Their difference: its way along Y.
+    Difference,
+}
+
+impl Source {
+    fn whole(self, of: impl Fn(usize) -> i32) -> i32 {
+        match self {
+            Self::Axis(axis) => of(axis),
+            Self::Sum => of(0).wrapping_add(of(1)),
+            Self::Difference => of(0).wrapping_sub(of(1)),
+        }
+    }
+
+    fn place(self, of: impl Fn(usize) -> f64) -> f64 {
+        match self {
+            Self::Axis(axis) => of(axis),
+            Self::Sum => of(0) + of(1),
+            Self::Difference => of(0) - of(1),
+        }
+    }
+
+    /// A phase of a plan, and when that ends.
+    fn phase<const N: usize>(self, plan: &Plan<N>, index: usize) -> Option<(AxisPhase, f64)> {
+        if let Self::Axis(axis) = self {
+            return plan.phase(axis, index);
+        }
+        self.crossed_phase(plan, index)
+    }
+
+    #[cold]
+    fn crossed_phase<const N: usize>(self, plan: &Plan<N>, index: usize) -> Option<(AxisPhase, f64)> {
+        let ((one, end_s), (other, _)) = (plan.phase(0, index)?, plan.phase(1, index)?);
+        let sign = if self == Self::Sum { 1.0 } else { -1.0 };
+        let phase = AxisPhase {
+            begin_s: one.begin_s,
+            place_steps: one.place_steps + sign * other.place_steps,
+            speed_steps_s: one.speed_steps_s + sign * other.speed_steps_s,
+            accel_steps_s2: one.accel_steps_s2 + sign * other.accel_steps_s2,
+        };
+        Some((phase, end_s))
+    }
+}
 
 /// Reads the chunks of a run, in order, for one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct ShaperInput {
-    axis: usize,
+    source: Source,
     /// The whole step next to where the move under way begins, counted from the beginning of the run.
     from_steps: i32,
     /// The phase of the chunk that comes next, and whether some of it has been read.
@@ -19,12 +71,12 @@ impl ShaperInput {
     /// A reader of no run yet.
     #[must_use]
     pub const fn empty() -> Self {
-        Self { axis: 0, from_steps: 0, index: 0, is_begun: false }
+        Self { source: Source::Axis(0), from_steps: 0, index: 0, is_begun: false }
     }
 
-    /// Begins a run of the axis with index `axis`, whose first chunk is this. Its top speed is `top_steps_s`.
+    /// Begins a run of `source`, whose first chunk is this. Its top speed is `top_steps_s`.
     pub fn begin<const N: usize, const LEN: usize, T>(
-        axis: usize,
+        source: Source,
         first: &Chunk<N, T>,
         shaped: &mut Shaped<LEN>,
         impulses: Impulses,
@@ -33,12 +85,15 @@ impl ShaperInput {
         let (before, place_steps) = match &first.plan {
             Plan::Line(line) => {
                 let begin_steps = line.begin_steps();
-                (signed(line.steps[axis], line.steps_before(axis, begin_steps)), line.axis_place(axis, begin_steps))
+                (made(source, line, begin_steps), source.place(|axis| line.axis_place(axis, begin_steps)))
             }
-            Plan::Blend(blend) => (blend.ends_steps(axis)[0], blend.place_at(axis, blend.begin_s())),
+            Plan::Blend(blend) => (
+                source.whole(|axis| blend.ends_steps(axis)[0]),
+                source.place(|axis| blend.place_at(axis, blend.begin_s())),
+            ),
         };
         shaped.begin(impulses, top_steps_s, place_steps - f64::from(before));
-        Self { axis, from_steps: before.wrapping_neg(), index: 0, is_begun: false }
+        Self { source, from_steps: before.wrapping_neg(), index: 0, is_begun: false }
     }
 
     /// Reads one phase of the chunk, or what has become known of one. False if all that is known of it has been read, or there
@@ -46,7 +101,7 @@ impl ShaperInput {
     pub fn read<const N: usize, const LEN: usize, T>(&mut self, chunk: &Chunk<N, T>, shaped: &mut Shaped<LEN>) -> bool {
         let known_s = shaped.known_s();
         while known_s < chunk.until_s && (self.is_begun || shaped.has_room()) {
-            let Some((phase, phase_end_s)) = chunk.plan.phase(self.axis, self.index) else { return false };
+            let Some((phase, phase_end_s)) = self.source.phase(&chunk.plan, self.index) else { return false };
             let is_whole = phase_end_s <= chunk.until_s;
             let end_s = if is_whole { phase_end_s } else { chunk.until_s };
             let is_approach = self.index == 0 && chunk.plan.blend().is_some();
@@ -77,22 +132,26 @@ impl ShaperInput {
         };
         if is_move {
             let steps = match &from.plan {
-                Plan::Line(line) => line.steps[self.axis],
-                Plan::Blend(blend) => blend.steps[self.axis],
+                Plan::Line(line) => &line.steps,
+                Plan::Blend(blend) => &blend.steps,
             };
+            let steps = self.source.whole(|axis| steps[axis]);
             self.from_steps = self.from_steps.wrapping_add(steps);
         }
     }
 
     /// The run ends with this chunk, of which all has been read; there is room for another phase.
     pub fn finish<const N: usize, const LEN: usize, T>(&mut self, last: &Chunk<N, T>, shaped: &mut Shaped<LEN>) {
-        let axis = self.axis;
+        let source = self.source;
         let (made, place_steps) = match &last.plan {
-            Plan::Line(line) => {
-                let made = signed(line.steps[axis], line.steps_before(axis, last.until_steps));
-                (made, line.axis_place(axis, last.until_steps))
-            }
-            Plan::Blend(blend) => (blend.ends_steps(axis)[1], blend.place_at(axis, blend.end_s())),
+            Plan::Line(line) => (
+                made(source, line, last.until_steps),
+                source.place(|axis| line.axis_place(axis, last.until_steps)),
+            ),
+            Plan::Blend(blend) => (
+                source.whole(|axis| blend.ends_steps(axis)[1]),
+                source.place(|axis| blend.place_at(axis, blend.end_s())),
+            ),
         };
         shaped.finish(place_steps, self.from_steps, self.from_steps.wrapping_add(made));
     }
@@ -103,7 +162,10 @@ fn begins<const N: usize, T>(chunk: &Chunk<N, T>, begin_steps: f64) -> bool {
     chunk.kind == ChunkKind::Move && is_zero(begin_steps)
 }
 
-/// So many steps in the direction of a move of this many.
-fn signed(of: i32, steps: u32) -> i32 {
-    if of < 0 { -(steps as i32) } else { steps as i32 }
+/// The steps that are made of a line up to a place, signed by direction.
+fn made<const N: usize>(source: Source, line: &SyncMove<N>, place_steps: f64) -> i32 {
+    source.whole(|axis| {
+        let steps = line.steps_before(axis, place_steps) as i32;
+        if line.steps[axis] < 0 { -steps } else { steps }
+    })
 }

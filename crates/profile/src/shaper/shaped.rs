@@ -15,8 +15,9 @@
 
 use crate::chain::ring::Ring;
 use crate::fixed::{is_negative, is_zero};
-use crate::phase::{AxisPhase, CountedPhase, SAME_S, turn, turns};
-use crate::shaper::sum::{AT_ONCE_S, Sum, passed};
+use crate::phase::{AxisPhase, CountedPhase, SAME_S};
+use crate::shaper::counter::StepCounter;
+use crate::shaper::sum::{AT_ONCE_S, Sum};
 use crate::shaper::{IMPULSES_MAX, Impulses};
 
 /// A phase that lasts less than this, s, can be done without if each step comes by half of this later or earlier then, or if the
@@ -50,6 +51,18 @@ impl Cursor {
         Self { weight: 0.0, delay_s: 0.0, on: 0, part: AxisPhase::rest(0.0, 0.0), is_part: false, end_s: 0.0 };
 }
 
+/// A part of a shaped motion, at one acceleration or at one jerk.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapedPart {
+    pub(super) sum: Sum,
+    /// The instant at which it ends, s from the start of the run.
+    pub(super) end_s: f64,
+    /// The whole step from which its place counts.
+    pub(super) base_steps: i32,
+    /// The steps made up to its end, if it comes to rest there. Both count from the beginning of the run.
+    pub(super) last_steps: Option<i32>,
+}
+
 /// The shaped motion of one axis of a run. `LEN` phases are kept, which are those between the first impulse and the last. It is
 /// large.
 #[derive(Clone, Debug)]
@@ -57,7 +70,7 @@ pub struct Shaped<const LEN: usize> {
     cursors: [Cursor; IMPULSES_MAX],
     /// The number of them.
     count: usize,
-    top_steps_s: f64,
+    counter: StepCounter,
     /// If it is a box: the inverse of how long that lasts, and 0 otherwise.
     per_box_s: f64,
     /// The place of the axis in the mean, and the number of shaped phases over which that has been added up.
@@ -71,10 +84,9 @@ pub struct Shaped<const LEN: usize> {
     is_whole: bool,
     /// The whole step from which the places of phases count, steps from the beginning of the run.
     base_steps: i32,
-    /// Up to when shaped phases have been taken, also with what counts as that instant, and the steps up to there.
+    /// Up to when shaped phases have been taken, also with what counts as that instant.
     t_s: f64,
     now_s: f64,
-    made_steps: i32,
     /// The steps up to the last phase, if that is a rest; and whether it is the end.
     rest_steps: i32,
     is_finished: bool,
@@ -87,7 +99,7 @@ impl<const LEN: usize> Shaped<LEN> {
         Self {
             cursors: [Cursor::NONE; IMPULSES_MAX],
             count: 0,
-            top_steps_s: 0.0,
+            counter: StepCounter::NONE,
             per_box_s: 0.0,
             mean_steps: 0.0,
             added: 0,
@@ -98,7 +110,6 @@ impl<const LEN: usize> Shaped<LEN> {
             base_steps: 0,
             t_s: 0.0,
             now_s: 0.0,
-            made_steps: 0,
             rest_steps: 0,
             is_finished: false,
         }
@@ -107,8 +118,8 @@ impl<const LEN: usize> Shaped<LEN> {
     /// Begins a run, at rest at `place_steps` from the whole step where the axis is. `top_steps_s` is its top speed.
     pub fn begin(&mut self, impulses: Impulses, top_steps_s: f64, place_steps: f64) {
         self.phases.clear();
-        (self.count, self.top_steps_s, self.first) = (0, top_steps_s, 0);
-        (self.known_s, self.base_steps, self.made_steps, self.rest_steps) = (0.0, 0, 0, 0);
+        (self.count, self.counter, self.first) = (0, StepCounter::new(top_steps_s), 0);
+        (self.known_s, self.base_steps, self.rest_steps) = (0.0, 0, 0);
         (self.is_whole, self.is_finished) = (false, false);
         (self.t_s, self.now_s) = (0.0, SAME_S);
         self.append(AxisPhase::rest(0.0, place_steps));
@@ -214,6 +225,13 @@ impl<const LEN: usize> Shaped<LEN> {
 
     /// The next motion of the axis; `None` if not enough is known, or if it is over.
     pub fn next_phase(&mut self) -> Option<CountedPhase> {
+        let ShapedPart { sum, end_s, base_steps, last_steps } = self.next_part()?;
+        Some(self.counter.count(sum, end_s, base_steps, last_steps))
+    }
+
+    /// The same, before its steps are counted.
+    #[inline(always)]
+    pub fn next_part(&mut self) -> Option<ShapedPart> {
         let mut end_s = self.until_s();
         while is_earlier(end_s, self.now_s) {
             if !self.pass_on() {
@@ -239,10 +257,8 @@ impl<const LEN: usize> Shaped<LEN> {
             }
             self.mean_steps = sum.at(end_s).0;
         }
-        let counted = self.counted(sum, end_s);
         (self.t_s, self.now_s) = (end_s, end_s + SAME_S);
-        self.made_steps = counted.counts[2] + self.base_steps;
-        Some(counted)
+        Some(ShapedPart { sum, end_s, base_steps: self.base_steps, last_steps: self.rest_count(end_s) })
     }
 
     fn append(&mut self, phase: AxisPhase) {
@@ -408,40 +424,7 @@ impl<const LEN: usize> Shaped<LEN> {
         let last = self.last();
         let comes =
             |cursor: &Cursor| cursor.on == last || cursor.on + 1 == last && is_earlier(cursor.end_s, end_s + SAME_S);
-        self.on_phases().iter().all(comes).then(|| self.rest_steps.wrapping_sub(self.base_steps))
-    }
-
-    /// The shaped phase that the axis makes of this sum up to `end_s`.
-    fn counted(&self, sum: Sum, end_s: f64) -> CountedPhase {
-        let begin = self.made_steps.wrapping_sub(self.base_steps);
-        let last = self.rest_count(end_s);
-        let (end_place_steps, end_speed_steps_s) = sum.at(end_s);
-        let Sum { phase, jerk_steps_s3 } = sum;
-        let (from_steps_s, to_steps_s) = (phase.speed_steps_s, end_speed_steps_s);
-        let is_back = match sum.is_curved() {
-            true => end_place_steps < phase.place_steps,
-            false => is_negative(if is_zero(to_steps_s) { from_steps_s } else { to_steps_s }),
-        };
-        let end = last.unwrap_or_else(|| {
-            if phase.is_rest() && !sum.is_curved() { begin } else { passed(end_place_steps, is_back) }
-        });
-        let mut counted =
-            CountedPhase { phase, end_s, end_place_steps, end_speed_steps_s, jerk_steps_s3, counts: [begin, end, end] };
-        if !sum.is_curved() && turns(from_steps_s, to_steps_s) {
-            counted.counts[1] =
-                turn(phase.place_steps, from_steps_s, phase.accel_steps_s2, [begin, end], self.top_steps_s);
-        } else if end == begin || (end < begin) == is_back && (sum.is_curved() || !phase.is_rest()) {
-            // It goes on in its direction.
-        } else if last.is_none() {
-            counted.counts = [begin; 3];
-        } else {
-            // Rounding has made a step too many, or one too few: the last shaped phase makes up for it.
-            let speed_steps_s = f64::from(end - begin) / (end_s - phase.begin_s);
-            counted.phase = AxisPhase { speed_steps_s, ..AxisPhase::rest(phase.begin_s, f64::from(begin)) };
-            counted.jerk_steps_s3 = 0.0;
-            (counted.end_place_steps, counted.end_speed_steps_s) = (f64::from(end), speed_steps_s);
-        }
-        counted
+        self.on_phases().iter().all(comes).then_some(self.rest_steps)
     }
 }
 

@@ -12,7 +12,7 @@ const PASSED_STEPS: f64 = 1e-9;
 pub(super) const AT_ONCE_S: f64 = 1e-6;
 
 /// The sum of the impulses: a phase, whose acceleration a box makes change.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Sum {
     pub(super) phase: AxisPhase,
     /// Steps/s³.

@@ -60,7 +60,7 @@ pub(super) fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Con
         let on_event = |event| {
             let config = matches!(event, Event::Run { .. }).then(|| coordinated.config());
             let mut world = world.borrow_mut();
-            config.into_iter().for_each(|config| world.on_config(config));
+            config.into_iter().for_each(|config| world.on_config(config.of_motors()));
             world.on_event(event);
         };
         coordinator::run(&coordinated, &mut path, &least_times, enable, on_event).await;

@@ -194,7 +194,7 @@ fn drivers_and_switches_are_wired_as_the_settings_say() {
     // Y homes in the positive direction.
     let outcome = run(b"$H\nG0 X20 Y-30 Z5\n", &config).unwrap();
     assert_eq!(broken(&outcome), [""; 0]);
-    assert_eq!(outcome.mm(outcome.places_steps), [22.0, 32.0, 7.0]);
+    assert_eq!(outcome.carriage_mm(), [22.0, 32.0, 7.0]);
 }
 
 #[test]

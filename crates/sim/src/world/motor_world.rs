@@ -27,6 +27,8 @@ pub(super) struct MotorWorld {
     pub(super) stepped_ns: Option<u64>,
     /// Position of the carriage where the count was zero.
     pub(super) zero_steps: i32,
+    /// The same in half steps, for a carriage on belts that two motors share.
+    pub(super) zero_half_steps: i32,
     pub(super) losing: bool,
     /// When its rotor last slipped.
     pub(super) slipped_ns: u64,
@@ -55,6 +57,7 @@ impl MotorWorld {
             counted_steps: 0,
             stepped_ns: None,
             zero_steps: place_steps,
+            zero_half_steps: 2 * place_steps,
             losing: false,
             slipped_ns: 0,
             fell_back: 0,
