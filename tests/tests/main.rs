@@ -4,6 +4,7 @@ mod blended_corpus;
 mod chains;
 mod circle;
 mod contract;
+mod core_xy;
 mod corpus;
 mod dependencies;
 mod dialect_model;

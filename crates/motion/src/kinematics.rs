@@ -76,6 +76,19 @@ impl Kinematics {
         axes
     }
 
+    /// A way, a speed or an acceleration along the axes, from that along the directions of the motors; both in millimetres of path.
+    #[must_use]
+    pub fn along_axes(self, along_motors: [f64; AXES]) -> [f64; AXES] {
+        match self {
+            Self::Cartesian => along_motors,
+            Self::CoreXy => {
+                let mut along = self.axes_of(along_motors);
+                along[..=Y].iter_mut().for_each(|along| *along /= FRAC_1_SQRT_2);
+                along
+            }
+        }
+    }
+
     /// The motors that move when `axis` does alone.
     #[must_use]
     pub fn moves(self, axis: Axis) -> [bool; AXES] {

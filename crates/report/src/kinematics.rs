@@ -54,7 +54,7 @@ pub struct AxisFigures {
 pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
     let (ratios, jumps) = (ratios(outcome), corners::largest_jumps(outcome));
     std::array::from_fn(|axis| {
-        let (limits, steps_per_mm) = (outcome.limits[axis], outcome.steps_per_mm[axis]);
+        let (limits, steps_per_mm) = (outcome.limits[axis], outcome.axis_steps_per_mm[axis]);
         let of = |share: f64, limit_steps: f64| {
             let limit = limit_steps / steps_per_mm;
             OfLimit { found: share * limit, limit }
@@ -65,12 +65,12 @@ pub fn axes(outcome: &Outcome, lines: &[Option<usize>]) -> [AxisFigures; AXES] {
             accel_mm_s2: of(ratios[axis].accel, limits.accel_steps_s2),
             decel_mm_s2: of(ratios[axis].decel, limits.decel_steps_s2),
             jump: jumps[axis].map(|jump| JumpFigures {
-                mm_s: jump.mm_s,
-                mm_min: jump.mm_s * 60.0,
+                mm_s: jump.mm_s * outcome.turned_mm(axis),
+                mm_min: jump.mm_s * outcome.turned_mm(axis) * 60.0,
                 move_number: outcome.move_number(jump.index),
                 line: lines[jump.index],
             }),
-            jump_limit_mm_s: corners::most_mm_s(outcome, axis),
+            jump_limit_mm_s: corners::most_mm_s(outcome, axis) * outcome.turned_mm(axis),
         }
     })
 }

@@ -112,7 +112,7 @@ pub struct Pace {
     /// The times that moves last at least on the board.
     #[serde(skip)]
     pub least_times: LeastTimes,
-    /// The pace of X, Y and Z.
+    /// The pace of the motors of X, Y and Z; speeds are those of their belts and screws.
     pub axes: [AxisPace; AXES],
     /// Index of the axis that comes closest to its top speed; null without a move.
     pub fastest_axis: Option<usize>,
@@ -165,8 +165,10 @@ impl Pace {
             clock.take(&phase);
             finder.take(&phase);
         }
-        for axis in &mut axes {
+        for (motor, axis) in axes.iter_mut().enumerate() {
             axis.share = axis.highest_mm_s / axis.top_mm_s;
+            axis.highest_mm_s *= outcome.turned_mm(motor);
+            axis.top_mm_s *= outcome.turned_mm(motor);
         }
         let found = finder.finish();
         let ramps_s = |is_it: fn(Why) -> bool| {

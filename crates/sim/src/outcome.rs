@@ -59,6 +59,8 @@ pub struct Outcome {
     pub kinematics: Kinematics,
     /// Each axis's position according to the controller, steps.
     pub position_steps: [i32; AXES],
+    /// The same of the motors.
+    pub motor_steps: [i32; AXES],
     /// The number of edges per motor, from power-up or since its axis was homed.
     pub counted_steps: [i32; AXES],
     /// The controller's position in mm.
@@ -78,9 +80,11 @@ pub struct Outcome {
     pub steps_per_mm: [f64; AXES],
     /// The resolution of its axes at the end, steps/mm.
     pub axis_steps_per_mm: [f64; AXES],
+    /// The limits of its axes at the end, steps of the axes.
+    pub axis_limits: [Limits; AXES],
     /// Its travel at the end, mm.
     pub travel_mm: [f64; AXES],
-    /// Its limits at the end.
+    /// The limits of its motors at the end.
     pub limits: [Limits; AXES],
     /// `$11` at the end: the deviation of the circle that determines the speed at a corner, mm.
     pub junction_deviation_mm: f64,
@@ -169,6 +173,7 @@ impl Outcome {
             violations: record.violations,
             losses: record.losses,
             position_steps,
+            motor_steps: machine.motor_steps(),
             counted_steps: world.counted_steps(),
             position_mm: axes_config.mm_at(machine.motor_steps()),
             places_steps: world.places_steps(),
@@ -178,6 +183,7 @@ impl Outcome {
             state: machine.state(),
             steps_per_mm: machine_config.steps_per_mm,
             axis_steps_per_mm: axes_config.steps_per_mm,
+            axis_limits: axes_config.limits,
             travel_mm: machine_config.travel_mm,
             limits: machine_config.limits,
             junction_deviation_mm: machine_config.junction_deviation_mm,
@@ -269,8 +275,24 @@ impl Outcome {
 
     /// The position of the axes where the motors are at these steps, mm.
     pub fn mm(&self, motors_steps: [i32; AXES]) -> [f64; AXES] {
-        let steps = self.kinematics.axes_of(motors_steps.map(f64::from));
+        self.mm_of(motors_steps.map(f64::from))
+    }
+
+    /// The same for what need not be whole: places, ways, speeds or accelerations of the motors.
+    pub fn mm_of(&self, motors_steps: [f64; AXES]) -> [f64; AXES] {
+        let steps = self.kinematics.axes_of(motors_steps);
         std::array::from_fn(|axis| steps[axis] / self.axis_steps_per_mm[axis])
+    }
+
+    /// The millimetres of belt or screw that a motor turns for a millimetre of path in its direction: √2 with crossed belts.
+    pub fn turned_mm(&self, motor: usize) -> f64 {
+        self.steps_per_mm[motor] / self.axis_steps_per_mm[motor]
+    }
+
+    /// The position of the axes by the configuration that a move was planned with.
+    pub fn mm_of_move(&self, record: &MoveRecord, motors_steps: [f64; AXES]) -> [f64; AXES] {
+        let steps_per_mm = self.config_of(record).steps_per_mm;
+        self.kinematics.along_axes(std::array::from_fn(|motor| motors_steps[motor] / steps_per_mm[motor]))
     }
 
     /// The true position of each carriage, mm from where its limit switch closes.

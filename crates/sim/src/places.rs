@@ -3,7 +3,7 @@
 //! The plans say where an axis would be unshaped. If the run is shaped, the axis is where the weighted sum of that at
 //! several instants is. Before the first plan an axis stands where that begins, and after the last where that ends.
 
-use isostep_motion::{AXES, Finish, Shaping};
+use isostep_motion::{AXES, Axis, Finish, Kinematics, Shaping};
 use isostep_profile::SyncMove;
 
 use crate::moves::MoveRecord;
@@ -29,16 +29,24 @@ impl<'a> Places<'a> {
     /// The place where an axis is at `t_s` from the start of the run, steps.
     pub fn steps(&self, axis: usize, t_s: f64) -> f64 {
         match self.shaping() {
-            Some(shaping) => {
-                let impulses = shaping.impulses[axis];
-                if let Some(ends_s) = impulses.box_ends_s() {
-                    let [to_s, from_s] = ends_s.map(|delay_s| t_s - delay_s);
-                    return self.mean_steps(axis, from_s, to_s);
-                }
-                impulses.iter().map(|(weight, delay_s)| weight * self.unshaped_steps(axis, t_s - delay_s)).sum()
+            Some(shaping) if is_crossed(shaping, axis) => {
+                // What is shaped is what the motors do together.
+                let axes = std::array::from_fn(|axis| self.shaped_steps(shaping, axis, t_s));
+                shaping.kinematics.motors_of(axes)[axis]
             }
+            Some(shaping) => self.shaped_steps(shaping, axis, t_s),
             None => self.unshaped_steps(axis, t_s),
         }
+    }
+
+    /// The place where its shaper has an axis, steps of the axis.
+    fn shaped_steps(&self, shaping: &Shaping, axis: usize, t_s: f64) -> f64 {
+        let impulses = shaping.impulses[axis];
+        if let Some(ends_s) = impulses.box_ends_s() {
+            let [to_s, from_s] = ends_s.map(|delay_s| t_s - delay_s);
+            return self.mean_steps(axis, from_s, to_s);
+        }
+        impulses.iter().map(|(weight, delay_s)| weight * self.unshaped_axis_steps(axis, t_s - delay_s)).sum()
     }
 
     /// The place where it would be unshaped in the mean, steps: exact by Simpson's rule between the instants at which its
@@ -49,14 +57,23 @@ impl<'a> Places<'a> {
         let mut begin_s = from_s;
         let mut integral = 0.0;
         for end_s in knots_s.chain([to_s]) {
-            let places = [begin_s, 0.5 * (begin_s + end_s), end_s].map(|t_s| self.unshaped_steps(axis, t_s));
+            let places = [begin_s, 0.5 * (begin_s + end_s), end_s].map(|t_s| self.unshaped_axis_steps(axis, t_s));
             integral += (end_s - begin_s) / 6.0 * (places[0] + 4.0 * places[1] + places[2]);
             begin_s = end_s;
         }
         integral / (to_s - from_s)
     }
 
-    /// The place where it would be unshaped, steps.
+    /// The place where an axis would be unshaped, steps of the axis.
+    fn unshaped_axis_steps(&self, axis: usize, t_s: f64) -> f64 {
+        let kinematics = self.shaping().map_or(Kinematics::Cartesian, |shaping| shaping.kinematics);
+        match kinematics {
+            Kinematics::Cartesian => self.unshaped_steps(axis, t_s),
+            _ => kinematics.axes_of(std::array::from_fn(|motor| self.unshaped_steps(motor, t_s)))[axis],
+        }
+    }
+
+    /// The place where a motor would be unshaped, steps.
     fn unshaped_steps(&self, axis: usize, t_s: f64) -> f64 {
         let begun = self.begins_s.partition_point(|begin_s| *begin_s <= t_s);
         self.run[begun.saturating_sub(1)].place_steps(axis, t_s)
@@ -67,7 +84,7 @@ impl<'a> Places<'a> {
     pub(crate) fn bends_s(&self, axis: usize) -> impl Iterator<Item = f64> + use<> {
         let unshaped_s = self.knots_s.clone();
         let delays_s: Vec<f64> = match self.shaping() {
-            Some(shaping) => shaping.impulses[axis].iter().map(|(_, delay_s)| delay_s).collect(),
+            Some(shaping) => delays_s(shaping, axis),
             None => vec![0.0],
         };
         let mut next = vec![0; delays_s.len()];
@@ -78,6 +95,17 @@ impl<'a> Places<'a> {
             Some(t_s)
         })
     }
+}
+
+/// True if a motor moves more axes than one.
+fn is_crossed(shaping: &Shaping, motor: usize) -> bool {
+    shaping.kinematics.moves(Axis::ALL[motor]).iter().filter(|moves| **moves).count() > 1
+}
+
+/// The delays of all impulses that a motor makes, of whichever axis, s.
+pub(crate) fn delays_s(shaping: &Shaping, motor: usize) -> Vec<f64> {
+    let axes = Axis::ALL.into_iter().filter(|axis| shaping.kinematics.moves(*axis)[motor]);
+    axes.flat_map(|axis| shaping.impulses[axis as usize].iter().map(|(_, delay_s)| delay_s)).collect()
 }
 
 /// When the acceleration of any axis of these moves changes, and some instants at which it does not, in order.

@@ -351,6 +351,6 @@ fn position(outcome: &Outcome) -> Verdict {
         }
         None => "carriages stand where the controller says".to_owned(),
     };
-    let kept = outcome.drift_steps == [0; AXES] && outcome.position_steps == outcome.counted_steps;
+    let kept = outcome.drift_steps == [0; AXES] && outcome.motor_steps == outcome.counted_steps;
     Verdict { promise: "final position exact", kept, detail }
 }

@@ -61,9 +61,7 @@ impl Live {
 
     /// The places of the carriages now, by the count of edges, mm.
     pub fn position_mm(&self) -> [f64; AXES] {
-        let steps_per_mm = self.sim.machine().config().steps_per_mm;
-        let steps = self.sim.counted_steps();
-        std::array::from_fn(|axis| f64::from(steps[axis]) / steps_per_mm[axis])
+        self.sim.machine().config().mm_at(self.sim.counted_steps())
     }
 
     /// Presses or releases the emergency stop.

@@ -123,18 +123,18 @@ impl Motion {
 
     fn push(&mut self, piece: &Outcome, record: &MoveRecord, interval: &Interval, [from_s, to_s]: [f64; 2], flags: u8) {
         let start_s = record.start_ns as f64 * 1e-9;
-        let steps_per_mm = piece.config_of(record).steps_per_mm;
         self.times_s.extend([start_s + from_s, start_s + to_s]);
         self.kinds.push(interval.kind as u8 + flags);
         // Just within the phase, because at its ends other formulas may hold.
         let aside_s = (to_s - from_s) * ASIDE;
-        for (axis, steps_per_mm) in steps_per_mm.into_iter().enumerate() {
-            let (speed, _) = motion_steps(record, interval, axis, from_s + aside_s);
-            let [begins, ends] =
-                [from_s + aside_s, to_s - aside_s].map(|t_s| motion_steps(record, interval, axis, t_s).1);
-            let values = [record.place_steps(axis, from_s), speed, begins];
-            self.values.extend(values.map(|steps| (steps / steps_per_mm) as f32));
-            self.changes_mm_s2.push(((ends - begins) / steps_per_mm) as f32);
+        let mm = |of_motor: &dyn Fn(usize) -> f64| piece.mm_of_move(record, std::array::from_fn(of_motor));
+        let accels = |t_s: f64| mm(&|motor| motion_steps(record, interval, motor, t_s).1);
+        let places_mm = mm(&|motor| record.place_steps(motor, from_s));
+        let speeds_mm_s = mm(&|motor| motion_steps(record, interval, motor, from_s + aside_s).0);
+        let [begins, ends] = [from_s + aside_s, to_s - aside_s].map(accels);
+        for axis in 0..AXES {
+            self.values.extend([places_mm[axis], speeds_mm_s[axis], begins[axis]].map(|value| value as f32));
+            self.changes_mm_s2.push((ends[axis] - begins[axis]) as f32);
         }
         self.push_load(piece, record, interval, [from_s, to_s]);
     }

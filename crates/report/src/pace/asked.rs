@@ -27,8 +27,10 @@ pub enum Limit {
 /// The demands of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asked {
-    /// Unit vector of the path.
+    /// Unit vector of the path, along the motors.
     pub direction: [f64; AXES],
+    /// The same along the axes.
+    pub along: [f64; AXES],
     /// Distance along the path per step of the longest axis, mm.
     pub mm_per_step: f64,
     /// The speed along the path that it would have without ramps, mm/s.
@@ -55,7 +57,7 @@ impl Asked {
         };
         let by_axis = top_mm_s <= feed_mm_s * (1.0 + SAME);
         let (mm_s, limit) = if by_axis { (top_mm_s, Limit::Axis(axis)) } else { (feed_mm_s, Limit::Feed) };
-        Self { direction, mm_per_step, mm_s, limit }
+        Self { direction, along: outcome.kinematics.along_axes(direction), mm_per_step, mm_s, limit }
     }
 
     /// True if `mm_s` is no slower than the speed asked for.

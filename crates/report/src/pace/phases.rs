@@ -106,7 +106,7 @@ impl Phase<'_> {
             (record.corner_steps(), if record.blend.is_some() { 0.0 } else { record.plan.begin_steps() });
         let origin_mm = outcome.mm(origin_steps);
         let before_mm = (self.places_steps[0] - from_steps) * self.asked.mm_per_step;
-        std::array::from_fn(|axis| origin_mm[axis] + (before_mm + made_mm) * self.asked.direction[axis])
+        std::array::from_fn(|axis| origin_mm[axis] + (before_mm + made_mm) * self.asked.along[axis])
     }
 }
 

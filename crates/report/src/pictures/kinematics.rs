@@ -67,7 +67,7 @@ impl MovingAxis {
 fn moving(outcome: &Outcome, record: &MoveRecord) -> Vec<MovingAxis> {
     let axes = (0..AXES).filter(|&axis| record.plan.steps[axis] != 0 || record.blend_steps(axis) > 0);
     axes.map(|index| {
-        let steps_per_mm = outcome.steps_per_mm[index];
+        let steps_per_mm = outcome.axis_steps_per_mm[index];
         let speeds = slopes(&spread(&places(outcome, record, index)));
         MovingAxis {
             index,
@@ -98,7 +98,7 @@ fn places(outcome: &Outcome, record: &MoveRecord, axis: usize) -> Vec<(f64, f64)
     let mut made = 0;
     let places = edges.map(|edge| {
         made += edge.direction;
-        (record.passed_s(edge.t_ns), f64::from(made) / outcome.steps_per_mm[axis])
+        (record.passed_s(edge.t_ns), f64::from(made) / outcome.axis_steps_per_mm[axis])
     });
     places.collect()
 }

@@ -125,7 +125,7 @@ fn pieces<'a>(
     take: &mut dyn FnMut(&Piece<Made>),
 ) {
     for phase in phases {
-        let [right, up] = plane.axes.map(|axis| phase.asked.direction[axis]);
+        let [right, up] = plane.axes.map(|axis| phase.asked.along[axis]);
         let fine = phase.distance_mm * right.hypot(up) * plane.fine_per_mm();
         let is_rapid = rapids[phase.index];
         let count = match phase.change {

@@ -1,6 +1,6 @@
 //! The motion of a load from edge to edge.
 
-use isostep_motion::Axis;
+use isostep_motion::{AXES, Axis};
 
 use isostep_sim::Outcome;
 use isostep_sim::analysis::{Oscillator, Ringing};
@@ -58,12 +58,21 @@ struct Step {
     index: usize,
 }
 
-/// The edges of all moves, each a step of the resolution that its move was planned with.
+/// The edges of all moves that move an axis, each a step of the resolution that its move was planned with.
 fn edges(outcome: &Outcome, axis: usize) -> impl Iterator<Item = Step> {
+    let moves = outcome.kinematics.moves(Axis::ALL[axis]);
     outcome.moves.iter().enumerate().flat_map(move |(index, record)| {
-        let step_mm = 1.0 / outcome.config_of(record).steps_per_mm[axis];
-        let own = outcome.edges_of(record).iter().filter(move |edge| edge.axis == axis);
-        own.map(move |edge| Step { t_ns: edge.t_ns, step_mm: f64::from(edge.direction) * step_mm, index })
+        let step_mm = |motor: usize| {
+            let mut steps = [0.0; AXES];
+            steps[motor] = 1.0;
+            outcome.mm_of_move(record, steps)[axis]
+        };
+        let steps_mm: [f64; AXES] = std::array::from_fn(step_mm);
+        let own = outcome.edges_of(record).iter().filter(move |edge| moves[edge.axis]);
+        own.map(move |edge| {
+            let step_mm = f64::from(edge.direction) * steps_mm[edge.axis];
+            Step { t_ns: edge.t_ns, step_mm, index }
+        })
     })
 }
 

@@ -9,7 +9,7 @@
 //! accelerations those of the edges, which in a shaped run are late. A slice has the highest ratio of all windows whose middle is in
 //! it, and of those that were the last of their axis before it. So no window is lost, however short it is.
 
-use isostep_motion::AXES;
+use isostep_motion::{AXES, Axis};
 use isostep_profile::Limits;
 
 use super::limits::{self, accel_span_s};
@@ -36,6 +36,14 @@ pub fn windows(outcome: &Outcome) -> impl Iterator<Item = Window> + '_ {
 /// The windows of one run, axis by axis.
 fn windows_of<'a>(outcome: &'a Outcome, run: &'a [MoveRecord]) -> impl Iterator<Item = Window> + use<'a> {
     (0..AXES).flat_map(move |axis| Samples::of(outcome, run, axis).windows())
+}
+
+/// The windows of the axes that crossed belts move: none if each axis has its own motor. Such an axis is where the motor that makes an
+/// edge has it, and where the other motor is then by the closed form, which its own edges are compared with. The limits are those at
+/// the end of the run.
+pub fn windows_of_axes(outcome: &Outcome) -> impl Iterator<Item = Window> + '_ {
+    let axes = (0..AXES).filter(|&axis| outcome.kinematics.moves(Axis::ALL[axis]).iter().filter(|moves| **moves).count() > 1);
+    axes.flat_map(move |axis| outcome.runs().flat_map(move |(_, run)| Samples::of_axis(outcome, run, axis).windows()))
 }
 
 /// The highest fraction of a limit, and where it is; `None` without a move.
@@ -80,12 +88,8 @@ impl Samples {
         let start_ns = run[0].start_ns;
         let (first, last) = (&run[0], &run[run.len() - 1]);
         let edges = outcome.edges_of_run(run).iter().filter(|edge| edge.axis == axis);
-        let mut filled = Filled { places: Places::of(run), axis, span_s, turns: 0, all: Vec::new() };
-        let begin_s = first.begin_s();
-        let begin = filled.places.steps(axis, begin_s);
-        for spans in [2.0, 1.0, 0.0] {
-            filled.all.push(Sample { t_s: begin_s - spans * span_s, steps: begin, turns: [0; 2] });
-        }
+        let places = Places::of(run);
+        let mut filled = Filled::new(first.begin_s(), span_s, |t_s| places.steps(axis, t_s));
         let (mut at, mut direction) = (f64::from(first.origin_steps[axis]), 0);
         for edge in edges {
             at += f64::from(edge.direction);
@@ -94,11 +98,29 @@ impl Samples {
             let t_s = (edge.t_ns as f64 - start_ns as f64) * 1e-9;
             filled.push(t_s, at - 0.5 * f64::from(direction));
         }
-        if last.is_whole() {
-            let end = filled.places.steps(axis, last.plan_s);
-            [0.0, 1.0, 2.0].into_iter().for_each(|spans| filled.push(last.plan_s + spans * span_s, end));
-        }
+        filled.finish(last);
         let own = if first.shaping.is_some() { limits::either_way(own) } else { *own };
+        let limits_steps_s2 = [own.accel_steps_s2, own.decel_steps_s2];
+        Self { axis, start_ns, span_s, limits_steps_s2, all: filled.all }
+    }
+
+    /// Of an axis that several motors move.
+    fn of_axis(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> Self {
+        let (own, kinematics) = (limits::either_way(&outcome.axis_limits[axis]), outcome.kinematics);
+        let (first, last) = (&run[0], &run[run.len() - 1]);
+        let (span_s, start_ns, moves) = (span_s(outcome, &own), first.start_ns, kinematics.moves(Axis::ALL[axis]));
+        let places = Places::of(run);
+        let place = |t_s: f64| std::array::from_fn::<_, AXES, _>(|motor| places.steps(motor, t_s));
+        let mut filled = Filled::new(first.begin_s(), span_s, |t_s| kinematics.axes_of(place(t_s))[axis]);
+        let mut at_steps = first.origin_steps.map(f64::from);
+        for edge in outcome.edges_of_run(run).iter().filter(|edge| moves[edge.axis]) {
+            let (t_s, direction) = ((edge.t_ns as f64 - start_ns as f64) * 1e-9, f64::from(edge.direction));
+            at_steps[edge.axis] += direction;
+            let mut motors = place(t_s);
+            motors[edge.axis] = at_steps[edge.axis] - 0.5 * direction;
+            filled.push(t_s, kinematics.axes_of(motors)[axis]);
+        }
+        filled.finish(last);
         let limits_steps_s2 = [own.accel_steps_s2, own.decel_steps_s2];
         Self { axis, start_ns, span_s, limits_steps_s2, all: filled.all }
     }
@@ -130,16 +152,30 @@ impl Samples {
 }
 
 /// Samples in order, where gaps are filled.
-struct Filled<'a> {
-    places: Places<'a>,
-    axis: usize,
+struct Filled<P> {
+    /// The place at an instant, s from the start of the run, by the closed form.
+    place: P,
     span_s: f64,
     /// The number of turns of the axis.
     turns: u32,
     all: Vec<Sample>,
 }
 
-impl Filled<'_> {
+impl<P: Fn(f64) -> f64> Filled<P> {
+    fn new(begin_s: f64, span_s: f64, place: P) -> Self {
+        let begin = place(begin_s);
+        let rest = |spans: f64| Sample { t_s: begin_s - spans * span_s, steps: begin, turns: [0; 2] };
+        Self { place, span_s, turns: 0, all: [2.0, 1.0, 0.0].map(rest).into() }
+    }
+
+    /// It stands still behind the last move, unless that was stopped.
+    fn finish(&mut self, last: &MoveRecord) {
+        if last.is_whole() {
+            let end = (self.place)(last.plan_s);
+            [0.0, 1.0, 2.0].into_iter().for_each(|spans| self.push(last.plan_s + spans * self.span_s, end));
+        }
+    }
+
     fn push(&mut self, t_s: f64, steps: f64) {
         let last = self.all[self.all.len() - 1];
         // Up to here the axis has turned as often as by its last edge.
@@ -148,7 +184,7 @@ impl Filled<'_> {
         if t_s - before_s > 2.0 * self.span_s {
             while t_s - before_s > 1.5 * self.span_s {
                 before_s += self.span_s;
-                let steps = self.places.steps(self.axis, before_s);
+                let steps = (self.place)(before_s);
                 self.all.push(Sample { t_s: before_s, steps, turns });
             }
         }

@@ -13,6 +13,7 @@ use super::limits::{self, Ends, LimitRatios};
 use crate::corners;
 use crate::moves::MoveRecord;
 use crate::outcome::Outcome;
+use crate::places;
 
 /// The highest values of each axis over all shaped runs of the program, each as a fraction of its limit.
 pub fn ratios(outcome: &Outcome) -> [LimitRatios; AXES] {
@@ -68,9 +69,9 @@ fn jumps_s(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> Vec<f64> {
     let (first, last) = (&run[0], &run[run.len() - 1]);
     let corners_s = corners_s(outcome, run, axis);
     let jumping_s: Vec<f64> = corners_s.chain([first.begin_s(), last.plan_s - last.lasts_s()]).collect();
-    let impulses = first.shaping.iter().flat_map(|shaping| shaping.impulses[axis].iter());
+    let delays_s = first.shaping.iter().flat_map(|shaping| places::delays_s(shaping, axis));
     let mut jumps_s: Vec<_> =
-        impulses.flat_map(|(_, delay_s)| jumping_s.iter().map(move |begin_s| begin_s + delay_s)).collect();
+        delays_s.flat_map(|delay_s| jumping_s.iter().map(move |begin_s| begin_s + delay_s)).collect();
     jumps_s.sort_by(f64::total_cmp);
     jumps_s
 }

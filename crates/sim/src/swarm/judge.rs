@@ -30,8 +30,8 @@ pub(super) fn judge(outcome: &Outcome, homed: [bool; AXES], is_deceived: bool) -
 /// The first promise that is broken.
 pub fn steps(outcome: &Outcome) -> Result<(), Broken> {
     timing(outcome)?;
-    if outcome.position_steps != outcome.counted_steps {
-        let found = format!("says {:?}, made {:?}", outcome.position_steps, outcome.counted_steps);
+    if outcome.motor_steps != outcome.counted_steps {
+        let found = format!("says {:?}, made {:?}", outcome.motor_steps, outcome.counted_steps);
         return Err(("counts are those of the edges", found));
     }
     moves(outcome)?;
