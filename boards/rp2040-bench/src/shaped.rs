@@ -2,7 +2,7 @@
 
 use isostep_profile::CountedPhase;
 use isostep_profile::chain::Chunk;
-use isostep_profile::shaper::{Impulses, Shaped, Shaper, ShaperInput};
+use isostep_profile::shaper::{Impulses, Shaped, Shaper, ShaperInput, Source};
 
 use crate::AXES;
 

@@ -223,7 +223,7 @@ where
             self.taken += 1;
             return Taken::In;
         }
-        if let Some(motor) = self.machine.onto_switch(steps) {
+        if let Some(motor) = self.machine.onto_switch(self.kinematics.axes(steps)) {
             return self.refuse(Alarm::HardLimit { motor });
         }
         match self.join_or_push(steps, &one) {

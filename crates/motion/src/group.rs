@@ -71,6 +71,7 @@ impl GroupRule {
     };
 
     /// For axes with these limits and steps/mm, if each move takes the processor `least_s` at least.
+    #[cold]
     pub fn new(least_s: f64, times: &LeastTimes, limits: &[Limits; AXES], steps_per_mm: &[f64; AXES]) -> Self {
         let parts_per_mm = steps_per_mm.map(|steps_per_mm| steps_per_mm * f64::from(OFFSET_PARTS));
         let of_axes = || limits.iter().zip(steps_per_mm);

@@ -40,22 +40,17 @@ const Y: usize = Axis::Y as usize;
 impl Kinematics {
     /// The steps of the motors for these of the axes, of a place or of a way.
     #[must_use]
-    pub fn motors(self, mut axes: [i32; AXES]) -> [i32; AXES] {
-        if self == Self::CoreXy {
-            (axes[X], axes[Y]) = (axes[X].wrapping_add(axes[Y]), axes[X].wrapping_sub(axes[Y]));
-        }
-        axes
+    #[inline(always)]
+    pub fn motors(self, axes: [i32; AXES]) -> [i32; AXES] {
+        if self == Self::Cartesian { axes } else { crossed_motors(axes) }
     }
 
     /// The steps of the axes for these of the motors, of a place or of a way. With crossed belts an axis may stand half a step beside a
     /// whole one: that is the one farther from zero.
     #[must_use]
-    pub fn axes(self, mut motors: [i32; AXES]) -> [i32; AXES] {
-        if self == Self::CoreXy {
-            let half = |sum: i32| (sum + sum.signum()) / 2;
-            (motors[X], motors[Y]) = (half(motors[X].wrapping_add(motors[Y])), half(motors[X].wrapping_sub(motors[Y])));
-        }
-        motors
+    #[inline(always)]
+    pub fn axes(self, motors: [i32; AXES]) -> [i32; AXES] {
+        if self == Self::Cartesian { motors } else { crossed_axes(motors) }
     }
 
     /// The same for what need not be whole: places, ways, speeds or accelerations.
@@ -123,11 +118,9 @@ impl Kinematics {
     }
 
     /// A move in steps of motors, for one in steps of axes.
+    #[inline(always)]
     pub(crate) fn of_move(self, one: &Move) -> Move {
-        match self {
-            Self::Cartesian => *one,
-            Self::CoreXy => crossed(one),
-        }
+        if self == Self::Cartesian { *one } else { crossed_move(one) }
     }
 
     /// What a shaper of `axis` shapes, of what the chain plans, and how many steps of that are a step of the axis.
@@ -140,9 +133,22 @@ impl Kinematics {
     }
 }
 
+#[cold]
+fn crossed_motors(mut axes: [i32; AXES]) -> [i32; AXES] {
+    (axes[X], axes[Y]) = (axes[X].wrapping_add(axes[Y]), axes[X].wrapping_sub(axes[Y]));
+    axes
+}
+
+#[cold]
+fn crossed_axes(mut motors: [i32; AXES]) -> [i32; AXES] {
+    let half = |sum: i32| (sum + sum.signum()) / 2;
+    (motors[X], motors[Y]) = (half(motors[X].wrapping_add(motors[Y])), half(motors[X].wrapping_sub(motors[Y])));
+    motors
+}
+
 /// Where a path goes beside whole steps, each motor goes to the whole step that is nearest.
 #[cold]
-fn crossed(one: &Move) -> Move {
+fn crossed_move(one: &Move) -> Move {
     let mut made = Move { target_steps: Kinematics::CoreXy.motors(one.target_steps), ..*one };
     if one.deviation_mm > 0.0 {
         let [x, y] = [X, Y].map(|axis| i32::from(one.offsets[axis]));
@@ -155,6 +161,7 @@ fn crossed(one: &Move) -> Move {
 }
 
 /// The whole step nearest to a place which is so many parts beside another, and how far that is beside it: less than half a step.
+#[cold]
 fn beside(steps: i32, parts: i32) -> (i32, i8) {
     let half = OFFSET_PARTS / 2;
     let whole = if parts.abs() < half { 0 } else { parts.signum() };

@@ -204,6 +204,7 @@ impl Machine {
 
     /// The places where each axis stands, steps.
     #[must_use]
+    #[cold]
     pub fn position_steps(&self) -> [i32; AXES] {
         self.with(|inner| inner.config.kinematics).axes(self.motor_steps())
     }

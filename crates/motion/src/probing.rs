@@ -43,7 +43,7 @@ where
         let kinematics = self.machine.config().kinematics;
         let (target_steps, origin_steps) = (kinematics.motors(target_steps), self.machine.motor_steps());
         let steps = core::array::from_fn(|axis| target_steps[axis].wrapping_sub(origin_steps[axis]));
-        if let Some(motor) = self.machine.onto_switch(steps) {
+        if let Some(motor) = self.machine.onto_switch(kinematics.axes(steps)) {
             return Err(Alarm::HardLimit { motor });
         }
         self.machine.set_probed(Probed { touched: false, position_steps: kinematics.axes(origin_steps) });

@@ -13,7 +13,6 @@ use isostep_profile::shaper::{Impulses, NextPart, Shaped, ShaperInput, Source};
 
 use crate::axes::AXES;
 use crate::config::Config;
-use crate::kinematics::Kinematics;
 use crate::tag::Chunk;
 
 /// The number of phases that are kept of each axis.
@@ -25,8 +24,6 @@ pub(crate) const PHASES: usize = if cfg!(feature = "short-look-ahead") { 24 } el
 pub struct Shaping {
     /// The impulses of each axis, by which it is late by [`delay_s`](Self::delay_s) in the mean.
     pub impulses: [Impulses; AXES],
-    /// What the motors do for the axes to move.
-    pub kinematics: Kinematics,
     /// By how much the axes are late on the path, s.
     pub delay_s: f64,
     /// The time by which a run lasts longer, s.
@@ -46,7 +43,7 @@ impl Config {
         let delay_s = impulses.iter().map(Impulses::mean_s).fold(0.0, f64::max);
         let impulses = impulses.map(|impulses| impulses.later(delay_s - impulses.mean_s()));
         let lasts_s = impulses.iter().map(Impulses::last_s).fold(0.0, f64::max);
-        Some(Shaping { impulses, kinematics: self.kinematics, delay_s, lasts_s })
+        Some(Shaping { impulses, delay_s, lasts_s })
     }
 }
 

@@ -115,6 +115,7 @@ impl Limits {
 
     /// True if no limit is lower than that of `other`.
     #[must_use]
+    #[cold]
     pub(crate) fn is_looser(&self, other: &Self) -> bool {
         self.tighter(other) == *other
     }

@@ -74,7 +74,7 @@ type Point = (f64, [f64; AXES]);
 /// The largest distance of a shaped run from the path of its plans, mm, and the index of the move there.
 fn farthest(outcome: &Outcome, first: usize, run: &[MoveRecord]) -> Option<(f64, usize)> {
     let shaping = run[0].shaping.as_deref()?;
-    let (places, last) = (Places::of(run), &run[run.len() - 1]);
+    let (places, last) = (Places::of(run, outcome.kinematics), &run[run.len() - 1]);
     let per_mm = outcome.config_of(&run[0]).steps_per_mm;
     let mut ahead = points(run, &per_mm).peekable();
     // Where the path was while the impulses passed, and one point to either side.

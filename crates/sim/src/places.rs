@@ -14,12 +14,13 @@ pub struct Places<'a> {
     begins_s: Vec<f64>,
     /// When the acceleration of any axis changes, unshaped, in order; and some instants at which it does not.
     knots_s: Vec<f64>,
+    kinematics: Kinematics,
 }
 
 impl<'a> Places<'a> {
     /// The places in a run of these moves, one at least.
-    pub fn of(run: &'a [MoveRecord]) -> Self {
-        Self { run, begins_s: run.iter().map(MoveRecord::begin_s).collect(), knots_s: knots_s(run) }
+    pub fn of(run: &'a [MoveRecord], kinematics: Kinematics) -> Self {
+        Self { run, begins_s: run.iter().map(MoveRecord::begin_s).collect(), knots_s: knots_s(run), kinematics }
     }
 
     fn shaping(&self) -> Option<&'a Shaping> {
@@ -29,10 +30,10 @@ impl<'a> Places<'a> {
     /// The place where an axis is at `t_s` from the start of the run, steps.
     pub fn steps(&self, axis: usize, t_s: f64) -> f64 {
         match self.shaping() {
-            Some(shaping) if is_crossed(shaping, axis) => {
+            Some(shaping) if self.is_crossed(axis) => {
                 // What is shaped is what the motors do together.
                 let axes = std::array::from_fn(|axis| self.shaped_steps(shaping, axis, t_s));
-                shaping.kinematics.motors_of(axes)[axis]
+                self.kinematics.motors_of(axes)[axis]
             }
             Some(shaping) => self.shaped_steps(shaping, axis, t_s),
             None => self.unshaped_steps(axis, t_s),
@@ -66,11 +67,15 @@ impl<'a> Places<'a> {
 
     /// The place where an axis would be unshaped, steps of the axis.
     fn unshaped_axis_steps(&self, axis: usize, t_s: f64) -> f64 {
-        let kinematics = self.shaping().map_or(Kinematics::Cartesian, |shaping| shaping.kinematics);
-        match kinematics {
-            Kinematics::Cartesian => self.unshaped_steps(axis, t_s),
-            _ => kinematics.axes_of(std::array::from_fn(|motor| self.unshaped_steps(motor, t_s)))[axis],
+        if !self.is_crossed(axis) {
+            return self.unshaped_steps(axis, t_s);
         }
+        self.kinematics.axes_of(std::array::from_fn(|motor| self.unshaped_steps(motor, t_s)))[axis]
+    }
+
+    /// True if a motor moves more axes than one.
+    fn is_crossed(&self, motor: usize) -> bool {
+        self.kinematics.moves(Axis::ALL[motor]).iter().filter(|moves| **moves).count() > 1
     }
 
     /// The place where a motor would be unshaped, steps.
@@ -84,7 +89,7 @@ impl<'a> Places<'a> {
     pub(crate) fn bends_s(&self, axis: usize) -> impl Iterator<Item = f64> + use<> {
         let unshaped_s = self.knots_s.clone();
         let delays_s: Vec<f64> = match self.shaping() {
-            Some(shaping) => delays_s(shaping, axis),
+            Some(shaping) => delays_s(shaping, self.kinematics, axis),
             None => vec![0.0],
         };
         let mut next = vec![0; delays_s.len()];
@@ -97,14 +102,9 @@ impl<'a> Places<'a> {
     }
 }
 
-/// True if a motor moves more axes than one.
-fn is_crossed(shaping: &Shaping, motor: usize) -> bool {
-    shaping.kinematics.moves(Axis::ALL[motor]).iter().filter(|moves| **moves).count() > 1
-}
-
 /// The delays of all impulses that a motor makes, of whichever axis, s.
-pub(crate) fn delays_s(shaping: &Shaping, motor: usize) -> Vec<f64> {
-    let axes = Axis::ALL.into_iter().filter(|axis| shaping.kinematics.moves(*axis)[motor]);
+pub(crate) fn delays_s(shaping: &Shaping, kinematics: Kinematics, motor: usize) -> Vec<f64> {
+    let axes = Axis::ALL.into_iter().filter(|axis| kinematics.moves(*axis)[motor]);
     axes.flat_map(|axis| shaping.impulses[axis as usize].iter().map(|(_, delay_s)| delay_s)).collect()
 }
 

@@ -87,12 +87,11 @@ impl Machine {
         self.life().cause
     }
 
-    /// The first motor that these steps of the motors would take further onto its switch. The switch has closed already, so no edge would
+    /// The first motor that these steps of the axes would take further onto its switch. The switch has closed already, so no edge would
     /// report it.
     pub(crate) fn onto_switch(&self, steps: [i32; AXES]) -> Option<Motor> {
         self.with(|inner| {
-            let Config { hard_limits, homing, squared, is_endless, kinematics, .. } = &inner.config;
-            let steps = kinematics.axes(steps);
+            let Config { hard_limits, homing, squared, is_endless, .. } = &inner.config;
             let is_towards = |motor: &Motor| {
                 let steps = steps[motor.axis as usize];
                 steps != 0

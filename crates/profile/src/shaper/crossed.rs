@@ -115,6 +115,7 @@ impl Crossed {
     }
 
     /// Has an axis go on to its next part. `None` if that is not known.
+    #[cold]
     fn pass(&mut self, axis: usize, next: NextPart) -> Option<()> {
         let ended = &self.axes[axis];
         self.rests_steps[axis] = ended.last_steps.unwrap_or(self.rests_steps[axis]);
@@ -132,6 +133,7 @@ impl Crossed {
     }
 
     /// The motion of a motor from now on. Its place counts from the whole step where it is.
+    #[cold]
     fn sum_of(&self, motor: usize) -> Sum {
         let sign = if motor == 0 { 1.0 } else { -1.0 };
         let [x, y] = [0, 1].map(|axis| {
@@ -154,6 +156,7 @@ impl Crossed {
     }
 
     /// The half steps of the axes at `end_s`, if both come to rest there, or rest already.
+    #[cold]
     fn half_steps_at_rest(&self, end_s: f64) -> Option<[i32; TWO]> {
         let at_rest = |axis: usize| {
             let ShapedPart { sum, end_s: ends_s, last_steps, .. } = &self.axes[axis];

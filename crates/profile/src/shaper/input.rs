@@ -75,6 +75,8 @@ impl ShaperInput {
     }
 
     /// Begins a run of `source`, whose first chunk is this. Its top speed is `top_steps_s`.
+    // Cold, as the end: they are needed once a run.
+    #[cold]
     pub fn begin<const N: usize, const LEN: usize, T>(
         source: Source,
         first: &Chunk<N, T>,
@@ -141,6 +143,7 @@ impl ShaperInput {
     }
 
     /// The run ends with this chunk, of which all has been read; there is room for another phase.
+    #[cold]
     pub fn finish<const N: usize, const LEN: usize, T>(&mut self, last: &Chunk<N, T>, shaped: &mut Shaped<LEN>) {
         let source = self.source;
         let (made, place_steps) = match &last.plan {

@@ -88,7 +88,7 @@ impl Samples {
         let start_ns = run[0].start_ns;
         let (first, last) = (&run[0], &run[run.len() - 1]);
         let edges = outcome.edges_of_run(run).iter().filter(|edge| edge.axis == axis);
-        let places = Places::of(run);
+        let places = Places::of(run, outcome.kinematics);
         let mut filled = Filled::new(first.begin_s(), span_s, |t_s| places.steps(axis, t_s));
         let (mut at, mut direction) = (f64::from(first.origin_steps[axis]), 0);
         for edge in edges {
@@ -109,7 +109,7 @@ impl Samples {
         let (own, kinematics) = (limits::either_way(&outcome.axis_limits[axis]), outcome.kinematics);
         let (first, last) = (&run[0], &run[run.len() - 1]);
         let (span_s, start_ns, moves) = (span_s(outcome, &own), first.start_ns, kinematics.moves(Axis::ALL[axis]));
-        let places = Places::of(run);
+        let places = Places::of(run, outcome.kinematics);
         let place = |t_s: f64| std::array::from_fn::<_, AXES, _>(|motor| places.steps(motor, t_s));
         let mut filled = Filled::new(first.begin_s(), span_s, |t_s| kinematics.axes_of(place(t_s))[axis]);
         let mut at_steps = first.origin_steps.map(f64::from);

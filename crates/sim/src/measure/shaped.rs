@@ -69,7 +69,7 @@ fn jumps_s(outcome: &Outcome, run: &[MoveRecord], axis: usize) -> Vec<f64> {
     let (first, last) = (&run[0], &run[run.len() - 1]);
     let corners_s = corners_s(outcome, run, axis);
     let jumping_s: Vec<f64> = corners_s.chain([first.begin_s(), last.plan_s - last.lasts_s()]).collect();
-    let delays_s = first.shaping.iter().flat_map(|shaping| places::delays_s(shaping, axis));
+    let delays_s = first.shaping.iter().flat_map(|shaping| places::delays_s(shaping, outcome.kinematics, axis));
     let mut jumps_s: Vec<_> =
         delays_s.flat_map(|delay_s| jumping_s.iter().map(move |begin_s| begin_s + delay_s)).collect();
     jumps_s.sort_by(f64::total_cmp);

@@ -242,6 +242,9 @@ impl Random {
         if settings.speed_profile >= 3 {
             settings.start_rate_mm_min = [60.0; AXES];
         }
+        if self.one_in(4) && settings.second_motor().is_none_or(|axis| axis > 1) {
+            (settings.kinematics, settings.steps_per_mm[1]) = (1, settings.steps_per_mm[0]);
+        }
         settings
     }
 

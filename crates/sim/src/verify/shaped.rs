@@ -112,7 +112,7 @@ pub fn runs(outcome: &Outcome) -> impl Iterator<Item = RunCheck> {
 }
 
 fn check(outcome: &Outcome, first: usize, run: &[MoveRecord]) -> RunCheck {
-    let (places, last) = (Places::of(run), &run[run.len() - 1]);
+    let (places, last) = (Places::of(run, outcome.kinematics), &run[run.len() - 1]);
     let is_whole = last.is_whole();
     let axes = Axis::ALL.map(|axis| Track::of(outcome, run, &places, axis));
     let start_s = run[0].start_ns as f64 * 1e-9;
@@ -138,7 +138,7 @@ fn check(outcome: &Outcome, first: usize, run: &[MoveRecord]) -> RunCheck {
 /// For each edge of an axis of a shaped run, its instant, s since power-up, and how much later than the closed form it was,
 /// ns.
 pub fn errors_ns(outcome: &Outcome, run: &[MoveRecord], axis: Axis) -> Vec<(f64, f64)> {
-    let places = Places::of(run);
+    let places = Places::of(run, outcome.kinematics);
     let track = Track::of(outcome, run, &places, axis);
     let start_s = run[0].start_ns as f64 * 1e-9;
     track.errors_ns().map(|(t_s, error_ns)| (start_s + t_s, error_ns)).collect()
