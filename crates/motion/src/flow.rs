@@ -107,7 +107,7 @@ where
         let shaping = purpose.shaping(&config);
         let times = self.least_times;
         let effort = times.effort(speed_profile, &self.machine.capabilities(), &config.wiring, shaping.as_ref());
-        self.chain.set_config(config.chain(interval_split).with_effort(effort));
+        self.chain.set_config(config.chain(interval_split, shaping.as_ref()).with_effort(effort));
         let has_blends = speed_profile == SpeedProfile::Trapezoid && interval_split == IntervalSplit::Fastest;
         self.group_rule = if purpose == Purpose::Program && has_blends {
             let Config { limits, steps_per_mm, .. } = config.of_motors();

@@ -21,6 +21,7 @@ use isostep_profile::{IntervalSplit, Limits, OFFSET_PARTS};
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::machine::Move;
+use crate::shaping::Shaping;
 
 /// What the motors do for the axes to move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,7 +47,7 @@ impl Kinematics {
     }
 
     /// The steps of the axes for these of the motors, of a place or of a way. With crossed belts an axis may stand half a step beside a
-    /// whole one: that is the one farther from zero.
+    /// whole one, which is said to be the one nearer to zero: so it is never beyond its travel by that.
     #[must_use]
     #[inline(always)]
     pub fn axes(self, motors: [i32; AXES]) -> [i32; AXES] {
@@ -141,8 +142,7 @@ fn crossed_motors(mut axes: [i32; AXES]) -> [i32; AXES] {
 
 #[cold]
 fn crossed_axes(mut motors: [i32; AXES]) -> [i32; AXES] {
-    let half = |sum: i32| (sum + sum.signum()) / 2;
-    (motors[X], motors[Y]) = (half(motors[X].wrapping_add(motors[Y])), half(motors[X].wrapping_sub(motors[Y])));
+    (motors[X], motors[Y]) = (motors[X].wrapping_add(motors[Y]) / 2, motors[X].wrapping_sub(motors[Y]) / 2);
     motors
 }
 
@@ -199,17 +199,50 @@ impl Config {
         self.of_motors().steps_per_mm
     }
 
-    /// The configuration of a chain that plans in steps of motors.
+    /// The limits of the axes that crossed belts move, for runs that are shaped like this.
+    ///
+    /// If the shapers of X and Y differ, a motor may make at once what X did at one instant and Y at another. So that it keeps its own
+    /// limits whatever that is, both axes together may then do no more than one motor.
+    #[must_use]
     #[cold]
-    pub(crate) fn chain(&self, interval_split: IntervalSplit) -> ChainConfig<AXES> {
+    pub fn crossed_limits(&self, shaping: Option<&Shaping>) -> [Limits; 2] {
+        let own = [self.limits[X], self.limits[Y]];
+        match shaping {
+            Some(shaping) if shaping.impulses[X] != shaping.impulses[Y] => {
+                let motor = looser(&own[0], &own[1]);
+                own.map(|limits| shared(&limits, &own, &motor))
+            }
+            _ => own,
+        }
+    }
+
+    /// The configuration of a chain that plans in steps of motors, for runs that are shaped like this.
+    #[cold]
+    pub(crate) fn chain(&self, interval_split: IntervalSplit, shaping: Option<&Shaping>) -> ChainConfig<AXES> {
         let Self { limits, steps_per_mm, .. } = self.of_motors();
         let mm_per_step = steps_per_mm.map(|steps| 1.0 / steps);
         let chain =
             ChainConfig::new(limits, mm_per_step, self.junction_deviation_mm, interval_split, self.speed_profile);
         match self.kinematics {
             Kinematics::Cartesian => chain,
-            Kinematics::CoreXy => chain.with_crossed([self.limits[X], self.limits[Y]]),
+            Kinematics::CoreXy => chain.with_crossed(self.crossed_limits(shaping)),
         }
+    }
+}
+
+/// The share of an axis in what a motor may do, limit by limit.
+fn shared(limits: &Limits, both: &[Limits; 2], motor: &Limits) -> Limits {
+    let share = |of: fn(&Limits) -> f64| {
+        let [own, all] = [of(limits), of(&both[0]) + of(&both[1])];
+        // Of no limit, or of none at all, an axis has all.
+        if own > 0.0 && all.is_finite() { own * of(motor) / all } else { own }
+    };
+    Limits {
+        start_speed_steps_s: share(|limits| limits.start_speed_steps_s),
+        top_speed_steps_s: share(|limits| limits.top_speed_steps_s),
+        accel_steps_s2: share(|limits| limits.accel_steps_s2),
+        decel_steps_s2: share(|limits| limits.decel_steps_s2),
+        jerk_steps_s3: share(|limits| limits.jerk_steps_s3),
     }
 }
 

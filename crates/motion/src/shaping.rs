@@ -106,7 +106,7 @@ impl ShapedAxis {
     pub fn next_part<'a>(&mut self, from: &ShapedFrom<'_, impl Fn(u32) -> Option<&'a Chunk>>) -> NextPart {
         match self.next(from, Shaped::next_part) {
             Some(part) => NextPart::Part(part),
-            None if self.is_over() => NextPart::Over,
+            None if self.is_over() => NextPart::Over(self.shaped.end_steps()),
             None => NextPart::Unknown,
         }
     }

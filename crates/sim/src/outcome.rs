@@ -80,7 +80,7 @@ pub struct Outcome {
     pub steps_per_mm: [f64; AXES],
     /// The resolution of its axes at the end, steps/mm.
     pub axis_steps_per_mm: [f64; AXES],
-    /// The limits of its axes at the end, steps of the axes.
+    /// The limits of its axes at the end, steps of the axes. With crossed belts and unlike shapers they are lower than what is set.
     pub axis_limits: [Limits; AXES],
     /// Its travel at the end, mm.
     pub travel_mm: [f64; AXES],
@@ -107,6 +107,15 @@ pub struct SecondAtEnd {
     pub drift_steps: i32,
     /// The distance that it is farther from its switch than the first motor, beyond the offset, steps.
     pub off_square_steps: i32,
+}
+
+/// The limits of the axes in a program.
+fn axis_limits(config: &isostep_motion::Config) -> [Limits; AXES] {
+    let mut limits = config.limits;
+    if config.kinematics == Kinematics::CoreXy {
+        limits[..2].copy_from_slice(&config.crossed_limits(config.shaping().as_ref()));
+    }
+    limits
 }
 
 fn second_at_end(world: &World, config: &isostep_motion::Config) -> Option<SecondAtEnd> {
@@ -183,7 +192,7 @@ impl Outcome {
             state: machine.state(),
             steps_per_mm: machine_config.steps_per_mm,
             axis_steps_per_mm: axes_config.steps_per_mm,
-            axis_limits: axes_config.limits,
+            axis_limits: axis_limits(&axes_config),
             travel_mm: machine_config.travel_mm,
             limits: machine_config.limits,
             junction_deviation_mm: machine_config.junction_deviation_mm,

@@ -17,8 +17,8 @@ const TWO: usize = 2;
 pub enum NextPart {
     /// This.
     Part(ShapedPart),
-    /// It stands still to the end of the run.
-    Over,
+    /// It stands still to the end of the run, by when it has made so many half steps.
+    Over(i32),
     /// That is not known yet.
     Unknown,
 }
@@ -28,8 +28,6 @@ pub enum NextPart {
 pub struct Crossed {
     /// The parts of the axes that are under way.
     axes: [ShapedPart; TWO],
-    /// The half steps of each axis where it came to rest last.
-    rests_steps: [i32; TWO],
     counters: [StepCounter; TWO],
     /// Up to when it has been taken, s from the start of the run.
     t_s: f64,
@@ -43,6 +41,7 @@ impl Crossed {
         end_s: 0.0,
         base_steps: 0,
         last_steps: None,
+        is_last: false,
     };
 
     /// Nothing is known of any motion.
@@ -50,7 +49,6 @@ impl Crossed {
     pub const fn empty() -> Self {
         Self {
             axes: [Self::REST; TWO],
-            rests_steps: [0; TWO],
             counters: [StepCounter::NONE; TWO],
             t_s: 0.0,
             behind: None,
@@ -105,7 +103,7 @@ impl Crossed {
             let turns_s = self.t_s + sum.turns_after_s();
             end_s = if turns_s < end_s - AT_ONCE_S { turns_s } else { end_s };
         }
-        let last_steps = self.half_steps_at_rest(end_s).map(|[x, y]| [x.wrapping_add(y) / 2, x.wrapping_sub(y) / 2]);
+        let last_steps = self.half_steps_at_end(end_s).map(|[x, y]| [x.wrapping_add(y) / 2, x.wrapping_sub(y) / 2]);
         let [own, other] = [motor, 1 - motor].map(|motor| {
             let base_steps = self.counters[motor].made_steps();
             self.counters[motor].count(sums[motor], end_s, base_steps, last_steps.map(|steps| steps[motor]))
@@ -118,14 +116,13 @@ impl Crossed {
     #[cold]
     fn pass(&mut self, axis: usize, next: NextPart) -> Option<()> {
         let ended = &self.axes[axis];
-        self.rests_steps[axis] = ended.last_steps.unwrap_or(self.rests_steps[axis]);
         self.axes[axis] = match next {
             NextPart::Part(part) => part,
-            NextPart::Over => {
+            NextPart::Over(half_steps) => {
                 let place_steps = ended.sum.at(ended.end_s).0;
                 let phase = AxisPhase::rest(ended.end_s, place_steps);
-                let last_steps = Some(self.rests_steps[axis]);
-                ShapedPart { sum: Sum { phase, jerk_steps_s3: 0.0 }, end_s: f64::INFINITY, last_steps, ..*ended }
+                let sum = Sum { phase, jerk_steps_s3: 0.0 };
+                ShapedPart { sum, end_s: f64::INFINITY, last_steps: Some(half_steps), is_last: true, ..*ended }
             }
             NextPart::Unknown => return None,
         };
@@ -155,15 +152,15 @@ impl Crossed {
         Sum { phase, jerk_steps_s3: half(x.1, y.1) }
     }
 
-    /// The half steps of the axes at `end_s`, if both come to rest there, or rest already.
+    /// The half steps of the axes at the end of the run, if both come there at `end_s` or are there. Where they come to rest before, the
+    /// motors are where a whole step of each is surely the nearest.
     #[cold]
-    fn half_steps_at_rest(&self, end_s: f64) -> Option<[i32; TWO]> {
-        let at_rest = |axis: usize| {
-            let ShapedPart { sum, end_s: ends_s, last_steps, .. } = &self.axes[axis];
-            let rests = sum.phase.is_rest() && !sum.is_curved();
-            let comes = *ends_s <= end_s + SAME_S;
-            if rests { Some(self.rests_steps[axis]) } else { last_steps.filter(|_| comes) }
+    fn half_steps_at_end(&self, end_s: f64) -> Option<[i32; TWO]> {
+        let at_end = |axis: usize| {
+            let ShapedPart { sum, end_s: ends_s, last_steps, is_last, .. } = &self.axes[axis];
+            let comes = *ends_s <= end_s + SAME_S || sum.phase.is_rest() && !sum.is_curved();
+            last_steps.filter(|_| *is_last && comes)
         };
-        Some([at_rest(0)?, at_rest(1)?])
+        Some([at_end(0)?, at_end(1)?])
     }
 }

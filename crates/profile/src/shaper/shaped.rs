@@ -61,6 +61,8 @@ pub struct ShapedPart {
     pub(super) base_steps: i32,
     /// The steps made up to its end, if it comes to rest there. Both count from the beginning of the run.
     pub(super) last_steps: Option<i32>,
+    /// That is the end of the run.
+    pub(super) is_last: bool,
 }
 
 /// The shaped motion of one axis of a run. `LEN` phases are kept, which are those between the first impulse and the last. It is
@@ -154,6 +156,12 @@ impl<const LEN: usize> Shaped<LEN> {
         self.t_s
     }
 
+    /// The steps made up to the end, once that is known, from the beginning of the run.
+    #[must_use]
+    pub fn end_steps(&self) -> i32 {
+        self.rest_steps
+    }
+
     /// True if the end has been taken: the axis stands still, and so do all that it is the sum of.
     #[must_use]
     pub fn is_over(&self) -> bool {
@@ -225,7 +233,7 @@ impl<const LEN: usize> Shaped<LEN> {
 
     /// The next motion of the axis; `None` if not enough is known, or if it is over.
     pub fn next_phase(&mut self) -> Option<CountedPhase> {
-        let ShapedPart { sum, end_s, base_steps, last_steps } = self.next_part()?;
+        let ShapedPart { sum, end_s, base_steps, last_steps, .. } = self.next_part()?;
         Some(self.counter.count(sum, end_s, base_steps, last_steps))
     }
 
@@ -258,7 +266,8 @@ impl<const LEN: usize> Shaped<LEN> {
             self.mean_steps = sum.at(end_s).0;
         }
         (self.t_s, self.now_s) = (end_s, end_s + SAME_S);
-        Some(ShapedPart { sum, end_s, base_steps: self.base_steps, last_steps: self.rest_count(end_s) })
+        let (base_steps, last_steps, is_last) = (self.base_steps, self.rest_count(end_s), self.is_finished);
+        Some(ShapedPart { sum, end_s, base_steps, last_steps, is_last })
     }
 
     fn append(&mut self, phase: AxisPhase) {

@@ -1,7 +1,7 @@
 //! The demands of a move: its direction, its speed, and the allowed speed at the corner to the next move.
 
 use isostep_console::Rate;
-use isostep_motion::AXES;
+use isostep_motion::{AXES, Axis};
 
 use isostep_sim::MoveRecord;
 use isostep_sim::Outcome;
@@ -49,6 +49,8 @@ impl Asked {
         let mm_per_step = length_mm / record.plan.distance_steps();
         let tops = (0..AXES).filter(|&axis| direction[axis] != 0.0);
         let tops = tops.map(|axis| (top_mm_s(outcome, axis) / direction[axis].abs(), axis));
+        let along = outcome.kinematics.along_axes(direction);
+        let tops = tops.chain(axis_tops_mm_s(outcome, along));
         let (top_mm_s, axis) = tops.min_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or((f64::INFINITY, 0));
         let feed_mm_s = match source.map(|source| source.rate) {
             Some(Rate::Feed { mm_min }) => f64::from(mm_min) / 60.0,
@@ -57,7 +59,7 @@ impl Asked {
         };
         let by_axis = top_mm_s <= feed_mm_s * (1.0 + SAME);
         let (mm_s, limit) = if by_axis { (top_mm_s, Limit::Axis(axis)) } else { (feed_mm_s, Limit::Feed) };
-        Self { direction, along: outcome.kinematics.along_axes(direction), mm_per_step, mm_s, limit }
+        Self { direction, along, mm_per_step, mm_s, limit }
     }
 
     /// True if `mm_s` is no slower than the speed asked for.
@@ -116,6 +118,16 @@ impl Asked {
 pub fn asked_mm_s(outcome: &Outcome, record: &MoveRecord) -> f64 {
     let source = record.asked.first().and_then(|asked| Source::of(asked, &outcome.program));
     Asked::new(outcome, record, source.as_ref()).mm_s
+}
+
+/// What the top speeds of the axes that two motors move each allow along a path, mm/s, and the index of the axis.
+fn axis_tops_mm_s(outcome: &Outcome, along: [f64; AXES]) -> impl Iterator<Item = (f64, usize)> {
+    let of_two = |axis: &usize| outcome.kinematics.moves(Axis::ALL[*axis]).iter().filter(|moves| **moves).count() > 1;
+    let axes = (0..AXES).filter(of_two).filter(move |&axis| along[axis] != 0.0);
+    axes.map(move |axis| {
+        let top_mm_s = outcome.axis_limits[axis].top_speed_steps_s / outcome.axis_steps_per_mm[axis];
+        (top_mm_s / along[axis].abs(), axis)
+    })
 }
 
 /// The top speed of an axis at the end of the run, mm/s.
