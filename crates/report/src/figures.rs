@@ -3,7 +3,7 @@
 use isostep_motion::AXES;
 use serde::Serialize;
 
-use crate::kinematics::{self, AxisFigures};
+use crate::kinematics::{self, AxisFigures, BeltFigures};
 use crate::pace::Pace;
 use crate::ringing::{self, RingingFigures};
 use crate::shaping::ShapingFigures;
@@ -125,6 +125,9 @@ pub struct Figures {
     pub moves: Vec<MoveFigures>,
     /// Speed and acceleration of each axis, within moves and at corners.
     pub axes: [AxisFigures; AXES],
+    /// What crossed belts make of the axes; left out if each axis has its own motor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub belts: Option<BeltFigures>,
     /// The cost of shaping; left out if no run is shaped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shaping: Option<ShapingFigures>,
@@ -183,6 +186,7 @@ impl Figures {
             carriage_mm: outcome.carriage_mm(),
             verdicts: verify::verdicts(outcome, &findings),
             axes: kinematics::axes(outcome, &lines),
+            belts: kinematics::belts(outcome),
             shaping: ShapingFigures::of(outcome, &sources),
             ringing: ringing::figures(outcome, &sources),
             ringing_unshaped: Vec::new(),

@@ -1,11 +1,14 @@
 //! Speed, acceleration and speed jumps of each axis, compared with their limits. Measured from the edges within moves,
 //! in shaped runs from turn to turn; jumps at corners are as planned, before they are shaped.
 
-use isostep_motion::{AXES, Axis};
+use std::fmt;
+
+use isostep_motion::{AXES, Axis, Kinematics};
 use serde::Serialize;
 
 use isostep_sim::Outcome;
 use isostep_sim::corners;
+use isostep_sim::measure::across::{self, Window};
 use isostep_sim::measure::limits::{self, Ends, LimitRatios};
 use isostep_sim::measure::shaped;
 
@@ -48,6 +51,37 @@ pub struct AxisFigures {
     pub jump: Option<JumpFigures>,
     /// Largest jump that the corner rule allows, mm/s: see [`corners`].
     pub jump_limit_mm_s: f64,
+}
+
+/// What crossed belts make of the axes: they are moved by two motors each, of which [`AxisFigures`] tell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct BeltFigures {
+    /// The highest accelerations of X and Y, measured from the edges of both motors, corners included, as fractions of their limits.
+    pub accel_ratios: [f64; 2],
+}
+
+impl fmt::Display for BeltFigures {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y] = self.accel_ratios.map(|ratio| 100.0 * ratio);
+        write!(
+            f,
+            "with $907=1 X and Y are here the motors of X and Y, each of which moves both axes, and speeds are those of the belts; of its own \
+             acceleration X has {x:.1} % at most, Y {y:.1} %"
+        )
+    }
+}
+
+/// The figures of belts; `None` if each axis has its own motor.
+pub fn belts(outcome: &Outcome) -> Option<BeltFigures> {
+    if outcome.kinematics == Kinematics::Cartesian {
+        return None;
+    }
+    let mut accel_ratios = [0.0_f64; 2];
+    for Window { axis, ratio, .. } in across::windows_of_axes(outcome) {
+        accel_ratios[axis] = accel_ratios[axis].max(ratio);
+    }
+    Some(BeltFigures { accel_ratios })
 }
 
 /// The figures of every axis, compared with the limits at the end of the run; `lines` are the lines of all moves.

@@ -24,6 +24,7 @@ pub fn print(figures: &Figures, all_moves: bool) {
             print_summary(figures);
         }
         print_axes(&figures.axes);
+        figures.belts.iter().for_each(|belts| println!("  {belts}"));
         if let Some(shaping) = &figures.shaping {
             println!("\nshaping\n  {shaping}");
         }
