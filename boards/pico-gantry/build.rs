@@ -18,8 +18,14 @@ fn main() {
     }
     // An axis's second motor beside A: its state machine is one of a third PIO block.
     println!("cargo:rustc-check-cfg=cfg(five_motors)");
-    if is_rp2350 && env::var_os("CARGO_FEATURE_FOUR_AXES").is_some() {
+    let has_five_motors = is_rp2350 && env::var_os("CARGO_FEATURE_FOUR_AXES").is_some();
+    if has_five_motors {
         println!("cargo:rustc-cfg=five_motors");
+    }
+    // An input for the alarm of all drives, on a pin that others use otherwise.
+    println!("cargo:rustc-check-cfg=cfg(drive_alarm)");
+    if !has_five_motors && !is_proving && env::var_os("CARGO_FEATURE_SKR_PICO").is_none() {
+        println!("cargo:rustc-cfg=drive_alarm");
     }
     println!("cargo:rustc-link-search={out_dir}");
     for script in ["memory.x", "prove.x", "rp2040.x", "rp2350.x"] {

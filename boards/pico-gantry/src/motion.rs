@@ -6,7 +6,7 @@ use isostep_motion::coordinator::{self, PlanMemory};
 use isostep_motion::{AXES, Axis, Event, LimitInput, Machine, axis, buttons, limit, probing, tool};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use crate::pins::{ControlPins, MOTORS, StepPins, SwitchPins, ToolPins};
+use crate::pins::{ControlPins, LIMIT_INPUTS, StepPins, SwitchPins, ToolPins};
 #[cfg(not(feature = "timer-port"))]
 use crate::pio_port as port;
 #[cfg(feature = "timer-port")]
@@ -58,7 +58,7 @@ async fn run_axis(machine: &'static Machine, axis: Axis, port: &'static mut port
     axis::run(machine, axis, port).await
 }
 
-#[embassy_executor::task(pool_size = MOTORS)]
+#[embassy_executor::task(pool_size = LIMIT_INPUTS)]
 async fn watch_limit(machine: &'static Machine, which: LimitInput, input: Input<'static>) -> ! {
     limit::watch(machine, which, input).await
 }

@@ -44,6 +44,8 @@ pub async fn start(spawner: Spawner) {
     let controller = controller.with_prove(prove::answer);
     #[cfg(feature = "skr-pico")]
     let controller = controller.with_drivers(pins::DRIVERS);
+    #[cfg(drive_alarm)]
+    let controller = controller.with_one_drive_alarm();
     let controller = if pins::HAS_SECOND { controller } else { controller.without_second_motor() };
     let controller = &*CONTROLLER.init(controller);
 

@@ -18,7 +18,7 @@ codes! {
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132); by stall ($339) raise $200-$202";
         EmergencyStop = 10, "emergency stop pressed: release it, or mend its wire, then $X and $H";
         Skewed = 15, "* did not reach its switch within $349 of the other motor: free what is jammed, check motor and switch, square it by hand, then $H";
-        MotorFault = 17, "the driver of * has failed or reported a stall: M122 says which, mend it, then $X and $H";
+        MotorFault = 17, "the driver of * has failed, stalled or is in alarm: its display or M122 says why, mend it, then $X and $H";
         LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
         Unplannable = 21, "nothing moved: *, then $X";
         Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";

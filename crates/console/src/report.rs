@@ -39,6 +39,8 @@ pub mod messages {
         reset (ctrl-x), then send no more than Bf: says";
     /// `$X` has left Alarm.
     pub const UNLOCKED: &str = "Caution: Unlocked";
+    /// `$X` or `$H` has not left Alarm.
+    pub const DRIVE_IN_ALARM: &str = "a drive is in alarm, also after ENABLE was off: mend what its display says, or its wire ($744, $745), then $X again";
     /// A limit switch is pressed that should not be.
     pub const CHECK_LIMITS: &str = "Check Limits";
     /// The safety door is open but should be closed.

@@ -30,6 +30,8 @@ pub enum SettingError {
     Microsteps { axis: usize, microsteps: u16 },
     /// The setting is about Trinamic drivers, which this board does not have.
     NoTrinamic { number: u16 },
+    /// `$744` names no axis on a board without inputs for the alarms of drives, and X alone on one with a wire for all.
+    NoDriveAlarm { mask: u16, inputs: u16 },
 }
 
 impl SettingError {
@@ -43,6 +45,7 @@ impl SettingError {
             | Self::TooHigh { .. }
             | Self::HomingOrder { .. }
             | Self::NoSecondMotor
+            | Self::NoDriveAlarm { .. }
             | Self::Microsteps { .. } => Error::BadNumber,
         }
     }
@@ -92,6 +95,18 @@ impl fmt::Display for SettingError {
             Self::NoSecondMotor => f.write_str(
                 "this firmware has no outputs for a second motor: leave $905=0, or flash that for three axes",
             ),
+            Self::NoDriveAlarm { mask, inputs: 0 } => {
+                write!(
+                    f,
+                    "$744={mask}: this firmware has no input for alarms of drives: leave it 0, and wire them into the emergency stop"
+                )
+            }
+            Self::NoDriveAlarm { mask, inputs } => {
+                write!(
+                    f,
+                    "$744={mask}: this firmware has one input for the alarms of all drives: give {inputs}, or 0 for none"
+                )
+            }
             Self::Microsteps { axis, microsteps } => {
                 let number = 150 + axis;
                 write!(f, "${number}={microsteps} is not a power of two: give 1, 2, 4, 8, 16, 32, 64, 128 or 256")

@@ -125,6 +125,10 @@ pub struct Settings {
     pub rotary_feed_mask: u16,
     /// `$394`: the time that the spindle takes to reach its speed; motion waits for it.
     pub spin_up_s: f32,
+    /// `$744`: axes whose drives have an alarm wired (grblHAL's number, as the next); one wire for all is X's.
+    pub drive_alarm_mask: u16,
+    /// `$745`: of these, axes whose alarm is an open contact.
+    pub drive_alarm_open_mask: u16,
     /// `$900`: accelerate, cruise and brake for three equal times (thirds) instead of as fast as the limits allow.
     pub interval_thirds: bool,
     /// `$940`: how speed changes on a ramp, as a number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal,
@@ -223,6 +227,8 @@ impl Settings {
         #[cfg(feature = "four-axes")]
         rotary_feed_mask: 0,
         spin_up_s: 0.0,
+        drive_alarm_mask: 0,
+        drive_alarm_open_mask: 0,
         interval_thirds: false,
         speed_profile: 0,
         homing_order_digits: if AXES > Z { 312 } else { 12 },

@@ -32,6 +32,8 @@ pub struct StatusReport {
     pub second_limit_pressed: bool,
     /// The safety door is open; reported as D.
     pub door_open: bool,
+    /// A drive is in alarm; reported as M, as grblHAL's motor fault is.
+    pub drive_alarm: bool,
     /// The emergency stop is pressed; reported as R, Grbl's letter for its reset input.
     pub emergency_stop: bool,
     /// The feed-hold button is pressed; reported as H.
@@ -96,7 +98,7 @@ impl StatusReporter {
         *self = Self { seldom_reported: self.seldom_reported, ..Self::new() };
     }
 
-    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 176 bytes. What has changed of the work coordinate system,
+    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 177 bytes. What has changed of the work coordinate system,
     /// of the homed axes and of the tool is added to the first report behind that.
     pub fn write(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         write_always(out, status, settings)?;
@@ -110,7 +112,7 @@ impl StatusReporter {
     }
 
     /// The same with every field, as grblHAL's: work offset, overrides, what is on even if nothing is, what has changed seldom, and the
-    /// name of the firmware. At most 208 bytes, 232 with four axes.
+    /// name of the firmware. At most 209 bytes, 233 with four axes.
     #[cold]
     pub fn write_full(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         write_always(out, status, settings)?;
@@ -247,6 +249,7 @@ fn write_pins(out: &mut impl Write, status: &StatusReport) -> Result {
     let others = [
         (status.second_limit_pressed, "2"),
         (status.door_open, "D"),
+        (status.drive_alarm, "M"),
         (status.emergency_stop, "R"),
         (status.hold_pressed, "H"),
         (status.start_pressed, "S"),

@@ -3,6 +3,7 @@
 
 use embassy_time::Timer;
 use embedded_storage_async::nor_flash::NorFlash;
+use isostep_console::AXES;
 use isostep_console::report::messages;
 
 use crate::controller::{Controller, Mode};
@@ -30,6 +31,20 @@ impl<F: NorFlash> Controller<'_, F> {
     #[must_use]
     pub fn without_second_motor(mut self) -> Self {
         self.has_second_motor = false;
+        self
+    }
+
+    /// Says that the board has an input for the alarm of each axis's drive. Without one `$744` is refused.
+    #[must_use]
+    pub fn with_drive_alarms(mut self) -> Self {
+        self.drive_alarm_inputs = (1 << AXES) - 1;
+        self
+    }
+
+    /// Says that the board has one input for the alarms of all drives, which is X's.
+    #[must_use]
+    pub fn with_one_drive_alarm(mut self) -> Self {
+        self.drive_alarm_inputs = 1;
         self
     }
 

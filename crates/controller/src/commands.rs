@@ -5,6 +5,7 @@ use core::fmt::{self, Write};
 use core::pin::pin;
 
 use embassy_futures::yield_now;
+use embassy_time::{Duration, Timer};
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::parameters::STARTUP_LINES;
 use isostep_console::report::{self, messages};
@@ -24,6 +25,9 @@ use crate::store::{Loss, NotStored};
 const JOG: &str = "$J=";
 /// The word in the line of a probe.
 const PROBE: &str = "G38.";
+
+/// The time for which ENABLE of drives in alarm is off, and that in which they are well afterwards if they can be.
+const DRIVE_RESET: Duration = Duration::from_millis(500);
 
 /// The actions after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -372,9 +376,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if state != ReportedState::Alarm {
             return Ok(());
         }
-        self.alarm_reported(state).await;
-        self.closed_door()?;
-        self.fit(text)?;
+        self.ready_to_unlock(state, text).await?;
         self.machine.unlock().map_err(|Busy(_)| Error::Locked)?;
         self.with(|program| (program.mode, program.changing) = (Mode::Normal, None));
         self.stop_tool();
@@ -383,11 +385,41 @@ impl<F: NorFlash> Controller<'_, F> {
         Ok(())
     }
 
-    /// Lets `notify` report an alarm before it is left: the line may have waited when the alarm was raised.
-    async fn alarm_reported(&self, state: ReportedState) {
+    /// Lets `notify` report an alarm before it is left: the line may have waited when the alarm was raised. Then does what has to be
+    /// done before it may be left.
+    ///
+    /// # Errors
+    /// That of what keeps the machine from it.
+    async fn ready_to_unlock(&self, state: ReportedState, text: &mut Message) -> Result<(), Error> {
         if state == ReportedState::Alarm {
             yield_now().await;
         }
+        self.closed_door()?;
+        self.fit(text)?;
+        self.reset_drives(text).await
+    }
+
+    /// Has drives that are in alarm forget it, by their ENABLE. Nothing holds the axes meanwhile, so it is not done where the machine
+    /// would stay locked nevertheless.
+    ///
+    /// # Errors
+    /// [`Error::Locked`], with a message, if one is in alarm still.
+    ///
+    /// # Cancellation
+    /// The motors stay free until the next motion, or until it is done again.
+    async fn reset_drives(&self, text: &mut Message) -> Result<(), Error> {
+        if self.machine.status().emergency_stop || !self.machine.is_drive_in_alarm() {
+            return Ok(());
+        }
+        self.machine.energise(false);
+        Timer::after(DRIVE_RESET).await;
+        self.machine.energise(true);
+        Timer::after(DRIVE_RESET).await;
+        if self.machine.is_drive_in_alarm() {
+            text.say(messages::DRIVE_IN_ALARM);
+            return Err(Error::Locked);
+        }
+        Ok(())
     }
 
     fn toggle_check(&self, state: ReportedState, text: &mut Message) -> After {
@@ -423,9 +455,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Homes every axis, or one. The start-up lines are for a machine of which all axes are homed.
     async fn home(&self, axis: Option<usize>, state: ReportedState, text: &mut Message) -> Result<After, Error> {
-        self.alarm_reported(state).await;
-        self.closed_door()?;
-        self.fit(text)?;
+        self.ready_to_unlock(state, text).await?;
         let axes = core::array::from_fn(|index| axis.is_none_or(|axis| axis == index));
         #[cfg(feature = "trinamic")]
         let looking = cold_path(pin!(self.look_for_stalls(axes, text))).await?;
@@ -447,7 +477,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Frees the motors and keeps the turn until a reset ends the line.
     async fn sleep(&self) -> Infallible {
         self.stop_tool();
-        self.machine.release();
+        self.machine.energise(false);
         self.with(|program| program.mode = Mode::Sleep);
         core::future::pending().await
     }
@@ -481,7 +511,7 @@ impl<F: NorFlash> Controller<'_, F> {
     fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
         let before = self.settings();
         let changed = self.check_drivers(number).and_then(|()| before.with(number, value));
-        match changed.and_then(|settings| self.check_outputs(settings)) {
+        match changed.and_then(|settings| self.check_pins(settings)) {
             Ok(settings) => {
                 self.adopt(settings, text)?;
                 for axis in 0..AXES {
@@ -565,10 +595,12 @@ impl<F: NorFlash> Controller<'_, F> {
         if settings.all(|setting| self.has(setting)) { Ok(()) } else { Err(SettingError::NoTrinamic { number }) }
     }
 
-    /// Refuses settings that need outputs which the board does not have.
-    fn check_outputs(&self, settings: Settings) -> Result<Settings, SettingError> {
+    /// Refuses settings that need outputs or inputs which the board does not have.
+    fn check_pins(&self, settings: Settings) -> Result<Settings, SettingError> {
+        let (mask, inputs) = (settings.drive_alarm_mask, self.drive_alarm_inputs);
         match settings.second_motor() {
             Some(_) if !self.has_second_motor => Err(SettingError::NoSecondMotor),
+            _ if mask & !inputs != 0 => Err(SettingError::NoDriveAlarm { mask, inputs }),
             _ => Ok(settings),
         }
     }
@@ -576,7 +608,7 @@ impl<F: NorFlash> Controller<'_, F> {
     /// Puts stored settings in force, if their values may be.
     pub(crate) fn put_back(&self, settings: Settings) -> Result<(), Loss> {
         settings.check_ranges().map_err(Loss::Refused)?;
-        let settings = self.check_outputs(settings).map_err(Loss::Refused)?;
+        let settings = self.check_pins(settings).map_err(Loss::Refused)?;
         self.put_in_force(settings).map_err(|_| Loss::Unworkable)
     }
 

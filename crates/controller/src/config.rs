@@ -5,8 +5,8 @@ use core::ops::RangeInclusive;
 use embassy_time::Duration;
 use isostep_console::{Settings, length};
 use isostep_motion::{
-    AXES, Axis, Capabilities, Config, Direction, Duties, HomingConfig, Kinematics, Level, Squared, ToolConfig, Wiring,
-    beside_steps, whole_steps,
+    AXES, Axis, Capabilities, Config, Contact, Direction, Duties, HomingConfig, Kinematics, Level, Squared, ToolConfig,
+    Wiring, beside_steps, whole_steps,
 };
 use isostep_profile::shaper::{Shaper, ShaperKind};
 use isostep_profile::{IntervalSplit, Limits, SpeedProfile};
@@ -40,6 +40,7 @@ pub fn config(settings: &Settings) -> Config {
             .map(|direction_inverted| Wiring { direction_inverted, pulse_ns: pulse_ns(settings.pulse_us) }),
         enable_inverted: settings.enable_invert,
         switches_inverted: settings.limit_invert,
+        drive_alarms: drive_alarms(settings),
         idle_delay: (settings.idle_delay_ms != IDLE_DELAY_FOREVER_MS)
             .then(|| Duration::from_millis(settings.idle_delay_ms.into())),
         tool: tool_config(settings),
@@ -67,6 +68,16 @@ pub fn config(settings: &Settings) -> Config {
             skew_max_mm: settings.skew_max_mm.into(),
         }),
     }
+}
+
+/// The contacts of the axes' drives.
+fn drive_alarms(settings: &Settings) -> [Option<Contact>; AXES] {
+    core::array::from_fn(|axis| {
+        let is_in = |mask: u16| mask & (1 << axis) != 0;
+        let contact =
+            if is_in(settings.drive_alarm_open_mask) { Contact::NormallyClosed } else { Contact::NormallyOpen };
+        is_in(settings.drive_alarm_mask).then_some(contact)
+    })
 }
 
 /// The shaper of an axis.

@@ -39,6 +39,8 @@ pub struct Controller<'a, F: NorFlash> {
     /// The name of its boot loader's USB drive; empty if it has none.
     pub(crate) boot_drive: &'static str,
     pub(crate) has_second_motor: bool,
+    /// The axes whose drives' alarms have inputs; X alone if one is for all.
+    pub(crate) drive_alarm_inputs: u16,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
     pub(crate) prove: Option<Prove>,
     #[cfg(feature = "trinamic")]
@@ -149,6 +151,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             board: "",
             boot_drive: "",
             has_second_motor: true,
+            drive_alarm_inputs: 0,
             boot: Signal::new(),
             prove: None,
             #[cfg(feature = "trinamic")]
@@ -259,6 +262,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             limits_pressed: Axis::ALL
                 .map(|axis| machine.pressed[axis as usize] || machine.second_pressed == Some(axis)),
             second_limit_pressed: machine.second_pressed.is_some(),
+            drive_alarm: machine.drive_alarm,
             emergency_stop: machine.emergency_stop,
             free_blocks: machine.queue_free as u8,
             free_bytes: free_bytes.min(status::ADVERTISED_BYTES) as u16,

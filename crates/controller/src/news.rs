@@ -6,7 +6,7 @@ use core::pin::pin;
 use embassy_futures::select::{Either, select};
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
-use isostep_motion::{State, cold_path};
+use isostep_motion::{Alarm, State, cold_path};
 
 use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
@@ -46,7 +46,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Says what has happened, and goes on with the line that was put back, if its tool has been changed.
     async fn tell_news(&self, console: &Console, happened: Either<State, News>) {
-        console.output.send_written(|text| say(text, happened)).await;
+        console.output.send_written(|text| self.say_news(text, happened)).await;
         if !console.input.waits_behind_line() {
             return;
         }
@@ -63,6 +63,21 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
+    fn say_news(&self, text: &mut Message, happened: Either<State, News>) {
+        match happened {
+            Either::First(State::Alarm(alarm)) => {
+                let (code, mut what) = status::alarm_code(alarm);
+                if matches!(alarm, Alarm::DriverFailed { .. }) && self.drive_alarm_inputs == 1 {
+                    what = "an axis";
+                }
+                text.print(|text| report::alarm(text, code));
+                text.say(code.about(what));
+            }
+            Either::First(_) => {}
+            Either::Second(news) => text.say(news),
+        }
+    }
+
     /// The news from now on.
     fn news(&self) -> DriverNews<'_> {
         #[cfg(feature = "trinamic")]
@@ -70,18 +85,6 @@ impl<F: NorFlash> Controller<'_, F> {
         #[cfg(not(feature = "trinamic"))]
         let drivers = None;
         DriverNews { drivers }
-    }
-}
-
-fn say(text: &mut Message, happened: Either<State, News>) {
-    match happened {
-        Either::First(State::Alarm(alarm)) => {
-            let (code, axis) = status::alarm_code(alarm);
-            text.print(|text| report::alarm(text, code));
-            text.say(code.about(axis));
-        }
-        Either::First(_) => {}
-        Either::Second(news) => text.say(news),
     }
 }
 

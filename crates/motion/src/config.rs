@@ -12,6 +12,7 @@ use crate::clock::seconds;
 use crate::motor::LimitInput;
 use crate::port::{Capabilities, Direction, Wiring};
 use crate::run::COMMITTED_AT_CONTACT;
+use crate::switch::Contact;
 use crate::tool::spindle::ToolConfig;
 
 /// Lengths that differ by no more than this part of them are the same, but for rounding.
@@ -47,6 +48,8 @@ pub struct Config {
     pub enable_inverted: bool,
     /// Switches open, rather than close, to ground when pressed.
     pub switches_inverted: bool,
+    /// The contacts of the axes' drives that tell an alarm; `None` without.
+    pub drive_alarms: [Option<Contact>; AXES],
     /// The time for which the motors stay energised at rest; `None` is for ever.
     pub idle_delay: Option<Duration>,
     /// The tool's outputs.
@@ -214,6 +217,7 @@ impl Config {
             wiring: [Wiring::default(); AXES],
             enable_inverted: false,
             switches_inverted: false,
+            drive_alarms: [None; AXES],
             idle_delay: None,
             tool: ToolConfig::default(),
             probe_inverted: false,
@@ -290,9 +294,20 @@ impl Config {
         if self.speed_profile == SpeedProfile::Trapezoid { Ok(()) } else { Err(ConfigError::ShapedCurve { axis }) }
     }
 
-    /// True if the limit input is low, rather than high, while it stops its axis.
-    pub(crate) fn pressed_is_low(&self, input: LimitInput) -> bool {
-        !self.switches_inverted && !self.is_stall(input)
+    /// True if a press at the limit input is heeded, and true if the input is low, rather than high, when it is pressed. There is no
+    /// end behind that of an axis that turns, no switch of a second motor that there is not, and no alarm without a contact.
+    #[inline(never)]
+    pub(crate) fn press(&self, input: LimitInput) -> (bool, bool) {
+        let has_end = |axis: Axis| self.hard_limits && !self.is_endless[axis as usize];
+        match input {
+            LimitInput::Of(axis) if self.homing.by_stall[axis as usize] => (true, false),
+            LimitInput::Of(axis) => (has_end(axis), !self.switches_inverted),
+            LimitInput::Second => (self.squared.is_some_and(|squared| has_end(squared.axis)), !self.switches_inverted),
+            LimitInput::Alarm(axis) => {
+                let contact = self.drive_alarms[axis as usize];
+                (contact.is_some(), contact != Some(Contact::NormallyClosed))
+            }
+        }
     }
 
     /// True if the limit input is a driver's, which says that its motor stalls.

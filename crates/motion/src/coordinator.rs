@@ -220,7 +220,8 @@ where
     E: OutputPin<Error = Infallible>,
     F: FnMut(Event),
 {
-    /// Waits for the next motion. Meanwhile it frees the motors, when that is asked for or when the idle delay is over.
+    /// Waits for the next motion. Meanwhile it frees the motors, when that is asked for or when the idle delay is over, or
+    /// energises them again.
     async fn next(&mut self) -> Motion {
         if let Some(motion) = self.waiting.take() {
             return motion;
@@ -228,12 +229,12 @@ where
         loop {
             match select(self.machine.next_motion(), self.rested()).await {
                 Either::First(motion) => return motion,
-                Either::Second(()) => self.energise(false),
+                Either::Second(()) => self.energise(self.machine.is_to_energise()),
             }
         }
     }
 
-    /// Waits until the motors are to be freed, and may be: the plan of the last run is over, and ENABLE has been held
+    /// Waits until the motors are to be freed, or energised again, and may be: the plan of the last run is over, and ENABLE has been held
     /// for as long as the drivers require. The latter is needed because the last step of a run, or of a stopped motion,
     /// may have risen at this very instant.
     async fn rested(&self) {
@@ -245,7 +246,7 @@ where
                 None => pending().await,
             }
         };
-        let is_asked = select(idle, self.machine.wait_released()).await.is_second();
+        let is_asked = select(idle, self.machine.wait_switched()).await.is_second();
         Timer::at(self.standstill.max(now) + PULSE_MAX).await;
         if is_asked {
             // Whoever frees the motors may push the axes. After an idle delay they are trusted to stay, as in Grbl.

@@ -1,4 +1,4 @@
-//! Limit switches and the emergency stop: they are debounced, and yet stop the machine at once.
+//! Limit switches, the alarms of drives and the emergency stop: they are debounced, and yet stop the machine at once.
 
 use core::convert::Infallible;
 
@@ -15,7 +15,8 @@ use crate::motor::LimitInput;
 /// rest, see the debounced level. `which` says whose switch `input` is.
 ///
 /// Where the input is a driver's that says when its motor stalls, high is pressed, from the first edge on: a driver does not
-/// bounce, and each step that is made meanwhile is lost.
+/// bounce, and each step that is made meanwhile is lost. The alarm of a drive is as a switch, but stops a machine at rest and in homing
+/// too, and need not have begun meanwhile: one that is there at first locks it.
 ///
 /// # Cancellation
 /// Dropping it leaves the last debounced level of the switch in place and its axis unwatched; nothing moves.
@@ -26,7 +27,8 @@ where
     let switch = machine.switch(which);
     loop {
         let (pressed_is_low, is_stall, debounce) = meaning(machine, which);
-        let mut pressed = is_low(&mut input) == pressed_is_low;
+        // A drive that is in alarm already stops the machine as one that begins to be.
+        let mut pressed = !matches!(which, LimitInput::Alarm(_)) && is_low(&mut input) == pressed_is_low;
         machine.publish_switch(which, pressed);
         // Until a level of the input may mean something else.
         while select(wait_level(&mut input, pressed != pressed_is_low), switch.wait_reread()).await.is_first() {
@@ -43,7 +45,7 @@ where
 /// The meaning of low (pressed or not) and of pressed (a stall or not), and the time that a level must be steady.
 fn meaning(machine: &Machine, which: LimitInput) -> (bool, bool, Duration) {
     let config = machine.config();
-    (config.pressed_is_low(which), config.is_stall(which), config.homing.debounce)
+    (config.press(which).1, config.is_stall(which), config.homing.debounce)
 }
 
 /// Watches the emergency stop for ever. It is wired to ground with a pull-up, so low is pressed, or high if the

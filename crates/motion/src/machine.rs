@@ -12,7 +12,7 @@ mod stop;
 
 use core::cell::RefCell;
 use core::pin::pin;
-use core::sync::atomic::{AtomicBool, AtomicU32};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -71,8 +71,8 @@ struct Inner {
 /// The state that the tasks of one machine share. Every task holds a `&Machine`; none holds a lock across an await.
 pub struct Machine {
     links: [AxisLink; AXES],
-    /// The limit switches, in the order of the axes, then the second motor's.
-    switches: [Switch; AXES + 1],
+    /// The limit inputs, each in its place.
+    switches: [Switch; LimitInput::COUNT],
     emergency_contact: Contact,
     queue: Channel<CriticalSectionRawMutex, Motion, QUEUE_MOVES>,
     state: Watch<CriticalSectionRawMutex, State, WATCHERS>,
@@ -81,8 +81,9 @@ pub struct Machine {
     /// Wakes the coordinator for a hold, a resume, or other overrides, and when more motions are asked for than there
     /// is room for.
     asked: Signal<CriticalSectionRawMutex, ()>,
-    /// Has the coordinator free the motors.
-    released: Signal<CriticalSectionRawMutex, ()>,
+    /// Has the coordinator free the motors, or energise them again.
+    switched: Signal<CriticalSectionRawMutex, ()>,
+    is_to_energise: AtomicBool,
     /// Wakes the task that watches the emergency stop.
     emergency: Signal<CriticalSectionRawMutex, ()>,
     tool: ToolLink,
@@ -99,13 +100,14 @@ impl Machine {
     pub const fn new(config: Config, emergency_contact: Contact) -> Self {
         Self {
             links: [const { AxisLink::new() }; AXES],
-            switches: [const { Switch::new() }; AXES + 1],
+            switches: [const { Switch::new() }; LimitInput::COUNT],
             emergency_contact,
             queue: Channel::new(),
             state: Watch::new_with(State::Idle),
             stopped: Signal::new(),
             asked: Signal::new(),
-            released: Signal::new(),
+            switched: Signal::new(),
+            is_to_energise: AtomicBool::new(false),
             emergency: Signal::new(),
             tool: ToolLink::new(),
             armed: AtomicU32::new(0),
@@ -216,12 +218,20 @@ impl Machine {
         Axis::ALL.map(|axis| self.link(axis).step_counter.position_steps())
     }
 
-    /// Frees the motors, as soon as nothing moves and no motion waits. The next motion energises them again. Nothing
-    /// holds the axes then, so their positions are not trusted any more.
+    /// Frees the motors, or energises them again, as soon as nothing moves and no motion waits. The next motion energises them, too.
+    /// Nothing holds the axes meanwhile, so their positions are not trusted any more.
     // Not inlined: see `with`.
     #[inline(never)]
-    pub fn release(&self) {
-        self.released.signal(());
+    pub fn energise(&self, on: bool) {
+        self.is_to_energise.store(on, Ordering::Relaxed);
+        self.switched.signal(());
+    }
+
+    /// True if a drive is in alarm, or may be: a machine that is locked stays so.
+    #[must_use]
+    #[cold]
+    pub fn is_drive_in_alarm(&self) -> bool {
+        self.has_drive_in_alarm(&self.config())
     }
 
     /// Waits until nothing is under way: until the machine is idle, or in an alarm, which is returned as the error. A
@@ -311,9 +321,16 @@ impl Machine {
         self.with(|inner| inner.stalls_apart_steps[axis as usize] = steps);
     }
 
-    /// Waits until the motors are to be freed.
-    pub(crate) async fn wait_released(&self) {
-        self.released.wait().await;
+    /// Waits until the motors are to be freed, or energised again.
+    pub(crate) async fn wait_switched(&self) {
+        self.switched.wait().await;
+    }
+
+    /// True if they are to be energised. The next time they are to be freed again.
+    pub(crate) fn is_to_energise(&self) -> bool {
+        let on = self.is_to_energise.load(Ordering::Relaxed);
+        self.is_to_energise.store(false, Ordering::Relaxed);
+        on
     }
 
     /// Makes an axis ready for a run: nothing queued, no halt signalled, the inhibit off.
@@ -380,9 +397,14 @@ impl Machine {
 
     /// Changes the state in one critical section with its condition: a stop that came between reading and changing the
     /// state would be lost. The tasks that watch the state are notified of a change, and also when nothing is pending
-    /// any more; an alarm is notified only once. Not inlined, so that it is not copied into every caller.
+    /// any more; an alarm is notified only once. A machine stays locked while a drive is in alarm. Not inlined, so that it is
+    /// not copied into every caller.
     #[inline(never)]
     fn apply(&self, inner: &mut Inner, trigger: Trigger) -> Reaction {
+        let unlocks = inner.life.is_locked() && matches!(trigger, Trigger::Unlock | Trigger::Asked(_));
+        if unlocks && self.has_drive_in_alarm(&inner.config) {
+            return Reaction::Refuse;
+        }
         let before = inner.life;
         let reaction = inner.life.on(trigger);
         inner.rest_outputs();
@@ -400,6 +422,11 @@ impl Machine {
             inner.homed = [false; AXES];
         }
         reaction
+    }
+
+    fn has_drive_in_alarm(&self, config: &Config) -> bool {
+        let mut alarms = config.drive_alarms.iter().zip(&self.switches[LimitInput::ALARMS..]);
+        alarms.any(|(contact, switch)| contact.is_some() && switch.may_be_pressed())
     }
 
     /// Calls `f` in a critical section. Not inlined: on a chip the caller's code may be in slow memory, and this

@@ -63,21 +63,30 @@ impl fmt::Display for Motor {
     }
 }
 
-/// The limit switch that an input of a board belongs to.
+/// An input of a board that stops the machine at once: that of a limit switch, or of the alarm of drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitInput {
     /// The switch of an axis's first motor.
     Of(Axis),
     /// The switch of the second motor, whichever axis has one. Without a second motor this input has no meaning.
     Second,
+    /// The alarm of an axis's drive; where one wire tells it of all drives, it is X's. Without a contact in the configuration
+    /// this input has no meaning.
+    Alarm(Axis),
 }
 
 impl LimitInput {
-    /// Its place among all: those of the axes in their order, then that of the second motor.
+    /// How many there are at most, and the place of the first alarm.
+    pub(crate) const COUNT: usize = 2 * AXES + 1;
+    pub(crate) const ALARMS: usize = AXES + 1;
+
+    /// Its place among all: the switches of the axes in their order, that of the second motor, the alarms of the axes in
+    /// their order.
     pub(crate) const fn index(self) -> usize {
         match self {
             Self::Of(axis) => axis as usize,
             Self::Second => AXES,
+            Self::Alarm(axis) => Self::ALARMS + axis as usize,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A limit switch, debounced, and the contact of the emergency stop.
+//! A limit switch, debounced, and the contacts of the emergency stop and of drives' alarms.
 
 use core::future::poll_fn;
 use core::pin::pin;
@@ -8,8 +8,8 @@ use core::task::{Context, Poll};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
-/// The wiring of the emergency stop to ground, with a pull-up at the input. It is a property of the board's wiring, so no
-/// configuration changes it.
+/// A contact to ground, with a pull-up at the input: the emergency stop, which is a property of the board's wiring, so no
+/// configuration changes it; or the alarm of a drive, which is pressed in an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Contact {
     /// Closed while it is pressed. A broken wire disables it.
@@ -27,7 +27,7 @@ impl Contact {
     }
 }
 
-/// A limit switch, debounced.
+/// A limit input, debounced.
 pub(crate) struct Switch {
     pressed: AtomicBool,
     /// It has opened or closed, and is not debounced yet.

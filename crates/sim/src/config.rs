@@ -151,6 +151,10 @@ pub struct Config {
     pub switches: [SwitchFault; AXES],
     /// The contact of the emergency stop.
     pub emergency_contact: Contact,
+    /// Drives close their own loop: they alarm when steps are lost.
+    pub closed_loop: bool,
+    /// The alarms of all drives are on one wire; otherwise each axis has one.
+    pub one_alarm_wire: bool,
     /// The plate that the probe touches.
     pub plate: Option<Plate>,
     /// The time for which the contacts of a switch may bounce, us; 0 for no bounce.
@@ -219,6 +223,8 @@ impl Default for Config {
             gantry: Gantry::SQUARE,
             switches: [SwitchFault::None; AXES],
             emergency_contact: Contact::default(),
+            closed_loop: false,
+            one_alarm_wire: false,
             plate: None,
             bounce_us: 1_000,
             switch_scatter_mm: 0.0,

@@ -32,6 +32,8 @@ pub enum Trouble {
     Probe,
     /// The motor of an axis makes no step.
     Stall(Motor),
+    /// Something is wrong with a drive that closes its own loop, so that it is in alarm.
+    Alarm(Motor),
     /// Something is wrong with a UART driver.
     Driver(Motor, DriverFault),
     /// Consoles and coordinator get no processor time.
@@ -73,8 +75,8 @@ const PLAIN: [(&str, Trouble); 7] = [
 
 /// The troubles of a motor, its switch and its driver.
 fn of_motor(motor: Motor) -> impl Iterator<Item = Trouble> {
-    let own = [Trouble::Limit(motor), Trouble::Broken(motor), Trouble::Chatter(motor), Trouble::Stall(motor)];
-    own.into_iter().chain(DriverFault::ALL.map(|fault| Trouble::Driver(motor, fault)))
+    let own = [Trouble::Limit, Trouble::Broken, Trouble::Chatter, Trouble::Stall, Trouble::Alarm];
+    own.map(|trouble| trouble(motor)).into_iter().chain(DriverFault::ALL.map(|fault| Trouble::Driver(motor, fault)))
 }
 
 /// The words for all of them.
@@ -91,6 +93,7 @@ impl fmt::Display for Trouble {
             Self::Broken(motor) => write!(f, "broken:{motor}"),
             Self::Chatter(motor) => write!(f, "chatter:{motor}"),
             Self::Stall(motor) => write!(f, "stall:{motor}"),
+            Self::Alarm(motor) => write!(f, "alarm:{motor}"),
             Self::Driver(motor, fault) => write!(f, "driver-{fault}:{motor}"),
             plain => f.write_str(PLAIN.iter().find(|(_, trouble)| trouble == plain).map_or("", |(words, _)| words)),
         }
@@ -150,6 +153,7 @@ mod tests {
         for text in reported.into_iter().chain([
             "probe@3+1",
             "stall:X@2+0.01",
+            "alarm:Y2@2+0.5",
             "driver-open-coil:Y2@1",
             "starve@4+0.05",
             "deaf@5+2",

@@ -29,6 +29,8 @@ pub enum Wire {
     Hold,
     /// The button of the cycle start: low while it is pressed.
     Start,
+    /// The alarm of an axis's drive, or X's of all of them: low in an alarm, unless its contact opens.
+    DriveAlarm(Axis),
 }
 
 /// One change of a wire's level.

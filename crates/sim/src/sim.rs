@@ -200,7 +200,7 @@ impl Sim {
         }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
         let drivers = config.board.uart_drivers().map(|hardware| (hardware, DriverWire::new(&world, executor.clock())));
-        spawn_consoles(&mut executor, &machine, (store, drivers), &consoles, config.baud);
+        spawn_consoles(&mut executor, &machine, (store, drivers, config.one_alarm_wire), &consoles, config.baud);
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
         if let Some(section_max_ns) = config.section_max_ns {
             let changed = world.clone();
@@ -365,6 +365,16 @@ impl Sim {
     /// Presses or releases a button, opens or closes the safety door, or sets the probe's contact by hand.
     pub fn set_hand_input(&mut self, wire: Wire, pressed: bool) {
         self.world.borrow_mut().set_hand_input(wire, pressed);
+    }
+
+    /// Something begins to be wrong with a drive that closes its own loop, or is mended: it stays in alarm until it is reset.
+    pub fn set_drive(&mut self, motor: impl Into<Motor>, is_wrong: bool) {
+        self.world.borrow_mut().set_drive(motor.into(), is_wrong);
+    }
+
+    /// Cuts the wire of an axis's alarm, or mends it; that of X, where one is for all.
+    pub fn cut_drive_alarm(&mut self, axis: Axis, is_cut: bool) {
+        self.world.borrow_mut().cut_drive_alarm(axis, is_cut);
     }
 
     /// Sets or removes the plate that the probe can touch.

@@ -77,6 +77,7 @@ impl Surroundings {
             Trouble::Broken(motor) => world.set_switch(motor, fault(SwitchFault::StuckOpen)),
             Trouble::Chatter(motor) => world.set_switch(motor, SwitchFault::None),
             Trouble::Stall(motor) => world.set_stalled(motor, is_on),
+            Trouble::Alarm(motor) => world.set_drive(motor, is_on),
             Trouble::Driver(motor, fault) => world.set_driver(motor, is_on.then_some(fault)),
             Trouble::Deaf => self.hosts.iter().for_each(|host| host.stall(is_on)),
             Trouble::Starve => {}

@@ -102,7 +102,7 @@ impl Change {
 
 /// Every wire with its name and its level at power-up.
 fn wires(limits_high: [bool; AXES], waves: &[Wave]) -> Vec<(Wire, String, bool)> {
-    let mut wires = second_motor(waves);
+    let mut wires = of_some_machines(waves);
     for axis in Axis::ALL {
         let motor = Motor::first(axis);
         wires.push((Wire::Step(motor), format!("step_{motor}"), false));
@@ -117,19 +117,20 @@ fn wires(limits_high: [bool; AXES], waves: &[Wave]) -> Vec<(Wire, String, bool)>
     wires
 }
 
-/// The wires of a second motor that have changed. Before its first change a level was the other one.
-fn second_motor(waves: &[Wave]) -> Vec<(Wire, String, bool)> {
-    let mut wires = Vec::new();
-    for motor in Axis::ALL.map(Motor::second) {
-        let names = [("step", ""), ("dir", ""), ("limit", "_n")];
-        let of_motor = [Wire::Step(motor), Wire::Dir(motor), Wire::Limit(motor)];
-        for (wire, (kind, end)) in of_motor.into_iter().zip(names) {
-            if let Some(first) = waves.iter().find(|wave| wave.wire == wire) {
-                wires.push((wire, format!("{kind}_{motor}{end}"), !first.high));
-            }
-        }
-    }
-    wires
+/// The wires of a second motor and the alarms of drives that have changed. Before its first change a level was the other one.
+fn of_some_machines(waves: &[Wave]) -> Vec<(Wire, String, bool)> {
+    let of_axis = |axis: Axis| {
+        let motor = Motor::second(axis);
+        [
+            (Wire::Step(motor), format!("step_{motor}")),
+            (Wire::Dir(motor), format!("dir_{motor}")),
+            (Wire::Limit(motor), format!("limit_{motor}_n")),
+            (Wire::DriveAlarm(axis), format!("drive_alarm_{axis}_n")),
+        ]
+    };
+    let before = |wire: Wire| waves.iter().find(|wave| wave.wire == wire).map(|first| !first.high);
+    let all = Axis::ALL.into_iter().flat_map(of_axis);
+    all.filter_map(|(wire, name)| Some((wire, name, before(wire)?))).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //! events.
 
 mod belts;
+mod drive_alarms;
 mod inputs;
 mod motor_world;
 mod uart_drivers;
@@ -13,6 +14,7 @@ use std::task::Waker;
 use isostep_motion::{AXES, Axis, Event, GangedMotor, Machine, Motor as Moving};
 use oorandom::Rand32;
 
+use self::drive_alarms::DriveAlarms;
 pub use self::inputs::bounce;
 use self::inputs::{EmergencyStop, INPUTS, Input};
 use self::motor_world::MotorWorld;
@@ -46,6 +48,7 @@ pub struct World {
     inputs: [Input; INPUTS],
     limits_high_at_start: [bool; AXES],
     stop: EmergencyStop,
+    drive_alarms: DriveAlarms,
     plate: Option<Plate>,
     /// The PWM duty and the other outputs of the tool, in the order of [`ToolOutput::ALL`].
     tool: [u16; ToolOutput::ALL.len()],
@@ -105,6 +108,7 @@ impl World {
             inputs,
             limits_high_at_start,
             stop: EmergencyStop { contact: config.emergency_contact, is_pressed: false, is_cut: false },
+            drive_alarms: DriveAlarms::new(&machine_config, config.one_alarm_wire, config.closed_loop),
             plate: config.plate,
             tool: [0; ToolOutput::ALL.len()],
             random,
@@ -124,6 +128,7 @@ impl World {
             motion: Motion::default(),
         };
         world.refresh_probe();
+        world.refresh_drive_alarms();
         world.set_hand_input(Wire::EmergencyStop, false);
         world
     }
@@ -159,6 +164,8 @@ impl World {
                 if !is_on {
                     self.spring_back(t_ns);
                 }
+                self.drive_alarms.enable(t_ns, is_on);
+                self.refresh_drive_alarms();
             }
             _ => unreachable!("an input of the controller"),
         }
@@ -224,6 +231,27 @@ impl World {
     pub fn cut_emergency_stop(&mut self, is_cut: bool) {
         self.stop.is_cut = is_cut;
         self.set_input(inputs::index(Wire::EmergencyStop), self.stop.is_high());
+    }
+
+    /// Something begins to be wrong with a drive that closes its own loop, or is mended: it stays in alarm until it is reset.
+    pub fn set_drive(&mut self, motor: Moving, is_wrong: bool) {
+        if let Some(index) = motor_index(&self.wiring, motor) {
+            self.drive_alarms.set(index, is_wrong);
+            self.refresh_drive_alarms();
+        }
+    }
+
+    /// Cuts the wire of an axis's alarm, or mends it; that of X, where one is for all.
+    pub fn cut_drive_alarm(&mut self, axis: Axis, is_cut: bool) {
+        self.drive_alarms.cut(axis, is_cut);
+        self.refresh_drive_alarms();
+    }
+
+    fn refresh_drive_alarms(&mut self) {
+        for axis in Axis::ALL {
+            let high = self.drive_alarms.is_high(axis, self.wiring.second);
+            self.set_input(inputs::index(Wire::DriveAlarm(axis)), high);
+        }
     }
 
     /// Sets or removes the plate that the probe can touch.
@@ -459,7 +487,7 @@ impl World {
         self.count(t_ns, index, direction);
         let (is_crossed, binds) = (self.is_crossed(index), self.binds(index, direction));
         let driver = self.uart_drivers.as_ref().map(|uart_drivers| &uart_drivers.wire[index]);
-        let is_off = driver.is_some_and(Tmc2209::is_off);
+        let is_off = driver.is_some_and(Tmc2209::is_off) || self.drive_alarms.is_in_alarm(index);
         let microsteps = driver.map(|driver| driver.microsteps().into());
         let this = &mut self.motors[index];
         let (from_steps, hindrance) = (this.carriage.place_steps(), this.hindrance(binds, is_off));
@@ -523,6 +551,10 @@ impl World {
 
     /// Records lost steps. Consecutive ones of an axis become one entry.
     fn lose(&mut self, t_ns: u64, index: usize, cause: LossCause, steps: u32) {
+        if !matches!(cause, LossCause::Disabled | LossCause::DriverOff) {
+            self.drive_alarms.lose(index);
+            self.refresh_drive_alarms();
+        }
         let axis = self.motors[index].axis as usize;
         let continues = std::mem::replace(&mut self.motors[index].losing, true);
         let last = self.record.losses.iter_mut().rfind(|loss| loss.axis == axis);

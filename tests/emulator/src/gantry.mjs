@@ -150,6 +150,14 @@ export class Gantry {
     this.#drive(pin, !pressed);
   }
 
+  /** The contact of all drives' alarm closes, or opens. */
+  changeAlarm(closed) {
+    const pin = this.board.contacts.alarm;
+    if (pin === undefined) throw new Error('this board has no input for the alarm of drives');
+    if (closed && this.levels.get(pin)) this.#stop('ALARM');
+    this.#drive(pin, !closed);
+  }
+
   /** A reset byte has arrived. */
   reset() {
     this.stops.reset();
@@ -162,10 +170,10 @@ export class Gantry {
     for (const [pin, high] of this.levels) watcher(pin, high);
   }
 
-  /** Input pins that float when their switch is open, because the firmware has not switched the pull-up on. */
+  /** Input pins that float when their switch is open, because the firmware has not switched the pull-up on. A proving image has outputs on some. */
   floatingInputs() {
     const driven = [...this.diag].map((axis) => this.board.axes[axis].limit);
-    return [...this.levels.keys()].filter((pin) => !driven.includes(pin) && !this.chip.gpio[pin].pullupEnabled);
+    return [...this.levels.keys()].filter((pin) => !driven.includes(pin) && !this.chip.gpio[pin].pullupEnabled && !this.chip.gpio[pin].outputEnable);
   }
 
   /** The axes have been homed. The trace counts from here. */

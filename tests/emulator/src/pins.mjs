@@ -24,7 +24,7 @@ const PICO = {
   estop: 12,
   led: 25,
   tool: { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 },
-  contacts: { probe: 18, hold: 19, start: 20 },
+  contacts: { probe: 18, hold: 19, start: 20, alarm: 27 },
   tmcWire: null,
 };
 
@@ -33,7 +33,7 @@ const PICO2_OF_FIVE = { ...PICO, second: { step: 27, dir: 28, limit: 20, enable:
 
 /**
  * Whose drivers it has, or is taken to have. For each axis, and the second motor of one, its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
- * the outputs to the tool, and contacts to ground: the tool's probe, and the buttons for feed hold and cycle start.
+ * the outputs to the tool, and contacts to ground: the tool's probe, the buttons for feed hold and cycle start, and the alarm of drives.
  * Last the wire to UART drivers, if it has any: its pads, the drivers' addresses, and the axes whose limit input a jumper
  * connects with DIAG.
  */

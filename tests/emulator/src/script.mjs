@@ -40,6 +40,7 @@ export const COMMANDS = {
   'probe-plate': { usage: 'probe-plate X|Y|Z MM below|above, or probe-plate none', parse: plate, run: (script, plate) => script.board.gantry.probe.setPlate(plate) },
   hold: { usage: 'hold pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('hold', down) },
   start: { usage: 'start pressed|released', parse: pressed, run: (script, down) => script.board.gantry.pressButton('start', down) },
+  alarm: { usage: 'alarm pressed|released', parse: pressed, run: (script, down) => script.board.gantry.changeAlarm(down) },
   motors: { usage: 'motors on|off', parse: onOff, run: (script, on) => script.expectMotors(on) },
   crash: { usage: 'crash', parse: nothing, run: (script) => script.board.crash() },
   hang: { usage: 'hang, or hang MILLISECONDS', parse: positiveIfAny, run: (script, millis) => script.board.hang(millis) },

@@ -326,6 +326,8 @@ impl<const BY_TIMER: bool> Machine for Emulated<BY_TIMER> {
             Step::Press { wire: Wire::Probe, pressed: down, .. } => format!("probe {}", pressed(*down)),
             Step::Press { wire: Wire::Hold, pressed: down, .. } => format!("hold {}", pressed(*down)),
             Step::Press { wire: Wire::Start, pressed: down, .. } => format!("start {}", pressed(*down)),
+            // One contact, which is as long in alarm as something is wrong.
+            Step::Drive(_, is_wrong) => format!("alarm {}", pressed(*is_wrong)),
             Step::Cut(is_cut) => format!("estop {}", if *is_cut { "cut" } else { "mended" }),
             Step::Plate(None) => "probe-plate none".to_owned(),
             Step::Plate(Some(place)) => format!("probe-plate {}", place.to_string().replace(',', " ")),

@@ -153,6 +153,8 @@ impl Machine for Simulated {
             Step::Press { wire, pressed, .. } => self.sim.set_hand_input(wire, pressed),
             Step::Cut(is_cut) => self.sim.cut_emergency_stop(is_cut),
             Step::Plate(place_mm) => self.sim.set_plate(place_mm.and_then(PlatePlace::plate)),
+            Step::Drive(motor, is_wrong) => self.sim.set_drive(motor, is_wrong),
+            Step::CutAlarm(axis, is_cut) => self.sim.cut_drive_alarm(axis, is_cut),
             Step::Driver(motor, fault) => self.sim.set_driver(motor, fault),
             Step::Fault(fault) => self.sim.suffer(fault),
             Step::FlashRefuses(true) => self.flash.refuse(),

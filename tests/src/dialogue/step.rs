@@ -127,6 +127,10 @@ pub enum Step {
     Cut(bool),
     /// The plate that the probe touches.
     Plate(Option<PlatePlace>),
+    /// Something that is wrong with a drive that closes its own loop.
+    Drive(Motor, bool),
+    /// The wire of its alarm.
+    CutAlarm(Axis, bool),
     /// The fault of a UART driver.
     Driver(Motor, Option<DriverFault>),
     /// The setup of a UART driver.
@@ -180,6 +184,10 @@ pub enum With {
     Emulator(String),
     /// The emulated board's image for four axes.
     FourAxes,
+    /// Drives that close their own loop.
+    ClosedLoop,
+    /// One wire for the alarms of all drives.
+    OneAlarmWire,
     /// A frame between two motors that never binds.
     LooseFrame,
     /// Motors that follow any edge.
@@ -220,13 +228,15 @@ impl With {
             ("hold", "pressed") => Self::Pressed(Wire::Hold),
             ("emulator", _) => Self::Emulator(rest.to_owned()),
             ("four", "axes") => Self::FourAxes,
+            ("closed", "loop") => Self::ClosedLoop,
+            ("one", "alarm wire") => Self::OneAlarmWire,
             ("loose", "frame") => Self::LooseFrame,
             ("rigid", "motors") => Self::RigidMotors,
             _ => {
                 return Err(format!(
                     "`{text}` is nothing a machine can have: use $n=v, start, port, board, emergency stop normally closed, \
                      second console, baud, bounce, switch, plate, jumpers, load noise, fault, hold pressed, start pressed, \
-                     loose frame, rigid motors, four axes or emulator"
+                     closed loop, one alarm wire, loose frame, rigid motors, four axes or emulator"
                 ));
             }
         })
@@ -242,6 +252,8 @@ impl With {
             }
             Self::Port(port) => config.port = port,
             Self::SkrPico => (config.board, config.driver) = (Board::SkrPico, Board::SkrPico.driver()),
+            Self::ClosedLoop => config.closed_loop = true,
+            Self::OneAlarmWire => config.one_alarm_wire = true,
             Self::LooseFrame => config.gantry.binds_mm = 1_000.0,
             Self::RigidMotors => config.motor = MotorData::RIGID,
             Self::NormallyClosed => config.emergency_contact = Contact::NormallyClosed,
@@ -396,6 +408,19 @@ fn changed(text: &str) -> Result<Step, String> {
     Ok(Step::Changed(tool(text)?, when))
 }
 
+/// Something that is wrong with a drive, or the wire of its alarm.
+fn drive(text: &str) -> Result<Step, String> {
+    let (name, state) = text.split_once(' ').unwrap_or((text, ""));
+    let motor = motor(name)?;
+    match state {
+        "alarms" => Ok(Step::Drive(motor, true)),
+        "well" => Ok(Step::Drive(motor, false)),
+        "wire cut" => Ok(Step::CutAlarm(motor.axis, true)),
+        "wire mended" => Ok(Step::CutAlarm(motor.axis, false)),
+        _ => Err(format!("`{state}` is nothing that a drive can have: use alarms, well, wire cut or wire mended")),
+    }
+}
+
 /// The fault of a driver, or its setup.
 fn driver(text: &str) -> Result<Step, String> {
     let (name, rest) = text.split_once(' ').unwrap_or((text, ""));
@@ -512,6 +537,7 @@ impl Step {
             ("output", _) => one_output(rest)?,
             ("watch", _) => Self::Watch(time(rest)?),
             ("changed", _) => changed(rest)?,
+            ("drive", _) => drive(rest)?,
             ("driver", _) => driver(rest)?,
             ("fault", _) => Self::Fault(fault(rest)?),
             ("motors", "on" | "off") => Self::Motors(rest == "on"),
@@ -540,7 +566,7 @@ impl Step {
                 return Err(format!(
                     "`{text}` is no step: use one of > >> ! !! < with homed powered-up switched-on power-off-and-on wait until \
                      silence report state accessories unchanged steps places note moved took rested moves no-step-made no-step-lost no-violation \
-                     counts-agree trusted tool output watch changed motors switch driver fault flash emergency-stop \
+                     counts-agree trusted tool output watch changed motors switch drive driver fault flash emergency-stop \
                      probe hold start plate console board emulator figure, as tests/dialogues/README.md says"
                 ));
             }

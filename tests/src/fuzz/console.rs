@@ -273,6 +273,7 @@ impl Console {
             probe_touched,
             limits_pressed: xyz_a([x, y, z], y),
             second_limit_pressed: x && y,
+            drive_alarm: y,
             door_open,
             hold_pressed: door_open,
             start_pressed: probe_touched,

@@ -1,4 +1,4 @@
-//! Reacts to limit switches and the emergency stop before any other code runs.
+//! Reacts to limit switches, the alarm of drives and the emergency stop before any other code runs.
 //!
 //! # Design
 //! Through the HAL's GPIO interrupt, an executor and a task, an edge takes 9 us to stop the steps, and longer while the
@@ -23,7 +23,7 @@ use embassy_sync::once_lock::OnceLock;
 use isostep_motion::{Axis, Contact, LimitInput, Machine};
 
 use self::edges::Changes;
-use crate::pins::{self, Group, MOTORS};
+use crate::pins::{self, Group};
 #[cfg(not(feature = "timer-port"))]
 use crate::pio_port as port;
 #[cfg(feature = "timer-port")]
@@ -31,13 +31,13 @@ use crate::timer_port as port;
 use crate::{priority, tool};
 
 /// The pins that are watched: a proving image has no fourth motor, and other work for its state machine.
-const PINS: [usize; if cfg!(feature = "prove") { 4 } else { MOTORS + 1 }] = pins::ascending([
+const PINS: [usize; if cfg!(feature = "prove") { 4 } else { pins::LIMIT_INPUTS + 1 }] = pins::ascending([
     pins::LIMITS[0],
     pins::LIMITS[1],
     pins::LIMITS[2],
     pins::EMERGENCY_STOP,
     pins::LIMITS[3],
-    #[cfg(five_motors)]
+    #[cfg(any(five_motors, drive_alarm))]
     pins::LIMITS[4],
 ]);
 const GROUPS: [Group; pins::count_groups(&PINS)] = pins::groups(&PINS);
@@ -46,14 +46,16 @@ const STATE_MACHINES: [usize; 3] = [0, 2, 3];
 /// The instructions of a state machine's program.
 const INSTRUCTIONS: u8 = 6;
 
-/// Whose the switches on `pins::LIMITS` are.
-pub const LIMIT_INPUTS: [LimitInput; MOTORS] = [
+/// What is on `pins::LIMITS`.
+pub const LIMIT_INPUTS: [LimitInput; pins::LIMIT_INPUTS] = [
     LimitInput::Of(Axis::X),
     LimitInput::Of(Axis::Y),
     LimitInput::Of(Axis::Z),
     FOURTH,
     #[cfg(five_motors)]
     LimitInput::Second,
+    #[cfg(drive_alarm)]
+    LimitInput::Alarm(Axis::X),
 ];
 #[cfg(not(feature = "four-axes"))]
 const FOURTH: LimitInput = LimitInput::Second;
@@ -137,7 +139,7 @@ impl Watcher {
         Self { state_machine: STATE_MACHINES[index], reported: AtomicU32::new(0) }
     }
 
-    /// `index` is that of its group. Limit switches are open at rest, and the emergency stop is not pressed.
+    /// `index` is that of its group. Limit inputs are open at rest, and the emergency stop is not pressed.
     fn start(&self, index: usize, emergency_contact: Contact) {
         let Group { first, pins } = GROUPS[index];
         let open = (1 << pins) - 1;
@@ -219,7 +221,7 @@ fn tell<const GROUP: usize>(machine: &Machine) {
     {
         stops |= is_heeded(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
     }
-    #[cfg(five_motors)]
+    #[cfg(any(five_motors, drive_alarm))]
     {
         stops |= is_heeded(const { LIMIT_INPUTS[4] }, const { LIMITS[4] });
     }
@@ -240,6 +242,6 @@ fn tell<const GROUP: usize>(machine: &Machine) {
     limit(const { LIMIT_INPUTS[2] }, const { LIMITS[2] });
     #[cfg(not(feature = "prove"))]
     limit(const { LIMIT_INPUTS[3] }, const { LIMITS[3] });
-    #[cfg(five_motors)]
+    #[cfg(any(five_motors, drive_alarm))]
     limit(const { LIMIT_INPUTS[4] }, const { LIMITS[4] });
 }

@@ -35,6 +35,8 @@ pub const LED_MASK: u32 = mask(LED);
 /// The motors that the board has pins for. The fourth is the second one of an axis, or that of A; where there is a fifth it is the
 /// second one.
 pub const MOTORS: usize = if cfg!(five_motors) { 5 } else { 4 };
+/// The inputs that stop the machine, without the emergency stop: a switch of each motor, and the alarm of drives.
+pub const LIMIT_INPUTS: usize = MOTORS + cfg!(drive_alarm) as usize;
 pub const HAS_SECOND: bool = AXES < MOTORS && cfg!(not(feature = "prove"));
 /// The index of the second motor.
 pub const SECOND: usize = MOTORS - 1;
@@ -53,8 +55,8 @@ pub struct StepPins {
 
 /// Inputs that stop the machine; they are connected to ground when pressed, or until then.
 pub struct SwitchPins {
-    /// X, Y, Z, and those of the motors after them.
-    pub limits: [Input<'static>; MOTORS],
+    /// X, Y, Z, those of the motors after them, and the alarm of drives.
+    pub limits: [Input<'static>; LIMIT_INPUTS],
     pub emergency_stop: Input<'static>,
     /// The PIO block that watches all of them. The output watchdog has another of its state machines.
     pub pio: Peri<'static, PIO1>,

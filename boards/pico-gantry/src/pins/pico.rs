@@ -1,9 +1,10 @@
 //! The gantry on a Raspberry Pi Pico or Pico 2, which have the same pins, with a bare driver for each motor; see the table in `docs/bring-up.md`.
 //!
 //! A Pico 2 with four axes has a fifth motor, the second one of an axis. It is on the pins that a Pico leaves free, and its switch is where
-//! the button for cycle start would be.
+//! the button for cycle start would be. On others one of these pins is the alarm of all drives, behind the limit switches; a proving image
+//! uses it otherwise.
 
-/// Such a board, with what a fifth motor has, and with the button for cycle start if that is there.
+/// Such a board, with what a fifth motor has, with another limit input, which is its switch or the alarm of drives, and with the button for cycle start if that is there.
 macro_rules! pico {
     (step: [$($step:ident)?], dir: [$($dir:ident)?], limit: [$($limit:ident)?], pio: [$($pio:ident)?], channels: [$($channel:ident),*], start: [$($start:ident)?]) => {
         board! {
@@ -31,7 +32,9 @@ macro_rules! pico {
     };
 }
 
-#[cfg(not(five_motors))]
+#[cfg(drive_alarm)]
+pico! { step: [], dir: [], limit: [PIN_27], pio: [], channels: [], start: [PIN_20] }
+#[cfg(not(any(drive_alarm, five_motors)))]
 pico! { step: [], dir: [], limit: [], pio: [], channels: [], start: [PIN_20] }
 #[cfg(five_motors)]
 pico! { step: [PIN_27], dir: [PIN_28], limit: [PIN_20], pio: [PIO2], channels: [DMA_CH8, DMA_CH9], start: [] }

@@ -1,6 +1,7 @@
 //! The consequences of a board's table: its pins as numbers, and as values that own them.
 
-/// A board. Motors and limit switches are those of X, Y, Z, then of the fourth motor, and of the fifth.
+/// A board. Motors and limit switches are those of X, Y, Z, then of the fourth motor, and of the fifth. The alarm of drives is the last
+/// of the limit inputs.
 macro_rules! board {
     (
         step: [$($step:ident),+],
@@ -32,7 +33,7 @@ macro_rules! board {
         pub const STEP: [usize; super::MOTORS] = numbers![$($step),+];
         pub const DIR: [usize; super::MOTORS] = numbers![$($dir),+];
         pub const ENABLE: [usize; numbers![$($enable),+].len()] = numbers![$($enable),+];
-        pub const LIMITS: [usize; super::MOTORS] = numbers![$($limit),+];
+        pub const LIMITS: [usize; super::LIMIT_INPUTS] = numbers![$($limit),+];
         pub const EMERGENCY_STOP: usize = number!($emergency_stop);
         pub const TOOL_PWM: usize = number!($pwm);
         /// The other outputs of the tool.

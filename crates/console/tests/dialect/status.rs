@@ -9,8 +9,8 @@ use isostep_console::{
 use proptest::prelude::*;
 
 /// The limits that [`StatusReporter::write`] and [`StatusReporter::write_full`] document.
-const LONGEST_BYTES: usize = 176;
-const LONGEST_FULL_BYTES: usize = 208;
+const LONGEST_BYTES: usize = 177;
+const LONGEST_FULL_BYTES: usize = 209;
 
 /// A machine at rest, with nothing switched on and nothing pressed.
 const QUIET: StatusReport = StatusReport {
@@ -26,6 +26,7 @@ const QUIET: StatusReport = StatusReport {
     limits_pressed: [false; 3],
     second_limit_pressed: false,
     door_open: false,
+    drive_alarm: false,
     emergency_stop: false,
     hold_pressed: false,
     start_pressed: false,
@@ -117,6 +118,7 @@ fn the_mask_chooses_fields_and_inches_scale() {
         spindle: SpindleMode::Clockwise,
         coolant: Coolant::Both,
         limits_pressed: [true, false, true],
+        drive_alarm: true,
         emergency_stop: true,
         free_blocks: 255,
         free_bytes: u16::MAX,
@@ -130,10 +132,10 @@ fn the_mask_chooses_fields_and_inches_scale() {
         assert!(heard.len() - before <= LONGEST_BYTES);
     }
     expect![[r#"
-        <Alarm|WPos:25.400,-50.800,0.000|Ln:10000000|FS:254,1000|Pn:XZR|WCO:0.000,50.800,-10000.000>
-        <Alarm|MPos:25.400,0.000,-10000.000|Ln:10000000|FS:254,1000|Pn:XZR|WCO:0.000,50.800,-10000.000>
-        <Alarm|WPos:1.0000,-2.0000,0.0000|Bf:255,65535|Ln:10000000|FS:10.0,1000|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
-        <Alarm|MPos:1.0000,0.0000,-393.7008|Bf:255,65535|Ln:10000000|FS:10.0,1000|Pn:XZR|WCO:0.0000,2.0000,-393.7008>
+        <Alarm|WPos:25.400,-50.800,0.000|Ln:10000000|FS:254,1000|Pn:XZMR|WCO:0.000,50.800,-10000.000>
+        <Alarm|MPos:25.400,0.000,-10000.000|Ln:10000000|FS:254,1000|Pn:XZMR|WCO:0.000,50.800,-10000.000>
+        <Alarm|WPos:1.0000,-2.0000,0.0000|Bf:255,65535|Ln:10000000|FS:10.0,1000|Pn:XZMR|WCO:0.0000,2.0000,-393.7008>
+        <Alarm|MPos:1.0000,0.0000,-393.7008|Bf:255,65535|Ln:10000000|FS:10.0,1000|Pn:XZMR|WCO:0.0000,2.0000,-393.7008>
     "#]]
     .assert_eq(&heard.replace('\r', ""));
 }
@@ -155,6 +157,7 @@ fn the_longest_report_is_as_long_as_promised() {
         limits_pressed: [true; 3],
         second_limit_pressed: true,
         door_open: true,
+        drive_alarm: true,
         emergency_stop: true,
         hold_pressed: true,
         start_pressed: true,
@@ -186,12 +189,12 @@ fn the_longest_report_is_as_long_as_promised() {
     StatusReporter::new().write_full(&mut heard, &status, &settings).unwrap();
     assert_eq!(heard.len() - before, LONGEST_FULL_BYTES);
     expect![[r#"
-        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
-        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|WCO:-1181.1024,1181.1024,-1181.1024|WCS:G59.3|H:1,7|T:99999|TLR:1>
-        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
-        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DRHS|WCO:-30000.000,-30000.000,-30000.000|Ov:200,100,200|A:CFM|WCS:G59.3|H:1,7|T:99999|TLR:1|FW:Isostep>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|WCO:-30000.000,30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DMRHS|WCO:-1181.1024,1181.1024,-1181.1024|WCS:G59.3|H:1,7|T:99999|TLR:1>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DMRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|WCO:-30000.000,-30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|WCO:-30000.000,-30000.000,-30000.000|Ov:200,100,200|A:CFM|WCS:G59.3|H:1,7|T:99999|TLR:1|FW:Isostep>
     "#]].assert_eq(&heard.replace('\r', ""));
 }
 

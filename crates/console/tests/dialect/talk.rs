@@ -191,6 +191,7 @@ impl Talk {
             door_open: false,
             hold_pressed: false,
             start_pressed: false,
+            drive_alarm: false,
             emergency_stop: self.emergency_stop,
             free_blocks: 15,
             free_bytes: 128,

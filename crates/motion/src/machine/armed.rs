@@ -9,20 +9,26 @@
 use core::sync::atomic::Ordering;
 
 use super::{Inner, Machine, Trigger};
-use crate::axes::{AXES, Axis};
+use crate::axes::Axis;
 use crate::config::Config;
 use crate::motor::{LimitInput, Motor};
 
-/// The falling edges of the limit inputs are the lowest bits of the word, in the order of the switches; then the rising ones.
-const RISING_SHIFT: usize = 8;
-const EMERGENCY_STOP: u32 = 1 << 16;
-const RESET_BYTE: u32 = 1 << 17;
+/// The falling edges of the limit inputs are the lowest bits of the word, in the order of their places; then the rising ones.
+const RISING_SHIFT: usize = 12;
+const EMERGENCY_STOP: u32 = 1 << 24;
+const RESET_BYTE: u32 = 1 << 25;
 
-const _: () = assert!(AXES < RISING_SHIFT, "a limit input has two bits of the word");
+const _: () = assert!(LimitInput::COUNT <= RISING_SHIFT, "a limit input has two bits of the word");
 
+/// Both edges of the alarms of drives.
+const ALARMS: u32 = {
+    let falling = (1 << LimitInput::COUNT) - (1 << LimitInput::ALARMS);
+    falling | falling << RISING_SHIFT
+};
+
+#[inline(always)]
 const fn edge(input: LimitInput, is_low: bool) -> u32 {
-    let falling = 1 << input.index();
-    if is_low { falling } else { falling << RISING_SHIFT }
+    (if is_low { 1 } else { 1 << RISING_SHIFT }) << input.index()
 }
 
 /// For an interrupt of the board which no critical section and nothing of this crate interrupts. If the answer is yes, the
@@ -54,29 +60,31 @@ impl Machine {
     pub(super) fn arm(&self, inner: &Inner) {
         let of = |is_so: bool, bits: u32| if is_so { bits } else { 0 };
         let (life, presses) = (&inner.life, inner.presses);
-        let armed = of(life.heeds_limits(), presses)
-            | of(!life.is_locked(), EMERGENCY_STOP)
+        let armed = of(life.heeds_limits(), presses & !ALARMS)
+            | of(!life.is_locked(), presses & ALARMS | EMERGENCY_STOP)
             | of(life.heeds_reset_byte(), RESET_BYTE);
         self.armed.store(armed, Ordering::Relaxed);
     }
 
-    /// Sets the debounced level of a limit switch.
+    /// Sets the debounced level of a limit input.
     pub(crate) fn publish_switch(&self, input: LimitInput, is_pressed: bool) {
+        let place = input.index();
         self.with(|inner| {
-            self.switch(input).publish(is_pressed);
-            inner.presses &= !(edge(input, true) | edge(input, false));
+            self.switches[place].publish(is_pressed);
+            inner.presses &= !((1 << RISING_SHIFT | 1) << place);
             inner.presses |= press(&inner.config, input, is_pressed);
             self.arm(inner);
         });
     }
 
-    /// Stores anew which edges are presses, after a change of the configuration.
+    /// Stores anew which edges are presses, after a change of the configuration. The tasks of the alarms do so when they read
+    /// their inputs anew.
     pub(super) fn rearm(&self, inner: &mut Inner) {
         let of_axes = Axis::ALL.into_iter().map(LimitInput::Of);
         let presses = of_axes
             .chain([LimitInput::Second])
             .map(|input| press(&inner.config, input, self.switch(input).is_pressed()));
-        inner.presses = presses.fold(0, |all, one| all | one);
+        inner.presses = presses.fold(inner.presses & ALARMS, |all, one| all | one);
         self.arm(inner);
     }
 }
@@ -84,23 +92,20 @@ impl Machine {
 impl Inner {
     /// The trigger of this edge of a limit input, if it is a press.
     pub(super) fn pressed(&self, input: LimitInput, is_low: bool) -> Option<Trigger> {
-        let motor = match input {
-            LimitInput::Of(axis) => Motor::first(axis),
-            LimitInput::Second => Motor::second(self.config.squared?.axis),
-        };
-        let is_press = self.presses & edge(input, is_low) != 0;
-        is_press.then(|| if self.config.is_stall(input) { Trigger::Stalled(motor) } else { Trigger::Limit(motor) })
+        if self.presses & edge(input, is_low) == 0 {
+            return None;
+        }
+        Some(match input {
+            LimitInput::Of(axis) if self.config.is_stall(input) => Trigger::Stalled(Motor::first(axis)),
+            LimitInput::Of(axis) => Trigger::Limit(Motor::first(axis)),
+            LimitInput::Second => Trigger::Limit(Motor::second(self.config.squared?.axis)),
+            LimitInput::Alarm(axis) => Trigger::DriverFailed(Motor::first(axis)),
+        })
     }
 }
 
 /// The edge of a limit input that is a press, if there is one. A pressed switch bounces when it is left; that is no press.
-/// There is no end behind that of an axis that turns, and no switch of a second motor that there is not.
 fn press(config: &Config, input: LimitInput, is_pressed: bool) -> u32 {
-    let axis = match input {
-        LimitInput::Of(axis) => Some(axis),
-        LimitInput::Second => config.squared.map(|squared| squared.axis),
-    };
-    let has_end = axis.is_some_and(|axis| !config.is_endless[axis as usize]);
-    let is_heeded = config.is_stall(input) || config.hard_limits && has_end;
-    if is_heeded && !is_pressed { edge(input, config.pressed_is_low(input)) } else { 0 }
+    let (is_heeded, is_low) = config.press(input);
+    if is_heeded && !is_pressed { edge(input, is_low) } else { 0 }
 }

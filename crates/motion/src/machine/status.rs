@@ -25,6 +25,8 @@ pub struct Status {
     pub pressed: [bool; AXES],
     /// The second motor's switch is pressed, if there is a second motor: the axis that it moves.
     pub second_pressed: Option<Axis>,
+    /// True if a drive is in alarm.
+    pub drive_alarm: bool,
     /// True if the emergency stop is pressed.
     pub emergency_stop: bool,
     /// The axes that have been homed and not lost their position since.
@@ -98,6 +100,7 @@ impl Machine {
             second_pressed: squared
                 .map(|squared| squared.axis)
                 .filter(|_| self.switch(LimitInput::Second).is_pressed()),
+            drive_alarm: self.is_drive_in_alarm(),
             emergency_stop: life.emergency,
             homed,
             queue_free: self.queue_free() + if life.is_to_brake() { 0 } else { room },

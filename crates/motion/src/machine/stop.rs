@@ -28,8 +28,8 @@ impl Machine {
     /// Leaves an alarm; the position is as trusted as the alarm left it.
     ///
     /// # Errors
-    /// [`Busy`]: the machine stays in the alarm while the emergency stop is pressed, and until the motions that waited
-    /// when the alarm came have been passed over, which takes the coordinator a moment.
+    /// [`Busy`]: the machine stays in the alarm while the emergency stop is pressed or a drive is in alarm, and until the motions
+    /// that waited when the alarm came have been passed over, which takes the coordinator a moment.
     pub fn unlock(&self) -> Result<(), Busy> {
         self.ask(Trigger::Unlock).map(|_| ())
     }
@@ -61,7 +61,7 @@ impl Machine {
 
     /// A limit input has changed, and is now low or high. The first edge of a press stops a running machine at once, if
     /// hard limits are on and the axis has an end. Where the input is a driver's it means, but in homing, that the
-    /// [driver has failed](Self::driver_failed). It may be called any number of times, from any context. Before the task of
+    /// [driver has failed](Self::driver_failed); an alarm of drives means so always, also at rest. It may be called any number of times, from any context. Before the task of
     /// the input has read it for the first time no edge counts.
     pub fn limit_edge(&self, input: LimitInput, is_low: bool) {
         if let Some(trigger) = self.with(|inner| inner.pressed(input, is_low)) {

@@ -38,12 +38,15 @@ pub(super) fn spawn_motion(executor: &mut Executor, world: &Shared, config: &Con
     let second = world.borrow().second_axis().unwrap_or(Axis::X);
     let limits = Axis::ALL.map(|axis| (LimitInput::Of(axis), Motor::first(axis)));
     let limits = limits.into_iter().chain([(LimitInput::Second, Motor::second(second))]);
-    for (limit, motor) in limits {
+    let limits = limits.map(|(limit, motor)| (limit, Wire::Limit(motor)));
+    let alarms = Axis::ALL.map(|axis| (LimitInput::Alarm(axis), Wire::DriveAlarm(axis)));
+    for (limit, wire) in limits.chain(alarms) {
         let name = match limit {
             LimitInput::Of(axis) => ["limit X", "limit Y", "limit Z", "limit A"][axis as usize],
             LimitInput::Second => "second limit",
+            LimitInput::Alarm(_) => "drive alarm",
         };
-        let (machine, input) = (machine.clone(), Input::new(world, Wire::Limit(motor)));
+        let (machine, input) = (machine.clone(), Input::new(world, wire));
         executor.spawn_at(Priority::P1, name, async move {
             limit::watch(&machine, limit, input).await;
         });
@@ -89,8 +92,8 @@ fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &Rc<Machine>) {
     });
 }
 
-/// The parts that a controller is made with: its store, and the UART drivers.
-pub(super) type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>);
+/// The parts that a controller is made with: its store, the UART drivers, and whether one wire tells the alarm of all others.
+pub(super) type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>, bool);
 
 /// Spawns the task of the consoles.
 pub(super) fn spawn_consoles(
@@ -117,13 +120,16 @@ pub(super) fn spawn_consoles(
 /// Serves one console, or two.
 async fn serve_all(
     machine: Rc<Machine>,
-    (store, mut drivers): Parts,
+    (store, mut drivers, has_one_alarm_wire): Parts,
     links: Vec<(impl Read, impl Write, Pipe)>,
     flow: FlowControl,
 ) {
     let mut controller = Controller::new(&machine, store.kept().settings, store);
-    if let Some((hardware, _)) = &drivers {
-        controller = controller.with_drivers(*hardware);
+    match &drivers {
+        Some((hardware, _)) => controller = controller.with_drivers(*hardware),
+        // Where the drivers are on the board, there is no drive with a wire of its own.
+        None if has_one_alarm_wire => controller = controller.with_one_drive_alarm(),
+        None => controller = controller.with_drive_alarms(),
     }
     controller.load().await;
     if let Some((_, wire)) = &mut drivers {

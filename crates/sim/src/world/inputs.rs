@@ -1,4 +1,4 @@
-//! The inputs of the controller: limit switches, whose contacts bounce, the emergency stop, the probe, the buttons.
+//! The inputs of the controller: limit switches, whose contacts bounce, the emergency stop, the probe, the buttons, the alarms of drives.
 
 use std::future::poll_fn;
 use std::task::{Poll, Waker};
@@ -37,14 +37,18 @@ const LIMITS: usize = AXES + 1;
 /// The inputs that do not belong to an axis.
 const HAND_INPUTS: [Wire; 4] = [Wire::EmergencyStop, Wire::Probe, Wire::Hold, Wire::Start];
 
-pub(super) const INPUTS: usize = LIMITS + HAND_INPUTS.len();
+/// The alarms of the axes' drives.
+const DRIVE_ALARMS: usize = LIMITS + HAND_INPUTS.len();
+
+pub(super) const INPUTS: usize = DRIVE_ALARMS + AXES;
 
 /// All inputs, high, on a machine with a second motor on this axis.
 pub(super) fn all(second: Option<Axis>) -> [Input; INPUTS] {
     std::array::from_fn(|index| match Axis::ALL.get(index) {
         Some(&axis) => Input::new(Wire::Limit(axis.into())),
         None if index == SECOND => Input::new(Wire::Limit(Moving::second(second.unwrap_or(Axis::X)))),
-        None => Input::new(HAND_INPUTS[index - LIMITS]),
+        None if index < DRIVE_ALARMS => Input::new(HAND_INPUTS[index - LIMITS]),
+        None => Input::new(Wire::DriveAlarm(Axis::ALL[index - DRIVE_ALARMS])),
     })
 }
 
@@ -68,6 +72,7 @@ pub(super) fn index(wire: Wire) -> usize {
         Wire::Probe => LIMITS + 1,
         Wire::Hold => LIMITS + 2,
         Wire::Start => LIMITS + 3,
+        Wire::DriveAlarm(axis) => DRIVE_ALARMS + axis as usize,
         Wire::Step(_) | Wire::Dir(_) | Wire::Enable => unreachable!("an output of the controller"),
     }
 }
