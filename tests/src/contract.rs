@@ -10,7 +10,7 @@ use std::iter;
 use isostep_sim::{AXES, Port};
 
 use crate::dialogue;
-use crate::emulated::is_pico_2;
+use crate::emulated::{is_pico_2, is_skr_pico};
 
 /// The state of the tool's outputs after the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +88,9 @@ fn meaning(word: &str) -> Option<String> {
         "STARVE_STEPS" => "emulator mask-irq 29\nwait 2 ms\nemulator unmask-irq 29\nwait 20 ms\n",
         // X gets its second motor, which has not moved with it before, and is homed with it.
         "SQUARED" => "> $905=1\n< ...\n< ok\n> $349=100\n< ...\n< ok\n> $HX\n< ...\n< ok\n",
+        // The alarm of X's drive is wired.
+        "WATCHED" => "> $744=1\n< ok\n",
+        "UNWATCHED" => "> $744=0\n< ok\n",
         "SINGLE" => "> $905=0\n< ...\n< ok\n",
         "GENTLE" => return Some("> $940=0\n< ...\n< ok\n".to_owned() + &set(&GENTLE)),
         _ => {
@@ -141,7 +144,7 @@ impl Case {
 }
 
 /// Every way in which a motion can end, except those that have a test of their own: see the table.
-pub const CASES: [Case; 34] = [
+pub const CASES: [Case; 36] = [
     Case::new("it is complete", "AWAY\n"),
     Case { state: "Hold:0", cleared: "! ~\nuntil idle\n", ..Case::new("feed hold", "UNDER_WAY\nHELD\n") },
     Case {
@@ -178,6 +181,14 @@ pub const CASES: [Case; 34] = [
             "SQUARED\nUNDER_WAY\nswitch X2 closed\nTELLS ALARM:1\nswitch X2 normal\nwait 5 ms\n",
             false,
         )
+    },
+    Case {
+        cleared: "UNLOCK\nUNWATCHED\n",
+        ..Case::alarm("alarm of a drive", "WATCHED\nUNDER_WAY\ndrive X alarms\nTELLS ALARM:17\ndrive X well\n", false)
+    },
+    Case {
+        cleared: "UNLOCK\nUNWATCHED\n",
+        ..Case::alarm("alarm of a drive at rest", "WATCHED\ndrive X alarms\nTELLS ALARM:17\ndrive X well\n", false)
     },
     Case::alarm("emergency stop", "UNDER_WAY\nSTOPPED\nRELEASE_ESTOP\n", false),
     Case::alarm("emergency stop at rest", "STOPPED\nRELEASE_ESTOP\n", true),
@@ -324,7 +335,9 @@ fn steps(knows: impl Fn(On) -> bool, panic: &str) -> String {
     let begin = format!("powered up\n> $905=0\n< ...\n< ok\n{quick_homing}GENTLE\n> $HX\n< ok\n");
     // A has the second motor's pins, but for the board that has five motors.
     let has_motors = |case: &&Case| AXES == 3 || is_pico_2() || !case.happens.contains("SQUARED");
-    let cases = CASES.iter().filter(|case| knows(case.on)).filter(has_motors).map(Case::steps);
+    let has_alarm = !is_skr_pico() && (AXES == 3 || !is_pico_2());
+    let has_pins = |case: &&Case| has_motors(case) && (has_alarm || !case.happens.contains("WATCHED"));
+    let cases = CASES.iter().filter(|case| knows(case.on)).filter(has_pins).map(Case::steps);
     let lines = iter::once(begin).chain(cases).collect::<String>().replace("PANIC", panic);
     lines.lines().map(|line| meaning(line).unwrap_or_else(|| format!("{line}\n"))).collect()
 }

@@ -17,6 +17,8 @@ mod contract;
 mod dialogues {
     include!(concat!(env!("OUT_DIR"), "/emulated.rs"));
 }
+#[path = "emulated/drive_alarm.rs"]
+mod drive_alarm;
 #[path = "emulated/estop.rs"]
 mod estop;
 #[path = "emulated/evenly.rs"]

@@ -411,7 +411,7 @@ fn skr_pico(_: Amount) -> Result<()> {
     let elves = names.map(build::kept_elf);
     let mut tests = on_board(Amount::More, &elves);
     tests.env("ISOSTEP_BOARD", variant.board.name());
-    tests.args(["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::"]);
+    tests.args(["--test=emulated", "--", "--ignored", "--skip=prove::", "--skip=four_axes::", "--skip=drive_alarm"]);
     process::run(tests.args(OF_OTHERS))
 }
 

@@ -100,7 +100,7 @@ impl Setting {
     /// The group that it belongs to.
     pub const fn group(&self) -> SettingGroup {
         match self.number {
-            0..=4 | 907 => SettingGroup::Motors,
+            0..=4 | 744 | 745 | 907 => SettingGroup::Motors,
             100..=139 | 376 | 701 => SettingGroup::Axes,
             140..=169 | 200..=219 | 338 | 339 | 908 | 909 | 980..=989 => SettingGroup::Drivers,
             8 | 170..=179 | 349 | 905 => SettingGroup::SecondMotor,

@@ -139,8 +139,9 @@ const ROWS: &[(Setting, &str)] = &[
     row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, field!(Float spin_up_s)),
     #[cfg(feature = "four-axes")]
     row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, field!(Int rotary_feed_mask)),
-    row(744, "", "axes whose drives have an alarm wired, mask; 1 is one wire for all", 0.0, ALL_AXES as f32, field!(Int drive_alarm_mask)),
+    // The contacts before what looks at them: a listing that is sent back tells no alarm in between.
     row(745, "", "axes whose drives' alarm is an open contact, mask", 0.0, ALL_AXES as f32, field!(Int drive_alarm_open_mask)),
+    row(744, "", "axes whose drives have an alarm wired, mask; 1 is one wire for all", 0.0, ALL_AXES as f32, field!(Int drive_alarm_mask)),
     row(900, "", "interval split: 0 fastest, 1 thirds", 0.0, 1.0, field!(Flag interval_thirds)),
     row(901, "", HOMING_ORDER, HOMING_ORDERS.0, HOMING_ORDERS.1, field!(Int homing_order_digits)),
     row(902, "", "the feed-hold input is a safety door's switch", 0.0, 1.0, field!(Flag hold_input_is_door)),
@@ -164,7 +165,8 @@ const ROWS: &[(Setting, &str)] = &[
 ];
 
 /// Every setting, by ascending number but for the microsteps, which come before the steps per millimetre, because these
-/// follow them: so a listing that is sent back in this order ends as it was, whatever was set before.
+/// follow them: so a listing that is sent back in this order ends as it was, whatever was set before. So do the contacts of drives'
+/// alarms, before what looks at them.
 pub static TABLE: &[Setting] = &settings();
 /// The meaning of each setting. Kept apart from the table, which is read with every `$n=v`, as a constant without a symbol
 /// name: so it stays in the chip's flash.

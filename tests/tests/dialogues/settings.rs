@@ -2,7 +2,7 @@
 //! is there after a power cycle, however soon the power fails.
 
 use embassy_time::Duration;
-use isostep_console::{SETTING_TABLE, Settings, report};
+use isostep_console::{SETTING_TABLE, Setting, Settings, report};
 use isostep_motion::{AXES, Capabilities, DriverTiming};
 use isostep_profile::SpeedProfile;
 use isostep_profile::shaper::ShaperKind;
@@ -86,7 +86,10 @@ fn the_machine_refuses_nothing_that_the_console_accepts() {
 
 /// Settings that work together on a machine with these ports, some steps away from `settings`.
 fn walked(settings: Settings, port: &Capabilities, has_drivers: bool, random: &mut Rand32) -> Settings {
-    let rows: Vec<_> = SETTING_TABLE.iter().filter(|row| has_drivers || !row.is_trinamic()).collect();
+    // No drive of the simulated machine opens a contact for its alarm, and an SKR Pico has no input for it.
+    let is_here =
+        |row: &&Setting| row.number != 745 && if has_drivers { row.number != 744 } else { !row.is_trinamic() };
+    let rows: Vec<_> = SETTING_TABLE.iter().filter(is_here).collect();
     let mut settings = settings;
     for _ in 0..400 {
         let row = rows[random.rand_range(0..rows.len() as u32) as usize];
