@@ -88,8 +88,8 @@ fn meaning(word: &str) -> Option<String> {
         "STARVE_STEPS" => "emulator mask-irq 29\nwait 2 ms\nemulator unmask-irq 29\nwait 20 ms\n",
         // X gets its second motor, which has not moved with it before, and is homed with it.
         "SQUARED" => "> $905=1\n< ...\n< ok\n> $349=100\n< ...\n< ok\n> $HX\n< ...\n< ok\n",
-        // The alarm of X's drive is wired.
-        "WATCHED" => "> $744=1\n< ok\n",
+        // The alarm of X's drive is wired, and closes its contact.
+        "WATCHED" => "> $745=1\n< ok\n> $744=1\n< ok\n",
         "UNWATCHED" => "> $744=0\n< ok\n",
         "SINGLE" => "> $905=0\n< ...\n< ok\n",
         "GENTLE" => return Some("> $940=0\n< ...\n< ok\n".to_owned() + &set(&GENTLE)),

@@ -28,7 +28,7 @@ fn config(port: Port) -> Config {
 #[test]
 fn every_way_to_end_keeps_the_contract() {
     // The frame of the second motor of X, which stands still in most cases while X moves, never binds.
-    let machine = "with $905=1\nwith loose frame\nwith rigid motors\n";
+    let machine = "with $905=1\nwith $745=1\nwith loose frame\nwith rigid motors\n";
     for port in ["pio", "timer"] {
         let machine = format!("{machine}with port {port}\n");
         contract::keep(dialogue::On::Simulator, &machine, |on| on == On::Every, "");

@@ -140,7 +140,7 @@ const ROWS: &[(Setting, &str)] = &[
     #[cfg(feature = "four-axes")]
     row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, field!(Int rotary_feed_mask)),
     // The contacts before what looks at them: a listing that is sent back tells no alarm in between.
-    row(745, "", "axes whose drives' alarm is an open contact, mask", 0.0, ALL_AXES as f32, field!(Int drive_alarm_open_mask)),
+    row(745, "", "axes whose drives close a contact for their alarm, mask; others open it", 0.0, ALL_AXES as f32, field!(Int drive_alarm_closed_mask)),
     row(744, "", "axes whose drives have an alarm wired, mask; 1 is one wire for all", 0.0, ALL_AXES as f32, field!(Int drive_alarm_mask)),
     row(900, "", "interval split: 0 fastest, 1 thirds", 0.0, 1.0, field!(Flag interval_thirds)),
     row(901, "", HOMING_ORDER, HOMING_ORDERS.0, HOMING_ORDERS.1, field!(Int homing_order_digits)),

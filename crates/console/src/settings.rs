@@ -127,8 +127,8 @@ pub struct Settings {
     pub spin_up_s: f32,
     /// `$744`: axes whose drives have an alarm wired (grblHAL's number, as the next); one wire for all is X's.
     pub drive_alarm_mask: u16,
-    /// `$745`: of these, axes whose alarm is an open contact.
-    pub drive_alarm_open_mask: u16,
+    /// `$745`: of these, axes whose alarm is a closed contact. That of the others is an open one, as grblHAL has it.
+    pub drive_alarm_closed_mask: u16,
     /// `$900`: accelerate, cruise and brake for three equal times (thirds) instead of as fast as the limits allow.
     pub interval_thirds: bool,
     /// `$940`: how speed changes on a ramp, as a number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal,
@@ -228,7 +228,7 @@ impl Settings {
         rotary_feed_mask: 0,
         spin_up_s: 0.0,
         drive_alarm_mask: 0,
-        drive_alarm_open_mask: 0,
+        drive_alarm_closed_mask: 0,
         interval_thirds: false,
         speed_profile: 0,
         homing_order_digits: if AXES > Z { 312 } else { 12 },

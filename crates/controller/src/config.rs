@@ -74,8 +74,8 @@ pub fn config(settings: &Settings) -> Config {
 fn drive_alarms(settings: &Settings) -> [Option<Contact>; AXES] {
     core::array::from_fn(|axis| {
         let is_in = |mask: u16| mask & (1 << axis) != 0;
-        let contact =
-            if is_in(settings.drive_alarm_open_mask) { Contact::NormallyClosed } else { Contact::NormallyOpen };
+        let closes = is_in(settings.drive_alarm_closed_mask);
+        let contact = if closes { Contact::NormallyOpen } else { Contact::NormallyClosed };
         is_in(settings.drive_alarm_mask).then_some(contact)
     })
 }

@@ -99,6 +99,10 @@ impl World {
             let diag = uart_drivers.as_ref().and_then(|uart_drivers| uart_drivers.diag(index));
             inputs[index].high = diag.unwrap_or(motor.switch.is_closed() == wiring.switches_open);
         }
+        let drive_alarms = DriveAlarms::new(config);
+        for axis in Axis::ALL {
+            inputs[inputs::index(Wire::DriveAlarm(axis))].high = drive_alarms.is_high(axis, wiring.second);
+        }
         let random = Rand32::new(config.seed);
         let limits_high_at_start = std::array::from_fn(|axis| inputs[axis].high);
         let mut world = Self {
@@ -108,7 +112,7 @@ impl World {
             inputs,
             limits_high_at_start,
             stop: EmergencyStop { contact: config.emergency_contact, is_pressed: false, is_cut: false },
-            drive_alarms: DriveAlarms::new(&machine_config, config.one_alarm_wire, config.closed_loop),
+            drive_alarms,
             plate: config.plate,
             tool: [0; ToolOutput::ALL.len()],
             random,
@@ -128,7 +132,6 @@ impl World {
             motion: Motion::default(),
         };
         world.refresh_probe();
-        world.refresh_drive_alarms();
         world.set_hand_input(Wire::EmergencyStop, false);
         world
     }

@@ -86,7 +86,7 @@ fn the_machine_refuses_nothing_that_the_console_accepts() {
 
 /// Settings that work together on a machine with these ports, some steps away from `settings`.
 fn walked(settings: Settings, port: &Capabilities, has_drivers: bool, random: &mut Rand32) -> Settings {
-    // No drive of the simulated machine opens a contact for its alarm, and an SKR Pico has no input for it.
+    // No drive of the simulated machine closes a contact for its alarm, and an SKR Pico has no input for it.
     let is_here =
         |row: &&Setting| row.number != 745 && if has_drivers { row.number != 744 } else { !row.is_trinamic() };
     let rows: Vec<_> = SETTING_TABLE.iter().filter(is_here).collect();

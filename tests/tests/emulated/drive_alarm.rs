@@ -10,7 +10,7 @@ use oorandom::Rand32;
 #[ignore = "needs the firmware: cargo xtask test"]
 fn an_alarm_stops_as_soon_as_a_switch() {
     let mut random = Rand32::new(9);
-    let mut script = "expect Grbl\nsend $0=0\nexpect ok\nsend $744=1\nexpect ok\n".to_owned();
+    let mut script = "expect Grbl\nsend $0=0\nexpect ok\nsend $745=1\nexpect ok\nsend $744=1\nexpect ok\n".to_owned();
     for axis in 0..AXES as u32 {
         let settings = [(110, 288_000), (120, 100_000)];
         script.extend(settings.map(|(number, value)| format!("send ${}={value}\nexpect ok\n", number + axis)));

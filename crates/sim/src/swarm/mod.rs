@@ -8,6 +8,7 @@
 //! failure completely, in one line.
 
 mod drivers;
+mod drives;
 pub mod judge;
 mod lines;
 mod reset;

@@ -33,6 +33,8 @@ const FAULT_MAX_US: u64 = 600_000;
 const DRIVER_REPORTED_US: u64 = 500_000;
 /// The drivers have been set after this time from power-up, us, if they answer.
 const START_US: u64 = 200_000;
+/// A drive in alarm has stopped the machine after this time, us: what moves ends.
+const ALARMED_US: u64 = 100;
 const ALARM: &str = "ALARM:";
 pub(super) const DRIVER_ALARM: &str = "ALARM:17";
 /// The longest time that the machine may need to finish.
@@ -89,7 +91,8 @@ impl<'a> Runner<'a> {
             welcomed_at: [0; AXES],
             held_until_ns: 0,
             has_deceived: false,
-            had_driver_fault: false,
+            // Steps that are lost are one.
+            had_driver_fault: config.closed_loop,
             alarms: 0,
             act: None,
         }
@@ -126,6 +129,7 @@ impl<'a> Runner<'a> {
                 Ok(())
             }
             Act::Drivers(failings) => self.fail_drivers(failings),
+            Act::Drive(motor, us) => self.alarm(*motor, *us),
             Act::Between(sections, stimulus) => {
                 // Bytes of the stimulus may be a reset.
                 self.talks.iter_mut().for_each(|talk| talk.may_forget());
@@ -158,6 +162,22 @@ impl<'a> Runner<'a> {
             self.held_until_ns = self.sim.now_ns() + us * 1_000;
         }
         self.sim.suffer(Fault { trouble, at_ns: self.sim.now_ns(), lasts_ns: Some(us * 1_000) });
+    }
+
+    /// A drive that is in alarm stops the machine at once, whatever it does, and no position is trusted. If its alarm is wired.
+    fn alarm(&mut self, motor: Motor, us: u64) -> Result<(), Failure> {
+        self.await_start()?;
+        self.had_driver_fault = true;
+        self.suffer(Trouble::Alarm(motor), us);
+        self.wait(ALARMED_US)?;
+        let wire = if self.scenario.config.one_alarm_wire { Axis::X } else { motor.axis };
+        let is_wired = self.sim.machine().config().drive_alarms[wire as usize].is_some();
+        let (state, homed) = (self.sim.machine().state(), self.sim.machine().homed());
+        if is_wired && !self.is_spoilt && (!self.is_locked() || homed != [false; AXES]) {
+            let found = format!("{state}, {homed:?} after {}", Trouble::Alarm(motor));
+            return Err(self.failure("a drive in alarm stops the machine, and no position is trusted", found));
+        }
+        Ok(())
     }
 
     /// Waits until the drivers have been set after power-up. What fails for an instant before that matters to nobody.

@@ -8,6 +8,7 @@ use oorandom::Rand64;
 
 use super::Random;
 use super::drivers::{self, Failing};
+use super::drives;
 use super::lines::Lines;
 use crate::config::{Config, Gantry, Port};
 use crate::faults::Trouble;
@@ -46,6 +47,8 @@ pub enum Act {
     Fault(Trouble, u64),
     /// Drivers fail, in this order.
     Drivers(Vec<Failing>),
+    /// The drive of this motor is in alarm, for which there is a reason as long as this, us.
+    Drive(Motor, u64),
     /// Applies a stimulus after this many more critical sections, if tasks are interrupted.
     Between(u64, Stimulus),
     /// Opens the first console, as a host does.
@@ -60,6 +63,7 @@ impl Act {
         match self {
             Self::Fault(..)
             | Self::Drivers(_)
+            | Self::Drive(..)
             | Self::Between(..)
             | Self::Reset { .. }
             | Self::Open
@@ -89,6 +93,7 @@ impl fmt::Display for Act {
                 let words = failings.iter().map(ToString::to_string).collect::<Vec<_>>();
                 f.write_str(&words.join(", "))
             }
+            Self::Drive(motor, us) => write!(f, "{} for {us} us", Trouble::Alarm(*motor)),
             Self::Between(sections, stimulus) => write!(f, "after {sections} critical sections {stimulus:?}"),
             Self::Open => write!(f, "a host opens console 0"),
             Self::PowerCut(operations) => {
@@ -114,7 +119,7 @@ impl Scenario {
         let mut random = Random(Rand64::new(seed.into()));
         let config = random.config(seed);
         let acts = random.acts(&config);
-        drivers::with_uart_drivers(seed, Self { config, acts })
+        drives::with_drives(seed, drivers::with_uart_drivers(seed, Self { config, acts }))
     }
 
     /// The machine in one line: the settings that differ from the default machine's, as `$n=v`.
@@ -128,6 +133,8 @@ impl Scenario {
             Contact::NormallyOpen => "",
             Contact::NormallyClosed => ", the emergency stop opens",
         };
+        text += if self.config.closed_loop { ", drives of a closed loop" } else { "" };
+        text += if self.config.one_alarm_wire { ", one alarm wire" } else { "" };
         text += if *second_console { ", two consoles" } else { ", one console" };
         text += &baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
         text += &section_max_ns
@@ -151,7 +158,7 @@ impl Scenario {
 
 /// Parts of a scenario.
 impl Random {
-    fn axis(&mut self) -> Axis {
+    pub(super) fn axis(&mut self) -> Axis {
         self.of(&Axis::ALL)
     }
 

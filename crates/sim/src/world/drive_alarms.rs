@@ -1,6 +1,8 @@
 //! Drives that close their own loop: what they alarm for, and the wires that tell it.
 
-use isostep_motion::{AXES, Axis, Config, Contact};
+use isostep_motion::{AXES, Axis};
+
+use crate::config::Config;
 
 /// A drive is reset that was off by ENABLE for so long, ns.
 const RESET_NS: u64 = 300_000_000;
@@ -29,15 +31,14 @@ pub(super) struct DriveAlarms {
 }
 
 impl DriveAlarms {
-    /// The contacts are those that `config` names at power-up.
-    pub fn new(config: &Config, has_one_wire: bool, closes_loop: bool) -> Self {
-        let opens = config.drive_alarms.map(|contact| contact == Some(Contact::NormallyClosed));
+    /// The contacts are those of the settings at power-up.
+    pub fn new(config: &Config) -> Self {
         Self {
             drives: [Drive::default(); AXES + 1],
-            opens,
+            opens: std::array::from_fn(|axis| config.settings.drive_alarm_closed_mask & (1 << axis) == 0),
             is_cut: [false; AXES],
-            has_one_wire,
-            closes_loop,
+            has_one_wire: config.one_alarm_wire,
+            closes_loop: config.closed_loop,
             off_ns: 0,
         }
     }
