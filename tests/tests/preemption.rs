@@ -36,7 +36,7 @@ const TWO_RESETS: Sweep =
 /// A machine that is ready for `sweep`.
 fn ready(sweep: &Sweep, port: Port) -> Sim {
     let mut config = Config { port, section_max_ns: Some(0), bounce_us: 0, keep_waves: false, ..Config::default() };
-    config.settings.hard_limits = true;
+    (config.settings.hard_limits, config.settings.drive_alarm_mask) = (true, 1 << Axis::Z as u16);
     let mut sim = Sim::new(&config);
     send(&mut sim, sweep.before.0);
     sim.run_for(Duration::from_micros(sweep.before.1)).unwrap();
@@ -103,18 +103,30 @@ fn over(sweeps: &[Sweep], stop: Stimulus, check: fn(&Outcome, Came) -> Result<()
 }
 
 fn is_locked(outcome: &Outcome, came: Came) -> Result<(), String> {
+    is_locked_with(Alarm::EmergencyStop, outcome, came)
+}
+
+fn is_locked_with(alarm: Alarm, outcome: &Outcome, came: Came) -> Result<(), String> {
     stands_still(outcome, came)?;
     if !came.inhibits {
         return Err("an interrupt would not have inhibited for it".into());
     }
-    let locked = State::Alarm(Alarm::EmergencyStop);
-    if outcome.state == locked { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
+    if outcome.state == State::Alarm(alarm) { Ok(()) } else { Err(format!("the machine is in {:?}", outcome.state)) }
 }
 
 #[test]
 fn no_emergency_stop_is_lost() {
     all(Stimulus::EmergencyStop, is_locked);
     over(&[TWO_RESETS], Stimulus::EmergencyStop, is_locked);
+}
+
+/// Also at rest and while it homes.
+#[test]
+fn no_alarm_of_a_drive_is_lost() {
+    const HOMING: Sweep = Sweep { name: "it homes", before: ("", 10_000), during: &[("$H\n", 40_000)] };
+    let check = |outcome: &Outcome, came| is_locked_with(Alarm::DriverFailed { motor: Axis::Z.into() }, outcome, came);
+    all(Stimulus::Drive(Axis::Z), check);
+    over(&[TWO_RESETS, HOMING], Stimulus::Drive(Axis::Z), check);
 }
 
 const Z_CLOSES: Stimulus = Stimulus::Switch(Axis::Z, SwitchFault::StuckClosed);

@@ -148,6 +148,8 @@ pub enum Stimulus {
     EmergencyStop,
     /// The limit switch of an axis gets a fault; stuck closed is the same as pressed.
     Switch(Axis, SwitchFault),
+    /// The drive of an axis is in alarm.
+    Drive(Axis),
     /// Bytes arrive at the first console. A reset byte among them is detected at once.
     Bytes(Vec<u8>),
 }
@@ -276,12 +278,17 @@ impl Sim {
             let inhibits = match &stimulus {
                 Stimulus::EmergencyStop => machine.stops_at_emergency(),
                 Stimulus::Switch(axis, _) => machine.stops_at_limit(LimitInput::Of(*axis), true),
+                Stimulus::Drive(axis) => {
+                    let wire = Wire::DriveAlarm(*axis);
+                    machine.stops_at_limit(LimitInput::Alarm(*axis), world.borrow().is_high(wire))
+                }
                 Stimulus::Bytes(bytes) => bytes.contains(&RESET) && machine.stops_at_reset(),
             };
             reported.set(Some(Came { at_ns: clock.now_ns(), state: machine.state(), inhibits }));
             match stimulus {
                 Stimulus::EmergencyStop => world.borrow_mut().set_hand_input(Wire::EmergencyStop, true),
                 Stimulus::Switch(axis, fault) => world.borrow_mut().set_switch(axis, fault),
+                Stimulus::Drive(axis) => world.borrow_mut().set_drive(axis.into(), true),
                 Stimulus::Bytes(bytes) => {
                     // A board does this in an interrupt.
                     if bytes.contains(&RESET) {

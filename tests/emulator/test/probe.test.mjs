@@ -123,6 +123,16 @@ test('buttons pull their pins to ground', () => {
   assert.deepEqual([TOOL_INPUTS.hold, TOOL_INPUTS.start].map((pin) => bench.chip.gpio[pin].rawInputValue), [false, true]);
 });
 
+test('the alarm of drives is a contact to ground, where there is one', () => {
+  const { bench, gantry } = new Rig(null);
+  gantry.changeAlarm(true);
+  assert.equal(bench.chip.gpio[TOOL_INPUTS.alarm].rawInputValue, false);
+  gantry.changeAlarm(false);
+  assert.equal(bench.chip.gpio[TOOL_INPUTS.alarm].rawInputValue, true);
+  gantry.board = BOARDS['skr-pico'];
+  assert.throws(() => gantry.changeAlarm(true), /no input for the alarm of drives/);
+});
+
 test('a wave shows every edge of the PWM, and the inputs', () => {
   const { bench, gantry } = new Rig(null);
   const wave = new Waveform(namedOutputs(BOARDS.pico, AXES.slice(0, 3)), namedInputs(BOARDS.pico));
