@@ -109,6 +109,26 @@ fn an_emergency_stop_while_a_run_waits_for_the_one_before_lets_it_not_begin() {
 }
 
 /// Only the current jog has begun. Jogs that are planned ahead, and those that wait behind them, never begin.
+/// A console resets the drive before it asks. Whoever asks without that is refused, also from the edge on that has just come.
+#[test]
+fn a_machine_stays_locked_while_a_drive_is_in_alarm() {
+    let mut config = Config::default();
+    config.settings.drive_alarm_mask = 1;
+    let mut sim = Sim::new(&config);
+    sim.set_emergency_stop(true);
+    sim.run_for(Duration::from_millis(50)).unwrap();
+    sim.set_emergency_stop(false);
+    sim.run_for(Duration::from_millis(50)).unwrap();
+    sim.set_drive(Axis::X, true);
+    for us in [1, 10_000] {
+        sim.run_for(Duration::from_micros(us)).unwrap();
+        let machine = sim.machine();
+        assert_eq!(machine.state(), State::Alarm(Alarm::EmergencyStop), "{us} us later");
+        assert!(machine.unlock().is_err(), "{us} us later");
+        assert!(block_on(machine.submit(Motion::Home { axes: [true; AXES] })).is_err(), "{us} us later");
+    }
+}
+
 #[test]
 fn a_jog_cancel_forgets_every_jog_that_waits() {
     // Up to the number that is planned ahead, and more.
