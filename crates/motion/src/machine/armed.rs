@@ -10,7 +10,6 @@ use core::sync::atomic::Ordering;
 
 use super::{Inner, Machine, Trigger};
 use crate::axes::Axis;
-use crate::config::Config;
 use crate::motor::{LimitInput, Motor};
 
 /// The falling edges of the limit inputs are the lowest bits of the word, in the order of their places; then the rising ones.
@@ -27,8 +26,8 @@ const ALARMS: u32 = {
 };
 
 #[inline(always)]
-const fn edge(input: LimitInput, is_low: bool) -> u32 {
-    (if is_low { 1 } else { 1 << RISING_SHIFT }) << input.index()
+const fn edge(place: usize, is_low: bool) -> u32 {
+    (if is_low { 1 } else { 1 << RISING_SHIFT }) << place
 }
 
 /// For an interrupt of the board which no critical section and nothing of this crate interrupts. If the answer is yes, the
@@ -39,7 +38,7 @@ impl Machine {
     #[inline(always)]
     #[must_use]
     pub fn stops_at_limit(&self, input: LimitInput, is_low: bool) -> bool {
-        self.armed.load(Ordering::Relaxed) & edge(input, is_low) != 0
+        self.armed.load(Ordering::Relaxed) & edge(input.index(), is_low) != 0
     }
 
     /// True if a press that [`emergency_stop_edge`](Self::emergency_stop_edge) reports would lock the machine now.
@@ -68,31 +67,39 @@ impl Machine {
 
     /// Sets the debounced level of a limit input.
     pub(crate) fn publish_switch(&self, input: LimitInput, is_pressed: bool) {
-        let place = input.index();
         self.with(|inner| {
-            self.switches[place].publish(is_pressed);
-            inner.presses &= !((1 << RISING_SHIFT | 1) << place);
-            inner.presses |= press(&inner.config, input, is_pressed);
+            self.switches[input.index()].publish(is_pressed);
+            self.note_press(inner, input);
             self.arm(inner);
         });
     }
 
-    /// Stores anew which edges are presses, after a change of the configuration. The tasks of the alarms do so when they read
-    /// their inputs anew.
+    /// Stores anew which edges are presses, after a change of the configuration.
     pub(super) fn rearm(&self, inner: &mut Inner) {
-        let of_axes = Axis::ALL.into_iter().map(LimitInput::Of);
-        let presses = of_axes
-            .chain([LimitInput::Second])
-            .map(|input| press(&inner.config, input, self.switch(input).is_pressed()));
-        inner.presses = presses.fold(inner.presses & ALARMS, |all, one| all | one);
+        for axis in Axis::ALL {
+            self.note_press(inner, LimitInput::Of(axis));
+            self.note_press(inner, LimitInput::Alarm(axis));
+        }
+        self.note_press(inner, LimitInput::Second);
         self.arm(inner);
+    }
+
+    /// Stores which edge of a limit input is a press, if there is one. A pressed switch bounces when it is left; that is no press.
+    #[inline(never)]
+    fn note_press(&self, inner: &mut Inner, input: LimitInput) {
+        let place = input.index();
+        let (is_heeded, is_low) = inner.config.press(input);
+        inner.presses &= !((1 << RISING_SHIFT | 1) << place);
+        if is_heeded && !self.switches[place].is_pressed() {
+            inner.presses |= edge(place, is_low);
+        }
     }
 }
 
 impl Inner {
     /// The trigger of this edge of a limit input, if it is a press.
     pub(super) fn pressed(&self, input: LimitInput, is_low: bool) -> Option<Trigger> {
-        if self.presses & edge(input, is_low) == 0 {
+        if self.presses & edge(input.index(), is_low) == 0 {
             return None;
         }
         Some(match input {
@@ -102,10 +109,4 @@ impl Inner {
             LimitInput::Alarm(axis) => Trigger::DriverFailed(Motor::first(axis)),
         })
     }
-}
-
-/// The edge of a limit input that is a press, if there is one. A pressed switch bounces when it is left; that is no press.
-fn press(config: &Config, input: LimitInput, is_pressed: bool) -> u32 {
-    let (is_heeded, is_low) = config.press(input);
-    if is_heeded && !is_pressed { edge(input, is_low) } else { 0 }
 }
