@@ -11,6 +11,7 @@ use isostep_profile::SpeedProfile;
 use isostep_profile::chain::Effort;
 
 use crate::axes::AXES;
+use crate::kinematics::Kinematics;
 use crate::port::{Capabilities, Wiring};
 use crate::shaping::{PHASES, Shaping};
 
@@ -62,15 +63,32 @@ pub struct RampTimes {
 const PHASES_OF_A_MOVE: f64 = 3.0;
 const PHASES_KEPT: f64 = (PHASES - PHASES / 8) as f64;
 
+/// By so much a shaped move takes longer with crossed belts, where what a motor makes is put together from both axes: with equal
+/// shapers, with unlike ones, whose phases then do not begin together, and with unlike ones if one is a box.
+const BELTS: f64 = 1.5;
+const UNLIKE_BELTS: f64 = 2.5;
+const UNLIKE_BOXES: f64 = 3.5;
+
+fn of_belts(shaping: &Shaping, has_box: bool, kinematics: Kinematics) -> f64 {
+    match (kinematics, shaping.is_unlike(), has_box) {
+        (Kinematics::Cartesian, ..) => 1.0,
+        (Kinematics::CoreXy, false, _) => BELTS,
+        (Kinematics::CoreXy, true, false) => UNLIKE_BELTS,
+        (Kinematics::CoreXy, true, true) => UNLIKE_BOXES,
+    }
+}
+
 impl LeastTimes {
     /// The time that a move lasts at least if its run is shaped like this, s, and that for the root of its steps; 0 if it is not.
     #[must_use]
-    pub fn of_shaping_s(&self, shaping: Option<&Shaping>) -> [f64; 2] {
+    pub fn of_shaping_s(&self, shaping: Option<&Shaping>, kinematics: Kinematics) -> [f64; 2] {
         shaping.map_or([0.0; 2], |shaping| {
             let has_box = shaping.impulses.iter().any(|impulses| impulses.box_ends_s().is_some());
             let [least_s, root_step_s] =
                 if has_box { [self.box_s, self.box_root_step_s] } else { [self.shaped_s, 0.0] };
-            [least_s.max(shaping.lasts_s * PHASES_OF_A_MOVE / PHASES_KEPT), root_step_s]
+            let belts = of_belts(shaping, has_box, kinematics);
+            let kept_s = shaping.lasts_s * PHASES_OF_A_MOVE / PHASES_KEPT;
+            [(belts * least_s).max(kept_s), belts * root_step_s]
         })
     }
 
@@ -81,8 +99,9 @@ impl LeastTimes {
         ports: &[Option<Capabilities>; AXES],
         wiring: &[Wiring; AXES],
         shaping: Option<&Shaping>,
+        kinematics: Kinematics,
     ) -> Effort {
-        let [shaped_s, shaped_root_step_s] = self.of_shaping_s(shaping);
+        let [shaped_s, shaped_root_step_s] = self.of_shaping_s(shaping, kinematics);
         let by_core = ports.iter().flatten().zip(wiring).filter(|(port, _)| port.core_ns > 0);
         let step_ns = by_core.map(|(port, wiring)| port.core_ns + port.pulse_ns(*wiring)).max().unwrap_or(0);
         let curved = (speed_profile as usize).checked_sub(1).and_then(|index| self.curved.get(index));

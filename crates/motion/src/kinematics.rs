@@ -208,7 +208,7 @@ impl Config {
     pub fn crossed_limits(&self, shaping: Option<&Shaping>) -> [Limits; 2] {
         let own = [self.limits[X], self.limits[Y]];
         match shaping {
-            Some(shaping) if shaping.impulses[X] != shaping.impulses[Y] => {
+            Some(shaping) if shaping.is_unlike() => {
                 let motor = looser(&own[0], &own[1]);
                 own.map(|limits| shared(&limits, &own, &motor))
             }

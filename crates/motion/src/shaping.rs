@@ -11,7 +11,7 @@
 use isostep_profile::CountedPhase;
 use isostep_profile::shaper::{Impulses, NextPart, Shaped, ShaperInput, Source};
 
-use crate::axes::AXES;
+use crate::axes::{AXES, Axis};
 use crate::config::Config;
 use crate::tag::Chunk;
 
@@ -58,6 +58,13 @@ pub(crate) struct ShapedFrom<'a, F> {
     pub chunk: F,
     /// No other chunk follows.
     pub is_closed: bool,
+}
+
+impl Shaping {
+    /// True if X and Y are not shaped alike.
+    pub(crate) fn is_unlike(&self) -> bool {
+        self.impulses[Axis::X as usize] != self.impulses[Axis::Y as usize]
+    }
 }
 
 /// The shaped motion of an axis in a run, as far as it has been read from the chunks.

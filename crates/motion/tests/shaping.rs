@@ -1,6 +1,6 @@
 //! The shapers of a run, from those of a configuration.
 
-use isostep_motion::{Axis, LeastTimes, RampTimes, Shaping};
+use isostep_motion::{Axis, Kinematics, LeastTimes, RampTimes, Shaping};
 use isostep_profile::shaper::{Shaper, ShaperKind};
 
 use super::common::works;
@@ -36,7 +36,7 @@ fn shaping(x: Shaper, y: Shaper) -> Option<Shaping> {
 fn without_a_shaper_no_run_is_shaped() {
     let none = shaper(ShaperKind::None, 25.0);
     assert_eq!((works().shaping(), shaping(none, none)), (None, None));
-    assert_eq!(TIMES.of_shaping_s(None), [0.0; 2]);
+    assert_eq!(TIMES.of_shaping_s(None, Kinematics::Cartesian), [0.0; 2]);
 }
 
 /// So the axes are on a line at constant speed, whatever their shapers are.
@@ -69,10 +69,10 @@ fn all_axes_are_late_by_the_mean_of_the_latest() {
 #[test]
 fn a_move_lasts_longer_with_low_frequencies() {
     let at_hz =
-        |natural_hz| TIMES.of_shaping_s(shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref())[0];
+        |natural_hz| TIMES.of_shaping_s(shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref(), Kinematics::Cartesian)[0];
     assert_eq!((at_hz(500.0), at_hz(34.0)), (TIMES.shaped_s, TIMES.shaped_s));
     assert!(at_hz(32.0) > TIMES.shaped_s);
     let boxed = shaping(shaper(ShaperKind::Box, 100.0), shaper(ShaperKind::Zv, 100.0));
-    assert_eq!(TIMES.of_shaping_s(boxed.as_ref()), [TIMES.box_s, TIMES.box_root_step_s]);
+    assert_eq!(TIMES.of_shaping_s(boxed.as_ref(), Kinematics::Cartesian), [TIMES.box_s, TIMES.box_root_step_s]);
     assert!(at_hz(10.0) > 2.0 * TIMES.shaped_s && (at_hz(10.0) - 2.0 * at_hz(20.0)).abs() < SAME_S);
 }

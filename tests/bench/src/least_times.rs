@@ -37,6 +37,8 @@ const FAST_ACCEL_MM_S2: u32 = 60_000;
 const AWAKE_MAX: f64 = 0.95;
 /// Moves come as fast as planned if they are no slower than this.
 const AS_PLANNED: f64 = 0.98;
+/// Crossed belts, whose Y rings at another frequency than X.
+const UNLIKE_BELTS: [&str; 3] = ["$907=1", "$960=70", "$961=55"];
 /// The emulated boards that run at once.
 const AT_ONCE: usize = 2;
 /// The chips, in the order of the columns.
@@ -58,10 +60,13 @@ enum Kind {
     Together,
     Shaped,
     Box,
+    Belts,
+    BoxedBelts,
 }
 
 impl Kind {
-    const ALL: [Self; 5] = [Self::Straight, Self::Blend, Self::Together, Self::Shaped, Self::Box];
+    const ALL: [Self; 7] =
+        [Self::Straight, Self::Blend, Self::Together, Self::Shaped, Self::Box, Self::Belts, Self::BoxedBelts];
 
     fn name(self) -> &'static str {
         match self {
@@ -70,6 +75,8 @@ impl Kind {
             Self::Together => "each but the first of moves taken together; all of them beside that (G64)",
             Self::Shaped => "a move in a shaped run (ZV)",
             Self::Box => "a move in a run with a box; instead, if it is more, times the root of its steps",
+            Self::Belts => "as the ZV, on crossed belts whose axes have unlike ones, where it takes more of that",
+            Self::BoxedBelts => "as the box, on crossed belts whose axes have unlike ones, where it takes more of that",
         }
     }
 
@@ -78,14 +85,18 @@ impl Kind {
             Self::Straight => Corners::Exact,
             Self::Blend => Corners::Blends,
             Self::Together => Corners::Together,
-            Self::Shaped => Corners::Zv,
-            Self::Box => Corners::Box,
+            Self::Shaped | Self::Belts => Corners::Zv,
+            Self::Box | Self::BoxedBelts => Corners::Box,
         }
     }
 
     /// Moves of this kind for such a chip.
     fn stream(self, curve: &Curve, chip: isostep::chip::Chip) -> Stream {
         let mut stream = Stream::new(curve, self.corners());
+        if matches!(self, Self::Belts | Self::BoxedBelts) {
+            let begin = stream.before.len() - 1;
+            stream.before.splice(begin..begin, UNLIKE_BELTS.map(str::to_owned));
+        }
         if chip == isostep::chip::Chip::Rp2040 {
             return stream;
         }
@@ -100,8 +111,8 @@ impl Kind {
             Self::Straight => vec![&mut times.straight_s],
             Self::Blend => vec![&mut times.blend_s],
             Self::Together => vec![&mut times.join_s, &mut times.together_s],
-            Self::Shaped => vec![&mut times.shaped_s],
-            Self::Box => vec![&mut times.box_s, &mut times.box_root_step_s],
+            Self::Shaped | Self::Belts => vec![&mut times.shaped_s],
+            Self::Box | Self::BoxedBelts => vec![&mut times.box_s, &mut times.box_root_step_s],
         }
     }
 

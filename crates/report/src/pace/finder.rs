@@ -344,7 +344,7 @@ impl<'a> Finder<'a> {
             0 => 0.0,
             marks => times.together_s + marks as f64 * times.join_s,
         };
-        let [shaped_s, root_step_s] = times.of_shaping_s(record.shaping.as_deref());
+        let [shaped_s, root_step_s] = times.of_shaping_s(record.shaping.as_deref(), self.outcome.kinematics);
         let steps: u32 = record.plan.steps.iter().map(|steps| steps.unsigned_abs()).sum();
         let shaped_s = shaped_s.max(root_step_s * f64::from(steps).min(SHAPED_STEPS_MAX).sqrt());
         length_mm <= mm_s * (plain_s.max(shaped_s) + together_s) * BRIEF
