@@ -130,6 +130,11 @@ impl Chunks {
         })
     }
 
+    /// True if two motors take their motion in turns: each waits until the other has taken its own.
+    pub fn take_turns(&self) -> bool {
+        self.shaping.is_some() && self.is_crossed(Axis::X)
+    }
+
     fn is_crossed(&self, motor: Axis) -> bool {
         self.kinematics == Kinematics::CoreXy && motor <= Axis::Y
     }

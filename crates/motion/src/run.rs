@@ -181,9 +181,15 @@ where
         while let Some(chunk) = &self.next_chunk(time_s) {
             self.chunks.push(chunk);
         }
-        for stream in streams {
-            stream.prepare(self.chunks, time);
-            yield_now().await;
+        loop {
+            let mut has_worked = false;
+            for stream in streams.iter_mut() {
+                has_worked |= stream.prepare(self.chunks, time);
+                yield_now().await;
+            }
+            if !(has_worked && self.chunks.take_turns()) {
+                break;
+            }
         }
     }
 

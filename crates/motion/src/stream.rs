@@ -183,15 +183,21 @@ impl<'a> SegmentStream<'a> {
         }
     }
 
-    /// Before the run starts: compiles the first chunks up to `time`, and queues as much of them as the queue takes.
-    pub fn prepare(&mut self, chunks: &mut Chunks, time: Duration) {
+    /// Before the run starts: compiles the first chunks up to `time`, and queues as much of them as the queue takes. Returns whether
+    /// there was something to do.
+    pub fn prepare(&mut self, chunks: &mut Chunks, time: Duration) -> bool {
         self.set_target(time);
-        while self.is_short() && !self.queue().is_full() && self.queue_one(chunks) {}
+        let mut has_worked = false;
+        while self.is_short() && !self.queue().is_full() && self.queue_one(chunks) {
+            has_worked = true;
+        }
         while self.compiled.back().map_or(self.queued_ticks, Segment::last_ticks) < self.target_ticks
             && self.can_compile()
         {
             self.compile(chunks);
+            has_worked = true;
         }
+        has_worked
     }
 
     /// Sets up to when its queue is to be filled: `enough` from the start of the run.
