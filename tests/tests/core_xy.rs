@@ -41,7 +41,8 @@ fn asked(outcome: &Outcome) -> BTreeMap<u32, [i32; AXES]> {
 
 /// The highest acceleration of a motor, and of an axis that both belts move, as fractions of their limits.
 fn highest(outcome: &Outcome) -> [f64; 2] {
-    let most = |windows: &mut dyn Iterator<Item = across::Window>| windows.map(|window| window.ratio).fold(0.0, f64::max);
+    let most =
+        |windows: &mut dyn Iterator<Item = across::Window>| windows.map(|window| window.ratio).fold(0.0, f64::max);
     [most(&mut across::windows(outcome)), most(&mut across::windows_of_axes(outcome))]
 }
 
@@ -77,7 +78,9 @@ fn the_carriage_goes_where_a_cartesian_one_goes() {
         for port in Port::ALL {
             let config = Config { port, ..Config::default() };
             let ([cartesian_s, belts_s], [motors, axes]) = compare(&name, &config, &program);
-            println!("{name}, {port}: {cartesian_s:.3} s Cartesian, {belts_s:.3} s CoreXY; {motors:.4} and {axes:.4} of a limit");
+            println!(
+                "{name}, {port}: {cartesian_s:.3} s Cartesian, {belts_s:.3} s CoreXY; {motors:.4} and {axes:.4} of a limit"
+            );
         }
     }
 }
@@ -204,10 +207,12 @@ fn programs_of_others_end_where_they_end_on_a_cartesian_machine() {
     let mut programs: Vec<_> = fs::read_dir(folder.join("lines")).unwrap().map(|entry| entry.unwrap().path()).collect();
     programs.sort();
     for path in programs {
-        let (name, program) = (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read_to_string(&path).unwrap());
+        let (name, program) =
+            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read_to_string(&path).unwrap());
         let machine = fs::read_to_string(root().join("programs/machines/c.txt")).unwrap();
         let middle = Config { start_mm: [3_000.0; AXES], ..Config::default() };
-        let config = Config { settings: isostep_sim::settings::read_for_any_port("c", machine.as_bytes()).unwrap(), ..middle };
+        let config =
+            Config { settings: isostep_sim::settings::read_for_any_port("c", machine.as_bytes()).unwrap(), ..middle };
         let ([cartesian_s, belts_s], [motors, axes]) = compare(&name, &config, &program);
         println!("{name}: {cartesian_s:.3} s Cartesian, {belts_s:.3} s CoreXY; {motors:.4} and {axes:.4} of a limit");
     }

@@ -2,7 +2,7 @@
 
 use isostep_profile::CountedPhase;
 use isostep_profile::chain::Chunk;
-use isostep_profile::shaper::{Impulses, Shaped, Shaper, ShaperInput, Source};
+use isostep_profile::shaper::{Combination, Impulses, Shaped, Shaper, ShaperInput};
 
 use crate::AXES;
 
@@ -30,7 +30,9 @@ impl ShapedAxes {
     pub fn read(&mut self, axis: usize, chunk: &Chunk<AXES>) {
         let (shaped, input) = (&mut self.axes[axis], &mut self.inputs[axis]);
         match &self.last {
-            None => *input = ShaperInput::begin(Source::Axis(axis), chunk, shaped, self.impulses, self.top_steps_s),
+            None => {
+                *input = ShaperInput::begin(Combination::Axis(axis), chunk, shaped, self.impulses, self.top_steps_s)
+            }
             Some(last) => input.go_on(last, chunk),
         }
         while input.read(chunk, shaped) {}

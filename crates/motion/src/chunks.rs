@@ -115,7 +115,13 @@ impl Chunks {
         let chunk = |number: u32| known.get(number.wrapping_sub(*first) as usize);
         let impulses = &shaping.as_ref()?.impulses[motor as usize];
         let source = Kinematics::Cartesian.shaped(motor);
-        sources.shaped_mut(motor)?.next_phase(&ShapedFrom { source, impulses, top_steps_s, chunk, is_closed: *is_closed })
+        sources.shaped_mut(motor)?.next_phase(&ShapedFrom {
+            source,
+            impulses,
+            top_steps_s,
+            chunk,
+            is_closed: *is_closed,
+        })
     }
 
     #[cold]

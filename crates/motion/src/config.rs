@@ -7,8 +7,8 @@ use isostep_profile::shaper::{Shaper, ShaperError, ShaperKind};
 use isostep_profile::{IntervalSplit, LimitError, Limits, OFFSET_PARTS, SpeedProfile};
 
 use crate::axes::{AXES, Axis};
-use crate::kinematics::Kinematics;
 use crate::clock::seconds;
+use crate::kinematics::Kinematics;
 use crate::motor::LimitInput;
 use crate::port::{Capabilities, Direction, Wiring};
 use crate::run::COMMITTED_AT_CONTACT;
@@ -496,7 +496,10 @@ impl fmt::Display for ConfigError {
                 write!(f, "with crossed belts X and Y have the same steps/mm, not {x} and {y}: make them the same")
             }
             Self::BeltSquared { axis } => {
-                write!(f, "with crossed belts {axis} has both motors already: choose no second motor, or one for another axis")
+                write!(
+                    f,
+                    "with crossed belts {axis} has both motors already: choose no second motor, or one for another axis"
+                )
             }
             Self::HomingOrder => write!(f, "the homing order must not name an axis twice"),
             Self::Shaper { axis, error } => write!(f, "{axis}: {error}"),

@@ -106,7 +106,8 @@ where
         self.marks.clear();
         let shaping = purpose.shaping(&config);
         let times = self.least_times;
-        let effort = times.effort(speed_profile, &self.machine.capabilities(), &config.wiring, shaping.as_ref(), kinematics);
+        let effort =
+            times.effort(speed_profile, &self.machine.capabilities(), &config.wiring, shaping.as_ref(), kinematics);
         self.chain.set_config(config.chain(interval_split, shaping.as_ref()).with_effort(effort));
         let has_blends = speed_profile == SpeedProfile::Trapezoid && interval_split == IntervalSplit::Fastest;
         self.group_rule = if purpose == Purpose::Program && has_blends {

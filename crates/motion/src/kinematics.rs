@@ -15,7 +15,7 @@
 use core::f64::consts::FRAC_1_SQRT_2;
 
 use isostep_profile::chain::ChainConfig;
-use isostep_profile::shaper::Source;
+use isostep_profile::shaper::Combination;
 use isostep_profile::{IntervalSplit, Limits, OFFSET_PARTS};
 
 use crate::axes::{AXES, Axis};
@@ -125,11 +125,11 @@ impl Kinematics {
     }
 
     /// What a shaper of `axis` shapes, of what the chain plans, and how many steps of that are a step of the axis.
-    pub(crate) fn shaped(self, axis: Axis) -> Source {
+    pub(crate) fn shaped(self, axis: Axis) -> Combination {
         match (self, axis) {
-            (Self::CoreXy, Axis::X) => Source::Sum,
-            (Self::CoreXy, Axis::Y) => Source::Difference,
-            _ => Source::Axis(axis as usize),
+            (Self::CoreXy, Axis::X) => Combination::Sum,
+            (Self::CoreXy, Axis::Y) => Combination::Difference,
+            _ => Combination::Axis(axis as usize),
         }
     }
 }

@@ -9,7 +9,7 @@
 //! Homing and probing are not shaped: a switch, or a contact, ends them at once.
 
 use isostep_profile::CountedPhase;
-use isostep_profile::shaper::{Impulses, NextPart, Shaped, ShaperInput, Source};
+use isostep_profile::shaper::{Combination, Impulses, NextPart, Shaped, ShaperInput};
 
 use crate::axes::{AXES, Axis};
 use crate::config::Config;
@@ -50,7 +50,7 @@ impl Config {
 /// What an axis is shaped from.
 pub(crate) struct ShapedFrom<'a, F> {
     /// The axis, of what the chain plans.
-    pub source: Source,
+    pub source: Combination,
     pub impulses: &'a Impulses,
     /// Its top speed, if it has a motor of its own.
     pub top_steps_s: f64,

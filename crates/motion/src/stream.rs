@@ -161,7 +161,8 @@ fn compile(streams: &mut [SegmentStream<'_>; AXES], chunks: &mut Chunks) -> bool
 
 impl<'a> SegmentStream<'a> {
     pub fn new(machine: &'a Machine, axis: Axis, is_shaped: bool) -> Self {
-        let shaped_top_steps_s = if is_shaped { machine.config().of_motors().limits[axis as usize].top_speed_steps_s } else { 0.0 };
+        let shaped_top_steps_s =
+            if is_shaped { machine.config().of_motors().limits[axis as usize].top_speed_steps_s } else { 0.0 };
         let ticks = PortTicks::new(machine.tick_hz(axis));
         Self {
             machine,

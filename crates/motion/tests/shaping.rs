@@ -68,8 +68,12 @@ fn all_axes_are_late_by_the_mean_of_the_latest() {
 /// A move has its phases, and all those of the shaper's length are kept.
 #[test]
 fn a_move_lasts_longer_with_low_frequencies() {
-    let at_hz =
-        |natural_hz| TIMES.of_shaping_s(shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref(), Kinematics::Cartesian)[0];
+    let at_hz = |natural_hz| {
+        TIMES.of_shaping_s(
+            shaping(shaper(ShaperKind::Zvd, natural_hz), Shaper::default()).as_ref(),
+            Kinematics::Cartesian,
+        )[0]
+    };
     assert_eq!((at_hz(500.0), at_hz(34.0)), (TIMES.shaped_s, TIMES.shaped_s));
     assert!(at_hz(32.0) > TIMES.shaped_s);
     let boxed = shaping(shaper(ShaperKind::Box, 100.0), shaper(ShaperKind::Zv, 100.0));

@@ -8,9 +8,9 @@
 //! A motion whose acceleration is constant piece by piece stays one, with more pieces: [`Shaped`] makes them. A box, which is
 //! the mean over a time, makes the acceleration change evenly.
 
-mod counter;
 mod crossed;
 mod input;
+mod phase_counter;
 mod shaped;
 mod sum;
 
@@ -21,7 +21,7 @@ use core::ops::RangeInclusive;
 use libm::{exp, sqrt};
 
 pub use self::crossed::{Crossed, NextPart};
-pub use self::input::{ShaperInput, Source};
+pub use self::input::{Combination, ShaperInput};
 pub use self::shaped::{Shaped, ShapedPart};
 
 /// The most impulses that a shaper has.

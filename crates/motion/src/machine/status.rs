@@ -91,8 +91,8 @@ impl Machine {
     pub fn status(&self) -> Status {
         let (homed, current, room) = self.with(|inner| (inner.homed, inner.current, inner.room));
         let life = self.life();
-        let (outputs, buttons, squared, steps_per_mm) =
-            self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared, inner.config.motor_steps_per_mm()));
+        let (outputs, buttons, squared, steps_per_mm) = self
+            .with(|inner| (inner.effective(), inner.buttons, inner.config.squared, inner.config.motor_steps_per_mm()));
         Status {
             state: life.state,
             position_steps: self.position_steps(),

@@ -217,7 +217,8 @@ impl<const N: usize> ChainConfig<N> {
         }
         self.set_corners(&lowest);
         // Half of a sum is within what both are within.
-        let implied = self.limits.iter().take(crossed.len()).all(|own| crossed.iter().all(|limits| limits.is_looser(own)));
+        let implied =
+            self.limits.iter().take(crossed.len()).all(|own| crossed.iter().all(|limits| limits.is_looser(own)));
         self.crossed = (!implied).then_some(crossed);
         self
     }
@@ -310,9 +311,11 @@ impl<const N: usize> ChainConfig<N> {
 #[cold]
 fn tighter_by_crossed(limits: Limits, crossed: &[Limits; 2], motors: [f64; 2], longest: f64) -> Limits {
     let sums = [motors[0] + motors[1], motors[0] - motors[1]];
-    crossed.iter().zip(sums).filter(|(_, sum)| !is_zero(*sum)).fold(limits, |limits, (own, sum)| {
-        limits.tighter(&own.scaled(2.0 * longest.abs() / sum.abs()))
-    })
+    crossed
+        .iter()
+        .zip(sums)
+        .filter(|(_, sum)| !is_zero(*sum))
+        .fold(limits, |limits, (own, sum)| limits.tighter(&own.scaled(2.0 * longest.abs() / sum.abs())))
 }
 
 /// A ratio of 1 or less in units of 2^-16, rounded up.

@@ -6,7 +6,7 @@
 //! have come to the end its count is that of theirs.
 
 use super::ShapedPart;
-use super::counter::StepCounter;
+use super::phase_counter::PhaseCounter;
 use super::sum::{AT_ONCE_S, Sum};
 use crate::phase::{AxisPhase, CountedPhase, SAME_S};
 
@@ -28,7 +28,7 @@ pub enum NextPart {
 pub struct Crossed {
     /// The parts of the axes that are under way.
     axes: [ShapedPart; TWO],
-    counters: [StepCounter; TWO],
+    counters: [PhaseCounter; TWO],
     /// Up to when it has been taken, s from the start of the run.
     t_s: f64,
     /// The motor that has not taken its last phase yet, and that phase.
@@ -47,18 +47,13 @@ impl Crossed {
     /// Nothing is known of any motion.
     #[must_use]
     pub const fn empty() -> Self {
-        Self {
-            axes: [Self::REST; TWO],
-            counters: [StepCounter::NONE; TWO],
-            t_s: 0.0,
-            behind: None,
-        }
+        Self { axes: [Self::REST; TWO], counters: [PhaseCounter::NONE; TWO], t_s: 0.0, behind: None }
     }
 
     /// Begins a run of motors with these top speeds.
     #[cold]
     pub fn begin(&mut self, tops_steps_s: [f64; TWO]) {
-        *self = Self { counters: tops_steps_s.map(StepCounter::new), ..Self::empty() };
+        *self = Self { counters: tops_steps_s.map(PhaseCounter::new), ..Self::empty() };
     }
 
     /// Up to when the phases of `motor` have been taken, s from the start of the run.

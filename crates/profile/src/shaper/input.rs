@@ -8,7 +8,7 @@ use crate::sync::SyncMove;
 
 /// What is shaped, of the axes that a chain plans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum Combination {
     /// The axis with this index.
     Axis(usize),
     /// The sum of the first two: with crossed belts the carriage's way along X, in half steps.
@@ -17,7 +17,7 @@ pub enum Source {
     Difference,
 }
 
-impl Source {
+impl Combination {
     fn whole(self, of: impl Fn(usize) -> i32) -> i32 {
         match self {
             Self::Axis(axis) => of(axis),
@@ -59,7 +59,7 @@ impl Source {
 /// Reads the chunks of a run, in order, for one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct ShaperInput {
-    source: Source,
+    source: Combination,
     /// The whole step next to where the move under way begins, counted from the beginning of the run.
     from_steps: i32,
     /// The phase of the chunk that comes next, and whether some of it has been read.
@@ -71,14 +71,14 @@ impl ShaperInput {
     /// A reader of no run yet.
     #[must_use]
     pub const fn empty() -> Self {
-        Self { source: Source::Axis(0), from_steps: 0, index: 0, is_begun: false }
+        Self { source: Combination::Axis(0), from_steps: 0, index: 0, is_begun: false }
     }
 
     /// Begins a run of `source`, whose first chunk is this. Its top speed is `top_steps_s`.
     // Cold, as the end: they are needed once a run.
     #[cold]
     pub fn begin<const N: usize, const LEN: usize, T>(
-        source: Source,
+        source: Combination,
         first: &Chunk<N, T>,
         shaped: &mut Shaped<LEN>,
         impulses: Impulses,
@@ -147,10 +147,9 @@ impl ShaperInput {
     pub fn finish<const N: usize, const LEN: usize, T>(&mut self, last: &Chunk<N, T>, shaped: &mut Shaped<LEN>) {
         let source = self.source;
         let (made, place_steps) = match &last.plan {
-            Plan::Line(line) => (
-                made(source, line, last.until_steps),
-                source.place(|axis| line.axis_place(axis, last.until_steps)),
-            ),
+            Plan::Line(line) => {
+                (made(source, line, last.until_steps), source.place(|axis| line.axis_place(axis, last.until_steps)))
+            }
             Plan::Blend(blend) => (
                 source.whole(|axis| blend.ends_steps(axis)[1]),
                 source.place(|axis| blend.place_at(axis, blend.end_s())),
@@ -166,7 +165,7 @@ fn begins<const N: usize, T>(chunk: &Chunk<N, T>, begin_steps: f64) -> bool {
 }
 
 /// The steps that are made of a line up to a place, signed by direction.
-fn made<const N: usize>(source: Source, line: &SyncMove<N>, place_steps: f64) -> i32 {
+fn made<const N: usize>(source: Combination, line: &SyncMove<N>, place_steps: f64) -> i32 {
     source.whole(|axis| {
         let steps = line.steps_before(axis, place_steps) as i32;
         if line.steps[axis] < 0 { -steps } else { steps }

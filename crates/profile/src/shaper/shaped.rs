@@ -16,7 +16,7 @@
 use crate::chain::ring::Ring;
 use crate::fixed::{is_negative, is_zero};
 use crate::phase::{AxisPhase, CountedPhase, SAME_S};
-use crate::shaper::counter::StepCounter;
+use crate::shaper::phase_counter::PhaseCounter;
 use crate::shaper::sum::{AT_ONCE_S, Sum};
 use crate::shaper::{IMPULSES_MAX, Impulses};
 
@@ -72,7 +72,7 @@ pub struct Shaped<const LEN: usize> {
     cursors: [Cursor; IMPULSES_MAX],
     /// The number of them.
     count: usize,
-    counter: StepCounter,
+    counter: PhaseCounter,
     /// If it is a box: the inverse of how long that lasts, and 0 otherwise.
     per_box_s: f64,
     /// The place of the axis in the mean, and the number of shaped phases over which that has been added up.
@@ -101,7 +101,7 @@ impl<const LEN: usize> Shaped<LEN> {
         Self {
             cursors: [Cursor::NONE; IMPULSES_MAX],
             count: 0,
-            counter: StepCounter::NONE,
+            counter: PhaseCounter::NONE,
             per_box_s: 0.0,
             mean_steps: 0.0,
             added: 0,
@@ -120,7 +120,7 @@ impl<const LEN: usize> Shaped<LEN> {
     /// Begins a run, at rest at `place_steps` from the whole step where the axis is. `top_steps_s` is its top speed.
     pub fn begin(&mut self, impulses: Impulses, top_steps_s: f64, place_steps: f64) {
         self.phases.clear();
-        (self.count, self.counter, self.first) = (0, StepCounter::new(top_steps_s), 0);
+        (self.count, self.counter, self.first) = (0, PhaseCounter::new(top_steps_s), 0);
         (self.known_s, self.base_steps, self.rest_steps) = (0.0, 0, 0);
         (self.is_whole, self.is_finished) = (false, false);
         (self.t_s, self.now_s) = (0.0, SAME_S);

@@ -1,7 +1,7 @@
 //! Random chains, shaped: each edge is where the weighted sum of the motion has it, and none is too many or missing.
 
 use isostep_profile::chain::{Chunk, ChunkKind, Effort, Plan, Request};
-use isostep_profile::shaper::{Impulses, Shaped, Shaper, ShaperInput, ShaperKind, Source};
+use isostep_profile::shaper::{Combination, Impulses, Shaped, Shaper, ShaperInput, ShaperKind};
 use isostep_profile::{AxisCompiler, CountedPhase, IntervalSplit, Limits, SpeedProfile, fit_error_max_ticks};
 use isostep_trials::cases;
 use proptest::prelude::*;
@@ -118,9 +118,9 @@ impl<'a> Watch<'a> {
             }
             let Some((now, _)) = self.chunks.get(axis_run.chunk) else { return Ok(()) };
             let (impulses, top) = (axis_run.impulses, axis_run.top_steps_s);
-            let input = axis_run
-                .input
-                .get_or_insert_with(|| ShaperInput::begin(Source::Axis(axis), now, &mut axis_run.shaped, impulses, top));
+            let input = axis_run.input.get_or_insert_with(|| {
+                ShaperInput::begin(Combination::Axis(axis), now, &mut axis_run.shaped, impulses, top)
+            });
             if input.read(now, &mut axis_run.shaped) {
                 continue;
             }

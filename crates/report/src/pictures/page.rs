@@ -207,7 +207,9 @@ fn axes(figures: &Figures) -> Section {
     let about = "Within moves, from the edges of each axis alone, up to 1 % high. At a corner the speed of an axis jumps, as planned; at \
                  most by sqrt(8 x acceleration x $11), or twice the start speed.";
     let belts = figures.belts.map_or(String::new(), |belts| format!(" And {belts}."));
-    Section::new("Axes and their limits").with_text(&format!("{about}{belts}")).with_tables([Table::new(&head, rows.collect())])
+    Section::new("Axes and their limits")
+        .with_text(&format!("{about}{belts}"))
+        .with_tables([Table::new(&head, rows.collect())])
 }
 
 fn settings(outcome: &Outcome) -> Section {

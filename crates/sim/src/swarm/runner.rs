@@ -1,7 +1,7 @@
 //! Executes a scenario, checks the world meanwhile, and brings the machine back to motion afterwards.
 
 use embassy_time::Duration;
-use isostep_motion::{AXES, Axis, Direction, GangedMotor, Motor, State, Kinematics};
+use isostep_motion::{AXES, Axis, Direction, GangedMotor, Kinematics, Motor, State};
 
 use super::drivers::Failing;
 use super::scenario::{Act, Scenario};
@@ -340,7 +340,8 @@ impl<'a> Runner<'a> {
             let (at, travel) = (position_steps[axis as usize], config.travel_steps(axis));
             // In motion the counts of two motors are from different instants.
             let is_of_two = config.kinematics.moves(axis).iter().filter(|moves| **moves).count() > 1;
-            let slack = f64::from(u8::from(is_of_two)) * motors.limits[axis as usize].top_speed_steps_s * COUNTED_EVERY_S;
+            let slack =
+                f64::from(u8::from(is_of_two)) * motors.limits[axis as usize].top_speed_steps_s * COUNTED_EVERY_S;
             let slack_steps = slack.ceil() as i32;
             if at < travel.start() - slack_steps || at > travel.end() + slack_steps {
                 return Err(

@@ -6,12 +6,12 @@ use crate::shaper::sum::{Sum, passed};
 
 /// The steps made so far, and the top speed of the motor.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct StepCounter {
+pub(super) struct PhaseCounter {
     made_steps: i32,
     top_steps_s: f64,
 }
 
-impl StepCounter {
+impl PhaseCounter {
     pub(super) const NONE: Self = Self::new(0.0);
 
     /// Nothing is made yet.
