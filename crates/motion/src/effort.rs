@@ -64,17 +64,15 @@ const PHASES_OF_A_MOVE: f64 = 3.0;
 const PHASES_KEPT: f64 = (PHASES - PHASES / 8) as f64;
 
 /// By so much a shaped move takes longer with crossed belts, where what a motor makes is put together from both axes: with equal
-/// shapers, with unlike ones, whose phases then do not begin together, and with unlike ones if one is a box.
+/// shapers, and with unlike ones, whose phases do not begin together.
 const BELTS: f64 = 1.5;
 const UNLIKE_BELTS: f64 = 2.5;
-const UNLIKE_BOXES: f64 = 3.5;
 
-fn of_belts(shaping: &Shaping, has_box: bool, kinematics: Kinematics) -> f64 {
-    match (kinematics, shaping.is_unlike(), has_box) {
-        (Kinematics::Cartesian, ..) => 1.0,
-        (Kinematics::CoreXy, false, _) => BELTS,
-        (Kinematics::CoreXy, true, false) => UNLIKE_BELTS,
-        (Kinematics::CoreXy, true, true) => UNLIKE_BOXES,
+fn of_belts(shaping: &Shaping, kinematics: Kinematics) -> f64 {
+    match kinematics {
+        Kinematics::Cartesian => 1.0,
+        Kinematics::CoreXy if shaping.is_unlike() => UNLIKE_BELTS,
+        Kinematics::CoreXy => BELTS,
     }
 }
 
@@ -86,7 +84,7 @@ impl LeastTimes {
             let has_box = shaping.impulses.iter().any(|impulses| impulses.box_ends_s().is_some());
             let [least_s, root_step_s] =
                 if has_box { [self.box_s, self.box_root_step_s] } else { [self.shaped_s, 0.0] };
-            let belts = of_belts(shaping, has_box, kinematics);
+            let belts = of_belts(shaping, kinematics);
             let kept_s = shaping.lasts_s * PHASES_OF_A_MOVE / PHASES_KEPT;
             [(belts * least_s).max(kept_s), belts * root_step_s]
         })
