@@ -293,6 +293,15 @@ impl Outcome {
         std::array::from_fn(|axis| steps[axis] / self.axis_steps_per_mm[axis])
     }
 
+    /// What the motor of an axis is called where only that axis could be meant otherwise.
+    pub fn motor_name(&self, axis: usize) -> String {
+        let axis = Axis::ALL[axis];
+        match self.kinematics.moves(axis).iter().filter(|moves| **moves).count() {
+            1 => axis.to_string(),
+            _ => format!("motor of {axis}"),
+        }
+    }
+
     /// The millimetres of belt or screw that a motor turns for a millimetre of path in its direction: √2 with crossed belts.
     pub fn turned_mm(&self, motor: usize) -> f64 {
         self.steps_per_mm[motor] / self.axis_steps_per_mm[motor]

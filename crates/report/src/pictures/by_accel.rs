@@ -38,7 +38,7 @@ pub struct Picture {
 /// X or Y.
 pub fn picture(runs: &[(Rule, &Outcome)]) -> Option<Picture> {
     let &(_, first) = runs.first()?;
-    if first.edges.is_empty() || !first.program_moves().any(|record| moves_in(record, XY)) {
+    if first.edges.is_empty() || !first.program_moves().any(|record| moves_in(first, record, XY)) {
         return None;
     }
     let room =

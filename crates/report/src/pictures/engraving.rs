@@ -32,7 +32,7 @@ pub fn picture(outcome: &Outcome) -> Option<Picture> {
     }
     let spells = spells::of_spindle(&outcome.tool, true, outcome.duration_ns);
     let extent_mm = extent_mm(outcome, &spells)?;
-    let step_mm = [0, 1].map(|axis| 1.0 / outcome.steps_per_mm[axis]);
+    let step_mm = [0, 1].map(|axis| 1.0 / outcome.axis_steps_per_mm[axis]);
     let mut sheet = Sheet::new(extent_mm, step_mm[0].max(step_mm[1]), outcome.config.beam_mm);
     places(outcome, &spells, &mut |steps, dose| sheet.add(mm(outcome, steps), dose));
     let strong = sheet.strong();
@@ -56,14 +56,13 @@ fn mm(outcome: &Outcome, [x, y]: [i32; 2]) -> [f64; 2] {
 
 /// The extent in which the beam was on; `None` if it never was.
 fn extent_mm(outcome: &Outcome, spells: &[Spell]) -> Option<[(f64, f64); 2]> {
-    let mut extent: Option<[(i32, i32); 2]> = None;
+    let mut extent: Option<[(f64, f64); 2]> = None;
     places(outcome, spells, &mut |steps, _| {
-        let known = extent.unwrap_or(steps.map(|at| (at, at)));
-        extent = Some([0, 1].map(|axis| (known[axis].0.min(steps[axis]), known[axis].1.max(steps[axis]))));
+        let mm = mm(outcome, steps);
+        let known = extent.unwrap_or(mm.map(|at| (at, at)));
+        extent = Some([0, 1].map(|axis| (known[axis].0.min(mm[axis]), known[axis].1.max(mm[axis]))));
     });
-    let [x, y] = extent?;
-    let (low_mm, high_mm) = (mm(outcome, [x.0, y.0]), mm(outcome, [x.1, y.1]));
-    Some([0, 1].map(|axis| (low_mm[axis], high_mm[axis])))
+    extent
 }
 
 /// The position of the carriage between two steps of X or Y.

@@ -13,7 +13,7 @@ const COLUMNS: usize = 240;
 /// Draws the picture.
 pub fn picture(outcome: &Outcome) -> String {
     let title = "Distance of each step from its closed-form instant";
-    chart::picture(title, &axes_key(0..AXES), 1, 340, &[chart(outcome)])
+    chart::picture(title, &axes_key(outcome, 0..AXES), 1, 340, &[chart(outcome)])
 }
 
 fn chart(outcome: &Outcome) -> Chart {

@@ -16,7 +16,7 @@ const CURVE_POINTS: u32 = 400;
 /// The picture of one move: speed above, acceleration below, with the three intervals shaded.
 pub fn of_move(outcome: &Outcome, record: &MoveRecord) -> String {
     let axes = moving(outcome, record);
-    let key = axes_key(axes.iter().map(|axis| axis.index));
+    let key = axes_key(outcome, axes.iter().map(|axis| axis.index));
     picture("Speed and acceleration of each axis over time", &key, 1, 290, &charts(record, &axes))
 }
 

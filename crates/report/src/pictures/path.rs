@@ -213,7 +213,7 @@ fn ends(outcome: &Outcome, sources: &[Option<Source>], plane: &Plane) -> String 
         .moves
         .iter()
         .zip(sources)
-        .filter(|(record, source)| !record.homing && moves_in(record, plane.axes) && ends_line(source));
+        .filter(|(record, source)| !record.homing && moves_in(outcome, record, plane.axes) && ends_line(source));
     for (record, _) in moves {
         let [x, y] = plane.point(outcome.mm(record.next_corner_steps()));
         let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{}\" fill=\"var(--ink)\"/>", 4 * FINE);

@@ -22,8 +22,9 @@ pub fn letters(axes: Axes) -> String {
 }
 
 /// True if a move moves either axis.
-pub fn moves_in(record: &MoveRecord, axes: Axes) -> bool {
-    axes.iter().any(|&axis| record.origin_steps[axis] != record.end_steps[axis])
+pub fn moves_in(outcome: &Outcome, record: &MoveRecord, axes: Axes) -> bool {
+    let [from_mm, to_mm] = [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps));
+    axes.iter().any(|&axis| from_mm[axis] != to_mm[axis])
 }
 
 /// The room that a plane may take.
@@ -126,7 +127,7 @@ impl Plane {
 
     /// A dot where the program starts, in the colour of a CSS variable.
     pub fn start(&self, outcome: &Outcome, colour: &str) -> String {
-        let first = outcome.program_moves().find(|record| moves_in(record, self.axes));
+        let first = outcome.program_moves().find(|record| moves_in(outcome, record, self.axes));
         let Some(record) = first else { return String::new() };
         let [x, y] = self.point(outcome.mm(record.origin_steps));
         let is_low = y + 96.0 > self.corner()[1] + self.room.inner.1;
@@ -139,7 +140,7 @@ impl Plane {
 
 /// The range of both axes over the moves that move either, mm.
 fn extent_mm(outcome: &Outcome, axes: Axes) -> [(f64, f64); 2] {
-    let moved = outcome.program_moves().filter(|record| moves_in(record, axes));
+    let moved = outcome.program_moves().filter(|record| moves_in(outcome, record, axes));
     let ends = moved.flat_map(|record| [record.origin_steps, record.end_steps].map(|steps| outcome.mm(steps)));
     axes.map(|axis| theme::range(ends.clone().map(|mm| mm[axis])))
 }

@@ -198,7 +198,7 @@ impl<P: Fn(f64) -> f64> Filled<P> {
 
 /// The place where the plan of a move is at `t_s` from the start of the run, unshaped, mm.
 fn place_mm(outcome: &Outcome, record: &MoveRecord, t_s: f64) -> [f64; AXES] {
-    std::array::from_fn(|axis| record.place_steps(axis, t_s) / outcome.steps_per_mm[axis])
+    outcome.mm_of_move(record, std::array::from_fn(|motor| record.place_steps(motor, t_s)))
 }
 
 /// A ratio up to this is within the limit: the edges resolve 1 %, at either end of a span.

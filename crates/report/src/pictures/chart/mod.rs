@@ -7,6 +7,7 @@ pub use draw::FRAME;
 
 use super::theme::{self, AXIS, CURVE, Colour, FINE, INK};
 use crate::digits::significant;
+use isostep_sim::Outcome;
 
 /// Width of a picture, pixels.
 const WIDTH: u32 = 860;
@@ -273,8 +274,8 @@ pub fn key<T: Into<String>>(names: impl IntoIterator<Item = T>) -> Vec<(Colour, 
 }
 
 /// The key of axes of the machine, by their numbers.
-pub fn axes_key(axes: impl IntoIterator<Item = usize>) -> Vec<(Colour, String)> {
-    axes.into_iter().map(|axis| (AXIS[axis], theme::AXIS_NAMES[axis].to_owned())).collect()
+pub fn axes_key(outcome: &Outcome, axes: impl IntoIterator<Item = usize>) -> Vec<(Colour, String)> {
+    axes.into_iter().map(|axis| (AXIS[axis], outcome.motor_name(axis))).collect()
 }
 
 /// `1.2M`, `30k`, `4.13`, `0.012`: three significant digits, without zeros at the end of decimals.
