@@ -53,3 +53,30 @@ fn settings_are_those_asked_for() {
     assert!(said(&mut live, 1.0).contains("$100=80"));
     assert!(Live::new("$100=x\n").is_err());
 }
+
+/// What a page draws is where the belts take the carriage, and how fast: not what a motor does.
+#[test]
+fn belts_are_drawn_as_the_axes_that_they_move() {
+    let mut live = Live::new("$907=1\n$904=0\n").unwrap();
+    live.send(b"$H\n");
+    assert!(said(&mut live, 40.0).contains("ok"));
+    live.take_motion();
+    live.send(b"G91 G1 X30 F1200\nY20\nX10 Y-10\nG4 P0.01\n");
+    said(&mut live, 6.0);
+    assert_eq!(live.position_mm(), [40.0, 10.0, 0.0]);
+    let motion = live.take_motion();
+    // The end of each phase in closed form, axis by axis: its place, its speed and its acceleration.
+    let ends = motion.times_s.chunks(2).zip(motion.values.chunks(9)).map(|(times_s, values)| {
+        let lasts_s = times_s[1] - times_s[0];
+        let end = |of: &[f32]| {
+            let [place, speed, accel] = [of[0], of[1], of[2]].map(f64::from);
+            place + speed * lasts_s + 0.5 * accel * lasts_s * lasts_s
+        };
+        [0, 1, 2].map(|axis| (end(&values[3 * axis..]) * 1e3).round() / 1e3)
+    });
+    let ends: Vec<_> = ends.collect();
+    for corner_mm in [[30.0, 0.0, 0.0], [30.0, 20.0, 0.0]] {
+        assert!(ends.contains(&corner_mm), "{corner_mm:?} is not among {ends:?}");
+    }
+    assert!(live.verdicts().iter().all(|verdict| verdict.kept), "{:?}", live.verdicts());
+}

@@ -34,7 +34,15 @@ fn whole_s(program: &[u8], settings: &str) -> f64 {
 #[test]
 fn it_takes_as_long_as_the_whole_run() {
     for (name, program) in [("parking", PARKING), ("engraving", ENGRAVING), ("arcs", ARCS), ("plain", PLAIN)] {
-        for settings in ["", "$120=500\n$121=400\n", "$904=0\n", "$940=1\n$930=900\n", "$950=2\n$951=1\n"] {
+        for settings in [
+            "",
+            "$120=500\n$121=400\n",
+            "$904=0\n",
+            "$940=1\n$930=900\n",
+            "$950=2\n$951=1\n",
+            "$907=1\n",
+            "$907=1\n$950=2\n",
+        ] {
             let found = quick(program, settings);
             assert_eq!(found.stopped, None, "{name}, {settings}");
             let expected_s = whole_s(program, settings);
@@ -57,10 +65,12 @@ fn what_does_not_come_to_its_end_says_why() {
 fn corners_are_left_by_what_the_setting_says() {
     let corner = b"G21 G91\nG1 X10 F2400\nY10\n";
     for deviation_mm in [0.05, 0.1] {
-        let found = quick(corner, &format!("$904={deviation_mm}\n")).departures;
-        let corners_mm = found.corners_mm.unwrap();
-        assert!((corners_mm - deviation_mm).abs() < 1e-6, "{corners_mm} for {deviation_mm}");
-        assert_eq!((found.together_mm, found.shaped_mm), (None, None));
+        for belts in ["", "$907=1\n"] {
+            let found = quick(corner, &format!("$904={deviation_mm}\n{belts}")).departures;
+            let corners_mm = found.corners_mm.unwrap();
+            assert!((corners_mm - deviation_mm).abs() < 1e-6, "{corners_mm} for {deviation_mm}");
+            assert_eq!((found.together_mm, found.shaped_mm), (None, None));
+        }
     }
     assert_eq!(quick(corner, "$904=0\n").departures.corners_mm, None);
     let (half, other_half) = ("G2 X10 Y10 I5 J5", "G1 Y10");
