@@ -20,6 +20,7 @@ use crate::resets::Resets;
 use crate::status::{self, position_pm};
 use crate::store::{Item, Kept, Loss, Store, Value};
 use crate::tool_change::Changing;
+use crate::vfd::Vfd;
 
 /// Settings, modal state and the machine they move.
 ///
@@ -41,6 +42,7 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
     pub(crate) prove: Option<Prove>,
+    pub(crate) vfd: Vfd,
     #[cfg(feature = "trinamic")]
     pub(crate) drivers: Option<Drivers>,
 }
@@ -151,6 +153,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             has_second_motor: true,
             boot: Signal::new(),
             prove: None,
+            vfd: Vfd::new(),
             #[cfg(feature = "trinamic")]
             drivers: None,
         }
@@ -250,6 +253,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             line_number: machine.line,
             feed_mm_min: (machine.speed_mm_s * 60.0) as f32,
             spindle_rpm: machine.level.ratio() * max_rpm,
+            actual_rpm: self.vfd.actual_rpm(),
             spindle: status::spindle(machine.outputs.spindle),
             coolant: Coolant::of(machine.outputs.flood, machine.outputs.mist),
             probe_touched: machine.probe_touches,

@@ -1,4 +1,4 @@
-//! What comes to consoles without being asked for: alarms, how the drivers are, and the end of a change of the tool.
+//! What comes to consoles without being asked for: alarms, how drivers and VFD are, and the end of a change of the tool.
 
 use core::convert::Infallible;
 use core::pin::pin;
@@ -6,26 +6,29 @@ use core::pin::pin;
 use embassy_futures::select::{Either, select};
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
-use isostep_motion::{State, cold_path};
+use isostep_motion::{Alarm, State, cold_path};
 
 use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
-use crate::drivers::{Listener, News};
+use crate::drivers::{self, Listener};
 use crate::output::Message;
 use crate::serve::Console;
 use crate::status;
 use crate::tool_change::Awaited;
+use crate::vfd;
 
-/// Without UART drivers there are none.
-#[cfg(not(feature = "trinamic"))]
-type News = Infallible;
+/// What has changed.
+enum News {
+    #[cfg(feature = "trinamic")]
+    Driver(drivers::News),
+    Vfd,
+}
 
 /// The news of one console.
-pub(crate) struct DriverNews<'a> {
+struct Listeners<'a> {
     #[cfg(feature = "trinamic")]
     drivers: Option<Listener<'a>>,
-    #[cfg(not(feature = "trinamic"))]
-    drivers: Option<&'a News>,
+    vfd: Option<vfd::VfdListener<'a>>,
 }
 
 impl<F: NorFlash> Controller<'_, F> {
@@ -46,7 +49,7 @@ impl<F: NorFlash> Controller<'_, F> {
 
     /// Says what has happened, and goes on with the line that was put back, if its tool has been changed.
     async fn tell_news(&self, console: &Console, happened: Either<State, News>) {
-        console.output.send_written(|text| say(text, happened)).await;
+        console.output.send_written(|text| self.say(text, happened)).await;
         if !console.input.waits_behind_line() {
             return;
         }
@@ -64,36 +67,50 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     /// The news from now on.
-    fn news(&self) -> DriverNews<'_> {
-        #[cfg(feature = "trinamic")]
-        let drivers = self.drivers.as_ref().and_then(|drivers| drivers.news.receiver());
-        #[cfg(not(feature = "trinamic"))]
-        let drivers = None;
-        DriverNews { drivers }
-    }
-}
-
-fn say(text: &mut Message, happened: Either<State, News>) {
-    match happened {
-        Either::First(State::Alarm(alarm)) => {
-            let (code, axis) = status::alarm_code(alarm);
-            text.print(|text| report::alarm(text, code));
-            text.say(code.about(axis));
-        }
-        Either::First(_) => {}
-        Either::Second(news) => text.say(news),
-    }
-}
-
-impl DriverNews<'_> {
-    /// Waits for the next.
-    pub async fn next(&mut self) -> News {
-        match &mut self.drivers {
+    fn news(&self) -> Listeners<'_> {
+        Listeners {
             #[cfg(feature = "trinamic")]
-            Some(drivers) => drivers.changed().await,
-            #[cfg(not(feature = "trinamic"))]
-            Some(news) => **news,
-            None => core::future::pending().await,
+            drivers: self.drivers.as_ref().and_then(|drivers| drivers.news.receiver()),
+            vfd: self.vfd.news.receiver(),
         }
+    }
+
+    fn say(&self, text: &mut Message, happened: Either<State, News>) {
+        match happened {
+            Either::First(State::Alarm(alarm)) => {
+                let (code, axis) = status::alarm_code(alarm);
+                text.print(|text| report::alarm(text, code));
+                if matches!(alarm, Alarm::SpindleFailed { .. }) {
+                    self.with(|program| self.vfd.say_failed(&program.settings, text));
+                } else {
+                    text.say(code.about(axis));
+                }
+            }
+            Either::First(_) => {}
+            #[cfg(feature = "trinamic")]
+            Either::Second(News::Driver(news)) => text.say(news),
+            Either::Second(News::Vfd) => self.with(|program| self.vfd.say(&program.settings, text)),
+        }
+    }
+}
+
+impl Listeners<'_> {
+    /// Waits for the next.
+    async fn next(&mut self) -> News {
+        let vfd = async {
+            match &mut self.vfd {
+                Some(vfd) => vfd.changed().await,
+                None => core::future::pending().await,
+            }
+        };
+        #[cfg(feature = "trinamic")]
+        if let Some(drivers) = &mut self.drivers {
+            return match select(drivers.changed(), vfd).await {
+                Either::First(news) => News::Driver(news),
+                Either::Second(()) => News::Vfd,
+            };
+        }
+        vfd.await;
+        News::Vfd
     }
 }

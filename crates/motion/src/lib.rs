@@ -49,7 +49,7 @@ pub use axes::{AXES, Axis};
 pub use cold_path::cold_path;
 pub use config::{Config, ConfigError, HomingConfig, Squared, beside_steps, whole_steps};
 pub use effort::{LeastTimes, RampTimes};
-pub use event::{Alarm, Event, Finish, HomingPhase, State, Unplannable};
+pub use event::{Alarm, Event, Finish, HomingPhase, SpindleFault, State, Unplannable};
 pub use machine::{Busy, Door, MOVES_AHEAD, Machine, Motion, Move, ProbeMove, Probed, SpeedOverrides, Status};
 pub use motor::{GangedMotor, LimitInput, Motor, SecondMotor};
 pub use port::{
@@ -60,4 +60,4 @@ pub use shaping::Shaping;
 pub use start_barrier::StartBarrier;
 pub use switch::Contact;
 pub use timer_port::{MotorPins, TimerBank, TimerPort};
-pub use tool::{Duties, Level, Outputs, Power, Spindle, Switches, ToolConfig, ToolPort};
+pub use tool::{Duties, Level, Outputs, Power, Spindle, SpindleWanted, Switches, ToolConfig, ToolPort};

@@ -23,9 +23,10 @@ use crate::mechanics::{Mechanics, Wiring};
 use crate::motor::Slip;
 use crate::plant::SwitchFault;
 use crate::plate::Plate;
-pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
+pub use crate::record::{Edge, Loss, LossCause, Record, VfdFrame, Wave, Wire};
 use crate::time::Clock;
 use crate::tool::{ToolChange, ToolOutput};
+use crate::vfd::{Vfd, VfdFault};
 
 /// Slips that follow each other within this time are one loss, ns.
 const STALL_NS: u64 = 100_000_000;
@@ -63,6 +64,7 @@ pub struct World {
     /// The machine whose configuration the mechanics follow.
     machine: Option<Rc<Machine>>,
     uart_drivers: Option<UartDrivers>,
+    vfd: Option<Vfd>,
     motor: MotorData,
     loads: [Option<Load>; AXES],
     motion: Motion,
@@ -118,6 +120,7 @@ impl World {
             wiring,
             machine: None,
             uart_drivers,
+            vfd: config.vfd.map(Vfd::new),
             motor: config.motor,
             loads: config.loads,
             motion: Motion::default(),
@@ -166,6 +169,9 @@ impl World {
 
     /// Sets an output of the tool.
     pub(crate) fn drive_tool(&mut self, output: ToolOutput, duty: u16) {
+        if let (Some(vfd), ToolOutput::Enable) = (&mut self.vfd, output) {
+            vfd.set_enabled(self.clock.now_ns(), duty > 0);
+        }
         if std::mem::replace(&mut self.tool[output as usize], duty) != duty && self.keep_record {
             self.record.tool.push(ToolChange { t_ns: self.clock.now_ns(), output, duty });
         }
@@ -275,6 +281,25 @@ impl World {
             self.uart_drivers.as_mut().map(|uart_drivers| uart_drivers.exchange(now_ns, sent)).unwrap_or_default();
         self.refresh_diags();
         heard
+    }
+
+    /// The VFD, as it is now.
+    pub fn vfd(&mut self) -> Option<&mut Vfd> {
+        let now_ns = self.clock.now_ns();
+        self.vfd.iter_mut().for_each(|vfd| vfd.advance(now_ns));
+        self.vfd.as_mut()
+    }
+
+    /// Notes a frame on the wire to the VFD.
+    pub(crate) fn note_vfd_frame(&mut self, frame: VfdFrame) {
+        if self.keep_record {
+            self.record.vfd.push(frame);
+        }
+    }
+
+    /// Sets or mends what is wrong with the VFD.
+    pub fn set_vfd(&mut self, fault: Option<VfdFault>) {
+        self.vfd().into_iter().for_each(|vfd| vfd.set_fault(fault));
     }
 
     /// The UART drivers, as they are set.

@@ -72,6 +72,11 @@ impl Simulated {
             }
             Step::ToolNeverOn => is(outcome.tool.is_empty(), || format!("an output was on: {:?}", outcome.tool)),
             Step::DriverIs(driver, words) => self.driver_is(*driver, words),
+            Step::VfdTurns(hz) => {
+                let (turns_hz, drives) = self.sim.vfd(|vfd| (vfd.output_hz(), vfd.drives()));
+                let is_so = (turns_hz - hz).abs() <= hz.abs() / 100.0 && drives == (*hz != 0.0);
+                is(is_so, || format!("the VFD is at {turns_hz} Hz, and drives its motor: {drives}"))
+            }
             _ => Err("the simulated machine cannot do this: use `on: board`".to_owned()),
         }
     }
@@ -154,6 +159,7 @@ impl Machine for Simulated {
             Step::Cut(is_cut) => self.sim.cut_emergency_stop(is_cut),
             Step::Plate(place_mm) => self.sim.set_plate(place_mm.and_then(PlatePlace::plate)),
             Step::Driver(motor, fault) => self.sim.set_driver(motor, fault),
+            Step::Vfd(fault) => self.sim.set_vfd(fault),
             Step::Fault(fault) => self.sim.suffer(fault),
             Step::FlashRefuses(true) => self.flash.refuse(),
             Step::FlashRefuses(false) => self.flash.mend(),

@@ -20,6 +20,7 @@ use crate::port::AxisPort;
 use crate::record::Wire;
 use crate::time::in_background;
 use crate::tool::SimTool;
+use crate::vfd::VfdLine;
 use crate::world::Shared;
 
 /// Spawns the tasks that run at high priority on a board, then the coordinator.
@@ -89,8 +90,8 @@ fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &Rc<Machine>) {
     });
 }
 
-/// The parts that a controller is made with: its store, and the UART drivers.
-pub(super) type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>);
+/// The parts that a controller is made with: its store, the UART drivers, and the wire to a VFD.
+pub(super) type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>, VfdLine);
 
 /// Spawns the task of the consoles.
 pub(super) fn spawn_consoles(
@@ -117,7 +118,7 @@ pub(super) fn spawn_consoles(
 /// Serves one console, or two.
 async fn serve_all(
     machine: Rc<Machine>,
-    (store, mut drivers): Parts,
+    (store, mut drivers, vfd): Parts,
     links: Vec<(impl Read, impl Write, Pipe)>,
     flow: FlowControl,
 ) {
@@ -135,7 +136,14 @@ async fn serve_all(
             in_background(&clock, || controller.sets_drivers(), controller.watch_drivers(wire)).await;
         }
     };
-    join(serve_links(&controller, links, flow), watching).await;
+    let takes_vfd = controller.takes_vfd();
+    let turning = async {
+        if takes_vfd {
+            let clock = vfd.clock().clone();
+            in_background(&clock, || controller.vfd_settles(), controller.watch_vfd(vfd)).await;
+        }
+    };
+    join(serve_links(&controller, links, flow), join(watching, turning)).await;
 }
 
 async fn serve_links(controller: &Controller<'_, Flash>, links: Vec<(impl Read, impl Write, Pipe)>, flow: FlowControl) {
