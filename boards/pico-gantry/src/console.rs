@@ -11,18 +11,25 @@ use isostep_motion::cold_path;
 
 use crate::fail_still::RestartCause;
 use crate::flash::Flash;
+use crate::vfd_wire::Rs485;
 use crate::{uart, usb};
 
-/// Serves both consoles. Each session begins with the cause of the last restart, if the user did not cause it.
+/// What is on the wires of UART0.
+pub enum Wired {
+    Console(uart::UartRx, BufferedUartTx),
+    Vfd(Rs485),
+}
+
+/// Serves both consoles, or that of USB and a VFD. Each session begins with the cause of the last restart, if the user did not cause it.
 pub fn spawn(
     spawner: Spawner,
     controller: &'static Controller<'static, Flash>,
     restart: Option<RestartCause>,
     usb: usb::UsbPort,
-    uart: (uart::UartRx, BufferedUartTx),
+    wired: Wired,
 ) {
     spawner.spawn(serve_usb(controller, restart, usb).unwrap());
-    spawner.spawn(serve_uart(controller, restart, uart.0, uart.1).unwrap());
+    spawner.spawn(serve_uart(controller, restart, wired).unwrap());
 }
 
 #[embassy_executor::task]
@@ -39,19 +46,18 @@ async fn serve_usb(
 }
 
 #[embassy_executor::task]
-async fn serve_uart(
-    controller: &'static Controller<'static, Flash>,
-    restart: Option<RestartCause>,
-    mut rx: uart::UartRx,
-    mut tx: BufferedUartTx,
-) -> ! {
-    let sessions = pin!(async {
-        loop {
-            session(controller, restart, &mut rx, &mut tx, FlowControl::None).await;
-        }
-    });
+async fn serve_uart(controller: &'static Controller<'static, Flash>, restart: Option<RestartCause>, wired: Wired) -> ! {
     // A line takes longer on the cable than in the cache.
-    cold_path(sessions).await
+    cold_path(pin!(serve_wired(controller, restart, wired))).await
+}
+
+async fn serve_wired(controller: &Controller<'_, Flash>, restart: Option<RestartCause>, wired: Wired) -> ! {
+    match wired {
+        Wired::Console(mut rx, mut tx) => loop {
+            session(controller, restart, &mut rx, &mut tx, FlowControl::None).await;
+        },
+        Wired::Vfd(wire) => match controller.watch_vfd(wire).await {},
+    }
 }
 
 /// Serves a console until the link fails.

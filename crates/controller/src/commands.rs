@@ -26,6 +26,9 @@ const JOG: &str = "$J=";
 /// The word in the line of a probe.
 const PROBE: &str = "G38.";
 
+/// What is said when something else is to turn the spindle.
+const OTHER_SPINDLE: &str = "in force when the board is switched off and on; a VFD has the wires of the console by UART then, so keep USB at hand";
+
 /// The actions after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum After {
@@ -499,6 +502,9 @@ impl<F: NorFlash> Controller<'_, F> {
         match changed.and_then(|settings| self.check_outputs(settings)) {
             Ok(settings) => {
                 self.adopt(settings, text)?;
+                if settings.spindle_type != before.spindle_type {
+                    text.say(OTHER_SPINDLE);
+                }
                 for axis in 0..AXES {
                     let (steps, is_asked) = (settings.steps_per_mm[axis], usize::from(number) == 100 + axis);
                     if steps != before.steps_per_mm[axis] && !is_asked {

@@ -24,7 +24,8 @@ const LISTENERS: usize = 4;
 #[allow(async_fn_in_trait, reason = "a wire stays on the executor of the consoles: no Send bound is wanted")]
 pub trait VfdWire {
     /// Sends `sent`, which is one frame, and releases the wire within 3.5 characters. Then waits until `heard` is full, or for
-    /// `limit` at most. Returns how many bytes were heard. What was heard before is dropped.
+    /// `limit` at most. Returns how many bytes were heard. What was heard before the end of the frame is dropped: modules may hear
+    /// the board itself.
     ///
     /// # Cancellation
     /// The frame is sent or not. Bytes that are left are dropped by the next exchange.
@@ -98,7 +99,13 @@ impl Vfd {
     pub const fn new() -> Self {
         Self {
             served: Cell::new(0),
-            known: Cell::new(VfdKnown { health: VfdHealth::Unknown, register: 0, rpm: 0.0, wanted_rpm: 0.0, amperes: None }),
+            known: Cell::new(VfdKnown {
+                health: VfdHealth::Unknown,
+                register: 0,
+                rpm: 0.0,
+                wanted_rpm: 0.0,
+                amperes: None,
+            }),
             failed: Cell::new(None),
             settled: Cell::new(None),
             exchanges: Cell::new(0),

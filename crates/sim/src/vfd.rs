@@ -60,13 +60,11 @@ pub enum VfdFault {
     Overloaded,
     /// Its spindle coasts when it is to stop.
     Coasts,
-    /// The board hears itself, and nothing else.
-    Echo,
 }
 
 impl VfdFault {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::Cut,
         Self::Off,
         Self::Flickers,
@@ -77,7 +75,6 @@ impl VfdFault {
         Self::Tripped,
         Self::Overloaded,
         Self::Coasts,
-        Self::Echo,
     ];
 }
 
@@ -94,7 +91,6 @@ impl fmt::Display for VfdFault {
             Self::Tripped => "tripped",
             Self::Overloaded => "overloaded",
             Self::Coasts => "coasts",
-            Self::Echo => "echo",
         })
     }
 }
@@ -206,9 +202,6 @@ impl Vfd {
     /// What it replies to these bytes, and after how many ns, if it does.
     pub fn hear(&mut self, now_ns: u64, sent: &[u8]) -> Option<(Vec<u8>, u64)> {
         self.advance(now_ns);
-        if self.fault == Some(VfdFault::Echo) {
-            return Some((sent.to_vec(), 0));
-        }
         if matches!(self.fault, Some(VfdFault::Cut | VfdFault::Off)) {
             return None;
         }

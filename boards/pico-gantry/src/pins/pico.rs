@@ -1,11 +1,11 @@
 //! The gantry on a Raspberry Pi Pico or Pico 2, which have the same pins, with a bare driver for each motor; see the table in `docs/bring-up.md`.
 //!
 //! A Pico 2 with four axes has a fifth motor, the second one of an axis. It is on the pins that a Pico leaves free, and its switch is where
-//! the button for cycle start would be.
+//! the button for cycle start would be. There, and in a proving image, no pin is left that says when the board sends to a VFD.
 
-/// Such a board, with what a fifth motor has, and with the button for cycle start if that is there.
+/// Such a board, with what a fifth motor has, and with the button for cycle start and the direction of RS-485 if they are there.
 macro_rules! pico {
-    (step: [$($step:ident)?], dir: [$($dir:ident)?], limit: [$($limit:ident)?], pio: [$($pio:ident)?], channels: [$($channel:ident),*], start: [$($start:ident)?]) => {
+    (step: [$($step:ident)?], dir: [$($dir:ident)?], limit: [$($limit:ident)?], pio: [$($pio:ident)?], channels: [$($channel:ident),*], start: [$($start:ident)?], vfd_sends: [$($vfd_sends:ident)?]) => {
         board! {
             step: [PIN_2, PIN_4, PIN_6, PIN_21 $(, $step)?],
             dir: [PIN_3, PIN_5, PIN_7, PIN_22 $(, $dir)?],
@@ -27,13 +27,16 @@ macro_rules! pico {
             start: [$($start)?],
             led: [PIN_25],
             driver_wire: [],
+            vfd_sends: [$($vfd_sends)?],
         }
     };
 }
 
-#[cfg(not(five_motors))]
-pico! { step: [], dir: [], limit: [], pio: [], channels: [], start: [PIN_20] }
+#[cfg(not(any(five_motors, feature = "prove")))]
+pico! { step: [], dir: [], limit: [], pio: [], channels: [], start: [PIN_20], vfd_sends: [PIN_28] }
+#[cfg(all(feature = "prove", not(five_motors)))]
+pico! { step: [], dir: [], limit: [], pio: [], channels: [], start: [PIN_20], vfd_sends: [] }
 #[cfg(five_motors)]
-pico! { step: [PIN_27], dir: [PIN_28], limit: [PIN_20], pio: [PIO2], channels: [DMA_CH8, DMA_CH9], start: [] }
+pico! { step: [PIN_27], dir: [PIN_28], limit: [PIN_20], pio: [PIO2], channels: [DMA_CH8, DMA_CH9], start: [], vfd_sends: [] }
 
 pub const NAME: &str = crate::chip::PICO;

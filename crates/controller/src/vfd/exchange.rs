@@ -95,11 +95,11 @@ impl VfdRequest {
     }
 
     /// The words of a reply.
-    fn words_of(&self, address: u8, sent: &[u8], heard: &[u8]) -> Result<[u16; WORDS_MAX], VfdHealth> {
+    fn words_of(&self, address: u8, heard: &[u8]) -> Result<[u16; WORDS_MAX], VfdHealth> {
         let refusal = heard.get(1).filter(|&&function| function == self.function | REFUSED);
         let data_bytes = if refusal.is_some() { 1 } else { self.reply_bytes() - FRAME_BYTES };
         let frame = rtu::extract_frame(heard, 1 + data_bytes).ok().flatten();
-        let Some(frame) = frame else { return Err(self.why_not(sent, heard)) };
+        let Some(frame) = frame else { return Err(self.why_not(heard)) };
         let (begin, data) = (&self.begin[..self.begin_bytes.into()], &frame.pdu[1..]);
         match data.strip_prefix(begin) {
             _ if frame.slave != address => Err(VfdHealth::Other),
@@ -111,16 +111,17 @@ impl VfdRequest {
                 }
                 Ok(words)
             }
-            _ => Err(self.why_not(sent, heard)),
+            _ => Err(self.why_not(heard)),
         }
     }
 
-    fn why_not(&self, sent: &[u8], heard: &[u8]) -> VfdHealth {
+    fn why_not(&self, heard: &[u8]) -> VfdHealth {
         match heard.len() {
             0 => VfdHealth::Silent,
-            count if count > FRAME_BYTES && sent.starts_with(&heard[..count.min(sent.len())]) => VfdHealth::Echo,
             count if count < self.reply_bytes() => VfdHealth::Garbled,
-            _ if rtu::extract_frame(heard, self.reply_bytes() - 3).is_ok_and(|frame| frame.is_some()) => VfdHealth::Other,
+            _ if rtu::extract_frame(heard, self.reply_bytes() - 3).is_ok_and(|frame| frame.is_some()) => {
+                VfdHealth::Other
+            }
             _ => VfdHealth::Garbled,
         }
     }
@@ -149,7 +150,7 @@ impl<W: VfdWire> VfdOnWire<'_, W> {
             let mut heard = [0; VFD_HEARD_BYTES_MAX];
             let heard = &mut heard[..request.reply_bytes()];
             let count = self.wire.exchange(self.line, sent, heard, self.timeout).await;
-            match request.words_of(self.address, sent, &heard[..count]) {
+            match request.words_of(self.address, &heard[..count]) {
                 Ok(words) => {
                     *self.heard_at = Instant::now();
                     return Ok(words);

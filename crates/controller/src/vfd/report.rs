@@ -5,7 +5,7 @@ use core::fmt;
 use isostep_console::{Fixed, Settings};
 
 use super::types::Type;
-use super::{VfdKnown, Vfd};
+use super::{Vfd, VfdKnown};
 use crate::output::Message;
 
 /// The health of a VFD.
@@ -21,8 +21,6 @@ pub enum VfdHealth {
     Garbled,
     /// Another device answers, or something else than was asked for.
     Other,
-    /// The board hears itself.
-    Echo,
     /// It refuses what it is asked, with this exception.
     Refused(u8),
     /// It reports this fault.
@@ -73,9 +71,6 @@ impl fmt::Display for VfdWords<'_> {
                 "something else answers than address {address} (register {register:#06x}): give each device an address of its \
                  own, and raise $375 if the VFD is slow"
             ),
-            VfdHealth::Echo => {
-                write!(f, "the RS-485 module hears the board itself (register {register:#06x}): connect its RE to DE")
-            }
             VfdHealth::Refused(exception) => write!(
                 f,
                 "the VFD refuses register {register:#06x} with exception {exception}: choose its type ($395), and have it take \

@@ -8,10 +8,10 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::Settings;
 use isostep_motion::{Spindle, SpindleFault, SpindleWanted, State};
 
-use super::exchange::{VfdRequest, VfdOnWire};
+use super::exchange::{VfdOnWire, VfdRequest};
 use super::report::VfdHealth;
 use super::types::{Monitor, Type};
-use super::{VfdKnown, LineFormat, Parity, Vfd, VfdWire};
+use super::{LineFormat, Parity, Vfd, VfdKnown, VfdWire};
 use crate::controller::Controller;
 
 /// The time between two rounds. A round is one exchange, or a few when something else is wanted.
@@ -104,7 +104,7 @@ impl<F: NorFlash> Controller<'_, F> {
         let mut locks = false;
         if health != VfdHealth::Well {
             // What it has taken is not known any more, so it is told again; first that it is to stop.
-            (follower.asked, follower.is_reached) = (Taken::NOTHING, false);
+            (follower.asked, follower.is_reached) = (VfdTaken::NOTHING, false);
             locks = (order.turns() || was_running) && !matches!(self.machine.state(), State::Alarm(_));
         }
         if locks {
@@ -174,14 +174,14 @@ impl Order {
 
 /// What the VFD has taken; `None` if nobody knows.
 #[derive(Clone, Copy)]
-struct Taken {
+struct VfdTaken {
     spindle: Option<Spindle>,
     speed: Option<u16>,
     /// The direction in which it was asked to turn last.
     direction: Spindle,
 }
 
-impl Taken {
+impl VfdTaken {
     const NOTHING: Self = Self { spindle: None, speed: None, direction: Spindle::Off };
 
     fn runs(&self) -> bool {
@@ -284,7 +284,7 @@ impl Reading {
 
 /// What is known of the VFD from round to round.
 struct Follower {
-    asked: Taken,
+    asked: VfdTaken,
     wanted: SpindleWanted,
     /// Since when that is wanted.
     since: Instant,
@@ -300,7 +300,7 @@ impl Follower {
     fn new() -> Self {
         let now = Instant::now();
         Self {
-            asked: Taken::NOTHING,
+            asked: VfdTaken::NOTHING,
             wanted: SpindleWanted::default(),
             since: now,
             is_reached: false,
