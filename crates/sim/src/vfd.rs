@@ -26,7 +26,7 @@ pub(crate) use self::line::VfdLine;
 /// The time from a request to the beginning of its reply, ns.
 const ANSWERS_NS: u64 = 5_000_000;
 /// The same of one that is late.
-const LATE_NS: u64 = 75_000_000;
+const LATE_NS: u64 = 300_000_000;
 /// Acceleration and deceleration, Hz/s: 24,000 rpm of a motor with two poles in two seconds.
 const RAMP_HZ_S: f64 = 200.0;
 /// Deceleration of a spindle that coasts, Hz/s.
@@ -54,7 +54,7 @@ pub enum VfdFault {
     OtherAddress,
     /// It refuses everything, with exception 2.
     Refuses,
-    /// It has found a fault, and has switched its motor off.
+    /// It has found a fault, and has switched its output off.
     Tripped,
     /// Its motor does not reach its speed.
     Overloaded,
@@ -164,6 +164,9 @@ impl Vfd {
         if matches!(fault, Some(VfdFault::Off | VfdFault::Tripped)) {
             self.runs = None;
         }
+        if fault == Some(VfdFault::Tripped) {
+            self.turns_hz = 0.0;
+        }
     }
 
     /// Switches its terminal that lets it run.
@@ -194,7 +197,7 @@ impl Vfd {
             Some(Runs::Clockwise) => self.set_hz * share,
             Some(Runs::CounterClockwise) => -self.set_hz * share,
         };
-        let coasts = matches!(self.fault, Some(VfdFault::Coasts | VfdFault::Off | VfdFault::Tripped));
+        let coasts = matches!(self.fault, Some(VfdFault::Coasts | VfdFault::Off));
         let most_hz = s * if coasts && target_hz == 0.0 { COASTS_HZ_S } else { RAMP_HZ_S };
         self.turns_hz += (target_hz - self.turns_hz).clamp(-most_hz, most_hz);
     }

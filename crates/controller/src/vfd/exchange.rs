@@ -17,9 +17,9 @@ pub const WORDS_MAX: usize = 5;
 
 /// The silence before a frame: 3.5 characters at 9,600 baud are 4 ms, and a Huanyang wants 6.
 const GAP: Duration = Duration::from_millis(6);
-/// From the last reply on the VFD is asked again for so long, if it does not answer. What that leads to takes its time, too: after
-/// 300 ms a spindle of which nothing is known is being stopped.
-const KNOWN_FOR: Duration = Duration::from_millis(265);
+/// A spindle is known for so long to turn as a reply says, counted from its request. If another try would end later, the VFD has
+/// failed. Thread mode may be away for a while then: after 300 ms the spindle is being stopped.
+const KNOWN_FOR: Duration = Duration::from_millis(280);
 
 /// A request, and what its reply is to be.
 #[derive(Clone, Copy)]
@@ -133,8 +133,8 @@ pub struct VfdOnWire<'a, W> {
     pub line: LineFormat,
     pub address: u8,
     pub timeout: Duration,
-    /// When it answered last.
-    pub heard_at: &'a mut Instant,
+    /// When it was asked last what it answered then: how the spindle turns.
+    pub known_at: &'a mut Instant,
     /// Exchanges that had to be repeated.
     pub repeats: u32,
 }
@@ -145,6 +145,7 @@ impl<W: VfdWire> VfdOnWire<'_, W> {
         let mut bytes = [0; VFD_SENT_BYTES_MAX];
         let sent = request.frame(self.address, &mut bytes);
         let lasts = GAP + self.line.time(sent.len()) + self.timeout;
+        let asked_at = Instant::now();
         loop {
             Timer::after(GAP).await;
             let mut heard = [0; VFD_HEARD_BYTES_MAX];
@@ -152,10 +153,13 @@ impl<W: VfdWire> VfdOnWire<'_, W> {
             let count = self.wire.exchange(self.line, sent, heard, self.timeout).await;
             match request.words_of(self.address, &heard[..count]) {
                 Ok(words) => {
-                    *self.heard_at = Instant::now();
+                    // Of several tries it may be the first that is answered.
+                    if request.words > 0 {
+                        *self.known_at = asked_at;
+                    }
                     return Ok(words);
                 }
-                Err(why) if Instant::now() + lasts > *self.heard_at + KNOWN_FOR => return Err(why),
+                Err(why) if Instant::now() + lasts > *self.known_at + KNOWN_FOR => return Err(why),
                 Err(_) => self.repeats += 1,
             }
         }

@@ -42,7 +42,9 @@ impl<F: NorFlash> Controller<'_, F> {
         let mut follower = Follower::new();
         loop {
             self.vfd_round(&mut wire, &mut follower).await;
-            select(self.machine.wait_spindle(), Timer::after_millis(PAUSE_MS)).await;
+            if !follower.has_more {
+                select(self.machine.wait_spindle(), Timer::after_millis(PAUSE_MS)).await;
+            }
         }
     }
 
@@ -62,7 +64,7 @@ impl<F: NorFlash> Controller<'_, F> {
             line: order.line,
             address: order.address,
             timeout: order.timeout,
-            heard_at: &mut follower.heard_at,
+            known_at: &mut follower.known_at,
             repeats: 0,
         };
         let mut asked = follower.asked;
@@ -104,7 +106,8 @@ impl<F: NorFlash> Controller<'_, F> {
         let mut locks = false;
         if health != VfdHealth::Well {
             // What it has taken is not known any more, so it is told again; first that it is to stop.
-            (follower.asked, follower.is_reached) = (VfdTaken::NOTHING, false);
+            follower.asked = VfdTaken { direction: follower.asked.direction, ..VfdTaken::NOTHING };
+            follower.is_reached = false;
             locks = (order.turns() || was_running) && !matches!(self.machine.state(), State::Alarm(_));
         }
         if locks {
@@ -116,6 +119,7 @@ impl<F: NorFlash> Controller<'_, F> {
         }
         // What has failed is not waited for.
         let settles = health == VfdHealth::Well && !follower.is_settled(order);
+        follower.has_more = settles && follower.asked.lacks(order);
         vfd.settled.set((!settles).then_some(order.wanted));
     }
 }
@@ -184,11 +188,17 @@ struct VfdTaken {
 impl VfdTaken {
     const NOTHING: Self = Self { spindle: None, speed: None, direction: Spindle::Off };
 
+    /// True if it can be told at once what is wanted next.
+    fn lacks(&self, order: &Order) -> bool {
+        let reverses = self.direction != Spindle::Off && self.direction != order.wanted.spindle;
+        order.turns() && !reverses && self.speed != Some(order.speed_word())
+    }
+
     fn runs(&self) -> bool {
         self.spindle.is_some_and(|spindle| spindle != Spindle::Off)
     }
 
-    /// Has the VFD do what is wanted, and reads what it does.
+    /// Has the VFD do the next of what is wanted, and reads what it does: so it is never long unknown.
     async fn follow<W: VfdWire>(
         &mut self,
         order: &Order,
@@ -201,16 +211,14 @@ impl VfdTaken {
         let reverses = order.turns() && !matches!(self.direction, Spindle::Off) && self.direction != wanted;
         // A spindle that turns in the other direction, or of which nothing is known, stops first.
         let stops = wanted == Spindle::Off || self.spindle.is_none() || reverses;
+        let word = order.speed_word();
         if stops && self.spindle != Some(Spindle::Off) {
             self.run(order, Spindle::Off, vfd).await?;
-        }
-        if order.turns() && (!reverses || self.spindle == Some(Spindle::Off) && order.is_slow(rpm)) {
+        } else if order.turns() && (!reverses || order.is_slow(rpm)) {
             if self.spindle != Some(wanted) {
                 self.run(order, wanted, vfd).await?;
                 self.direction = wanted;
-            }
-            let word = order.speed_word();
-            if self.speed != Some(word) {
+            } else if self.speed != Some(word) {
                 let (how, register) = order.vfd.speed;
                 ask(vfd, VfdRequest::write(how, register, word)).await?;
                 self.speed = Some(word);
@@ -292,8 +300,10 @@ struct Follower {
     is_reached: bool,
     /// Rounds since then in which it had not.
     off_rounds: u8,
-    heard_at: Instant,
+    known_at: Instant,
     rounds: u8,
+    /// The next round is due at once.
+    has_more: bool,
 }
 
 impl Follower {
@@ -305,8 +315,9 @@ impl Follower {
             since: now,
             is_reached: false,
             off_rounds: 0,
-            heard_at: now,
+            known_at: now,
             rounds: 0,
+            has_more: false,
         }
     }
 

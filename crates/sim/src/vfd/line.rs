@@ -59,7 +59,7 @@ impl VfdWire for VfdLine {
                 heard.iter_mut().zip(bytes).map(|(heard, byte)| *heard = byte).count()
             }
             late => {
-                self.coming = self.coming.take().or(late);
+                self.coming = late.or(self.coming.take());
                 Timer::at(ends).await;
                 0
             }
