@@ -357,6 +357,11 @@ impl Sim {
         f(self.world.borrow_mut().vfd().expect("a VFD is connected"))
     }
 
+    /// From now on `outside` replies to frames instead of the simulated VFD: with nothing, if it does not.
+    pub fn connect_vfd(&mut self, outside: impl FnMut(&[u8]) -> Vec<u8> + 'static) {
+        self.world.borrow_mut().connect_vfd(Box::new(outside));
+    }
+
     /// Every frame that was on the wire to the VFD.
     pub fn vfd_frames(&self) -> Vec<VfdFrame> {
         self.world.borrow().record().vfd.clone()

@@ -24,7 +24,7 @@ pub use self::kind::VfdKind;
 pub(crate) use self::line::VfdLine;
 
 /// The time from a request to the beginning of its reply, ns.
-const ANSWERS_NS: u64 = 5_000_000;
+pub(crate) const ANSWERS_NS: u64 = 5_000_000;
 /// The same of one that is late.
 const LATE_NS: u64 = 300_000_000;
 /// Acceleration and deceleration, Hz/s: 24,000 rpm of a motor with two poles in two seconds.
@@ -35,6 +35,9 @@ const COASTS_HZ_S: f64 = 10.0;
 const OVERLOADED: f64 = 0.7;
 /// The fault that it reports.
 const FAULT: u16 = 0x10;
+
+/// A VFD outside of the simulation: what it replies to a frame.
+pub(crate) type OutsideVfd = Box<dyn FnMut(&[u8]) -> Vec<u8>>;
 
 /// A fault of a VFD, or of its wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -275,7 +278,7 @@ pub fn checksum(bytes: &[u8]) -> [u8; 2] {
         sum ^= u16::from(byte);
         for _ in 0..8 {
             let is_odd = sum % 2 == 1;
-            sum = sum / 2 ^ if is_odd { 0xA001 } else { 0 };
+            sum = (sum / 2) ^ if is_odd { 0xA001 } else { 0 };
         }
     }
     sum.to_le_bytes()

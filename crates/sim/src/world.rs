@@ -26,7 +26,8 @@ use crate::plate::Plate;
 pub use crate::record::{Edge, Loss, LossCause, Record, VfdFrame, Wave, Wire};
 use crate::time::Clock;
 use crate::tool::{ToolChange, ToolOutput};
-use crate::vfd::{Vfd, VfdFault};
+use crate::vfd;
+use crate::vfd::{OutsideVfd, Vfd, VfdFault};
 
 /// Slips that follow each other within this time are one loss, ns.
 const STALL_NS: u64 = 100_000_000;
@@ -65,6 +66,7 @@ pub struct World {
     machine: Option<Rc<Machine>>,
     uart_drivers: Option<UartDrivers>,
     vfd: Option<Vfd>,
+    outside_vfd: Option<OutsideVfd>,
     motor: MotorData,
     loads: [Option<Load>; AXES],
     motion: Motion,
@@ -121,6 +123,7 @@ impl World {
             machine: None,
             uart_drivers,
             vfd: config.vfd.map(Vfd::new),
+            outside_vfd: None,
             motor: config.motor,
             loads: config.loads,
             motion: Motion::default(),
@@ -288,6 +291,19 @@ impl World {
         let now_ns = self.clock.now_ns();
         self.vfd.iter_mut().for_each(|vfd| vfd.advance(now_ns));
         self.vfd.as_mut()
+    }
+
+    pub(crate) fn connect_vfd(&mut self, outside: OutsideVfd) {
+        self.outside_vfd = Some(outside);
+    }
+
+    /// What is replied to a frame, and after how many ns, if anything is.
+    pub(crate) fn exchange_with_vfd(&mut self, sent: &[u8]) -> Option<(Vec<u8>, u64)> {
+        if let Some(outside) = &mut self.outside_vfd {
+            return Some((outside(sent), vfd::ANSWERS_NS)).filter(|(reply, _)| !reply.is_empty());
+        }
+        let now_ns = self.clock.now_ns();
+        self.vfd()?.hear(now_ns, sent)
     }
 
     /// Notes a frame on the wire to the VFD.

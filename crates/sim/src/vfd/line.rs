@@ -39,8 +39,7 @@ impl VfdWire for VfdLine {
         Timer::after(line.time(sent.len())).await;
         self.note(false, sent);
         let sent_at = Instant::now();
-        let now_ns = self.clock.now_ns();
-        let reply = self.world.borrow_mut().vfd().filter(|_| line == VFD_LINE).and_then(|vfd| vfd.hear(now_ns, sent));
+        let reply = (line == VFD_LINE).then(|| self.world.borrow_mut().exchange_with_vfd(sent)).flatten();
         let reply = reply.map(|(bytes, after_ns)| {
             (sent_at + Duration::from_micros(after_ns / 1_000) + line.time(bytes.len()), bytes)
         });
