@@ -4,21 +4,14 @@ use core::pin::pin;
 
 use embassy_executor::Spawner;
 use embassy_futures::select::select;
-use embassy_rp::uart::BufferedUartTx;
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, FlowControl};
 use isostep_motion::cold_path;
 
 use crate::fail_still::RestartCause;
 use crate::flash::Flash;
-use crate::vfd_wire::Rs485;
-use crate::{uart, usb};
-
-/// What is on the wires of UART0.
-pub enum Wired {
-    Console(uart::UartRx, BufferedUartTx),
-    Vfd(Rs485),
-}
+use crate::pins::UartPins;
+use crate::{uart, usb, vfd_wire};
 
 /// Serves both consoles, or that of USB and a VFD. Each session begins with the cause of the last restart, if the user did not cause it.
 pub fn spawn(
@@ -26,10 +19,11 @@ pub fn spawn(
     controller: &'static Controller<'static, Flash>,
     restart: Option<RestartCause>,
     usb: usb::UsbPort,
-    wired: Wired,
+    uart: UartPins,
+    takes_vfd: bool,
 ) {
     spawner.spawn(serve_usb(controller, restart, usb).unwrap());
-    spawner.spawn(serve_uart(controller, restart, wired).unwrap());
+    spawner.spawn(serve_uart(controller, restart, uart, takes_vfd).unwrap());
 }
 
 #[embassy_executor::task]
@@ -46,17 +40,29 @@ async fn serve_usb(
 }
 
 #[embassy_executor::task]
-async fn serve_uart(controller: &'static Controller<'static, Flash>, restart: Option<RestartCause>, wired: Wired) -> ! {
+async fn serve_uart(
+    controller: &'static Controller<'static, Flash>,
+    restart: Option<RestartCause>,
+    pins: UartPins,
+    takes_vfd: bool,
+) -> ! {
     // A line takes longer on the cable than in the cache.
-    cold_path(pin!(serve_wired(controller, restart, wired))).await
+    cold_path(pin!(serve_wired(controller, restart, pins, takes_vfd))).await
 }
 
-async fn serve_wired(controller: &Controller<'_, Flash>, restart: Option<RestartCause>, wired: Wired) -> ! {
-    match wired {
-        Wired::Console(mut rx, mut tx) => loop {
-            session(controller, restart, &mut rx, &mut tx, FlowControl::None).await;
-        },
-        Wired::Vfd(wire) => match controller.watch_vfd(wire).await {},
+/// Serves the wired console, or turns a spindle by a VFD on its wires.
+async fn serve_wired(
+    controller: &Controller<'_, Flash>,
+    restart: Option<RestartCause>,
+    pins: UartPins,
+    takes_vfd: bool,
+) -> ! {
+    if takes_vfd {
+        match controller.watch_vfd(vfd_wire::open(pins)).await {}
+    }
+    let (mut rx, mut tx) = uart::open(pins);
+    loop {
+        session(controller, restart, &mut rx, &mut tx, FlowControl::None).await;
     }
 }
 

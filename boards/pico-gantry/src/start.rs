@@ -5,7 +5,6 @@ use isostep_controller::{Controller, Settings, config};
 use isostep_motion::Machine;
 use static_cell::StaticCell;
 
-use crate::console::Wired;
 #[cfg(feature = "skr-pico")]
 use crate::driver_wire;
 use crate::fail_still::RestartCause;
@@ -14,8 +13,7 @@ use crate::pins::{self, Board};
 #[cfg(feature = "prove")]
 use crate::prove;
 use crate::{
-    board_words, boot, chip, console, led, motion, output_watchdog, priority, rs485, time_driver, uart, usb, vectors,
-    vfd_wire, watch,
+    board_words, boot, chip, console, led, motion, output_watchdog, priority, rs485, time_driver, usb, vectors, watch,
 };
 
 /// Starts all tasks.
@@ -64,14 +62,11 @@ pub async fn start(spawner: Spawner) {
     #[cfg(feature = "prove")]
     let enable = prove::MotorsOff::new(board.enable, machine);
     motion::spawn_coordinator(spawner, machine, enable);
-    let wired = if controller.takes_vfd() {
+    let takes_vfd = controller.takes_vfd();
+    if takes_vfd {
         switches.spawn(rs485::release().unwrap());
-        Wired::Vfd(vfd_wire::open(board.uart))
-    } else {
-        let (rx, tx) = uart::open(board.uart);
-        Wired::Console(rx, tx)
-    };
-    console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), wired);
+    }
+    console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), board.uart, takes_vfd);
     #[cfg(feature = "skr-pico")]
     spawner.spawn(driver_wire::watch(controller, wire).unwrap());
     spawner.spawn(boot::make_way(machine, controller).unwrap());

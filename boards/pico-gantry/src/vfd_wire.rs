@@ -13,8 +13,8 @@ use isostep_controller::{LineFormat, Parity};
 use crate::pins::UartPins;
 use crate::rs485;
 
-/// A VFD answers after 3.5 characters at the soonest.
-const SILENT_CHARACTERS_TWICE: usize = 7;
+/// What may be heard as the wire changes hands, before a reply: no address is so.
+const NOISE: [u8; 2] = [0x00, 0xFF];
 /// How often it is looked whether a reply is complete, once it may be.
 const LOOK_MS: u64 = 2;
 
@@ -52,12 +52,18 @@ impl isostep_controller::VfdWire for Rs485 {
         // It has room in the FIFO, so this does not wait.
         let _ = self.uart.blocking_write(sent);
         let sent_at = Instant::now() + line.time(sent.len());
-        rs485::release_at(sent_at, line.time(SILENT_CHARACTERS_TWICE) / 2);
+        rs485::release_at(sent_at);
         Timer::at(sent_at + line.time(heard.len())).await;
         let mut count = 0;
         loop {
-            let bytes = heard[count..].iter_mut().zip(core::iter::from_fn(received));
-            count += bytes.map(|(heard, byte)| *heard = byte).count();
+            while count < heard.len()
+                && let Some(byte) = received()
+            {
+                if count > 0 || !NOISE.contains(&byte) {
+                    heard[count] = byte;
+                    count += 1;
+                }
+            }
             if count == heard.len() || Instant::now() >= sent_at + limit {
                 return count;
             }

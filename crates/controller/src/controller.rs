@@ -15,6 +15,7 @@ use isostep_motion::{Axis, Machine, SpeedOverrides, Spindle, State};
 use crate::config::Geometry;
 #[cfg(feature = "trinamic")]
 use crate::drivers::Drivers;
+use crate::news::NewsWatch;
 use crate::prove::Prove;
 use crate::resets::Resets;
 use crate::status::{self, position_pm};
@@ -42,6 +43,7 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) has_second_motor: bool,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
     pub(crate) prove: Option<Prove>,
+    pub(crate) news: NewsWatch,
     pub(crate) vfd: Vfd,
     #[cfg(feature = "trinamic")]
     pub(crate) drivers: Option<Drivers>,
@@ -153,6 +155,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             has_second_motor: true,
             boot: Signal::new(),
             prove: None,
+            news: NewsWatch::new(),
             vfd: Vfd::new(),
             #[cfg(feature = "trinamic")]
             drivers: None,

@@ -4,32 +4,35 @@ use core::convert::Infallible;
 use core::pin::pin;
 
 use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::watch::Watch;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
 use isostep_motion::{Alarm, State, cold_path};
 
 use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
-use crate::drivers::{self, Listener};
+use crate::drivers::DriverNews;
 use crate::output::Message;
 use crate::serve::Console;
 use crate::status;
 use crate::tool_change::Awaited;
-use crate::vfd;
 
-/// What has changed.
-enum News {
+/// The number of consoles that are told at once how drivers and VFD are. One beyond them still shows alarms, M122 and `$VFD`.
+const LISTENERS: usize = 4;
+
+/// A change of which the consoles are told.
+#[derive(Clone, Copy)]
+pub(crate) enum News {
+    /// Of a driver's health.
     #[cfg(feature = "trinamic")]
-    Driver(drivers::News),
+    Driver(DriverNews),
+    /// Of the VFD's.
     Vfd,
 }
 
-/// The news of one console.
-struct Listeners<'a> {
-    #[cfg(feature = "trinamic")]
-    drivers: Option<Listener<'a>>,
-    vfd: Option<vfd::VfdListener<'a>>,
-}
+/// Where they are published.
+pub(crate) type NewsWatch = Watch<NoopRawMutex, News, LISTENERS>;
 
 impl<F: NorFlash> Controller<'_, F> {
     /// Reports alarms, and what changes of the drivers' health. Goes on with the line that waits until a tool has been changed.
@@ -37,14 +40,27 @@ impl<F: NorFlash> Controller<'_, F> {
         // The machine has room for a limited number of watching consoles. A console beyond them still shows alarms in
         // every status report.
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
-        let mut news = self.news();
+        let mut news = self.news.receiver();
         loop {
-            let happened = select(states.changed(), news.next()).await;
+            let next = async {
+                match &mut news {
+                    Some(news) => news.changed().await,
+                    None => core::future::pending().await,
+                }
+            };
+            let happened = select(states.changed(), next).await;
             let is_news = matches!(happened, Either::Second(_) | Either::First(State::Alarm(_)));
             if is_news || console.input.waits_behind_line() {
                 cold_path(pin!(self.tell_news(console, happened))).await;
             }
         }
+    }
+
+    /// Tells the consoles.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn publish(&self, news: News) {
+        self.news.sender().send(news);
     }
 
     /// Says what has happened, and goes on with the line that was put back, if its tool has been changed.
@@ -66,15 +82,6 @@ impl<F: NorFlash> Controller<'_, F> {
         }
     }
 
-    /// The news from now on.
-    fn news(&self) -> Listeners<'_> {
-        Listeners {
-            #[cfg(feature = "trinamic")]
-            drivers: self.drivers.as_ref().and_then(|drivers| drivers.news.receiver()),
-            vfd: self.vfd.news.receiver(),
-        }
-    }
-
     fn say(&self, text: &mut Message, happened: Either<State, News>) {
         match happened {
             Either::First(State::Alarm(alarm)) => {
@@ -91,26 +98,5 @@ impl<F: NorFlash> Controller<'_, F> {
             Either::Second(News::Driver(news)) => text.say(news),
             Either::Second(News::Vfd) => self.with(|program| self.vfd.say(&program.settings, text)),
         }
-    }
-}
-
-impl Listeners<'_> {
-    /// Waits for the next.
-    async fn next(&mut self) -> News {
-        let vfd = async {
-            match &mut self.vfd {
-                Some(vfd) => vfd.changed().await,
-                None => core::future::pending().await,
-            }
-        };
-        #[cfg(feature = "trinamic")]
-        if let Some(drivers) = &mut self.drivers {
-            return match select(drivers.changed(), vfd).await {
-                Either::First(news) => News::Driver(news),
-                Either::Second(()) => News::Vfd,
-            };
-        }
-        vfd.await;
-        News::Vfd
     }
 }

@@ -10,15 +10,10 @@ mod watch;
 
 use core::cell::Cell;
 
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use embassy_sync::watch::{Receiver, Watch};
 use embassy_time::Duration;
 use isostep_motion::SpindleWanted;
 
 use self::report::VfdHealth;
-
-/// The number of consoles that are told at once how the VFD is. One beyond them still shows alarms, and `$VFD`.
-const LISTENERS: usize = 4;
 
 /// The connection of a board to a VFD: RS-485, on which one side speaks at a time.
 #[allow(async_fn_in_trait, reason = "a wire stays on the executor of the consoles: no Send bound is wanted")]
@@ -66,9 +61,6 @@ impl LineFormat {
     }
 }
 
-/// The receiver that waits for news.
-pub(crate) type VfdListener<'a> = Receiver<'a, NoopRawMutex, (), LISTENERS>;
-
 /// The VFD, as far as the controller knows it.
 pub(crate) struct Vfd {
     /// The type that is served: `$395` when the board started; 0 for none.
@@ -80,8 +72,6 @@ pub(crate) struct Vfd {
     settled: Cell<Option<SpindleWanted>>,
     exchanges: Cell<u32>,
     repeats: Cell<u32>,
-    /// Its health has changed.
-    pub news: Watch<NoopRawMutex, (), LISTENERS>,
 }
 
 /// The state of the VFD at one instant.
@@ -110,7 +100,6 @@ impl Vfd {
             settled: Cell::new(None),
             exchanges: Cell::new(0),
             repeats: Cell::new(0),
-            news: Watch::new(),
         }
     }
 

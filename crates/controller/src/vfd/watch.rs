@@ -13,6 +13,7 @@ use super::report::VfdHealth;
 use super::types::{Monitor, Type};
 use super::{LineFormat, Parity, Vfd, VfdKnown, VfdWire};
 use crate::controller::Controller;
+use crate::news::News;
 
 /// The time between two rounds. A round is one exchange, or a few when something else is wanted.
 const PAUSE_MS: u64 = 50;
@@ -115,7 +116,7 @@ impl<F: NorFlash> Controller<'_, F> {
             let is_of_speed = health.is_of_speed();
             self.machine.spindle_failed(if is_of_speed { SpindleFault::Speed } else { SpindleFault::Drive });
         } else if health != before.health && !(health == VfdHealth::Well && before.health.is_quiet()) {
-            vfd.news.sender().send(());
+            self.publish(News::Vfd);
         }
         // What has failed is not waited for.
         let settles = health == VfdHealth::Well && !follower.is_settled(order);

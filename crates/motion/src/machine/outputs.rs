@@ -188,12 +188,12 @@ impl Machine {
     #[must_use]
     #[cold]
     pub fn spindle_wanted(&self) -> SpindleWanted {
-        let (wanted, turns) = self.with(|inner| (inner.tool_wanted(), inner.outputs.turns));
+        let wanted = self.tool_wanted();
         let ToolConfig { laser, duties, .. } = wanted.config;
         let asked = if laser { Asked::NOTHING } else { Asked::even(wanted.outputs.level) };
         let level = duties.made(wanted.level(asked));
         let spindle = if level == Level::ZERO { Spindle::Off } else { wanted.outputs.spindle };
-        SpindleWanted { spindle, level, turns }
+        SpindleWanted { spindle, level, turns: wanted.turns }
     }
 
     /// Waits until the spindle may have to turn otherwise. Only one task may wait.
@@ -251,15 +251,6 @@ impl Inner {
         }
     }
 
-    fn tool_wanted(&self) -> ToolWanted {
-        ToolWanted {
-            config: self.config.tool,
-            outputs: self.effective(),
-            percent: self.outputs.percent,
-            stops: self.outputs.stops,
-        }
-    }
-
     /// Switches the spindle or the laser off, if that is to be done once no motion is pending, and none is.
     pub(super) fn rest_outputs(&mut self) {
         if self.life.pending == 0 && core::mem::take(&mut self.outputs.stops_at_rest) {
@@ -291,7 +282,13 @@ impl Machine {
     }
 
     pub(crate) fn tool_wanted(&self) -> ToolWanted {
-        self.with(|inner| inner.tool_wanted())
+        self.with(|inner| ToolWanted {
+            config: inner.config.tool,
+            outputs: inner.effective(),
+            percent: inner.outputs.percent,
+            stops: inner.outputs.stops,
+            turns: inner.outputs.turns,
+        })
     }
 
     /// Releases the inhibit of the outputs, which are now as they are to be. It does nothing if the inhibit has been

@@ -88,6 +88,8 @@ pub(crate) struct ToolWanted {
     pub percent: u8,
     /// The number of times that the inhibit was engaged.
     pub stops: u32,
+    /// See [`SpindleWanted::turns`].
+    pub turns: u32,
 }
 
 impl ToolWanted {
