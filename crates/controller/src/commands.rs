@@ -502,9 +502,6 @@ impl<F: NorFlash> Controller<'_, F> {
         match changed.and_then(|settings| self.check_outputs(settings)) {
             Ok(settings) => {
                 self.adopt(settings, text)?;
-                if settings.spindle_type != before.spindle_type {
-                    text.say(OTHER_SPINDLE);
-                }
                 for axis in 0..AXES {
                     let (steps, is_asked) = (settings.steps_per_mm[axis], usize::from(number) == 100 + axis);
                     if steps != before.steps_per_mm[axis] && !is_asked {
@@ -512,7 +509,10 @@ impl<F: NorFlash> Controller<'_, F> {
                         text.say(format_args!("${number}={value} now, as the microsteps ask for"));
                     }
                 }
-                let _ = self.fit(text);
+                // There is room for one of the two.
+                if self.fit(text).is_ok() && settings.spindle_type != before.spindle_type {
+                    text.say(OTHER_SPINDLE);
+                }
                 Ok(())
             }
             Err(refused) => {
