@@ -3,17 +3,18 @@
 use std::path::Path;
 use std::process::{Child, Command};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use isostep::pty::Pty;
+use isostep::stopwatch::Stopwatch;
 use isostep_sim::{Config, Sim};
 
 use crate::process::announce;
 
 /// In real time; the machine's time stands meanwhile.
-const STARTS_WITHIN: Duration = Duration::from_secs(20);
-const ANSWERS_WITHIN: Duration = Duration::from_secs(2);
+const STARTS_WITHIN_S: f64 = 20.0;
+const ANSWERS_WITHIN_S: f64 = 2.0;
 const LOOK: Duration = Duration::from_millis(2);
 /// The reply to a read of five words, and to a write.
 const READ_BYTES: usize = 15;
@@ -34,11 +35,11 @@ pub fn against_pymodbus(python: &Path, script: &Path) -> Result<()> {
     announce("pymodbus, simulated machine");
     let mut pty = Pty::open(None)?;
     let _slave = Slave(Command::new(python).arg(script).arg(pty.path()).spawn().context("Python does not start")?);
-    let started = Instant::now();
+    let started = Stopwatch::start();
     while !pty.is_open() {
         pty.look()?;
-        ensure!(started.elapsed() < STARTS_WITHIN, "the slave does not open {}", pty.path().display());
-        thread::sleep(LOOK);
+        ensure!(started.elapsed_s() < STARTS_WITHIN_S, "the slave does not open {}", pty.path().display());
+        look();
     }
     let mut config = Config::default();
     (config.settings.spindle_type, config.settings.spindle_max_rpm) = (2, 24_000.0);
@@ -75,14 +76,20 @@ fn run_ms(sim: &mut Sim, ms: u64) -> Result<()> {
     Ok(sim.run_to(sim.now_ns() + ms * 1_000_000)?)
 }
 
+/// Waits until there may be something to see.
+#[expect(clippy::disallowed_methods, reason = "the slave is another process, and runs in real time")]
+fn look() {
+    thread::sleep(LOOK);
+}
+
 /// The reply to a frame.
 fn exchange(pty: &mut Pty, sent: &[u8]) -> Result<Vec<u8>> {
     let wanted = if sent.get(1) == Some(&3) { READ_BYTES } else { WRITE_BYTES };
     pty.write(sent)?;
-    let (mut heard, asked) = (Vec::new(), Instant::now());
-    while heard.len() < wanted && asked.elapsed() < ANSWERS_WITHIN {
+    let (mut heard, asked) = (Vec::new(), Stopwatch::start());
+    while heard.len() < wanted && asked.elapsed_s() < ANSWERS_WITHIN_S {
         heard.extend(pty.read()?);
-        thread::sleep(LOOK);
+        look();
     }
     Ok(heard)
 }
