@@ -28,6 +28,7 @@ mod step_tally;
 mod store;
 mod together;
 mod turns;
+mod vfd;
 mod whole_steps;
 mod words_corpus;
 

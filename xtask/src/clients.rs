@@ -11,7 +11,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::process::{self, announce};
 use crate::variant::Variant;
-use crate::{build, node, python, workspace};
+use crate::{build, node, python, vfd, workspace};
 use isostep::flight::WINDOW_BYTES;
 use isostep::pty::Emulated;
 use isostep::pty::simulated::Simulated;
@@ -86,6 +86,11 @@ pub fn grbl_streamer() -> Result<()> {
     node::prepare()?;
     announce("grbl-streamer, emulated board");
     none_lost(ends_in_place(EMULATED_SPEED, emulated_board, script)?)
+}
+
+/// A stage of `cargo xtask test`: a slave of pymodbus is the VFD of a simulated machine.
+pub fn pymodbus() -> Result<()> {
+    vfd::against_pymodbus(&installed_python()?, &dir().join("vfd.py"))
 }
 
 /// The same test with cncjs, through the interface of its web page.

@@ -38,6 +38,8 @@ mod toolchain;
 mod tools;
 mod uf2;
 mod variant;
+#[cfg(unix)]
+mod vfd;
 mod web;
 mod workspace;
 

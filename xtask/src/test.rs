@@ -7,7 +7,7 @@ use anyhow::{Error, Result, anyhow, bail};
 use isostep_trials::{AMOUNT_VARIABLE, Amount};
 
 #[cfg(unix)]
-use crate::clients::{cncjs, grbl_streamer};
+use crate::clients::{cncjs, grbl_streamer, pymodbus};
 use crate::footprint::Footprint;
 use crate::process::{self, announce};
 #[cfg(unix)]
@@ -42,6 +42,7 @@ that fails is the last, but not with --all, which tells what failed at its end:
                    doubles against this computer's
   page             what it makes of a machine's words; with --all also in Chromium, with the simulated machine and the emulated
                    board, skipped without Chromium
+  another VFD      a slave of pymodbus, from PyPI, turns the spindle of the simulated machine; skipped without Python 3
   real senders     grbl-streamer from PyPI streams programs to the simulated machine and to the emulated board, as over a
                    serial port, with a laser and a spindle too; skipped without Python 3, unless --senders asks for it
   every image      clippy and rustdoc of every image of the firmware; only with --all
@@ -107,6 +108,7 @@ const PICO_2: Stage = ("Pico 2", pico_2);
 const PAGE: Stage = ("page", page);
 const ANOTHER_BOARD: Stage = ("another board", another_board);
 const ANOTHER_CHIP: Stage = ("another chip", another_chip);
+const ANOTHER_VFD: Stage = ("another VFD", |_| pymodbus());
 const SENDERS: Stage = ("real senders", senders);
 
 /// The stages that a release needs besides, and take long.
@@ -120,7 +122,7 @@ const RELEASE: [Stage; 7] = [
     verb!("bench", "bench", "--quick"),
 ];
 
-const STAGES: [Stage; 13] = [
+const STAGES: [Stage; 14] = [
     ("host tests", host),
     ("emulator tests", emulator),
     ("firmware", firmware),
@@ -133,6 +135,7 @@ const STAGES: [Stage; 13] = [
     SKR_PICO,
     PICO_2,
     PAGE,
+    ANOTHER_VFD,
     SENDERS,
 ];
 
@@ -192,7 +195,7 @@ const ONLY_WITH_ALL: [&str; 5] = [ANOTHER_CHIP.0, SLOW_CLOCK.0, TWO_AXES.0, FOUR
 fn why_skipped(stage: &str, args: &Args) -> Option<String> {
     if !args.all && ONLY_WITH_ALL.contains(&stage) {
         Some("--all runs it".into())
-    } else if stage == SENDERS.0 && !args.senders {
+    } else if stage == ANOTHER_VFD.0 || stage == SENDERS.0 && !args.senders {
         missing().map(String::from)
     } else if stage == ANOTHER_BOARD.0 {
         let is_there = process::printed(Command::new("qemu-system-arm").arg("--version")).is_some();
@@ -506,7 +509,7 @@ fn senders(_: Amount) -> Result<()> {
     grbl_streamer()
 }
 
-/// Does nothing: real senders need the machine on a pseudo-terminal.
+/// Does nothing: real senders and a real slave need a pseudo-terminal.
 #[cfg(not(unix))]
 fn grbl_streamer() -> Result<()> {
     announce("none: Windows has no pseudo-terminals");
@@ -520,6 +523,8 @@ fn missing() -> Option<&'static str> {
 
 #[cfg(not(unix))]
 use grbl_streamer as cncjs;
+#[cfg(not(unix))]
+use grbl_streamer as pymodbus;
 
 #[cfg(test)]
 mod tests {

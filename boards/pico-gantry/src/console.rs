@@ -4,25 +4,26 @@ use core::pin::pin;
 
 use embassy_executor::Spawner;
 use embassy_futures::select::select;
-use embassy_rp::uart::BufferedUartTx;
 use embedded_io_async::{Read, Write};
 use isostep_controller::{Controller, FlowControl};
 use isostep_motion::cold_path;
 
 use crate::fail_still::RestartCause;
 use crate::flash::Flash;
-use crate::{uart, usb};
+use crate::pins::UartPins;
+use crate::{uart, usb, vfd_wire};
 
-/// Serves both consoles. Each session begins with the cause of the last restart, if the user did not cause it.
+/// Serves both consoles, or that of USB and a VFD. Each session begins with the cause of the last restart, if the user did not cause it.
 pub fn spawn(
     spawner: Spawner,
     controller: &'static Controller<'static, Flash>,
     restart: Option<RestartCause>,
     usb: usb::UsbPort,
-    uart: (uart::UartRx, BufferedUartTx),
+    uart: UartPins,
+    takes_vfd: bool,
 ) {
     spawner.spawn(serve_usb(controller, restart, usb).unwrap());
-    spawner.spawn(serve_uart(controller, restart, uart.0, uart.1).unwrap());
+    spawner.spawn(serve_uart(controller, restart, uart, takes_vfd).unwrap());
 }
 
 #[embassy_executor::task]
@@ -42,16 +43,27 @@ async fn serve_usb(
 async fn serve_uart(
     controller: &'static Controller<'static, Flash>,
     restart: Option<RestartCause>,
-    mut rx: uart::UartRx,
-    mut tx: BufferedUartTx,
+    pins: UartPins,
+    takes_vfd: bool,
 ) -> ! {
-    let sessions = pin!(async {
-        loop {
-            session(controller, restart, &mut rx, &mut tx, FlowControl::None).await;
-        }
-    });
     // A line takes longer on the cable than in the cache.
-    cold_path(sessions).await
+    cold_path(pin!(serve_wired(controller, restart, pins, takes_vfd))).await
+}
+
+/// Serves the wired console, or turns a spindle by a VFD on its wires.
+async fn serve_wired(
+    controller: &Controller<'_, Flash>,
+    restart: Option<RestartCause>,
+    pins: UartPins,
+    takes_vfd: bool,
+) -> ! {
+    if takes_vfd {
+        match controller.watch_vfd(vfd_wire::open(pins)).await {}
+    }
+    let (mut rx, mut tx) = uart::open(pins);
+    loop {
+        session(controller, restart, &mut rx, &mut tx, FlowControl::None).await;
+    }
 }
 
 /// Serves a console until the link fails.

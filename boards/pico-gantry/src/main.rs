@@ -28,6 +28,7 @@ mod priority;
 #[cfg(feature = "prove")]
 mod prove;
 mod reset_listener;
+mod rs485;
 mod start;
 mod time_driver;
 #[cfg(feature = "timer-port")]
@@ -38,6 +39,7 @@ mod two_words;
 mod uart;
 mod usb;
 mod vectors;
+mod vfd_wire;
 mod watch;
 
 use core::pin::pin;

@@ -13,7 +13,7 @@ use crate::pins::{self, Board};
 #[cfg(feature = "prove")]
 use crate::prove;
 use crate::{
-    board_words, boot, chip, console, led, motion, output_watchdog, priority, time_driver, uart, usb, vectors, watch,
+    board_words, boot, chip, console, led, motion, output_watchdog, priority, rs485, time_driver, usb, vectors, watch,
 };
 
 /// Starts all tasks.
@@ -64,7 +64,11 @@ pub async fn start(spawner: Spawner) {
     #[cfg(feature = "prove")]
     let enable = prove::MotorsOff::new(board.enable, machine);
     motion::spawn_coordinator(spawner, machine, enable);
-    console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), uart::open(board.uart));
+    let takes_vfd = controller.takes_vfd();
+    if takes_vfd {
+        switches.spawn(rs485::release().unwrap());
+    }
+    console::spawn(spawner, controller, restart, usb::open(spawner, board.usb), board.uart, takes_vfd);
     #[cfg(feature = "skr-pico")]
     spawner.spawn(driver_wire::watch(controller, wire).unwrap());
     spawner.spawn(boot::make_way(machine, controller).unwrap());

@@ -17,8 +17,10 @@ codes! {
         PullOff = 8, "* limit switch still closed after pulling off: free a stuck switch, raise $27, check $5";
         SwitchNotFound = 9, "* limit switch never closed: check its wiring, the direction ($23) and the travel ($130-$132); by stall ($339) raise $200-$202";
         EmergencyStop = 10, "emergency stop pressed: release it, or mend its wire, then $X and $H";
+        SpindleSpeed = 14, "the spindle has not the speed that was asked for: $VFD says which it has, correct S, $340 or $394, then $X";
         Skewed = 15, "* did not reach its switch within $349 of the other motor: free what is jammed, check motor and switch, square it by hand, then $H";
         MotorFault = 17, "the driver of * has failed, stalled or is in alarm: its display or M122 says why, mend it, then $X and $H";
+        VfdFailed = 19, "the VFD has failed or does not answer: $VFD says why, mend it, then $X";
         LateStep = 20, "a step of * came too late: lower the rate ($110-$112), then $H";
         Unplannable = 21, "nothing moved: *, then $X";
         Underrun = 22, "the step port of * ran dry: lower the rate or the acceleration ($110-$122), then $H";

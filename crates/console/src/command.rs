@@ -57,6 +57,8 @@ pub enum Command<'l> {
     },
     /// `$#`: list work offsets and stored positions.
     ShowParameters,
+    /// `$VFD`: report what the spindle's VFD says.
+    ShowVfd,
     /// M122, alone in a line: report what Trinamic drivers say.
     #[cfg(feature = "trinamic")]
     ShowDrivers,

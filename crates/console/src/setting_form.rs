@@ -109,7 +109,7 @@ impl Setting {
             11 | 12 | 904 => SettingGroup::Corners,
             950..=979 => SettingGroup::Shapers,
             28 => SettingGroup::Cycles,
-            30..=36 | 394 => SettingGroup::Tool,
+            30..=36 | 340 | 374 | 375 | 394 | 395 | 461..=476 | 681 => SettingGroup::Tool,
             341..=344 => SettingGroup::ToolChange,
             6 | 902 => SettingGroup::Inputs,
             _ => SettingGroup::Reports,

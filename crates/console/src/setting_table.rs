@@ -40,11 +40,13 @@ macro_rules! field {
     (Flag $name:ident) => { field!(@Flag, bool, $name) };
     (Int $name:ident) => { field!(@Int, u16, $name) };
     (Float $name:ident) => { field!(@Float, f32, $name) };
+    (Int $name:ident [$index:literal]) => { field!(@Int, u16, $name [$index]) };
+    (Float $name:ident [$index:literal]) => { field!(@Float, f32, $name [$index]) };
     (PerAxis $name:ident) => { field!(@PerAxis, [f32; AXES], $name) };
     (IntPerAxis $name:ident) => { field!(@IntPerAxis, [u16; AXES], $name) };
-    (@$kind:ident, $type:ty, $name:ident) => {{
+    (@$kind:ident, $type:ty, $name:ident $([$index:literal])?) => {{
         fn of(settings: &mut Settings) -> &mut $type {
-            &mut settings.$name
+            &mut settings.$name $([$index])?
         }
         $kind(of)
     }};
@@ -129,14 +131,31 @@ const ROWS: &[(Setting, &str)] = &[
     row(338, "", "axes whose drivers are set and watched, mask", 0.0, ALL_AXES as f32, field!(Int trinamic_mask)),
     #[cfg(feature = "trinamic")]
     row(339, "", "axes that home by a stall of their motor, not by a switch, mask", 0.0, ALL_AXES as f32, field!(Int stall_homing_mask)),
+    row(340, "%", "how far from its speed a VFD's spindle may turn", 1.0, 50.0, field!(Float at_speed_percent)),
     row(341, "", "M6: 0 waits, 1 Z up and measure by $TPW, 2 the same at G59.3, 3 measures at G59.3 by itself, 4 does not wait", 0.0, 4.0, field!(Int tool_change_mode)),
     row(342, "mm", "way down to measure a tool", 0.1, 1000.0, field!(Float tool_probe_mm)),
     row(343, "mm/min", "tool latch", 1.0, 1e5, field!(Float tool_latch_mm_min)),
     row(344, "mm/min", "tool seek", 1.0, 1e5, field!(Float tool_seek_mm_min)),
     row(349, "mm", "how far one of two motors may go alone to its switch", 0.1, 100.0, field!(Float skew_max_mm)),
+    row(374, "", "baud rate of Modbus; 2 is 9600, 3 19200, 4 38400, 5 115200", 2.0, 5.0, field!(Int modbus_baud_index)),
+    row(375, "ms", "longest time to the reply of a VFD", 10.0, 60.0, field!(Int modbus_timeout_ms)),
     #[cfg(feature = "four-axes")]
     row(376, "", "rotary axes, mask: 1 A", 0.0, 1.0, field!(Int rotary_mask)),
-    row(394, "s", "time for the spindle to reach its speed", 0.0, 60.0, field!(Float spin_up_s)),
+    row(394, "s", "time for the spindle to reach its speed; of a VFD the longest, 0 for 10 s", 0.0, 60.0, field!(Float spin_up_s)),
+    row(395, "", "spindle by: 0 PWM, 1 Huanyang, 2 GS20, 3 YL620, 4 a VFD by $462-$471, 5 H-100, 6 Nowforever", 0.0, 6.0, field!(Int spindle_type)),
+    row(461, "rpm/Hz", "speed by a hertz of the VFD's output", 1.0, 3000.0, field!(Int vfd_rpm_per_hz)),
+    row(462, "", "VFD's register to run and stop", 0.0, 65535.0, field!(Int vfd_registers[0])),
+    row(463, "", "VFD's register of the frequency to set", 0.0, 65535.0, field!(Int vfd_registers[1])),
+    row(464, "", "VFD's register of the output frequency", 0.0, 65535.0, field!(Int vfd_registers[2])),
+    row(465, "", "VFD's word to run clockwise", 0.0, 65535.0, field!(Int vfd_words[0])),
+    row(466, "", "VFD's word to run counter-clockwise", 0.0, 65535.0, field!(Int vfd_words[1])),
+    row(467, "", "VFD's word to stop", 0.0, 65535.0, field!(Int vfd_words[2])),
+    row(468, "", "multiplier of S for the frequency to set", 0.001, 1e5, field!(Float vfd_set_ratio[0])),
+    row(469, "", "divisor of S for the frequency to set", 1.0, 1e5, field!(Float vfd_set_ratio[1])),
+    row(470, "", "multiplier of the output frequency for the speed", 0.001, 1e5, field!(Float vfd_read_ratio[0])),
+    row(471, "", "divisor of the output frequency for the speed", 1.0, 1e5, field!(Float vfd_read_ratio[1])),
+    row(476, "", "Modbus address of the VFD", 1.0, 247.0, field!(Int vfd_address)),
+    row(681, "", "parity of Modbus: 0 none, 1 even, 2 odd", 0.0, 2.0, field!(Int modbus_parity)),
     #[cfg(feature = "four-axes")]
     row(701, "", "F with a rotary axis, mask: 1 of the linear axes, 2 degrees also in inches mode", 0.0, 3.0, field!(Int rotary_feed_mask)),
     // The contacts before what looks at them: a listing that is sent back tells no alarm in between.

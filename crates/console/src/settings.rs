@@ -105,6 +105,8 @@ pub struct Settings {
     /// `$339`: axes that have no limit switch, but home by a stall of their motor (grblHAL's number).
     #[cfg(feature = "trinamic")]
     pub stall_homing_mask: u16,
+    /// `$340`: how far from its speed a spindle that reports it may turn (grblHAL's number, as all of a VFD's).
+    pub at_speed_percent: f32,
     /// `$341`: what M6 does (grblHAL's number), see [`ToolChange`](crate::ToolChange).
     pub tool_change_mode: u16,
     /// `$342`: how far a tool goes down to be measured (grblHAL's number, as the next two).
@@ -115,6 +117,10 @@ pub struct Settings {
     pub tool_seek_mm_min: f32,
     /// `$349`: how far one motor of an axis with two motors may go alone to its switch.
     pub skew_max_mm: f32,
+    /// `$374`: the baud rate of Modbus, as a number: see [`Settings::modbus_baud`].
+    pub modbus_baud_index: u16,
+    /// `$375`: the longest time from the end of a request to that of its reply.
+    pub modbus_timeout_ms: u16,
     /// `$376`: bit 0 makes A a rotary axis: a degree stands wherever a millimetre does.
     #[cfg(feature = "four-axes")]
     pub rotary_mask: u16,
@@ -123,12 +129,29 @@ pub struct Settings {
     /// axis moves F is in degrees also in inches mode.
     #[cfg(feature = "four-axes")]
     pub rotary_feed_mask: u16,
-    /// `$394`: the time that the spindle takes to reach its speed; motion waits for it.
+    /// `$394`: the time that the spindle takes to reach its speed; motion waits for it. For one that reports its speed, the longest
+    /// time; 0 for 10 s.
     pub spin_up_s: f32,
     /// `$744`: axes whose drives have an alarm wired (grblHAL's number, as the next); one wire for all is X's.
     pub drive_alarm_mask: u16,
     /// `$745`: of these, axes whose alarm is a closed contact. That of the others is an open one, as grblHAL has it.
     pub drive_alarm_closed_mask: u16,
+    /// `$395`: what turns the spindle, as a number: 0 for the PWM output, others for a VFD by Modbus.
+    pub spindle_type: u16,
+    /// `$461`: what a hertz of the VFD's output makes of speed.
+    pub vfd_rpm_per_hz: u16,
+    /// `$462` to `$464`: the registers of a generic VFD: run, set frequency, output frequency.
+    pub vfd_registers: [u16; 3],
+    /// `$465` to `$467`: what is written to the first of them: run clockwise, run counter-clockwise, stop.
+    pub vfd_words: [u16; 3],
+    /// `$468` and `$469`: the frequency to set is S times the first by the second.
+    pub vfd_set_ratio: [f32; 2],
+    /// `$470` and `$471`: the speed is what is read times the first by the second.
+    pub vfd_read_ratio: [f32; 2],
+    /// `$476`: the VFD's address.
+    pub vfd_address: u16,
+    /// `$681`: parity of Modbus: 0 none, 1 even, 2 odd.
+    pub modbus_parity: u16,
     /// `$900`: accelerate, cruise and brake for three equal times (thirds) instead of as fast as the limits allow.
     pub interval_thirds: bool,
     /// `$940`: how speed changes on a ramp, as a number: trapezoid, S-curve, sine, linear, quadratic, sinusoidal,
@@ -217,11 +240,14 @@ impl Settings {
         trinamic_mask: axes::ALL_AXES,
         #[cfg(feature = "trinamic")]
         stall_homing_mask: 0,
+        at_speed_percent: 5.0,
         tool_change_mode: 0,
         tool_probe_mm: 30.0,
         tool_latch_mm_min: 25.0,
         tool_seek_mm_min: 200.0,
         skew_max_mm: 10.0,
+        modbus_baud_index: 2,
+        modbus_timeout_ms: 50,
         #[cfg(feature = "four-axes")]
         rotary_mask: 1,
         #[cfg(feature = "four-axes")]
@@ -229,6 +255,14 @@ impl Settings {
         spin_up_s: 0.0,
         drive_alarm_mask: 0,
         drive_alarm_closed_mask: 0,
+        spindle_type: 0,
+        vfd_rpm_per_hz: 60,
+        vfd_registers: [0x2000, 0x2001, 0x2103],
+        vfd_words: [0x12, 0x22, 1],
+        vfd_set_ratio: [100.0, 60.0],
+        vfd_read_ratio: [60.0, 100.0],
+        vfd_address: 1,
+        modbus_parity: 0,
         interval_thirds: false,
         speed_profile: 0,
         homing_order_digits: if AXES > Z { 312 } else { 12 },
@@ -328,6 +362,21 @@ impl Settings {
         #[cfg(not(feature = "trinamic"))]
         let by_stall = false;
         self.homing_order().contains(&Some(axis)) && !by_stall
+    }
+
+    /// True if a VFD turns the spindle, so that it reports its speed. A laser is on the PWM output.
+    pub fn has_vfd(&self) -> bool {
+        self.spindle_type != 0 && !self.laser_mode
+    }
+
+    /// Setting `$374`, baud.
+    pub fn modbus_baud(&self) -> u32 {
+        match self.modbus_baud_index {
+            ..=2 => 9_600,
+            3 => 19_200,
+            4 => 38_400,
+            5.. => 115_200,
+        }
     }
 
     /// What M6 does.

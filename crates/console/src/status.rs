@@ -20,6 +20,8 @@ pub struct StatusReport {
     pub feed_mm_min: f32,
     /// The S in force, after the override; 0 if the spindle is off.
     pub spindle_rpm: f32,
+    /// The speed at which a spindle that reports it turns; reported behind the S in force, as grblHAL does.
+    pub actual_rpm: Option<f32>,
     /// The present state of the spindle, or the laser.
     pub spindle: SpindleMode,
     /// The coolant that is on at present.
@@ -98,7 +100,7 @@ impl StatusReporter {
         *self = Self { seldom_reported: self.seldom_reported, ..Self::new() };
     }
 
-    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 177 bytes. What has changed of the work coordinate system,
+    /// `<Idle|MPos:0.000,0.000,0.000|FS:0,0|...>`, at most 188 bytes. What has changed of the work coordinate system,
     /// of the homed axes and of the tool is added to the first report behind that.
     pub fn write(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         write_always(out, status, settings)?;
@@ -112,7 +114,7 @@ impl StatusReporter {
     }
 
     /// The same with every field, as grblHAL's: work offset, overrides, what is on even if nothing is, what has changed seldom, and the
-    /// name of the firmware. At most 209 bytes, 233 with four axes.
+    /// name of the firmware. At most 220 bytes, 244 with four axes.
     #[cold]
     pub fn write_full(&mut self, out: &mut impl Write, status: &StatusReport, settings: &Settings) -> Result {
         write_always(out, status, settings)?;
@@ -198,6 +200,9 @@ fn write_always(out: &mut impl Write, status: &StatusReport, settings: &Settings
     }
     let spindle_rpm = Fixed { value: status.spindle_rpm, decimals: 0 };
     write!(out, "|FS:{},{spindle_rpm}", Fixed::rate(status.feed_mm_min, settings.report_inches))?;
+    if let Some(value) = status.actual_rpm {
+        write!(out, ",{}", Fixed { value, decimals: 0 })?;
+    }
     write_pins(out, status)
 }
 

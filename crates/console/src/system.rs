@@ -44,6 +44,7 @@ impl Interpreter {
             "EA" => long_list(Command::ShowCatalogue(Catalogue::Alarms), state),
             "G" => Ok(Command::ShowModal),
             "X" => Ok(Command::Unlock),
+            "VFD" => Ok(Command::ShowVfd),
             "TPW" if state == ReportedState::Tool => Ok(Command::MeasureTool),
             "TPW" => Err(Error::NotIdle),
             "TLR" if matches!(state, ReportedState::Idle | ReportedState::Tool) => Ok(Command::SetToolReference),

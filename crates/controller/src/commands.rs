@@ -13,13 +13,14 @@ use isostep_console::{
     Command, Conflict, Coordinates, Error, Fixed, ReportedState, SETTING_TABLE, Setting, SettingError, Settings,
     ToolTable, Unfit,
 };
-use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, cold_path};
+use isostep_motion::{AXES, Axis, Busy, ConfigError, Contact, Motion, Spindle, cold_path};
 
 use crate::config::{Geometry, UNWORKABLE, carries_steps_s, config};
 use crate::controller::{Controller, Mode, Program, Unsaved};
 use crate::jogs::Fate;
 use crate::output::{Message, Output};
 use crate::store::{Loss, NotStored};
+use crate::vfd::Vfd;
 
 /// The beginning of the line of a jog.
 const JOG: &str = "$J=";
@@ -28,6 +29,8 @@ const PROBE: &str = "G38.";
 
 /// The time for which ENABLE of drives in alarm is off, and that in which they are well afterwards if they can be.
 const DRIVE_RESET: Duration = Duration::from_millis(500);
+/// What is said when something else is to turn the spindle.
+const OTHER_SPINDLE: &str = "in force when the board is switched off and on; a VFD has the wires of the console by UART then, so keep USB at hand";
 
 /// The actions after an accepted line.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -314,6 +317,16 @@ impl<F: NorFlash> Controller<'_, F> {
             }
             #[cfg(feature = "trinamic")]
             Command::ShowDrivers => self.show_drivers(text, out).await?,
+            Command::ShowVfd => {
+                let parts = [Vfd::show, Vfd::show_failed];
+                self.show(
+                    parts.len(),
+                    |program, part, text| parts[part](&self.vfd, &program.settings, text),
+                    text,
+                    out,
+                )
+                .await;
+            }
             Command::ShowModal => self.with(|program| {
                 text.print(|text| report::modal(text, &program.interpreter, &program.settings));
             }),
@@ -509,6 +522,10 @@ impl<F: NorFlash> Controller<'_, F> {
     }
 
     fn set(&self, number: u16, value: f32, text: &mut Message) -> Result<(), Error> {
+        if Vfd::is_about(number) && self.machine.outputs().spindle != Spindle::Off {
+            text.say("the VFD would not be stopped any more: stop the spindle by M5, then set this");
+            return Err(Error::NotIdle);
+        }
         let before = self.settings();
         let changed = self.check_drivers(number).and_then(|()| before.with(number, value));
         match changed.and_then(|settings| self.check_pins(settings)) {
@@ -521,7 +538,10 @@ impl<F: NorFlash> Controller<'_, F> {
                         text.say(format_args!("${number}={value} now, as the microsteps ask for"));
                     }
                 }
-                let _ = self.fit(text);
+                // There is room for one of the two.
+                if self.fit(text).is_ok() && settings.spindle_type != before.spindle_type {
+                    text.say(OTHER_SPINDLE);
+                }
                 Ok(())
             }
             Err(refused) => {

@@ -98,6 +98,7 @@ fn tool_config(settings: &Settings) -> ToolConfig {
         duties: Duties::new(least, duty(settings.pwm_least_percent), duty(settings.pwm_full_percent)),
         pwm_hz: settings.spindle_pwm_hz as u32,
         spin_up: Duration::from_millis((settings.spin_up_s * 1e3) as u64),
+        reports_speed: settings.has_vfd(),
     }
 }
 

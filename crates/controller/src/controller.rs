@@ -15,11 +15,13 @@ use isostep_motion::{Axis, Machine, SpeedOverrides, Spindle, State};
 use crate::config::Geometry;
 #[cfg(feature = "trinamic")]
 use crate::drivers::Drivers;
+use crate::news::NewsWatch;
 use crate::prove::Prove;
 use crate::resets::Resets;
 use crate::status::{self, position_pm};
 use crate::store::{Item, Kept, Loss, Store, Value};
 use crate::tool_change::Changing;
+use crate::vfd::Vfd;
 
 /// Settings, modal state and the machine they move.
 ///
@@ -43,6 +45,8 @@ pub struct Controller<'a, F: NorFlash> {
     pub(crate) drive_alarm_inputs: u16,
     pub(crate) boot: Signal<NoopRawMutex, ()>,
     pub(crate) prove: Option<Prove>,
+    pub(crate) news: NewsWatch,
+    pub(crate) vfd: Vfd,
     #[cfg(feature = "trinamic")]
     pub(crate) drivers: Option<Drivers>,
 }
@@ -154,6 +158,8 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             drive_alarm_inputs: 0,
             boot: Signal::new(),
             prove: None,
+            news: NewsWatch::new(),
+            vfd: Vfd::new(),
             #[cfg(feature = "trinamic")]
             drivers: None,
         }
@@ -253,6 +259,7 @@ impl<'a, F: NorFlash> Controller<'a, F> {
             line_number: machine.line,
             feed_mm_min: (machine.speed_mm_s * 60.0) as f32,
             spindle_rpm: machine.level.ratio() * max_rpm,
+            actual_rpm: self.vfd.actual_rpm(),
             spindle: status::spindle(machine.outputs.spindle),
             coolant: Coolant::of(machine.outputs.flood, machine.outputs.mist),
             probe_touched: machine.probe_touches,

@@ -15,7 +15,6 @@ use core::cell::{Cell, RefCell};
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::signal::Signal;
-use embassy_sync::watch::{Receiver, Watch};
 use isostep_console::Settings;
 use isostep_motion::{AXES, Axis, Motor};
 
@@ -26,8 +25,6 @@ use self::registers::Registers;
 
 /// The drivers of a board: those of X, Y and Z, then of the fourth motor.
 const DRIVERS: usize = 4;
-/// The number of consoles that are told at once what a driver reports. One beyond them still shows alarms, and M122.
-const LISTENERS: usize = 4;
 
 /// The connection of a board to its drivers: one wire, on which both sides speak, at 9,600 to 500,000 baud.
 #[allow(async_fn_in_trait, reason = "a wire stays on the executor of the consoles: no Send bound is wanted")]
@@ -49,15 +46,10 @@ pub struct DriverHardware {
     pub sense_milliohms: u16,
 }
 
-/// The receiver that waits for news.
-pub(crate) type Listener<'a> = Receiver<'a, NoopRawMutex, News, LISTENERS>;
-
 /// The drivers, as far as the controller knows them.
 pub(crate) struct Drivers {
     hardware: DriverHardware,
     known: RefCell<[Known; DRIVERS]>,
-    /// A driver's health has changed.
-    pub news: Watch<NoopRawMutex, News, LISTENERS>,
     /// Settings have changed.
     asked: Signal<NoopRawMutex, ()>,
     /// Not all drivers are set to them yet.
@@ -97,7 +89,7 @@ impl Known {
 
 /// The change of a motor's driver.
 #[derive(Clone, Copy)]
-pub(crate) struct News {
+pub(crate) struct DriverNews {
     pub motor: Motor,
     pub health: Health,
 }
@@ -107,7 +99,6 @@ impl Drivers {
         Self {
             hardware,
             known: RefCell::new([Known::UNKNOWN; DRIVERS]),
-            news: Watch::new(),
             asked: Signal::new(),
             pending: Cell::new(false),
             done: Signal::new(),

@@ -33,6 +33,7 @@ mod status;
 pub mod store;
 mod tool;
 mod tool_change;
+mod vfd;
 
 pub use config::{carries_steps_s, config};
 pub use controller::Controller;
@@ -43,3 +44,4 @@ pub use prove::Prove;
 pub use serve::{FlowControl, LinkError};
 pub use status::alarm_code;
 pub use store::Store;
+pub use vfd::{LineFormat, Parity, VFD_HEARD_BYTES_MAX, VFD_SENT_BYTES_MAX, VfdWire};

@@ -57,6 +57,7 @@ impl<F: NorFlash> Controller<'_, F> {
             self.change_tool(tool, text, out).await?;
         }
         if !checks && self.switches(block) {
+            self.may_turn(text)?;
             self.switch_tool(block.switches_coolant).await?;
         }
         let dwell_s = block.dwell_s.filter(|_| !checks);

@@ -1,32 +1,38 @@
-//! What comes to consoles without being asked for: alarms, how the drivers are, and the end of a change of the tool.
+//! What comes to consoles without being asked for: alarms, how drivers and VFD are, and the end of a change of the tool.
 
 use core::convert::Infallible;
 use core::pin::pin;
 
 use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_sync::watch::Watch;
 use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::report::{self, messages};
 use isostep_motion::{Alarm, State, cold_path};
 
 use crate::controller::Controller;
 #[cfg(feature = "trinamic")]
-use crate::drivers::{Listener, News};
+use crate::drivers::DriverNews;
 use crate::output::Message;
 use crate::serve::Console;
 use crate::status;
 use crate::tool_change::Awaited;
 
-/// Without UART drivers there are none.
-#[cfg(not(feature = "trinamic"))]
-type News = Infallible;
+/// The number of consoles that are told at once how drivers and VFD are. One beyond them still shows alarms, M122 and `$VFD`.
+const LISTENERS: usize = 4;
 
-/// The news of one console.
-pub(crate) struct DriverNews<'a> {
+/// A change of which the consoles are told.
+#[derive(Clone, Copy)]
+pub(crate) enum News {
+    /// Of a driver's health.
     #[cfg(feature = "trinamic")]
-    drivers: Option<Listener<'a>>,
-    #[cfg(not(feature = "trinamic"))]
-    drivers: Option<&'a News>,
+    Driver(DriverNews),
+    /// Of the VFD's.
+    Vfd,
 }
+
+/// Where they are published.
+pub(crate) type NewsWatch = Watch<NoopRawMutex, News, LISTENERS>;
 
 impl<F: NorFlash> Controller<'_, F> {
     /// Reports alarms, and what changes of the drivers' health. Goes on with the line that waits until a tool has been changed.
@@ -34,14 +40,27 @@ impl<F: NorFlash> Controller<'_, F> {
         // The machine has room for a limited number of watching consoles. A console beyond them still shows alarms in
         // every status report.
         let Some(mut states) = self.machine.watch_state() else { core::future::pending().await };
-        let mut news = self.news();
+        let mut news = self.news.receiver();
         loop {
-            let happened = select(states.changed(), news.next()).await;
+            let next = async {
+                match &mut news {
+                    Some(news) => news.changed().await,
+                    None => core::future::pending().await,
+                }
+            };
+            let happened = select(states.changed(), next).await;
             let is_news = matches!(happened, Either::Second(_) | Either::First(State::Alarm(_)));
             if is_news || console.input.waits_behind_line() {
                 cold_path(pin!(self.tell_news(console, happened))).await;
             }
         }
+    }
+
+    /// Tells the consoles.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn publish(&self, news: News) {
+        self.news.sender().send(news);
     }
 
     /// Says what has happened, and goes on with the line that was put back, if its tool has been changed.
@@ -71,32 +90,16 @@ impl<F: NorFlash> Controller<'_, F> {
                     what = "an axis";
                 }
                 text.print(|text| report::alarm(text, code));
-                text.say(code.about(what));
+                if matches!(alarm, Alarm::SpindleFailed { .. }) {
+                    self.with(|program| self.vfd.say_failed(&program.settings, text));
+                } else {
+                    text.say(code.about(what));
+                }
             }
             Either::First(_) => {}
-            Either::Second(news) => text.say(news),
-        }
-    }
-
-    /// The news from now on.
-    fn news(&self) -> DriverNews<'_> {
-        #[cfg(feature = "trinamic")]
-        let drivers = self.drivers.as_ref().and_then(|drivers| drivers.news.receiver());
-        #[cfg(not(feature = "trinamic"))]
-        let drivers = None;
-        DriverNews { drivers }
-    }
-}
-
-impl DriverNews<'_> {
-    /// Waits for the next.
-    pub async fn next(&mut self) -> News {
-        match &mut self.drivers {
             #[cfg(feature = "trinamic")]
-            Some(drivers) => drivers.changed().await,
-            #[cfg(not(feature = "trinamic"))]
-            Some(news) => **news,
-            None => core::future::pending().await,
+            Either::Second(News::Driver(news)) => text.say(news),
+            Either::Second(News::Vfd) => self.with(|program| self.vfd.say(&program.settings, text)),
         }
     }
 }

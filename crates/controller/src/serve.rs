@@ -332,6 +332,7 @@ impl<F: NorFlash> Controller<'_, F> {
         if let Some(loss) = self.with(|program| program.loss) {
             text.say(loss);
         }
+        self.with(|program| self.vfd.say_trouble(&program.settings, &mut text));
         let state = self.state();
         if self.fit(&mut text).is_ok() && state == ReportedState::Alarm {
             text.say(messages::HOW_TO_UNLOCK);

@@ -1,7 +1,7 @@
 //! From the machine's alarms and positions to the console's.
 
 use isostep_console::{AXIS_NAMES, AlarmCode, SpindleMode, length};
-use isostep_motion::{AXES, Alarm, Axis, Config, GangedMotor, Motor, Spindle, Unplannable};
+use isostep_motion::{AXES, Alarm, Axis, Config, GangedMotor, Motor, Spindle, SpindleFault, Unplannable};
 
 /// The window that is advertised to senders, bytes; a console has room for more.
 pub(crate) const ADVERTISED_BYTES: usize = 128;
@@ -29,6 +29,8 @@ pub fn alarm_code(alarm: Alarm) -> (AlarmCode, &'static str) {
         Alarm::HomingDoor => return (AlarmCode::HomingDoor, ""),
         Alarm::EmergencyStop => return (AlarmCode::EmergencyStop, ""),
         Alarm::ToolCutOff => return (AlarmCode::ToolCutOff, ""),
+        Alarm::SpindleFailed { fault: SpindleFault::Speed } => return (AlarmCode::SpindleSpeed, ""),
+        Alarm::SpindleFailed { fault: SpindleFault::Drive } => return (AlarmCode::VfdFailed, ""),
         Alarm::DriverFailed { motor } => return (AlarmCode::MotorFault, name(motor)),
         Alarm::Unplannable { reason } => return (AlarmCode::Unplannable, why_not(reason)),
     };
@@ -102,6 +104,8 @@ mod tests {
             Alarm::LateStep { axis },
             Alarm::Underrun { axis },
             Alarm::ToolCutOff,
+            Alarm::SpindleFailed { fault: SpindleFault::Speed },
+            Alarm::SpindleFailed { fault: SpindleFault::Drive },
             Alarm::DriverFailed { motor },
             Alarm::ProbeInitial,
             Alarm::ProbeContact,

@@ -62,6 +62,17 @@ impl<F: NorFlash> Controller<'_, F> {
         self.machine.set_outputs(outputs).map_err(|_| Error::Locked)
     }
 
+    /// Refuses, with a message, that a spindle turns whose VFD cannot turn it. Then all outputs are off.
+    pub(crate) fn may_turn(&self, text: &mut Message) -> Result<(), Error> {
+        let may = self
+            .with(|program| program.outputs().spindle == Spindle::Off || self.vfd.may_turn(&program.settings, text));
+        if may {
+            return Ok(());
+        }
+        self.stop_tool();
+        Err(Error::Unsupported)
+    }
+
     /// Switches all outputs off, in the program's modal state, too.
     pub(crate) fn stop_tool(&self) {
         self.with(|program| {

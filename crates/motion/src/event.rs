@@ -107,6 +107,11 @@ pub enum Alarm {
         /// Whose driver.
         motor: Motor,
     },
+    /// The spindle does not turn as it is to, or nobody knows whether it does. The position is trusted only if nothing moved.
+    SpindleFailed {
+        /// What is wrong with it.
+        fault: SpindleFault,
+    },
     /// The probe touched already before the move, or did not touch before a move that was to end the contact; nothing
     /// moved.
     ProbeInitial,
@@ -126,6 +131,16 @@ impl Alarm {
     pub(crate) fn leaves_position(self) -> bool {
         matches!(self, Self::Unplannable { .. } | Self::ProbeInitial | Self::ProbeContact)
     }
+}
+
+/// What is wrong with a spindle that reports its speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SpindleFault {
+    /// It has not reached its speed in time, or has left it.
+    Speed,
+    /// What turns it has failed, or does not answer.
+    Drive,
 }
 
 /// Why a move could not be planned: what the planner's error means for the move that was asked for.

@@ -25,7 +25,7 @@ pub use self::duty::Duties;
 use self::power::Asked;
 pub use self::power::{Level, Power};
 use self::spindle::ToolWanted;
-pub use self::spindle::{Outputs, Spindle, ToolConfig};
+pub use self::spindle::{Outputs, Spindle, SpindleWanted, ToolConfig};
 use self::stroke::Stroke;
 use crate::machine::Machine;
 use crate::port::Inhibit;

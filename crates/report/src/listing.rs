@@ -49,14 +49,16 @@ const ELSEWHERE: &[(RangeInclusive<u16>, &str)] = &[
     (70..=79, NETWORK),
     (300..=337, NETWORK),
     (338..=339, DRIVERS),
-    (340..=340, "the spindle counts as on when the time of $394 is over"),
     (345..=345, "$TPW goes up again by $344"),
     (346..=346, "behind M6 the machine goes back to where it was"),
-    (370..=375, NETWORK),
+    (370..=373, NETWORK),
     (376..=376, AXIS_A),
     (384..=384, "G92 is forgotten by a reset"),
     (392..=393, "the spindle's time to come up to speed is $394"),
-    (395..=398, "the look-ahead has 64 moves, and one spindle"),
+    (396..=398, "the look-ahead has 64 moves, and one spindle"),
+    (460..=460, "the address of the VFD is $476"),
+    (472..=473, NOTHING),
+    (477..=479, "there is one spindle"),
 ];
 const AXIS_A: &str = "firmware with A has it, on four axes: --axes 4; there are no more";
 const DRIVERS: &str = "UART drivers are those of an SKR Pico: docs/bring-up.md";
@@ -272,6 +274,14 @@ fn meaning(number: u16, value: f32, is_hal: bool) -> Option<(Option<f32>, String
         30 if value == 0.0 => Some((Some(1_000.0), "S would have no full duty: set the S that has it".to_owned())),
         32 if mask == 1 => Some((None, "the beam is on only while the machine moves, with M3 too".to_owned())),
         130..=132 if value < 0.0 => Some((Some(-value), "the travel is a length".to_owned())),
+        340 if is_hal && value == 0.0 => {
+            Some((Some(5.0), "a VFD's spindle is always waited for: set how far from its speed it may be".to_owned()))
+        }
+        395 if is_hal && mask != 0 => Some((
+            Some(0.0),
+            "grblHAL counts the spindles that it was built with: choose the VFD by its number in docs/tool.md"
+                .to_owned(),
+        )),
         _ => None,
     }
 }

@@ -116,6 +116,9 @@ fn what_cannot_be_is_refused_with_the_remedy() {
         "{}",
         said("$2=1\n$100=80\n")
     );
+    let vfd = said("$395=2\n$340=0\n$398=100\n");
+    assert!(vfd.contains("taken as $395=0: grblHAL counts the spindles"), "{vfd}");
+    assert!(vfd.contains("taken as $340=5: a VFD's spindle is always waited for"), "{vfd}");
     assert!(said("$100=0.000\n").contains("line 1 `$100=0.000`: $100=0 is below the least, 0.100 steps/mm: raise it"));
     assert!(
         said("$27=30\n$130=20\n")

@@ -14,6 +14,7 @@ use crate::mechanics::Mechanics;
 use crate::plant::SwitchFault;
 use crate::plate::Plate;
 use crate::springs::Springs;
+use crate::vfd::VfdKind;
 
 /// Clock of an RP2040.
 pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;
@@ -179,6 +180,8 @@ pub struct Config {
     /// The board's jumpers: the limit input of these axes is wired to their driver's DIAG, which is high for a stall, and not
     /// to their switch. Only where the drivers have a UART.
     pub diag: [bool; AXES],
+    /// The VFD on the board's second wire.
+    pub vfd: Option<VfdKind>,
     /// The port that makes the edges.
     pub port: Port,
     /// The times that moves last at least on the board.
@@ -237,6 +240,7 @@ impl Default for Config {
             beam_mm: 0.1,
             board: Board::default(),
             diag: [false; AXES],
+            vfd: None,
             port: Port::default(),
             least_times: least_times::RP2040,
             driver: DriverTiming::DRV8825,

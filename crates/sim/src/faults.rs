@@ -6,6 +6,7 @@ use std::str::FromStr;
 use isostep_motion::{Axis, Motor};
 
 use crate::drivers::DriverFault;
+use crate::vfd::VfdFault;
 
 const NS_PER_S: f64 = 1e9;
 /// A fault must begin within a day.
@@ -36,6 +37,8 @@ pub enum Trouble {
     Alarm(Motor),
     /// Something is wrong with a UART driver.
     Driver(Motor, DriverFault),
+    /// Something is wrong with the VFD, or with its wire.
+    Vfd(VfdFault),
     /// Consoles and coordinator get no processor time.
     Starve,
     /// The host does not read.
@@ -83,7 +86,11 @@ fn of_motor(motor: Motor) -> impl Iterator<Item = Trouble> {
 fn kinds() -> String {
     let plain = PLAIN.iter().map(|(words, _)| (*words).to_owned());
     let of_motor = of_motor(Motor::first(Axis::X)).map(|trouble| trouble.to_string().replace(":X", ":AXIS"));
-    plain.chain(of_motor).collect::<Vec<_>>().join(", ")
+    plain
+        .chain(VfdFault::ALL.map(|fault| Trouble::Vfd(fault).to_string()))
+        .chain(of_motor)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 impl fmt::Display for Trouble {
@@ -95,6 +102,7 @@ impl fmt::Display for Trouble {
             Self::Stall(motor) => write!(f, "stall:{motor}"),
             Self::Alarm(motor) => write!(f, "alarm:{motor}"),
             Self::Driver(motor, fault) => write!(f, "driver-{fault}:{motor}"),
+            Self::Vfd(fault) => write!(f, "vfd-{fault}"),
             plain => f.write_str(PLAIN.iter().find(|(_, trouble)| trouble == plain).map_or("", |(words, _)| words)),
         }
     }
@@ -131,7 +139,10 @@ fn nanoseconds(seconds: &str) -> Option<u64> {
 fn trouble(what: &str) -> Option<Trouble> {
     let motors = Axis::ALL.into_iter().flat_map(|axis| [Motor::first(axis), Motor::second(axis)]);
     let plain = PLAIN.into_iter().map(|(_, trouble)| trouble);
-    plain.chain(motors.flat_map(of_motor)).find(|trouble| trouble.to_string() == what)
+    plain
+        .chain(VfdFault::ALL.map(Trouble::Vfd))
+        .chain(motors.flat_map(of_motor))
+        .find(|trouble| trouble.to_string() == what)
 }
 
 #[cfg(test)]
@@ -155,6 +166,7 @@ mod tests {
             "stall:X@2+0.01",
             "alarm:Y2@2+0.5",
             "driver-open-coil:Y2@1",
+            "vfd-cut@1+0.5",
             "starve@4+0.05",
             "deaf@5+2",
         ]) {

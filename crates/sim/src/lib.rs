@@ -75,6 +75,7 @@ pub mod tool;
 pub mod trace;
 pub mod vcd;
 pub mod verify;
+pub mod vfd;
 pub mod world;
 
 pub use isostep_console::Error as ConsoleError;

@@ -115,6 +115,17 @@ impl fmt::Display for Loss {
     }
 }
 
+/// A frame on the wire to a VFD.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VfdFrame {
+    /// When its last character ended, ns since power-up.
+    pub t_ns: u64,
+    /// The VFD has sent it, or what disturbs its wire.
+    pub is_reply: bool,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
 /// The record of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
@@ -124,6 +135,8 @@ pub struct Record {
     pub waves: Vec<Wave>,
     /// Every change of the tool's outputs.
     pub tool: Vec<ToolChange>,
+    /// Every frame on the wire to a VFD.
+    pub vfd: Vec<VfdFrame>,
     /// Every event except those about moves and runs, with its instant in ns since power-up.
     pub events: Vec<(u64, Event)>,
     /// The moves, assembled from the events about moves and runs.

@@ -21,9 +21,10 @@ use crate::outcome::Outcome;
 use crate::plant::SwitchFault;
 use crate::plate::Plate;
 use crate::program::{Program, ProgramError};
-use crate::record::{Record, Wire};
+use crate::record::{Record, VfdFrame, Wire};
 use crate::stream::Dialogue;
 use crate::suffering;
+use crate::vfd::{Vfd, VfdFault, VfdLine};
 use crate::world::{self, Shared, World};
 
 pub use self::streamed::{Silencer, Streamed};
@@ -202,7 +203,9 @@ impl Sim {
         }
         let store = Store::new(flash, 0..FLASH_BYTES as u32, config.settings);
         let drivers = config.board.uart_drivers().map(|hardware| (hardware, DriverWire::new(&world, executor.clock())));
-        spawn_consoles(&mut executor, &machine, (store, drivers, config.one_alarm_wire), &consoles, config.baud);
+        let vfd = VfdLine::new(&world, executor.clock());
+        let parts = (store, drivers, config.one_alarm_wire, vfd);
+        spawn_consoles(&mut executor, &machine, parts, &consoles, config.baud);
         executor.spawn_at(Priority::World, "bounce", world::bounce(world.clone()));
         if let Some(section_max_ns) = config.section_max_ns {
             let changed = world.clone();
@@ -347,6 +350,29 @@ impl Sim {
     /// Sets or mends what is wrong with a UART driver; of other boards nothing.
     pub fn set_driver(&mut self, motor: impl Into<Motor>, fault: Option<DriverFault>) {
         self.world.borrow_mut().set_driver(motor.into(), fault);
+    }
+
+    /// Sets or mends what is wrong with the VFD; without one nothing.
+    pub fn set_vfd(&mut self, fault: Option<VfdFault>) {
+        self.world.borrow_mut().set_vfd(fault);
+    }
+
+    /// Calls `f` with the VFD as it is now.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn vfd<R>(&self, f: impl FnOnce(&mut Vfd) -> R) -> R {
+        f(self.world.borrow_mut().vfd().expect("a VFD is connected"))
+    }
+
+    /// From now on `outside` replies to frames instead of the simulated VFD: with nothing, if it does not.
+    pub fn connect_vfd(&mut self, outside: impl FnMut(&[u8]) -> Vec<u8> + 'static) {
+        self.world.borrow_mut().connect_vfd(Box::new(outside));
+    }
+
+    /// Every frame that was on the wire to the VFD.
+    pub fn vfd_frames(&self) -> Vec<VfdFrame> {
+        self.world.borrow().record().vfd.clone()
     }
 
     /// True if a motor's driver has switched it off, or is switched off itself; never, if it has no UART.

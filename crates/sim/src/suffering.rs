@@ -79,6 +79,7 @@ impl Surroundings {
             Trouble::Stall(motor) => world.set_stalled(motor, is_on),
             Trouble::Alarm(motor) => world.set_drive(motor, is_on),
             Trouble::Driver(motor, fault) => world.set_driver(motor, is_on.then_some(fault)),
+            Trouble::Vfd(fault) => world.set_vfd(is_on.then_some(fault)),
             Trouble::Deaf => self.hosts.iter().for_each(|host| host.stall(is_on)),
             Trouble::Starve => {}
         }

@@ -26,9 +26,11 @@ use crate::mechanics::{Mechanics, Wiring};
 use crate::motor::Slip;
 use crate::plant::SwitchFault;
 use crate::plate::Plate;
-pub use crate::record::{Edge, Loss, LossCause, Record, Wave, Wire};
+pub use crate::record::{Edge, Loss, LossCause, Record, VfdFrame, Wave, Wire};
 use crate::time::Clock;
 use crate::tool::{ToolChange, ToolOutput};
+use crate::vfd;
+use crate::vfd::{OutsideVfd, Vfd, VfdFault};
 
 /// Slips that follow each other within this time are one loss, ns.
 const STALL_NS: u64 = 100_000_000;
@@ -67,6 +69,8 @@ pub struct World {
     /// The machine whose configuration the mechanics follow.
     machine: Option<Rc<Machine>>,
     uart_drivers: Option<UartDrivers>,
+    vfd: Option<Vfd>,
+    outside_vfd: Option<OutsideVfd>,
     motor: MotorData,
     loads: [Option<Load>; AXES],
     motion: Motion,
@@ -127,6 +131,8 @@ impl World {
             wiring,
             machine: None,
             uart_drivers,
+            vfd: config.vfd.map(Vfd::new),
+            outside_vfd: None,
             motor: config.motor,
             loads: config.loads,
             motion: Motion::default(),
@@ -177,6 +183,9 @@ impl World {
 
     /// Sets an output of the tool.
     pub(crate) fn drive_tool(&mut self, output: ToolOutput, duty: u16) {
+        if let (Some(vfd), ToolOutput::Enable) = (&mut self.vfd, output) {
+            vfd.set_enabled(self.clock.now_ns(), duty > 0);
+        }
         if std::mem::replace(&mut self.tool[output as usize], duty) != duty && self.keep_record {
             self.record.tool.push(ToolChange { t_ns: self.clock.now_ns(), output, duty });
         }
@@ -307,6 +316,38 @@ impl World {
             self.uart_drivers.as_mut().map(|uart_drivers| uart_drivers.exchange(now_ns, sent)).unwrap_or_default();
         self.refresh_diags();
         heard
+    }
+
+    /// The VFD, as it is now.
+    pub fn vfd(&mut self) -> Option<&mut Vfd> {
+        let now_ns = self.clock.now_ns();
+        self.vfd.iter_mut().for_each(|vfd| vfd.advance(now_ns));
+        self.vfd.as_mut()
+    }
+
+    pub(crate) fn connect_vfd(&mut self, outside: OutsideVfd) {
+        self.outside_vfd = Some(outside);
+    }
+
+    /// What is replied to a frame, and after how many ns, if anything is.
+    pub(crate) fn exchange_with_vfd(&mut self, sent: &[u8]) -> Option<(Vec<u8>, u64)> {
+        if let Some(outside) = &mut self.outside_vfd {
+            return Some((outside(sent), vfd::ANSWERS_NS)).filter(|(reply, _)| !reply.is_empty());
+        }
+        let now_ns = self.clock.now_ns();
+        self.vfd()?.hear(now_ns, sent)
+    }
+
+    /// Notes a frame on the wire to the VFD.
+    pub(crate) fn note_vfd_frame(&mut self, frame: VfdFrame) {
+        if self.keep_record {
+            self.record.vfd.push(frame);
+        }
+    }
+
+    /// Sets or mends what is wrong with the VFD.
+    pub fn set_vfd(&mut self, fault: Option<VfdFault>) {
+        self.vfd().into_iter().for_each(|vfd| vfd.set_fault(fault));
     }
 
     /// The UART drivers, as they are set.

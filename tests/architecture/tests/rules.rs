@@ -111,6 +111,7 @@ fn crates_depend_on_nothing_but_these() {
                 "isostep-motion",
                 "isostep-profile",
                 "sequential-storage",
+                "modbus-core",
                 "tmc2209",
             ],
         ),

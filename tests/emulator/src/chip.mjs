@@ -55,6 +55,7 @@ export function buildChip(clock, board, { missFactor = 1, counts = new FlashCoun
   const cache = new XipCache(clock, counts, missFactor);
   const flash = new Flash(chip, cache);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
+  chip.uart0 = uart;
   chip.uart1 = new Uart(chip, 'UART1', IRQ_UART1, () => {});
   Object.assign(chip.peripherals, { [SLOT.ssi]: flash.interface, [SLOT.xipControl]: new XipControl(chip, 'XIP_CTRL', cache) });
   identifyAsB2(chip.peripherals[SLOT.sysInfo]);

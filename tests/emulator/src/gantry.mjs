@@ -12,6 +12,7 @@ import { StepStatistics } from './statistics.mjs';
 import { Stops } from './stops.mjs';
 import { ToolOutputs } from './tool.mjs';
 import { ToolStops } from './tool-stops.mjs';
+import { VfdWire } from './vfd-wire.mjs';
 
 const HIGH = 1;
 
@@ -28,6 +29,7 @@ export class Gantry {
    *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    * @param {{from: number, to: number}[]} [options.jumpers] wires between the chip's pads
    * @param {string[]} [options.diag] axes whose limit input is wired to their driver's DIAG, not to their switch
+   * @param {boolean} [options.vfd] whether a VFD is on the wire of UART0
    * @param {[string, string][]} [options.driverStates] of motors, at power-up: see tmc2209-faults.mjs
    * @param {number | null} [options.hardEndsMm] how far beyond its switch an end blocks every carriage; null if nothing does
    */
@@ -58,6 +60,7 @@ export class Gantry {
     this.axes.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
     this.second = options.second ? this.#secondMotor(options, random) : null;
     this.drivers = this.board.tmcWire === null ? null : this.#uartDrivers(options);
+    this.vfdWire = options.vfd ? new VfdWire(clock, { ...this.board.vfdWire, enable: this.board.tool.enable }) : null;
     this.probe = new Probe(clock, this.carriages, (high) => this.#drive(this.board.contacts.probe, high));
     this.probe.setPlate(options.probePlate ?? null);
     this.jumpers = (options.jumpers ?? []).map((pads) => new Jumper(pads, (jumper) => this.#jumped(jumper)));
@@ -107,6 +110,7 @@ export class Gantry {
     this.chip = chip;
     this.tool.attach(chip);
     this.drivers?.attach(chip);
+    this.vfdWire?.attach(chip);
     for (const jumper of this.jumpers) jumper.attach(chip);
     for (const [pin, high] of this.levels) chip.gpio[pin].setInputValue(high);
     for (const axis of this.axes) {

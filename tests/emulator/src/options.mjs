@@ -5,7 +5,7 @@ import { ESTOP_CONTACTS } from './estop.mjs';
 import { jumperOption } from './jumper.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { padFaultOptions } from './pad-faults.mjs';
-import { AXES, AXES_USUAL, BOARDS, SECOND } from './pins.mjs';
+import { AXES, AXES_USUAL, boardOf, BOARDS, SECOND } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { COMMANDS } from './script.mjs';
 import { DRIVER_STATES } from './tmc2209-faults.mjs';
@@ -41,6 +41,7 @@ The machine
   --driver-state X=STATE
                        of a UART driver (skr-pico) at power-up: ${DRIVER_STATES.join(', ')};
                        may be given for each axis, and as 2 for the second motor
+  --vfd                a DURAPULSE GS20 and a module for RS-485 on the UART
   --diag X,Y,Z         jumpers from these drivers' DIAG to the axes' limit inputs, to which their switches are not wired then
   --hard-ends MM       an end so far beyond its switch blocks every carriage: its steps are lost there (default: nothing does)
   --probe-plate AXIS,MM,SIDE
@@ -121,6 +122,7 @@ const SPEC = {
   enable: { type: 'string', default: 'wired' },
   'driver-state': { type: 'string', multiple: true, default: [] },
   diag: { type: 'string' },
+  vfd: { type: 'boolean', default: false },
   'hard-ends': { type: 'string' },
   'probe-plate': { type: 'string' },
   jumper: { type: 'string', multiple: true, default: [] },
@@ -173,6 +175,7 @@ export function parseOptions(args) {
     second: values.second === undefined ? null : secondOption(values.second),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     ...driverOptions(values),
+    vfd: vfdOption(values),
     hardEndsMm: values['hard-ends'] === undefined ? null : number('--hard-ends', values['hard-ends'], 0, 1000),
     probePlate: values['probe-plate'] === undefined ? null : plateOption(values['probe-plate']),
     jumpers: values.jumper.map(jumperOption),
@@ -240,6 +243,12 @@ function driverOptions({ board, 'driver-state': states, diag }) {
     diag: diag === undefined ? [] : diag.split(',').map((axis) => choice('--diag', wire.diag, axis)),
     driverStates: states.map(driverStateOption),
   };
+}
+
+/** Whether a VFD is connected, which takes the UART and a pad. */
+function vfdOption({ board, axes, console, vfd }) {
+  if (vfd && (console === 'uart' || !boardOf(board, Number(axes))?.vfdWire)) throw new Error(`--vfd: its wire needs the UART and a pad: use --console usb, and no ${board} of five motors`);
+  return vfd;
 }
 
 function driverStateOption(text) {

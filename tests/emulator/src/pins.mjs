@@ -26,16 +26,17 @@ const PICO = {
   tool: { pwm: 13, enable: 14, direction: 15, flood: 16, mist: 17 },
   contacts: { probe: 18, hold: 19, start: 20, alarm: 27 },
   tmcWire: null,
+  vfdWire: { tx: 0, rx: 1, sends: 28 },
 };
 
 /** A Pico 2 with four axes has a fifth motor too. Its switch is where the button for cycle start would be. */
-const PICO2_OF_FIVE = { ...PICO, second: { step: 27, dir: 28, limit: 20, enable: 8, machine: { block: 2, index: 0 } }, contacts: { probe: 18, hold: 19 } };
+const PICO2_OF_FIVE = { ...PICO, second: { step: 27, dir: 28, limit: 20, enable: 8, machine: { block: 2, index: 0 } }, contacts: { probe: 18, hold: 19 }, vfdWire: null };
 
 /**
  * Whose drivers it has, or is taken to have. For each axis, and the second motor of one, its STEP and DIR, its limit switch, and ENABLE of its driver. Then the emergency stop, the LED if there is one,
  * the outputs to the tool, and contacts to ground: the tool's probe, the buttons for feed hold and cycle start, and the alarm of drives.
- * Last the wire to UART drivers, if it has any: its pads, the drivers' addresses, and the axes whose limit input a jumper
- * connects with DIAG.
+ * Then the wire to UART drivers, if it has any: its pads, the drivers' addresses, and the axes whose limit input a jumper
+ * connects with DIAG. Last the wire to a VFD, if it has a pad that says when it sends.
  */
 export const BOARDS = {
   pico: PICO,
@@ -54,6 +55,7 @@ export const BOARDS = {
     tool: { pwm: 20, enable: 17, direction: 18, flood: 21, mist: 23 },
     contacts: { probe: 22, hold: 29, start: 27 },
     tmcWire: { tx: 8, rx: 9, addresses: { X: 0, Y: 2, Z: 1, A: 3 }, diag: ['X', 'Y', 'Z'] },
+    vfdWire: { tx: 0, rx: 1, sends: 24 },
   },
 };
 /** The pins of a board with firmware for so many axes. */

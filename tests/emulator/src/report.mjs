@@ -15,6 +15,7 @@ export function summary(board, console, error) {
     axes: Object.fromEntries(gantry.axes.map((axis) => [axis, axisSummary(gantry, axis)])),
     second: secondSummary(gantry),
     drivers: gantry.drivers?.summary() ?? null,
+    vfd: gantry.vfdWire?.summary() ?? null,
     driver_timing: { driver: gantry.timing.limits.name, violations: gantry.timing.total, by_rule: gantry.timing.counts, first: gantry.timing.first },
     core: coreSummary(clock),
     flash_cache: cacheSummary(board),

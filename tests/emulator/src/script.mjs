@@ -3,6 +3,7 @@ import { cyclesOfMicros } from './clock.mjs';
 import { differences } from './position-check.mjs';
 import { SWITCH_MODES } from './limit-switch.mjs';
 import { DRIVER_STATES } from './tmc2209-faults.mjs';
+import { VFD_STATES } from './vfd.mjs';
 import { AXES, SECOND, TOOL_OUTPUTS } from './pins.mjs';
 import { PLATE_SIDES, ProbePlate } from './probe-plate.mjs';
 import { Stillness } from './stillness.mjs';
@@ -31,6 +32,7 @@ export const COMMANDS = {
   'cold-cache': { usage: 'cold-cache', parse: nothing, run: (script) => script.board.cache.empty() },
   switch: { usage: `switch X|Y|Z|A|2 ${SWITCH_MODES.join('|')}`, parse: switchMode, run: (script, [name, mode]) => script.switchOf(name).setMode(mode) },
   driver: { usage: `driver X|Y|Z|A|2 ${DRIVER_STATES.join('|')}`, parse: driverState, run: (script, [motor, state]) => script.driverOf(motor).set(state) },
+  vfd: { usage: `vfd ${VFD_STATES.join('|')}`, parse: vfdState, run: (script, state) => script.vfd.set(state) },
   'check-square': { usage: 'check-square STEPS', parse: whole, run: (script, steps) => script.checkSquare(steps) },
   'count-together': { usage: 'count-together', parse: nothing, run: (script) => void script.second.takeSteps() },
   'check-together': { usage: 'check-together', parse: nothing, run: (script) => script.checkTogether() },
@@ -221,6 +223,12 @@ export class ScriptRun {
     return drivers.of(motor);
   }
 
+  get vfd() {
+    const { vfdWire } = this.board.gantry;
+    if (vfdWire === null) throw new Error('no VFD is connected: use --vfd');
+    return vfdWire.vfd;
+  }
+
   get second() {
     return this.board.gantry.second ?? noSecond();
   }
@@ -350,6 +358,10 @@ function outputState(rest) {
 function switchMode(rest) {
   const [axis, mode] = rest.trim().split(/\s+/);
   return [oneOf([...AXES, SECOND], axis ?? ''), oneOf(SWITCH_MODES, mode ?? '')];
+}
+
+function vfdState(rest) {
+  return oneOf(VFD_STATES, rest.trim());
 }
 
 function driverState(rest) {

@@ -3,6 +3,7 @@
 use isostep_motion::{Axis, Motor};
 use isostep_sim::drivers::DriverFault;
 use isostep_sim::tool::ToolOutput;
+use isostep_sim::vfd::VfdKind;
 use isostep_sim::world::Wire;
 use isostep_sim::{Port, SwitchFault};
 use serde_json::Value;
@@ -76,6 +77,7 @@ fn options(change: &With) -> Result<Vec<String>, String> {
             "diag",
             joined(Axis::ALL.into_iter().filter(|axis| diag[*axis as usize]).map(|axis| axis.to_string())),
         ),
+        With::Vfd(VfdKind::Gs20) => Ok(vec!["--vfd".to_owned()]),
         With::Plate(place) => option("probe-plate", place.to_string()),
         With::Emulator(words) => Ok(words.split(' ').map(str::to_owned).collect()),
         _ => Err(format!("the emulated board cannot have {change:?}")),
@@ -344,6 +346,8 @@ impl<const BY_TIMER: bool> Machine for Emulated<BY_TIMER> {
             }
             Step::Driver(motor, Some(DriverFault::OpenCoil)) => format!("driver {} open", name(*motor)),
             Step::Driver(motor, Some(fault)) => format!("driver {} {fault}", name(*motor)),
+            Step::Vfd(None) => "vfd well".to_owned(),
+            Step::Vfd(Some(fault)) => format!("vfd {fault}"),
             Step::Open => {
                 self.live.act("dtr off")?;
                 self.run_for(5 * MS)?;

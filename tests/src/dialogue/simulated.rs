@@ -72,6 +72,11 @@ impl Simulated {
             }
             Step::ToolNeverOn => is(outcome.tool.is_empty(), || format!("an output was on: {:?}", outcome.tool)),
             Step::DriverIs(driver, words) => self.driver_is(*driver, words),
+            Step::VfdTurns(hz) => {
+                let (turns_hz, drives) = self.sim.vfd(|vfd| (vfd.output_hz(), vfd.drives()));
+                let is_so = (turns_hz - hz).abs() <= hz.abs() / 100.0 && drives == (*hz != 0.0);
+                is(is_so, || format!("the VFD is at {turns_hz} Hz, and drives its motor: {drives}"))
+            }
             _ => Err("the simulated machine cannot do this: use `on: board`".to_owned()),
         }
     }
@@ -156,6 +161,7 @@ impl Machine for Simulated {
             Step::Drive(motor, is_wrong) => self.sim.set_drive(motor, is_wrong),
             Step::CutAlarm(axis, is_cut) => self.sim.cut_drive_alarm(axis, is_cut),
             Step::Driver(motor, fault) => self.sim.set_driver(motor, fault),
+            Step::Vfd(fault) => self.sim.set_vfd(fault),
             Step::Fault(fault) => self.sim.suffer(fault),
             Step::FlashRefuses(true) => self.flash.refuse(),
             Step::FlashRefuses(false) => self.flash.mend(),

@@ -6,6 +6,7 @@ use isostep_sim::drivers::DriverFault;
 use isostep_sim::faults::Fault;
 use isostep_sim::plate::Plate;
 use isostep_sim::tool::ToolOutput;
+use isostep_sim::vfd::{VfdFault, VfdKind};
 use isostep_sim::world::Wire;
 use isostep_sim::{Board, Config, Port, SwitchFault};
 
@@ -135,6 +136,10 @@ pub enum Step {
     Driver(Motor, Option<DriverFault>),
     /// The setup of a UART driver.
     DriverIs(usize, Vec<String>),
+    /// The fault of a VFD.
+    Vfd(Option<VfdFault>),
+    /// The output frequency of a VFD, Hz, within a hundredth; it drives its motor if that is not 0.
+    VfdTurns(f64),
     /// Something that goes wrong, as `isostep sim --fault` has it.
     Fault(Fault),
     /// The host opens the console.
@@ -174,6 +179,8 @@ pub enum With {
     Plate(PlatePlace),
     /// The axes whose limit input is wired to their driver.
     Jumpers([bool; AXES]),
+    /// A VFD.
+    Vfd(VfdKind),
     /// A fault from the start.
     Fault(Fault),
     /// The variation of its motors' load, as a fraction of what would stall them.
@@ -223,6 +230,10 @@ impl With {
             }
             ("plate", _) => Self::Plate(PlatePlace::read(rest)?),
             ("jumpers", _) => Self::Jumpers(axes(rest)),
+            ("vfd", _) => {
+                let kind = VfdKind::ALL.into_iter().find(|kind| kind.to_string() == rest);
+                Self::Vfd(kind.ok_or_else(|| format!("`{rest}` is no VFD: use {:?}", VfdKind::ALL))?)
+            }
             ("fault", _) => Self::Fault(fault(rest)?),
             ("load", _) => Self::LoadNoise(number(rest.strip_prefix("noise ").unwrap_or(rest))?),
             ("hold", "pressed") => Self::Pressed(Wire::Hold),
@@ -235,7 +246,7 @@ impl With {
             _ => {
                 return Err(format!(
                     "`{text}` is nothing a machine can have: use $n=v, start, port, board, emergency stop normally closed, \
-                     second console, baud, bounce, switch, plate, jumpers, load noise, fault, hold pressed, start pressed, \
+                     second console, baud, bounce, switch, plate, jumpers, load noise, vfd, fault, hold pressed, start pressed, \
                      closed loop, one alarm wire, loose frame, rigid motors, four axes or emulator"
                 ));
             }
@@ -262,6 +273,7 @@ impl With {
             Self::BounceUs(bounce_us) => config.bounce_us = bounce_us,
             Self::Jumpers(diag) => config.diag = diag,
             Self::LoadNoise(noise) => config.load_noise = noise,
+            Self::Vfd(kind) => config.vfd = Some(kind),
             Self::Fault(fault) => config.faults.push(fault),
             // A hand is no part of the configuration.
             Self::Pressed(_) => {}
@@ -437,6 +449,19 @@ fn driver(text: &str) -> Result<Step, String> {
     Ok(Step::Driver(motor, fault))
 }
 
+/// The fault of a VFD, or how it turns.
+fn vfd(text: &str) -> Result<Step, String> {
+    if let Some(hz) = text.strip_prefix("turns ").and_then(|hz| hz.strip_suffix(" Hz")) {
+        return number(hz).map(Step::VfdTurns);
+    }
+    let fault = VfdFault::ALL.into_iter().find(|fault| fault.to_string() == text);
+    if fault.is_none() && text != "well" {
+        let known = VfdFault::ALL.map(|fault| fault.to_string()).join(", ");
+        return Err(format!("`{text}` is nothing that a VFD can have: use well, {known}, or `turns 200 Hz`"));
+    }
+    Ok(Step::Vfd(fault))
+}
+
 fn press(word: &str, rest: &str) -> Result<Step, String> {
     let wire = match word {
         "probe" => Wire::Probe,
@@ -539,6 +564,7 @@ impl Step {
             ("changed", _) => changed(rest)?,
             ("drive", _) => drive(rest)?,
             ("driver", _) => driver(rest)?,
+            ("vfd", _) => vfd(rest)?,
             ("fault", _) => Self::Fault(fault(rest)?),
             ("motors", "on" | "off") => Self::Motors(rest == "on"),
             ("switch", _) => {
@@ -566,7 +592,7 @@ impl Step {
                 return Err(format!(
                     "`{text}` is no step: use one of > >> ! !! < with homed powered-up switched-on power-off-and-on wait until \
                      silence report state accessories unchanged steps places note moved took rested moves no-step-made no-step-lost no-violation \
-                     counts-agree trusted tool output watch changed motors switch drive driver fault flash emergency-stop \
+                     counts-agree trusted tool output watch changed motors switch drive driver vfd fault flash emergency-stop \
                      probe hold start plate console board emulator figure, as tests/dialogues/README.md says"
                 ));
             }

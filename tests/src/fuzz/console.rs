@@ -172,6 +172,7 @@ impl Console {
             Command::ShowModal | Command::ShowStartup | Command::Help => self.list(),
             Command::Unlock
             | Command::MeasureTool
+            | Command::ShowVfd
             | Command::SetToolReference
             | Command::ToggleCheck
             | Command::Sleep
@@ -268,6 +269,7 @@ impl Console {
             line_number: self.line_number,
             feed_mm_min: self.feed_mm_min,
             spindle_rpm: if modal.spindle == SpindleMode::Off { 0.0 } else { modal.speed_rpm * ratio },
+            actual_rpm: (self.line_number % 2 == 1).then_some(self.feed_mm_min),
             spindle: modal.spindle,
             coolant: modal.coolant,
             probe_touched,

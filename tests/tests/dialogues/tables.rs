@@ -86,6 +86,7 @@ fn row(command: &Command<'_>) -> &'static str {
         Command::Boot => "$BOOT",
         Command::Prove { .. } => "$PROVE, $PROVE=...",
         Command::ShowDrivers => "M122",
+        Command::ShowVfd => "$VFD",
         Command::Help => "$",
         Command::ShowSettings => "$$",
         Command::ShowParameters => "$#",
@@ -125,8 +126,8 @@ fn every_command_has_a_row_with_its_states() {
     ];
     let lines = [
         "$", "$$", "$1=5", "$#", "$G", "$I", "$I+", "$I=A", "$N", "$N0=G21", "$C", "$TPW", "$TLR", "$X", "$H", "$HY",
-        "$J=X1F1", "$BUZZ=Z", "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$RST=$", "$RST=#", "$RST=*", "$E1",
-        "$A1", "$ES", "$SED=904", "$EG", "$EE", "$EA",
+        "$J=X1F1", "$BUZZ=Z", "$STALL=Y", "$SLP", "$BOOT", "$PROVE", "M122", "$VFD", "$RST=$", "$RST=#", "$RST=*",
+        "$E1", "$A1", "$ES", "$SED=904", "$EG", "$EE", "$EA",
     ];
     let rows = table("`$` commands");
     assert_eq!(rows.len(), lines.len());

@@ -32,6 +32,7 @@ compile_error!("a proving image is for a Pico, whose pads it reads");
 pub const STEP_MASK: u32 = mask(&STEP);
 pub const ENABLE_MASK: u32 = mask(&ENABLE);
 pub const LED_MASK: u32 = mask(LED);
+pub const VFD_SENDS_MASK: u32 = mask(VFD_SENDS);
 /// The motors that the board has pins for. The fourth is the second one of an axis, or that of A; where there is a fifth it is the
 /// second one.
 pub const MOTORS: usize = if cfg!(five_motors) { 5 } else { 4 };
@@ -80,11 +81,13 @@ pub struct ControlPins {
     pub start: Option<Input<'static>>,
 }
 
-/// The wired console.
+/// The wired console, or the wire to a VFD.
 pub struct UartPins {
     pub uart: Peri<'static, UART0>,
     pub tx: Peri<'static, PIN_0>,
     pub rx: Peri<'static, PIN_1>,
+    /// See [`VFD_SENDS`].
+    pub vfd_sends: Option<Output<'static>>,
 }
 
 /// The wire of UART drivers.

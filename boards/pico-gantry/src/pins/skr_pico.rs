@@ -2,8 +2,8 @@
 //!
 //! By the maker's names of the terminals: the motors X, Y, Z and E0, and the stops X, Y and Z. The emergency stop is on E0-STOP,
 //! and the fourth motor's switch on THB, whose pin is next to that of Z-STOP, so that three state machines watch all. LASER is
-//! the PWM, FAN1 enable, FAN2 direction, HB flood, HE mist. SERVOS is feed hold and TH0 cycle start. RGB is no input: a buffer
-//! drives it. It has no plain LED.
+//! the PWM, FAN1 enable, FAN2 direction, HB flood, HE mist. SERVOS is feed hold and TH0 cycle start. RGB is no input, as a buffer
+//! drives it: it is high while the board sends to a VFD. It has no plain LED.
 
 use isostep_controller::DriverHardware;
 
@@ -28,6 +28,7 @@ board! {
     start: [PIN_27],
     led: [],
     driver_wire: [PIN_8, PIN_9],
+    vfd_sends: [PIN_24],
 }
 
 /// The board's own addresses, and the resistors that it has.

@@ -24,6 +24,7 @@ macro_rules! board {
         start: [$($start:ident)?],
         led: [$($led:ident)?],
         driver_wire: [$($driver_tx:ident, $driver_rx:ident)?],
+        vfd_sends: [$($vfd_sends:ident)?],
     ) => {
         use embassy_rp::gpio::{Input, Level, Output, Pull};
         use embassy_rp::{Peri, Peripherals, peripherals};
@@ -40,6 +41,8 @@ macro_rules! board {
         pub const TOOL_SWITCHES: [usize; 4] = numbers![$tool, $direction, $flood, $mist];
         pub const PROBE: usize = number!($probe);
         pub const LED: &[usize] = &numbers![$($led)?];
+        /// High while the board sends on the wire to a VFD. Not every board has a pin left for it.
+        pub const VFD_SENDS: &[usize] = &numbers![$($vfd_sends)?];
 
         pub type StepTypes = owned![$($step),+];
         pub type DirTypes = owned![$($dir),+];
@@ -91,7 +94,12 @@ macro_rules! board {
                     led: [$(Output::new(p.$led, Level::Low))?].into_iter().next(),
                     $(driver_wire: super::DriverWirePins { uart: p.UART1, tx: p.$driver_tx, rx: p.$driver_rx },)?
                     usb: p.USB,
-                    uart: super::UartPins { uart: p.UART0, tx: p.PIN_0, rx: p.PIN_1 },
+                    uart: super::UartPins {
+                        uart: p.UART0,
+                        tx: p.PIN_0,
+                        rx: p.PIN_1,
+                        vfd_sends: [$(Output::new(p.$vfd_sends, Level::Low))?].into_iter().next(),
+                    },
                     watchdog: p.WATCHDOG,
                     output_watchdog: ($(p.$cut_off,)+),
                     flash: p.FLASH,

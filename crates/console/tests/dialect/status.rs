@@ -9,8 +9,8 @@ use isostep_console::{
 use proptest::prelude::*;
 
 /// The limits that [`StatusReporter::write`] and [`StatusReporter::write_full`] document.
-const LONGEST_BYTES: usize = 177;
-const LONGEST_FULL_BYTES: usize = 209;
+const LONGEST_BYTES: usize = 188;
+const LONGEST_FULL_BYTES: usize = 220;
 
 /// A machine at rest, with nothing switched on and nothing pressed.
 const QUIET: StatusReport = StatusReport {
@@ -20,6 +20,7 @@ const QUIET: StatusReport = StatusReport {
     line_number: 0,
     feed_mm_min: 0.0,
     spindle_rpm: 0.0,
+    actual_rpm: None,
     spindle: SpindleMode::Off,
     coolant: Coolant::Off,
     probe_touched: false,
@@ -151,6 +152,7 @@ fn the_longest_report_is_as_long_as_promised() {
         line_number: 10_000_000,
         feed_mm_min: 1.75e8,
         spindle_rpm: 199_999_984.0,
+        actual_rpm: Some(6_553_500_000.0),
         spindle: SpindleMode::CounterClockwise,
         coolant: Coolant::Both,
         probe_touched: true,
@@ -189,12 +191,12 @@ fn the_longest_report_is_as_long_as_promised() {
     StatusReporter::new().write_full(&mut heard, &status, &settings).unwrap();
     assert_eq!(heard.len() - before, LONGEST_FULL_BYTES);
     expect![[r#"
-        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|WCO:-30000.000,30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
-        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DMRHS|WCO:-1181.1024,1181.1024,-1181.1024|WCS:G59.3|H:1,7|T:99999|TLR:1>
-        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984|Pn:PXYZ2DMRHS|Ov:200,100,200|A:CFM>
-        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|WCO:-30000.000,-30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
-        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984|Pn:PXYZ2DMRHS|WCO:-30000.000,-30000.000,-30000.000|Ov:200,100,200|A:CFM|WCS:G59.3|H:1,7|T:99999|TLR:1|FW:Isostep>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984,6553500160|Pn:PXYZ2DMRHS|WCO:-30000.000,30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
+        <Door:3|MPos:-10000.000,-10000.000,-10000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984,6553500160|Pn:PXYZ2DMRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984,6553500160|Pn:PXYZ2DMRHS|WCO:-1181.1024,1181.1024,-1181.1024|WCS:G59.3|H:1,7|T:99999|TLR:1>
+        <Door:3|MPos:-393.7008,-393.7008,-393.7008|Bf:255,65535|Ln:10000000|FS:6889764.0,199999984,6553500160|Pn:PXYZ2DMRHS|Ov:200,100,200|A:CFM>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984,6553500160|Pn:PXYZ2DMRHS|WCO:-30000.000,-30000.000,-30000.000|WCS:G59.3|H:1,7|T:99999|TLR:1>
+        <Door:3|MPos:-40000.000,-40000.000,-40000.000|Bf:255,65535|Ln:10000000|FS:175000000,199999984,6553500160|Pn:PXYZ2DMRHS|WCO:-30000.000,-30000.000,-30000.000|Ov:200,100,200|A:CFM|WCS:G59.3|H:1,7|T:99999|TLR:1|FW:Isostep>
     "#]].assert_eq(&heard.replace('\r', ""));
 }
 

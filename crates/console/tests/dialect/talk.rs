@@ -119,6 +119,7 @@ impl Talk {
             Command::Prove { words } => write!(heard, "(prove {words}) ").unwrap(),
             #[cfg(feature = "trinamic")]
             Command::ShowDrivers => heard.push_str("(drivers) "),
+            Command::ShowVfd => heard.push_str("(vfd) "),
             Command::Help => heard.push_str(report::HELP),
             Command::ShowBuild { is_extended } => {
                 report::build(heard, build_text, is_extended).unwrap();
@@ -183,6 +184,7 @@ impl Talk {
             line_number: 0,
             feed_mm_min: 0.0,
             spindle_rpm: if modal.spindle == SpindleMode::Off { 0.0 } else { modal.speed_rpm },
+            actual_rpm: None,
             spindle: modal.spindle,
             coolant: modal.coolant,
             probe_touched: self.probe_touched,

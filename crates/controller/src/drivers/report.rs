@@ -7,7 +7,7 @@ use isostep_motion::Motor;
 use tmc2209::reg::DRV_STATUS;
 
 use super::health::Health;
-use super::{DRIVERS, Drivers, Known, News, is_watched, motor};
+use super::{DRIVERS, DriverNews, Drivers, Known, is_watched, motor};
 use crate::status;
 
 impl Drivers {
@@ -49,7 +49,7 @@ impl fmt::Display for DriverLine {
 }
 
 /// Its first word is the motor's name.
-impl fmt::Display for News {
+impl fmt::Display for DriverNews {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (what, remedy) = self.health.words();
         let is = if matches!(self.health, Health::Well | Health::Hot) { "is " } else { "" };

@@ -6,7 +6,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use isostep_console::{Error, Fixed, Settings};
 use isostep_motion::{AXES, Axis, Motor};
 
-use super::{Drivers, News};
+use super::{DriverNews, Drivers};
 use crate::config::config;
 use crate::controller::Controller;
 use crate::output::Message;
@@ -70,7 +70,7 @@ impl<F: NorFlash> Controller<'_, F> {
         for axis in axes_of(mask) {
             let health = drivers.known.borrow()[axis as usize].health;
             if health.stops() {
-                text.say(News { motor: Motor::first(axis), health });
+                text.say(DriverNews { motor: Motor::first(axis), health });
                 return Err(Error::Locked);
             }
         }

@@ -11,8 +11,9 @@ use tmc2209::reg::{CHOPCONF, DRV_STATUS, GCONF, GSTAT, IHOLD_IRUN, SG_RESULT, SG
 use super::exchange::{DriverOnWire, Failure, SEND_DELAY};
 use super::health::{Health, is_off, is_shorted};
 use super::registers::Registers;
-use super::{DRIVERS, Drivers, Known, News, Wire, is_watched, motor};
+use super::{DRIVERS, DriverNews, Drivers, Known, Wire, is_watched, motor};
 use crate::controller::Controller;
+use crate::news::News;
 
 /// The time between two rounds.
 const ROUND_MS: u64 = 100;
@@ -103,7 +104,15 @@ impl<F: NorFlash> Controller<'_, F> {
         if known.health.stops() && !was_unlocked {
             self.machine.driver_failed(motor);
         }
-        drivers.tell(motor, before, known.health);
+        self.tell_health(motor, before, known.health);
+    }
+
+    /// Tells the consoles what has changed.
+    fn tell_health(&self, motor: Motor, before: Health, health: Health) {
+        let is_news = health != before && (before != Health::Unknown || health != Health::Well);
+        if is_news {
+            self.publish(News::Driver(DriverNews { motor, health }));
+        }
     }
 
     /// The motor of a driver that is watched, and what the driver is to be set to.
@@ -120,14 +129,6 @@ impl<F: NorFlash> Controller<'_, F> {
 }
 
 impl Drivers {
-    /// Tells the consoles what has changed.
-    fn tell(&self, motor: Motor, before: Health, health: Health) {
-        let is_news = health != before && (before != Health::Unknown || health != Health::Well);
-        if is_news {
-            self.news.sender().send(News { motor, health });
-        }
-    }
-
     fn note(&self, driver: usize, change: impl FnOnce(&mut Known)) {
         change(&mut self.known.borrow_mut()[driver]);
     }

@@ -34,7 +34,7 @@ impl Machine {
     /// was stopped meanwhile reaches its speed first.
     pub fn resume(&self) {
         let reaction = self.with(|inner| {
-            let before = inner.effective().spindle;
+            let before = inner.effective();
             let reaction = self.apply(inner, Trigger::Resume);
             if reaction == Reaction::Wake {
                 inner.outputs.stopped = None;
@@ -127,7 +127,7 @@ impl Machine {
             }
             let changed = select(self.asked.wait(), self.stopped.wait());
             let (held, ready_at) = self.with(|inner| (inner.life.held, inner.outputs.ready_at));
-            if held {
+            if held || ready_at == Instant::MAX {
                 changed.await;
             } else if Instant::now() < ready_at {
                 select(changed, Timer::at(ready_at)).await;

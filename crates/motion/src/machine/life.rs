@@ -10,7 +10,7 @@
 mod tests;
 
 use super::Door;
-use crate::event::{Alarm, State};
+use crate::event::{Alarm, SpindleFault, State};
 use crate::motor::Motor;
 
 /// The state of a machine, and what decides on the next one.
@@ -57,6 +57,8 @@ pub(crate) enum Cause {
     Fault(Alarm),
     /// The board has switched the tool off by itself.
     ToolCutOff,
+    /// The spindle does not turn as it is to.
+    Spindle(SpindleFault),
     /// The driver of this motor has failed.
     Driver(Motor),
 }
@@ -70,6 +72,7 @@ impl Cause {
             (Self::Door, _) => Alarm::HomingDoor,
             (Self::Fault(alarm), _) => alarm,
             (Self::ToolCutOff, _) => Alarm::ToolCutOff,
+            (Self::Spindle(fault), _) => Alarm::SpindleFailed { fault },
             (Self::Driver(motor), _) => Alarm::DriverFailed { motor },
             (Self::Reset, State::Home) => Alarm::HomingReset,
             (Self::Reset, _) => Alarm::ResetInMotion,
@@ -121,6 +124,8 @@ pub(super) enum Trigger {
     Fault(Alarm),
     /// The board has switched the tool off by itself, because the processor was held up.
     ToolCutOff,
+    /// The spindle does not turn as it is to, or nobody knows whether it does.
+    SpindleFailed(SpindleFault),
     /// The driver of this motor has failed.
     DriverFailed(Motor),
     /// It says by its output that its motor has stalled, or that it has failed.
@@ -241,6 +246,7 @@ impl Life {
             }
             Trigger::Fault(alarm) => return self.stop(Cause::Fault(alarm)),
             Trigger::ToolCutOff => return self.stop(Cause::ToolCutOff),
+            Trigger::SpindleFailed(fault) => return self.stop(Cause::Spindle(fault)),
             Trigger::DriverFailed(motor) => return self.stop(Cause::Driver(motor)),
             // Homing looks for stalls, too.
             Trigger::Stalled(motor) if !matches!(self.state, State::Home) => return self.stop(Cause::Driver(motor)),
@@ -399,8 +405,8 @@ impl Life {
         Reaction::Wake
     }
 
-    /// Notes why everything stops; the first cause is kept. At rest only the emergency stop, a tool that was cut off and a
-    /// driver that has failed mean anything. Only a driver holds an axis at rest, also while the machine is locked.
+    /// Notes why everything stops; the first cause is kept. At rest only the emergency stop, a tool that was cut off, a
+    /// spindle and a driver that have failed mean anything. Only a driver holds an axis at rest, also while the machine is locked.
     fn stop(&mut self, cause: Cause) -> Reaction {
         let is_driver = matches!(cause, Cause::Driver(_));
         if self.is_locked() {
@@ -415,6 +421,7 @@ impl Life {
         let (alarm, reaction) = match cause {
             Cause::EmergencyStop => (Alarm::EmergencyStop, Reaction::None),
             Cause::ToolCutOff => (Alarm::ToolCutOff, Reaction::None),
+            Cause::Spindle(fault) => (Alarm::SpindleFailed { fault }, Reaction::None),
             Cause::Driver(motor) => (Alarm::DriverFailed { motor }, Reaction::Distrust),
             _ => return Reaction::None,
         };

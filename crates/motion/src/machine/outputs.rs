@@ -9,16 +9,18 @@ use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 
 use super::{Busy, Inner, Machine, Reaction, Trigger};
-use crate::event::State;
+use crate::event::{SpindleFault, State};
 use crate::port::Inhibit;
-use crate::tool::power::Level;
-use crate::tool::spindle::{Outputs, Spindle, ToolWanted};
+use crate::tool::power::{Asked, Level};
+use crate::tool::spindle::{Outputs, Spindle, SpindleWanted, ToolConfig, ToolWanted};
 use crate::tool::stroke::StrokeQueue;
 
 /// The state that the machine and its tool's task share.
 pub(super) struct ToolLink {
     strokes: StrokeQueue,
     asked: Signal<CriticalSectionRawMutex, ()>,
+    /// The same for who turns a spindle otherwise than by the outputs.
+    spindle_asked: Signal<CriticalSectionRawMutex, ()>,
     level: AtomicU16,
     inhibit: Mutex<CriticalSectionRawMutex, Cell<Inhibit>>,
 }
@@ -28,6 +30,7 @@ impl ToolLink {
         Self {
             strokes: StrokeQueue::new(),
             asked: Signal::new(),
+            spindle_asked: Signal::new(),
             level: AtomicU16::new(0),
             inhibit: Mutex::new(Cell::new(|_engaged| {})),
         }
@@ -37,6 +40,7 @@ impl ToolLink {
     #[inline(never)]
     pub fn ask(&self) {
         self.asked.signal(());
+        self.spindle_asked.signal(());
     }
 
     /// The level that the PWM output has now, with the override applied.
@@ -66,8 +70,10 @@ pub(super) struct OutputsAsked {
     pub percent: u8,
     /// Why the spindle stands in a hold.
     pub stopped: Option<SpindleStop>,
-    /// The instant at which the spindle has its speed: nothing moves before.
+    /// The instant at which the spindle has its speed: nothing moves before. [`Instant::MAX`] until it is reported.
     pub ready_at: Instant,
+    /// The number of times that the spindle was to turn otherwise, or to stand.
+    pub turns: u32,
     /// The spindle, or the laser, is to be off once no motion is pending.
     pub stops_at_rest: bool,
     /// The number of times that all outputs have been switched off at once.
@@ -81,6 +87,7 @@ impl OutputsAsked {
             percent: 100,
             stopped: None,
             ready_at: Instant::MIN,
+            turns: 0,
             stops_at_rest: false,
             stops: 0,
         }
@@ -89,7 +96,8 @@ impl OutputsAsked {
 
 impl Machine {
     /// Changes the outputs. If the spindle begins to turn, or turns in the other direction, the motions that follow
-    /// wait until it has its speed. A spindle turns if it has a direction and a level above zero.
+    /// wait until it has its speed; if it reports its speed, after any other change of it, too. A spindle turns if it has a
+    /// direction and a level above zero.
     ///
     /// # Errors
     /// In an alarm, and while a stop or a reset is under way, the outputs stay off.
@@ -110,7 +118,7 @@ impl Machine {
 
     fn change_outputs(&self, to: Outputs, change: fn(&mut OutputsAsked, Outputs)) -> Result<(), Busy> {
         self.with(|inner| {
-            let (before, mut outputs) = (inner.effective().spindle, inner.outputs);
+            let (before, mut outputs) = (inner.effective(), inner.outputs);
             change(&mut outputs, to);
             if outputs.asked != Outputs::OFF && self.apply(inner, Trigger::OutputAsked) == Reaction::Refuse {
                 return Err(Busy(inner.life.state));
@@ -125,7 +133,7 @@ impl Machine {
     /// Switches the spindle or the laser off once no motion is pending.
     pub fn stop_spindle_at_rest(&self) {
         self.with(|inner| {
-            let before = inner.effective().spindle;
+            let before = inner.effective();
             inner.outputs.stops_at_rest = true;
             inner.rest_outputs();
             inner.spin_up(before);
@@ -165,12 +173,53 @@ impl Machine {
     fn stop_spindle_in_hold(&self, stopped: fn(Option<SpindleStop>) -> Option<SpindleStop>) {
         self.with(|inner| {
             if matches!(inner.life.state, State::Hold { still: true }) {
-                let before = inner.effective().spindle;
+                let before = inner.effective();
                 inner.outputs.stopped = stopped(inner.outputs.stopped);
                 inner.spin_up(before);
             }
         });
         self.tool.ask();
+    }
+}
+
+/// For who turns a spindle otherwise than by the outputs, and knows its speed: [`ToolConfig::reports_speed`].
+impl Machine {
+    /// How the spindle is to turn now.
+    #[must_use]
+    #[cold]
+    pub fn spindle_wanted(&self) -> SpindleWanted {
+        let wanted = self.tool_wanted();
+        let ToolConfig { laser, duties, .. } = wanted.config;
+        let asked = if laser { Asked::NOTHING } else { Asked::even(wanted.outputs.level) };
+        let level = duties.made(wanted.level(asked));
+        let spindle = if level == Level::ZERO { Spindle::Off } else { wanted.outputs.spindle };
+        SpindleWanted { spindle, level, turns: wanted.turns }
+    }
+
+    /// Waits until the spindle may have to turn otherwise. Only one task may wait.
+    ///
+    /// # Cancellation
+    /// Safe: what has changed meanwhile ends the next wait at once.
+    pub async fn wait_spindle(&self) {
+        self.tool.spindle_asked.wait().await;
+    }
+
+    /// The spindle turns as is wanted: what waits for that goes on, unless something else is wanted by now.
+    #[cold]
+    pub fn spindle_at_speed(&self, wanted: SpindleWanted) {
+        self.with(|inner| {
+            if inner.outputs.turns == wanted.turns {
+                inner.outputs.ready_at = Instant::MIN;
+            }
+        });
+        self.wake();
+    }
+
+    /// The spindle does not turn as it is to, or nobody knows whether it does. Everything stops at once, and an alarm says which;
+    /// the position is trusted only if nothing moved. Safe from any context.
+    #[cold]
+    pub fn spindle_failed(&self, fault: SpindleFault) {
+        self.on(Trigger::SpindleFailed(fault));
     }
 }
 
@@ -189,11 +238,16 @@ impl Inner {
     }
 
     /// If the spindle turns otherwise than `before`, the motions that follow wait until it has its speed.
-    pub(super) fn spin_up(&mut self, before: Spindle) {
-        let spindle = self.effective().spindle;
-        if spindle != before && !self.config.tool.laser {
-            let turns = spindle != Spindle::Off;
-            self.outputs.ready_at = if turns { Instant::now() + self.config.tool.spin_up } else { Instant::MIN };
+    pub(super) fn spin_up(&mut self, before: Outputs) {
+        let (Outputs { spindle, level, .. }, tool) = (self.effective(), &self.config.tool);
+        let is_other = spindle != before.spindle || tool.reports_speed && level != before.level;
+        if is_other && !tool.laser {
+            self.outputs.turns = self.outputs.turns.wrapping_add(1);
+            self.outputs.ready_at = match spindle {
+                Spindle::Off => Instant::MIN,
+                _ if tool.reports_speed => Instant::MAX,
+                _ => Instant::now() + tool.spin_up,
+            };
         }
     }
 
@@ -209,8 +263,9 @@ impl Inner {
 impl Machine {
     /// Switches all outputs off at once. It is called in one critical section with the change that is the reason.
     pub(super) fn cut_outputs(&self, inner: &mut Inner) {
-        let OutputsAsked { percent, stops, .. } = inner.outputs;
-        inner.outputs = OutputsAsked { percent, stops: stops.wrapping_add(1), ..OutputsAsked::new() };
+        let OutputsAsked { percent, stops, turns, .. } = inner.outputs;
+        let (stops, turns) = (stops.wrapping_add(1), turns.wrapping_add(1));
+        inner.outputs = OutputsAsked { percent, stops, turns, ..OutputsAsked::new() };
         inner.life.on(Trigger::OutputsCut);
         self.tool.inhibit(true);
         self.tool.ask();
@@ -232,6 +287,7 @@ impl Machine {
             outputs: inner.effective(),
             percent: inner.outputs.percent,
             stops: inner.outputs.stops,
+            turns: inner.outputs.turns,
         })
     }
 

@@ -16,6 +16,8 @@ pub struct ToolConfig {
     pub pwm_hz: u32,
     /// The time that a spindle takes to reach its speed. Nothing moves during that time.
     pub spin_up: Duration,
+    /// Instead of that time nothing moves until it is [reported](crate::Machine::spindle_at_speed) that the spindle has its speed.
+    pub reports_speed: bool,
 }
 
 /// A spindle that has its speed at once, by the whole range of a PWM of 1 kHz. It serves a machine without a tool too.
@@ -26,6 +28,7 @@ impl Default for ToolConfig {
             duties: Duties::new(Level::ZERO, 0, u16::MAX),
             pwm_hz: 1_000,
             spin_up: Duration::from_ticks(0),
+            reports_speed: false,
         }
     }
 }
@@ -65,6 +68,17 @@ impl Outputs {
     }
 }
 
+/// How a spindle is to turn that is not turned by the outputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SpindleWanted {
+    /// Whether, and in which direction.
+    pub spindle: Spindle,
+    /// Its speed, with the override applied; zero only if it is to stand.
+    pub level: Level,
+    /// The number of times that it was to turn otherwise, or to stand, without those of overrides.
+    pub turns: u32,
+}
+
 /// The outputs that the machine's state asks for.
 #[derive(Clone, Copy)]
 pub(crate) struct ToolWanted {
@@ -74,6 +88,8 @@ pub(crate) struct ToolWanted {
     pub percent: u8,
     /// The number of times that the inhibit was engaged.
     pub stops: u32,
+    /// See [`SpindleWanted::turns`].
+    pub turns: u32,
 }
 
 impl ToolWanted {

@@ -20,6 +20,7 @@ use crate::port::AxisPort;
 use crate::record::Wire;
 use crate::time::in_background;
 use crate::tool::SimTool;
+use crate::vfd::VfdLine;
 use crate::world::Shared;
 
 /// Spawns the tasks that run at high priority on a board, then the coordinator.
@@ -92,8 +93,9 @@ fn spawn_tool(executor: &mut Executor, world: &Shared, machine: &Rc<Machine>) {
     });
 }
 
-/// The parts that a controller is made with: its store, the UART drivers, and whether one wire tells the alarm of all others.
-pub(super) type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>, bool);
+/// The parts that a controller is made with: its store, the UART drivers, whether one wire tells the alarm of all others, and the wire to a
+/// VFD.
+pub(super) type Parts = (Store<Flash>, Option<(DriverHardware, DriverWire)>, bool, VfdLine);
 
 /// Spawns the task of the consoles.
 pub(super) fn spawn_consoles(
@@ -120,7 +122,7 @@ pub(super) fn spawn_consoles(
 /// Serves one console, or two.
 async fn serve_all(
     machine: Rc<Machine>,
-    (store, mut drivers, has_one_alarm_wire): Parts,
+    (store, mut drivers, has_one_alarm_wire, vfd): Parts,
     links: Vec<(impl Read, impl Write, Pipe)>,
     flow: FlowControl,
 ) {
@@ -141,7 +143,14 @@ async fn serve_all(
             in_background(&clock, || controller.sets_drivers(), controller.watch_drivers(wire)).await;
         }
     };
-    join(serve_links(&controller, links, flow), watching).await;
+    let takes_vfd = controller.takes_vfd();
+    let turning = async {
+        if takes_vfd {
+            let clock = vfd.clock().clone();
+            in_background(&clock, || controller.vfd_settles(), controller.watch_vfd(vfd)).await;
+        }
+    };
+    join(serve_links(&controller, links, flow), join(watching, turning)).await;
 }
 
 async fn serve_links(controller: &Controller<'_, Flash>, links: Vec<(impl Read, impl Write, Pipe)>, flow: FlowControl) {

@@ -78,6 +78,7 @@ export function buildRp2350(clock, board, { missFactor = 1, coreFactor = 1, coun
   const flash = new Flash(chip, cache, (onChange) => new Qmi(chip, 'QMI', onChange));
   const watchdog = new Watchdog(chip, 'WATCHDOG', board.onWatchdog);
   const uart = new Uart(chip, 'UART0', IRQ_UART0, board.onUartByte);
+  chip.uart0 = uart;
   chip.uart1 = new Uart(chip, 'UART1', IRQ_UART1, () => {});
   chip.pwm = new Pwm(chip, 'PWM');
   runBeside(chip, clock, cache);

@@ -10,6 +10,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::axes::Axis;
+use crate::event::SpindleFault;
 
 /// The number of motions that are pending at most: one under way, and others that wait.
 const MOTIONS: usize = 3;
@@ -33,6 +34,7 @@ fn triggers(life: &Life) -> Vec<Trigger> {
         Trigger::Limit(Motor::first(AXIS)),
         Trigger::EmergencyStop(!life.emergency),
         Trigger::ToolCutOff,
+        Trigger::SpindleFailed(SpindleFault::Drive),
         Trigger::DriverFailed(Motor::first(AXIS)),
         Trigger::Stalled(Motor::first(AXIS)),
         Trigger::TakenOver,
@@ -99,7 +101,7 @@ fn reached() -> BTreeMap<String, (Life, Vec<Trigger>)> {
 fn for_all(check: impl Fn(&Life) -> Result<(), String>) {
     let reached = reached();
     // docs/states.md names the number.
-    assert_eq!(reached.len(), 9932, "lives that can be reached");
+    assert_eq!(reached.len(), 11412, "lives that can be reached");
     for (life, way) in reached.values() {
         if let Err(why) = check(life) {
             panic!("{why}: {life:?}\nafter {way:?}");
@@ -176,6 +178,7 @@ fn a_stop_halts_what_moves() {
             Trigger::EmergencyStop(true),
             Trigger::Fault(JUDGED),
             Trigger::ToolCutOff,
+            Trigger::SpindleFailed(SpindleFault::Drive),
             Trigger::DriverFailed(Motor::first(AXIS)),
         ];
         let halt = limit_halts && others.into_iter().all(is_halted);
@@ -266,7 +269,7 @@ const SITUATIONS: [(&str, &[Trigger]); 8] = [
     ("Alarm", &[Trigger::Raise(HARMLESS)]),
 ];
 
-const ROWS: [(&str, Trigger); 19] = [
+const ROWS: [(&str, Trigger); 20] = [
     ("a move is asked for", Trigger::Asked(Kind::Program)),
     ("a jog is asked for", Trigger::Asked(Kind::Jog)),
     ("homing is asked for", Trigger::Asked(Kind::Homing)),
@@ -282,6 +285,7 @@ const ROWS: [(&str, Trigger); 19] = [
     ("emergency stop", Trigger::EmergencyStop(true)),
     ("a step port faults", Trigger::Fault(JUDGED)),
     ("the tool was cut off", Trigger::ToolCutOff),
+    ("the spindle fails", Trigger::SpindleFailed(SpindleFault::Drive)),
     ("a driver fails", Trigger::DriverFailed(Motor::first(AXIS))),
     ("a driver says stall", Trigger::Stalled(Motor::first(AXIS))),
     ("a soft limit is found", Trigger::Raise(Alarm::SoftLimit { axis: AXIS })),
