@@ -19,11 +19,12 @@ struct Budget {
 }
 
 /// A Pico has 2 MiB of flash; the smaller budget makes growth visible. What senders of grblHAL read takes 8 KiB of it, a change of the
-/// tool 18 KiB. The RP2040 has 264 KiB of RAM in total; the smaller budgets keep room for what is to come. 1.5 KiB of the statics are
-/// the table of 32 tools and nine work coordinate systems, in force and as the flash has them.
-const RP2040_BUDGET: Budget = Budget { flash: 400 * KIB, code: 124 * KIB, statics: 83 * KIB };
+/// tool 18 KiB, a spindle with a VFD 16 KiB and crossed belts 9 KiB. The RP2040 has 264 KiB of RAM in total; the smaller budgets keep
+/// room for what is to come. 1.5 KiB of the statics are the table of 32 tools and nine work coordinate systems, in force and as the
+/// flash has them; 1 KiB of code and 1 KiB of statics are a VFD, alarms of drives and crossed belts.
+const RP2040_BUDGET: Budget = Budget { flash: 420 * KIB, code: 125 * KIB, statics: 84 * KIB };
 /// A Pico 2 has 4 MiB of flash, and the RP2350 520 KiB of RAM: the budgets alone make growth visible.
-const RP2350_BUDGET: Budget = Budget { flash: 400 * KIB, code: 130 * KIB, statics: 83 * KIB };
+const RP2350_BUDGET: Budget = Budget { flash: 420 * KIB, code: 131 * KIB, statics: 84 * KIB };
 /// The room that a fourth axis may take, of code and of statics.
 const FOURTH_AXIS_BUDGET_BYTES: [u64; 2] = [KIB, 14 * KIB];
 /// The room that an image that measures itself may take, of code and of statics.
@@ -121,7 +122,7 @@ mod tests {
     fn a_budget_may_be_used_up_but_not_exceeded() {
         assert!(FULL.check().is_ok());
         let over = Footprint { code: RP2040_BUDGET.code + 1, ..FULL }.check().unwrap_err();
-        let expected = "RAM: code: 126977 bytes are 1 over the budget of 126976 (see xtask/src/footprint.rs)";
+        let expected = "RAM: code: 128001 bytes are 1 over the budget of 128000 (see xtask/src/footprint.rs)";
         assert_eq!(over.to_string(), expected);
     }
 
@@ -129,11 +130,11 @@ mod tests {
     fn the_table_shows_kibibytes_and_shares() {
         assert_eq!(
             Footprint { flash: 196_608, code: 73_728, statics: 18_432, ..FULL }.table(),
-            "flash                     192.0 KiB  of  400 KiB    48 %\n\
-             RAM: code                  72.0 KiB  of  124 KiB    58 %\n\
-             RAM: statics               18.0 KiB  of   83 KiB    21 %\n\
+            "flash                     192.0 KiB  of  420 KiB    45 %\n\
+             RAM: code                  72.0 KiB  of  125 KiB    57 %\n\
+             RAM: statics               18.0 KiB  of   84 KiB    21 %\n\
              RAM: stack, reserved       16.0 KiB  of   16 KiB   100 %\n\
-             RAM, in all               106.0 KiB  of  223 KiB    47 %\n"
+             RAM, in all               106.0 KiB  of  225 KiB    47 %\n"
         );
     }
 }
