@@ -87,8 +87,7 @@ fn the_carriage_goes_where_a_cartesian_one_goes() {
 
 /// A machine whose Y is slower in everything than X.
 fn unlike() -> Config {
-    let mut config = Config::default();
-    config.start_mm = [150.0, 150.0, 40.0];
+    let mut config = Config { start_mm: [150.0, 150.0, 40.0], ..Config::default() };
     let settings = &mut config.settings;
     (settings.steps_per_mm, settings.soft_limits) = ([80.0; AXES], false);
     (settings.max_rate_mm_min, settings.accel_mm_s2) = ([12_000.0; AXES], [2_000.0; AXES]);

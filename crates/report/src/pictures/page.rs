@@ -208,7 +208,7 @@ fn axes(figures: &Figures) -> Section {
                  most by sqrt(8 x acceleration x $11), or twice the start speed.";
     let belts = figures.belts.map_or(String::new(), |belts| format!(" And {belts}."));
     Section::new("Axes and their limits")
-        .with_text(&format!("{about}{belts}"))
+        .with_text(format!("{about}{belts}"))
         .with_tables([Table::new(&head, rows.collect())])
 }
 
