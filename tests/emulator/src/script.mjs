@@ -203,8 +203,7 @@ export class ScriptRun {
    * counted or not.
    */
   checkPosition() {
-    const { axes, carriages } = this.board.gantry;
-    const counted = () => axes.map((axis) => carriages[axis].positionSteps);
+    const counted = () => this.board.gantry.countedSteps();
     const before = counted();
     this.console.inbox.status = [];
     this.console.send(STATUS_REQUEST);

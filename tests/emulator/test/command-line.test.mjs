@@ -24,6 +24,19 @@ test('the reported position is held against the counted steps, and may be any th
   assert.deepEqual(differences('<Idle>', [], []), ['no MPos in <Idle>']);
 });
 
+test('with belts an axis may be half a step beside a whole one', () => {
+  const status = '<Hold:0|MPos:1.010,-0.050,0.000|FS:0,0>';
+  assert.deepEqual(differences(status, [50.5, -2.5, 0], [50.5, -2.5, 0]), []);
+  assert.deepEqual(differences(status, [50, -2.5, 0], [50, -2.5, 0]), ['X is reported at 50.5 steps, and 50 left the pin']);
+});
+
+test('crossed belts are asked for, and not where an axis has two motors already', () => {
+  const option = (...args) => parseOptions(['--elf', 'a', '--live', ...args]);
+  assert.equal(option().belts, false);
+  assert.equal(option('--belts', '--second', 'Z,1').belts, true);
+  for (const axis of ['X', 'Y']) assert.throws(() => option('--belts', '--second', `${axis},1`), new RegExp(`with --belts ${axis} has two motors already`));
+});
+
 test('contacts are closed by hand, and a plate is put in the way of an axis', () => {
   const script = parseScript('probe pressed\nhold released\nprobe-plate Z 12.5 below\nprobe-plate none\n');
   assert.deepEqual(script.map(({ argument }) => argument), [true, false, new ProbePlate('Z', 12.5, 'below'), null]);
