@@ -44,6 +44,12 @@ pub struct Emulated<const BY_TIMER: bool> {
     resets: usize,
 }
 
+/// The places of the axes by the edges that left the pins, in parts of a step.
+struct Counted {
+    places: Vec<i64>,
+    parts: i64,
+}
+
 /// A motor by the emulator's name.
 fn name(motor: Motor) -> String {
     let axis = motor.axis.to_string();
@@ -63,10 +69,14 @@ fn joined(mut items: impl Iterator<Item = String>) -> String {
     items.fold(first, |all, item| all + "," + &item)
 }
 
-/// The emulator's options for what a machine is like. Settings are sent.
+/// The setting that says what the motors do for the axes to move.
+const KINEMATICS: u16 = 907;
+
+/// The emulator's options for what a machine is like. Settings are sent; what they say of the belts is wired, too.
 fn options(change: &With) -> Result<Vec<String>, String> {
     let option = |name: &str, value: String| Ok(vec![format!("--{name}={value}")]);
     match change {
+        With::Setting(KINEMATICS, 1.0) => Ok(vec!["--belts".to_owned()]),
         With::Setting(..) | With::SkrPico | With::FourAxes => Ok(Vec::new()),
         With::NormallyClosed => option("estop", "nc".to_owned()),
         With::Start(mm) => option("start", joined(mm.iter().map(f64::to_string))),
@@ -159,18 +169,33 @@ impl<const BY_TIMER: bool> Emulated<BY_TIMER> {
     }
 
     fn counts_agree(&mut self) -> Result<(), String> {
-        let (before, report, after) = (self.counts()?, self.status(5 * MS)?, self.counts()?);
+        let (before, report, after) = (self.counted()?, self.status(5 * MS)?, self.counted()?);
         let place = report.split('|').find_map(|field| field.strip_prefix("MPos:")).ok_or_else(|| report.clone())?;
         let mm = place.trim_end_matches('>').split(',').map(str::parse::<f64>);
-        let steps =
-            mm.zip(self.steps_per_mm).map(|(mm, per_mm)| mm.map_or(i64::MIN, |mm| (mm * per_mm).round() as i64));
-        let told: Vec<_> = steps.collect();
+        let parts = |(mm, per_mm): (f64, f64)| (mm * per_mm * before.parts as f64).round() as i64;
+        let told: Vec<_> =
+            mm.zip(self.steps_per_mm).map(|(mm, per_mm)| mm.map_or(i64::MIN, |mm| parts((mm, per_mm)))).collect();
         let between = |axis: usize| {
-            let [one, other] = [before.counted[axis], after.counted[axis]];
-            (one.min(other)..=one.max(other)).contains(&told[axis])
+            let [one, other] = [before.places[axis], after.places[axis]];
+            // Of two belts that turn against each other one steps first.
+            let slack = if one == other { 0 } else { before.parts - 1 };
+            (one.min(other) - slack..=one.max(other) + slack).contains(&told[axis])
         };
-        let agree = told.len() == before.counted.len() && (0..told.len()).all(between);
-        is(agree, || format!("it says {told:?}, and {:?} left the pins", after.counted))
+        let agree = told.len() == before.places.len() && (0..told.len()).all(between);
+        is(agree, || {
+            format!("it says {told:?}, and {:?} left the pins, in parts of {} a step", after.places, after.parts)
+        })
+    }
+
+    /// The places of the axes by the edges. With crossed belts they are half a sum and half a difference.
+    fn counted(&mut self) -> Result<Counted, String> {
+        let has_belts = self.live.look()?["belts"] == true;
+        let counted = self.counts()?.counted;
+        let Some(([x, y], others)) = counted.split_first_chunk().filter(|_| has_belts) else {
+            return Ok(Counted { places: counted, parts: 1 });
+        };
+        let places = [x + y, x - y].into_iter().chain(others.iter().map(|steps| 2 * steps)).collect();
+        Ok(Counted { places, parts: 2 })
     }
 
     fn figure(&mut self, path: &str, written: &str) -> Result<(), String> {
