@@ -29,16 +29,19 @@ export class Belts {
     for (const [axis, steps] of this.#ways(motor, direction)) this.#carriages[axis].shift(steps);
   }
 
-  /** Where the axes are by the count of the motors, in steps; an axis may be half a step beside a whole one. */
+  /**
+   * Where the axes are by the count of the motors, in steps. An axis that is half a step beside a whole one is at the one that is
+   * nearer to zero, as the firmware has it.
+   */
   placesOf(counted) {
     const [x, y, ...others] = counted;
-    return [(x + y) / 2, (x - y) / 2, ...others];
+    return [Math.trunc((x + y) / 2), Math.trunc((x - y) / 2), ...others];
   }
 
   /** An axis has been homed. The motors' counts become those of a machine that is at 0 there and, along the other axis, where it was. */
   home(axis) {
     const motors = BOTH.map((motor) => this.#carriages[motor]);
-    const [x, y] = this.placesOf(motors.map(({ positionSteps }) => positionSteps)).map((steps, index) => (BOTH[index] === axis ? 0 : Math.trunc(steps)));
+    const [x, y] = this.placesOf(motors.map(({ positionSteps }) => positionSteps)).map((steps, index) => (BOTH[index] === axis ? 0 : steps));
     [motors[0].positionSteps, motors[1].positionSteps] = [x + y, x - y];
   }
 

@@ -152,7 +152,7 @@ export class Gantry {
     return this.belts !== null && Belts.axesOf(motor).length > 1;
   }
 
-  /** The steps of each axis by the count of its motor, or of the belts' motors; an axis on belts may be half a step beside a whole one. */
+  /** Where the axes are by the count of the motors, in steps. */
   countedSteps() {
     const counted = this.axes.map((axis) => this.carriages[axis].positionSteps);
     return this.belts?.placesOf(counted) ?? counted;

@@ -21,13 +21,9 @@ test('the reported position is held against the counted steps, and may be any th
   assert.deepEqual(differences(status, [50, -3, 0], [52, -2, 0]), []);
   assert.deepEqual(differences(status, [52, -2, 0], [52, -2, 0]), ['X is reported at 51 steps, and 52 left the pin']);
   assert.deepEqual(differences(status, [51, -5, 0], [51, -3, 0]), ['Y is reported at -2 steps, and -5 to -3 left the pin']);
+  assert.deepEqual(differences(status, [52, -3, 0], [52, -3, 0], 1), []);
+  assert.deepEqual(differences(status, [53, -3, 0], [54, -3, 0], 1), ['X is reported at 51 steps, and 53 to 54 left the pin']);
   assert.deepEqual(differences('<Idle>', [], []), ['no MPos in <Idle>']);
-});
-
-test('with belts an axis may be half a step beside a whole one', () => {
-  const status = '<Hold:0|MPos:1.010,-0.050,0.000|FS:0,0>';
-  assert.deepEqual(differences(status, [50.5, -2.5, 0], [50.5, -2.5, 0]), []);
-  assert.deepEqual(differences(status, [50, -2.5, 0], [50, -2.5, 0]), ['X is reported at 50.5 steps, and 50 left the pin']);
 });
 
 test('crossed belts are asked for, and not where an axis has two motors already', () => {
