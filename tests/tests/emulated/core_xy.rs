@@ -34,7 +34,7 @@ fn wander(seed: u64, lines: usize) -> String {
         let feed = 1_200 + random.rand_range(0..8_000);
         writeln!(program, "{} X{x:.3} Y{y:.3} F{feed}", ["G1", "G1", "G0"][random.rand_range(0..3) as usize]).unwrap();
     }
-    program + "G61\nG1 X3 Y3 F3000\nX8\nY8\nX3 Y3\nX8 Y-2\nG4 P0.2\nG0 X0 Y0\n"
+    program + "G61\nG1 X3 Y3 F3000\nX8\nY8\nX3 Y3\nX8 Y-2\nG4 P0.2\nG0 X7 Y-3\n"
 }
 
 /// Streams a program to the board with belts, and simulates it.
