@@ -316,6 +316,12 @@ impl Case {
         format!("| {name} | {count} | {trusted} | {state} | {cleared} | {outputs} | {motors} | {on} |")
     }
 
+    /// True if X needs a second motor for it.
+    #[must_use]
+    pub fn is_squared(&self) -> bool {
+        self.happens.contains("SQUARED")
+    }
+
     /// The way to clear it, in words.
     fn clearing(&self) -> &'static str {
         match self.cleared {
@@ -327,17 +333,17 @@ impl Case {
     }
 }
 
-/// The dialogue of all cases for a machine, one after the other, from power-up with X a little above its switch. X has a second
-/// motor, as far from its own switch, that makes steps in a few cases only.
+/// The dialogue of all cases for a machine, one after the other, from power-up with X a little above its switch. Where one of them
+/// needs it, X has a second motor, as far from its own switch, that makes steps in a few cases only.
 /// `panic` is the address of a firmware function that panics, in hexadecimal.
-fn steps(knows: impl Fn(On) -> bool, panic: &str) -> String {
+fn steps(knows: impl Fn(&Case) -> bool, panic: &str) -> String {
     let quick_homing = "> $26=1\n< ...\n< ok\n> $24=600\n< ...\n< ok\n> $25=2880\n< ...\n< ok\n";
     let begin = format!("powered up\n> $905=0\n< ...\n< ok\n{quick_homing}GENTLE\n> $HX\n< ok\n");
     // A has the second motor's pins, but for the board that has five motors.
-    let has_motors = |case: &&Case| AXES == 3 || is_pico_2() || !case.happens.contains("SQUARED");
+    let has_motors = |case: &&Case| AXES == 3 || is_pico_2() || !case.is_squared();
     let has_alarm = !is_skr_pico() && (AXES == 3 || !is_pico_2());
     let has_pins = |case: &&Case| has_motors(case) && (has_alarm || !case.happens.contains("WATCHED"));
-    let cases = CASES.iter().filter(|case| knows(case.on)).filter(has_pins).map(Case::steps);
+    let cases = CASES.iter().filter(|case| knows(case)).filter(has_pins).map(Case::steps);
     let lines = iter::once(begin).chain(cases).collect::<String>().replace("PANIC", panic);
     lines.lines().map(|line| meaning(line).unwrap_or_else(|| format!("{line}\n"))).collect()
 }
@@ -346,7 +352,7 @@ fn steps(knows: impl Fn(On) -> bool, panic: &str) -> String {
 ///
 /// # Panics
 /// At the first step that is not so.
-pub fn keep(on: dialogue::On, machine: &str, knows: impl Fn(On) -> bool, panic: &str) {
+pub fn keep(on: dialogue::On, machine: &str, knows: impl Fn(&Case) -> bool, panic: &str) {
     let text = format!("=== contract\nEvery way to end.\n\nwith start 3 40 15\n{machine}{}", steps(knows, panic));
     let dialogues = dialogue::dialogues(&text).unwrap_or_else(|error| panic!("{error}"));
     if let Err(error) = dialogue::carry_out(&dialogues[0], on) {

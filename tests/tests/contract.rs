@@ -31,7 +31,16 @@ fn every_way_to_end_keeps_the_contract() {
     let machine = "with $905=1\nwith $745=1\nwith loose frame\nwith rigid motors\n";
     for port in ["pio", "timer"] {
         let machine = format!("{machine}with port {port}\n");
-        contract::keep(dialogue::On::Simulator, &machine, |on| on == On::Every, "");
+        contract::keep(dialogue::On::Simulator, &machine, |case| case.on == On::Every, "");
+    }
+}
+
+/// Crossed belts move two axes by each motor, and neither may have a second one.
+#[test]
+fn every_way_to_end_keeps_the_contract_with_crossed_belts() {
+    for port in ["pio", "timer"] {
+        let machine = format!("with $907=1\nwith $745=1\nwith rigid motors\nwith port {port}\n");
+        contract::keep(dialogue::On::Simulator, &machine, |case| case.on == On::Every && !case.is_squared(), "");
     }
 }
 

@@ -13,6 +13,8 @@ mod boxes;
 mod cached;
 #[path = "emulated/contract.rs"]
 mod contract;
+#[path = "emulated/core_xy.rs"]
+mod core_xy;
 /// The dialogues of `tests/dialogues` that are for the emulated board.
 mod dialogues {
     include!(concat!(env!("OUT_DIR"), "/emulated.rs"));

@@ -331,11 +331,13 @@ fn emulated_board(amount: Amount) -> Result<()> {
     process::run(tests.args(["--test=emulated", "--", "--ignored"]))
 }
 
-/// The tests of images but for the default one: a test of theirs that is not named so fails without its image. And the two that
-/// take longest: where in flash the code of a line stands, and presses in each phase of homing, which the simulator has too.
-const NOT_WITH_FEW: [&str; 9] = [
+/// The tests of images but for the default one: a test of theirs that is not named so fails without its image. And those that
+/// take longest: where in flash the code of a line stands, and presses in each phase of homing and dialogues with crossed belts, which
+/// the simulator has too.
+const NOT_WITH_FEW: [&str; 10] = [
     "--skip=cached::",
     "--skip=presses_while_homing",
+    "--skip=dialogues::core_xy::",
     "--skip=timer_port",
     "--skip=four_axes",
     "--skip=skr_pico",

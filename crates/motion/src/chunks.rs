@@ -2,7 +2,7 @@
 
 use heapless::Deque;
 use isostep_profile::chain::ChunkKind;
-use isostep_profile::shaper::{Crossed, NextPart};
+use isostep_profile::shaper::{Combination, Crossed, NextPart};
 use isostep_profile::{CountedPhase, TimedPlan};
 
 use crate::axes::Axis;
@@ -102,8 +102,16 @@ impl Chunks {
 
     /// The number of the first chunk that is still needed for the shaped motion of a motor.
     pub fn shaped_chunk(&self, motor: Axis) -> Option<u32> {
-        let chunk = |axis| self.sources.shaped(axis).map(ShapedAxis::chunk);
-        if self.is_crossed(motor) { chunk(Axis::X).min(chunk(Axis::Y)) } else { chunk(motor) }
+        if self.is_crossed(motor) { self.crossed_chunk() } else { self.chunk_of(motor) }
+    }
+
+    #[cold]
+    fn crossed_chunk(&self) -> Option<u32> {
+        self.chunk_of(Axis::X).min(self.chunk_of(Axis::Y))
+    }
+
+    fn chunk_of(&self, axis: Axis) -> Option<u32> {
+        self.sources.shaped(axis).map(ShapedAxis::chunk)
     }
 
     /// The next motion of a motor in a shaped run; `None` if that is not known yet, or if it is over. Its top speed is `top_steps_s`.
@@ -130,7 +138,7 @@ impl Chunks {
         let shaping = shaping.as_ref()?;
         crossed.next_phase(motor as usize, |index| {
             let (axis, chunk) = (Axis::ALL[index], |number: u32| known.get(number.wrapping_sub(*first) as usize));
-            let (source, impulses) = (kinematics.shaped(axis), &shaping.impulses[index]);
+            let (source, impulses) = (shaped_of(*kinematics, axis), &shaping.impulses[index]);
             let from = ShapedFrom { source, impulses, top_steps_s: 0.0, chunk, is_closed: *is_closed };
             sources.shaped_mut(axis).map_or(NextPart::Unknown, |shaped| shaped.next_part(&from))
         })
@@ -223,6 +231,13 @@ impl Chunks {
             self.first += 1;
         }
     }
+}
+
+/// What is shaped with crossed belts. That it is cold leads a closure that calls it to flash.
+#[cold]
+#[inline(never)]
+fn shaped_of(kinematics: Kinematics, axis: Axis) -> Combination {
+    kinematics.shaped(axis)
 }
 
 #[cfg(test)]

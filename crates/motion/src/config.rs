@@ -369,7 +369,8 @@ impl Config {
     }
 
     /// True if a position of `axis` means the same place as it does with `other`, if the zero stays where it was. It
-    /// does if the direction, the side of the switch, what the second motor does and the length of a step are the same.
+    /// does if the motors that move it, the direction, the side of the switch, what the second motor does and the length of a
+    /// step are the same.
     /// The travel and the pull-off do not matter: they only say how far the axis goes from that zero, and where the next
     /// homing will find one.
     pub(crate) fn has_places_of(&self, other: &Self, axis: Axis) -> bool {
@@ -380,7 +381,7 @@ impl Config {
             let inverted = |motor: usize| motors[motor] && config.wiring[motor].direction_inverted;
             core::array::from_fn::<_, AXES, _>(inverted)
         };
-        self.kinematics == other.kinematics
+        motors == other.kinematics.moves(axis)
             && directions(self) == directions(other)
             && self.squared_axis(axis) == other.squared_axis(axis)
             && self.homing.towards[i] == other.homing.towards[i]

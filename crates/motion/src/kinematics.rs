@@ -85,6 +85,16 @@ impl Kinematics {
         }
     }
 
+    /// The steps of each motor for a millimetre of path in its direction, from those of the axes.
+    #[cold]
+    pub(crate) fn motor_steps_per_mm(self, mut steps_per_mm: [f64; AXES]) -> [f64; AXES] {
+        if self == Self::CoreXy {
+            let motor = steps_per_mm[X] / FRAC_1_SQRT_2;
+            (steps_per_mm[X], steps_per_mm[Y]) = (motor, motor);
+        }
+        steps_per_mm
+    }
+
     /// The motors that move when `axis` does alone.
     #[must_use]
     pub fn moves(self, axis: Axis) -> [bool; AXES] {
@@ -177,10 +187,8 @@ impl Config {
         let mut config = *self;
         if self.kinematics == Kinematics::CoreXy {
             let highest = looser(&self.limits[X], &self.limits[Y]);
-            for motor in [X, Y] {
-                config.limits[motor] = highest;
-                config.steps_per_mm[motor] = self.steps_per_mm[X] / FRAC_1_SQRT_2;
-            }
+            (config.limits[X], config.limits[Y]) = (highest, highest);
+            config.steps_per_mm = self.motor_steps_per_mm();
         }
         config
     }
@@ -196,7 +204,7 @@ impl Config {
     /// The steps of each motor for a millimetre of path in its direction.
     #[cold]
     pub(crate) fn motor_steps_per_mm(&self) -> [f64; AXES] {
-        self.of_motors().steps_per_mm
+        self.kinematics.motor_steps_per_mm(self.steps_per_mm)
     }
 
     /// The limits of the axes that crossed belts move, for runs that are shaped like this.

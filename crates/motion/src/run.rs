@@ -146,17 +146,26 @@ where
     }
 
     /// Gives the axes their run.
+    // The compiler takes a function for cold that calls a cold one, and this has critical sections.
+    #[inline(always)]
     fn hand_over(&self, purpose: Purpose) {
+        for (axis, motors) in Axis::ALL.into_iter().zip(self.told(purpose)) {
+            self.machine.link(axis).run.signal(motors);
+        }
+    }
+
+    /// What the axes are told of a run.
+    #[cold]
+    fn told(&self, purpose: Purpose) -> [Motors; AXES] {
         let config = self.machine.config().of_motors();
         let held = if let Purpose::Homing { held } = purpose { held } else { None };
-        for axis in Axis::ALL {
+        Axis::ALL.map(|axis| {
             let second = config
                 .squared_axis(axis)
                 .map(|squared| SecondMotor { direction_inverted: squared.direction_inverted, held });
             let (wiring, limits) = (config.wiring[axis as usize], config.limits[axis as usize]);
-            let top_speed_steps_s = libm::ceil(limits.top_speed_steps_s) as u32;
-            self.machine.link(axis).run.signal(Motors { wiring, top_speed_steps_s, second });
-        }
+            Motors { wiring, top_speed_steps_s: libm::ceil(limits.top_speed_steps_s) as u32, second }
+        })
     }
 
     /// Starts the axes, which already have their run, once all are armed and the plan of the run before is over. Until

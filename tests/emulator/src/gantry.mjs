@@ -1,3 +1,4 @@
+import { Belts } from './belts.mjs';
 import { Carriage } from './carriage.mjs';
 import { nanosOf } from './clock.mjs';
 import { DRIVERS, DriverTiming } from './driver-timing.mjs';
@@ -26,7 +27,7 @@ export class Gantry {
    * @param {import('./clock.mjs').MachineClock} clock
    * @param {{board?: string, axes?: number, startMm: number[], bounceMicros: number, seed: number, switches: Record<string, string>,
    *   driver?: string, estop?: 'no' | 'nc', enable?: 'wired' | 'open', second?: {axis: string, skewMm: number} | null,
-   *   probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
+   *   belts?: boolean, probePlate?: import('./probe-plate.mjs').ProbePlate | null}} options
    * @param {{from: number, to: number}[]} [options.jumpers] wires between the chip's pads
    * @param {string[]} [options.diag] axes whose limit input is wired to their driver's DIAG, not to their switch
    * @param {boolean} [options.vfd] whether a VFD is on the wire of UART0
@@ -58,6 +59,8 @@ export class Gantry {
     /** Those that the firmware has. */
     this.axes = AXES.slice(0, options.axes ?? AXES_USUAL);
     this.axes.forEach((axis, index) => this.#addAxis(axis, options.startMm[index], options, random));
+    /** What crosses the motors of X and Y, if anything does. */
+    this.belts = options.belts ? new Belts(this.carriages) : null;
     this.second = options.second ? this.#secondMotor(options, random) : null;
     this.drivers = this.board.tmcWire === null ? null : this.#uartDrivers(options);
     this.vfdWire = options.vfd ? new VfdWire(clock, { ...this.board.vfdWire, enable: this.board.tool.enable }) : null;
@@ -137,7 +140,22 @@ export class Gantry {
   /** A motor takes a step, if its driver drives it. */
   move(motor, carriage, direction) {
     const driver = this.drivers?.of(motor);
-    carriage.step(direction, driver === undefined || driver.step(direction > 0, carriage.blocked(direction)));
+    if (this.#isCrossed(motor)) {
+      const { belts } = this;
+      belts.step(motor, direction, driver === undefined || driver.step(direction > 0, belts.blocked(motor, direction)));
+    } else {
+      carriage.step(direction, driver === undefined || driver.step(direction > 0, carriage.blocked(direction)));
+    }
+  }
+
+  #isCrossed(motor) {
+    return this.belts !== null && Belts.axesOf(motor).length > 1;
+  }
+
+  /** Where the axes are by the count of the motors, in steps. */
+  countedSteps() {
+    const counted = this.axes.map((axis) => this.carriages[axis].positionSteps);
+    return this.belts?.placesOf(counted) ?? counted;
   }
 
   /** Presses the emergency stop or lets it go, cuts its wire or mends it. */
@@ -182,7 +200,10 @@ export class Gantry {
 
   /** The axes have been homed. The trace counts from here. */
   home(axes) {
-    for (const axis of axes) this.carriages[axis]?.home();
+    for (const axis of axes) {
+      if (this.#isCrossed(axis)) this.belts.home(axis);
+      else this.carriages[axis]?.home();
+    }
   }
 
   get nanos() {
@@ -230,7 +251,7 @@ export class Gantry {
     // Before the carriage moves, because its switch may report a stop.
     this.stops.step(axis, cycles);
     if (this.timing.rise(axis, nanos)) this.move(axis, carriage, direction);
-    this.probe.step(axis);
+    this.probe.step(axis, this.belts === null ? [axis] : Belts.axesOf(axis));
     this.statistics.step(axis, this.clock);
     this.tool.step(cycles);
     for (const watch of this.stepWatchers) watch(cycles, axis, direction, carriage.positionSteps);

@@ -1,4 +1,5 @@
 import { parseArgs } from 'node:util';
+import { Belts } from './belts.mjs';
 import { IS_RP2350 } from './clock.mjs';
 import { DRIVERS } from './driver-timing.mjs';
 import { ESTOP_CONTACTS } from './estop.mjs';
@@ -34,6 +35,8 @@ The machine
   --start X,Y,Z        millimetres above the limit switches at power-up (default 35,40,15)
   --axes N             3 or 4, as the firmware was built (default 3)
   --second AXIS,MM     a second motor on this axis, so much farther from its switch than the first motor, such as Y,1.5
+  --belts              crossed belts (CoreXY, for a firmware with $907=1): the motor of X moves X + Y, that of Y X - Y, each step
+                       by half a step of both axes. Positions, edges and lost steps stay those of motors, places are the axes'
   --switch X=MODE      ${SWITCH_MODES.join(', ')}; may be given for each axis, and as 2 for the second motor
   --estop no|nc        the emergency stop's contact: normally open (default), or normally closed, as the firmware was built for
   --enable wired|open  whether ENABLE is connected to the drivers (default wired); where it is not, they are always on, as beside a
@@ -117,6 +120,7 @@ const SPEC = {
   start: { type: 'string' },
   axes: { type: 'string', default: '3' },
   second: { type: 'string' },
+  belts: { type: 'boolean', default: false },
   switch: { type: 'string', multiple: true, default: [] },
   estop: { type: 'string', default: 'no' },
   enable: { type: 'string', default: 'wired' },
@@ -172,7 +176,7 @@ export function parseOptions(args) {
     enable: choice('--enable', ['wired', 'open'], values.enable),
     axes: Number(choice('--axes', ['3', '4'], values.axes)),
     startMm: places(values.start ?? START.slice(0, AXES_USUAL).join(','), Number(values.axes)),
-    second: values.second === undefined ? null : secondOption(values.second),
+    second: values.second === undefined ? null : secondOption(values.second, values.belts),
     switches: Object.fromEntries(values.switch.map(switchOption)),
     ...driverOptions(values),
     vfd: vfdOption(values),
@@ -224,8 +228,9 @@ function places(text, axes) {
   return parts.map((part) => number('--start', part, -1000, 1000));
 }
 
-function secondOption(text) {
+function secondOption(text, belts) {
   const [axis, mm] = text.split(',');
+  if (belts && Belts.axesOf(axis).length > 1) throw new Error(`--second ${text}: with --belts ${axis} has two motors already: give another axis, or leave one of the options out`);
   return { axis: choice('--second axis', AXES, axis), skewMm: number('--second skew', mm ?? '0', -100, 100) };
 }
 

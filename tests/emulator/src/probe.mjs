@@ -39,12 +39,12 @@ export class Probe {
     this.#settle(null);
   }
 
-  /** A carriage has moved by a step. */
-  step(axis) {
+  /** A motor has made a step, by which these axes have moved. */
+  step(motor, axes) {
     if (this.#plate === null) return;
     // Another axis may step on the cycle of a contact.
     if (this.#last?.cycle === this.#clock.cycles) this.#last.position = this.#positions();
-    if (axis === this.#plate.axis) this.#touch(axis);
+    if (axes.includes(this.#plate.axis)) this.#touch(motor);
   }
 
   summary() {

@@ -21,7 +21,16 @@ test('the reported position is held against the counted steps, and may be any th
   assert.deepEqual(differences(status, [50, -3, 0], [52, -2, 0]), []);
   assert.deepEqual(differences(status, [52, -2, 0], [52, -2, 0]), ['X is reported at 51 steps, and 52 left the pin']);
   assert.deepEqual(differences(status, [51, -5, 0], [51, -3, 0]), ['Y is reported at -2 steps, and -5 to -3 left the pin']);
+  assert.deepEqual(differences(status, [52, -3, 0], [52, -3, 0], 1), []);
+  assert.deepEqual(differences(status, [53, -3, 0], [54, -3, 0], 1), ['X is reported at 51 steps, and 53 to 54 left the pin']);
   assert.deepEqual(differences('<Idle>', [], []), ['no MPos in <Idle>']);
+});
+
+test('crossed belts are asked for, and not where an axis has two motors already', () => {
+  const option = (...args) => parseOptions(['--elf', 'a', '--live', ...args]);
+  assert.equal(option().belts, false);
+  assert.equal(option('--belts', '--second', 'Z,1').belts, true);
+  for (const axis of ['X', 'Y']) assert.throws(() => option('--belts', '--second', `${axis},1`), new RegExp(`with --belts ${axis} has two motors already`));
 });
 
 test('contacts are closed by hand, and a plate is put in the way of an axis', () => {

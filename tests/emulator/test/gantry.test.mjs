@@ -3,6 +3,7 @@ import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import test from 'node:test';
+import { Belts } from '../src/belts.mjs';
 import { Carriage } from '../src/carriage.mjs';
 import { cyclesOfMicros, MachineClock } from '../src/clock.mjs';
 import { DRIVERS, DriverTiming } from '../src/driver-timing.mjs';
@@ -56,6 +57,53 @@ test('a hard end blocks a carriage, which loses the steps against it', () => {
   const rounded = new Carriage(0.58, limitSwitch, 0);
   for (let step = 0; step < 29; step++) rounded.step(-1);
   assert.equal(rounded.lostSteps, 0);
+});
+
+/** Two carriages on crossed belts, 0.04 mm above their switches, with hard ends 0.02 mm below these. */
+function belts() {
+  const carriages = {};
+  for (const axis of ['X', 'Y']) carriages[axis] = new Carriage(0.04, switchOn(new MachineClock()).limitSwitch, -0.02);
+  const each = (of) => Object.values(carriages).map(of);
+  return { belts: new Belts(carriages), carriages, counts: () => each((one) => one.positionSteps), places: () => each((one) => one.travelSteps) };
+}
+
+test('a step of either motor moves both axes by half a step, and their switches follow', () => {
+  const { belts: crossed, carriages, counts, places } = belts();
+  crossed.step('X', 1);
+  assert.deepEqual([counts(), places()], [[1, 0], [0.5, 0.5]]);
+  crossed.step('Y', 1);
+  assert.deepEqual([counts(), places(), crossed.placesOf([1, 1, 7])], [[1, 1], [1, 0], [1, 0, 7]]);
+  for (let step = 0; step < 2; step++) crossed.step('Y', 1);
+  assert.deepEqual([places(), carriages.Y.limitSwitch.closed], [[2, -1], false]);
+  for (let step = 0; step < 2; step++) crossed.step('Y', 1);
+  assert.deepEqual([places(), carriages.X.limitSwitch.closed, carriages.Y.limitSwitch.closed], [[3, -2], false, true]);
+  assert.deepEqual([carriages.Y.lowestMm.toFixed(3), carriages.Y.highestMm.toFixed(3), carriages.X.highestMm.toFixed(3)], ['0.000', '0.050', '0.100']);
+});
+
+test('an end of either axis keeps both where they are, and the motor loses the step', () => {
+  const { belts: crossed, carriages, counts, places } = belts();
+  for (let step = 0; step < 7; step++) crossed.step('Y', 1);
+  assert.deepEqual([counts(), places(), carriages.Y.lostSteps, carriages.X.lostSteps], [[0, 7], [3, -3], 1, 0]);
+  assert.deepEqual([crossed.blocked('Y', 1), crossed.blocked('X', -1), crossed.blocked('X', 1), crossed.blocked('Y', -1)], [true, true, false, false]);
+  crossed.step('X', 1, false);
+  assert.deepEqual([counts(), places(), carriages.X.lostSteps], [[1, 7], [3, -3], 1]);
+});
+
+test('the counts of belts that homed along one axis keep the place along the other', () => {
+  const { belts: crossed, carriages, counts } = belts();
+  const at = (x, y) => ([carriages.X.positionSteps, carriages.Y.positionSteps] = [x, y]);
+  at(30, 10);
+  crossed.home('X');
+  assert.deepEqual(counts(), [10, -10]);
+  at(30, 10);
+  crossed.home('Y');
+  assert.deepEqual(counts(), [20, 20]);
+  // Half a step beside a whole one: towards zero, as the firmware has it.
+  at(-30, -11);
+  crossed.home('X');
+  assert.deepEqual(counts(), [-9, 9]);
+  crossed.home('Y');
+  assert.deepEqual(counts(), [0, 0]);
 });
 
 test('a stuck switch does not follow its carriage', () => {

@@ -14,9 +14,9 @@ const NANOS_PER_CYCLE = 8;
 
 /** A gantry on a chip whose STEP and DIR pins the test sets, with a plate. */
 class Rig {
-  constructor(plate) {
+  constructor(plate, more = {}) {
     this.bench = new PwmBench();
-    this.gantry = new Gantry(this.bench.clock, { ...OPTIONS, probePlate: plate });
+    this.gantry = new Gantry(this.bench.clock, { ...OPTIONS, probePlate: plate, ...more });
     this.gantry.attach(this.bench.chip);
     for (const { step, dir } of Object.values(PINS)) for (const pin of [step, dir]) this.#output(pin);
   }
@@ -147,4 +147,24 @@ test('a wave shows every edge of the PWM, and the inputs', () => {
   const rows = text.split('\n');
   const after = rows.slice(rows.indexOf('#24'), -1);
   assert.deepEqual(after, ['#24', `0${code('TOOL_PWM')}`, '#80', `1${code('TOOL_PWM')}`, '#96', `0${code('HOLD_n')}`]);
+});
+
+test('with crossed belts a plate of an axis is touched on the step of either motor', () => {
+  const rig = new Rig(new ProbePlate('Y', 39.98, 'below'), { belts: true });
+  // Both motors turn down: X goes down, and Y stays.
+  rig.step(1000, 'X', 'Y');
+  assert.equal(rig.open, true);
+  // The motor of X alone.
+  rig.step(2000, 'X');
+  assert.equal(rig.open, true);
+  rig.step(3000, 'X');
+  assert.equal(rig.open, false);
+  // The motor of Y down takes Y up.
+  rig.step(4000, 'Y');
+  assert.equal(rig.open, true);
+  assert.deepEqual(rig.summary.contacts.map(({ axis, position_steps }) => [axis, position_steps]), [['X', [-3, -1, 0]]]);
+  assert.deepEqual(rig.summary.releases.map(({ axis, position_steps }) => [axis, position_steps]), [['Y', [-3, -2, 0]]]);
+  assert.deepEqual([rig.gantry.countedSteps(), rig.gantry.carriages.X.travelSteps], [[-2, -0, 0], -2.5]);
+  rig.gantry.home(['X', 'Z']);
+  assert.deepEqual(rig.gantry.countedSteps(), [0, 0, 0]);
 });

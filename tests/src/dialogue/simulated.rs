@@ -1,7 +1,7 @@
 //! The simulated machine of a dialogue.
 
 use embassy_time::Duration;
-use isostep_motion::{AXES, Event};
+use isostep_motion::{AXES, Event, Kinematics};
 use isostep_sim::world::Wire;
 use isostep_sim::{Board, Config, Flash, Sim, State};
 
@@ -33,7 +33,10 @@ impl Simulated {
         let outcome = self.sim.outcome();
         match step {
             Step::CountsAgree => {
-                let (reported, counted) = (self.sim.machine().position_steps(), self.sim.counted_steps());
+                let kinematics =
+                    if self.config.settings.has_crossed_belts() { Kinematics::CoreXy } else { Kinematics::Cartesian };
+                let counted = kinematics.axes(self.sim.counted_steps());
+                let reported = self.sim.machine().position_steps();
                 is(reported == counted, || format!("it says {reported:?}, and {counted:?} left the pins"))
             }
             Step::Moves(numbers) => {

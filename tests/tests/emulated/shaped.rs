@@ -40,18 +40,24 @@ fn instants(edges: &[Edge], axis: usize) -> Vec<(u64, i32)> {
     instants
 }
 
+/// The largest distance of an edge from where it should be, ns. All of them are there, and in their directions.
+pub fn off_at_most_ns(made: &[Edge], should: &[Edge]) -> u64 {
+    let mut worst_ns = 0;
+    for axis in 0..AXES {
+        let [made, should] = [made, should].map(|edges| instants(edges, axis));
+        assert_eq!(made.len(), should.len(), "axis {axis}");
+        for (made, should) in made.iter().zip(&should) {
+            assert_eq!(made.1, should.1, "axis {axis}");
+            worst_ns = worst_ns.max(made.0.abs_diff(should.0));
+        }
+    }
+    worst_ns
+}
+
 fn are_exact(port: Port, off_max_ns: u64) {
     let emulated = streamed("shaped", port, &program());
     let simulated = run(program().as_bytes(), &Config { port, ..emulated::config() }).unwrap();
-    let mut worst_ns = 0;
-    for axis in 0..AXES {
-        let [made, expected] = [&emulated.edges, &simulated.edges].map(|edges| instants(edges, axis));
-        assert_eq!(made.len(), expected.len(), "{port}: axis {axis}");
-        for (made, expected) in made.iter().zip(&expected) {
-            assert_eq!(made.1, expected.1, "{port}: axis {axis}");
-            worst_ns = worst_ns.max(made.0.abs_diff(expected.0));
-        }
-    }
+    let worst_ns = off_at_most_ns(&emulated.edges, &simulated.edges);
     println!("{port}: edges of shaped runs at most {worst_ns} ns off (emulated)");
     assert!(worst_ns <= off_max_ns, "{port}: {worst_ns} ns");
 }

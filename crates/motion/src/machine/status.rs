@@ -91,8 +91,10 @@ impl Machine {
     pub fn status(&self) -> Status {
         let (homed, current, room) = self.with(|inner| (inner.homed, inner.current, inner.room));
         let life = self.life();
-        let (outputs, buttons, squared, steps_per_mm) = self
-            .with(|inner| (inner.effective(), inner.buttons, inner.config.squared, inner.config.motor_steps_per_mm()));
+        let (outputs, buttons, squared) = self.with(|inner| (inner.effective(), inner.buttons, inner.config.squared));
+        let (kinematics, steps_per_mm) = self.with(|inner| (inner.config.kinematics, inner.config.steps_per_mm));
+        // What it takes lies in flash, which no critical section may wait for.
+        let steps_per_mm = kinematics.motor_steps_per_mm(steps_per_mm);
         Status {
             state: life.state,
             position_steps: self.position_steps(),
