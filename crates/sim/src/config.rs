@@ -14,7 +14,7 @@ use crate::mechanics::Mechanics;
 use crate::plant::SwitchFault;
 use crate::plate::Plate;
 use crate::springs::Springs;
-use crate::vfd::VfdKind;
+use crate::vfd::{RAMP_HZ_S, VfdKind};
 
 /// Clock of an RP2040.
 pub(crate) const PIO_TICK_HZ: u32 = 125_000_000;
@@ -182,6 +182,8 @@ pub struct Config {
     pub diag: [bool; AXES],
     /// The VFD on the board's second wire.
     pub vfd: Option<VfdKind>,
+    /// The acceleration and deceleration of the VFD's output, Hz/s.
+    pub vfd_ramp_hz_s: f64,
     /// The port that makes the edges.
     pub port: Port,
     /// The times that moves last at least on the board.
@@ -241,6 +243,7 @@ impl Default for Config {
             board: Board::default(),
             diag: [false; AXES],
             vfd: None,
+            vfd_ramp_hz_s: RAMP_HZ_S,
             port: Port::default(),
             least_times: least_times::RP2040,
             driver: DriverTiming::DRV8825,

@@ -27,8 +27,8 @@ pub(crate) use self::line::VfdLine;
 pub(crate) const ANSWERS_NS: u64 = 5_000_000;
 /// The same of one that is late.
 const LATE_NS: u64 = 300_000_000;
-/// Acceleration and deceleration, Hz/s: 24,000 rpm of a motor with two poles in two seconds.
-const RAMP_HZ_S: f64 = 200.0;
+/// Acceleration and deceleration of one that is not set otherwise, Hz/s: 24,000 rpm of a motor with two poles in two seconds.
+pub(crate) const RAMP_HZ_S: f64 = 200.0;
 /// Deceleration of a spindle that coasts, Hz/s.
 const COASTS_HZ_S: f64 = 10.0;
 /// The load that it cannot carry takes it to this part of its speed.
@@ -112,9 +112,14 @@ pub enum Runs {
 pub struct Vfd {
     kind: VfdKind,
     address: u8,
+    ramp_hz_s: f64,
     fault: Option<VfdFault>,
+    /// Since when that, or nothing, is wrong.
+    fault_since_ns: u64,
     replies: u32,
     is_enabled: bool,
+    /// Since when it is so.
+    enabled_since_ns: u64,
     runs: Option<Runs>,
     set_hz: f64,
     /// The output frequency; below 0 counter-clockwise.
@@ -150,9 +155,12 @@ impl Vfd {
         Self {
             kind,
             address: 1,
+            ramp_hz_s: RAMP_HZ_S,
             fault: None,
+            fault_since_ns: 0,
             replies: 0,
             is_enabled: false,
+            enabled_since_ns: 0,
             runs: None,
             set_hz: 0.0,
             turns_hz: 0.0,
@@ -161,9 +169,15 @@ impl Vfd {
         }
     }
 
+    /// The same with this acceleration and deceleration, Hz/s.
+    #[must_use]
+    pub fn with_ramp(self, ramp_hz_s: f64) -> Self {
+        Self { ramp_hz_s, ..self }
+    }
+
     /// From now on this is wrong with it, and nothing else; or nothing is.
     pub fn set_fault(&mut self, fault: Option<VfdFault>) {
-        (self.fault, self.replies) = (fault, 0);
+        (self.fault, self.fault_since_ns, self.replies) = (fault, self.at_ns, 0);
         if matches!(fault, Some(VfdFault::Off | VfdFault::Tripped)) {
             self.runs = None;
         }
@@ -175,13 +189,30 @@ impl Vfd {
     /// Switches its terminal that lets it run.
     pub fn set_enabled(&mut self, now_ns: u64, is_enabled: bool) {
         self.advance(now_ns);
-        self.is_enabled = is_enabled;
+        if is_enabled != self.is_enabled {
+            (self.is_enabled, self.enabled_since_ns) = (is_enabled, self.at_ns);
+        }
     }
 
     /// The output frequency; below 0 counter-clockwise.
     #[must_use]
     pub fn output_hz(&self) -> f64 {
         self.turns_hz
+    }
+
+    /// What is wrong with it, if anything is, and since when, ns.
+    pub(crate) fn fault(&self) -> (Option<VfdFault>, u64) {
+        (self.fault, self.fault_since_ns)
+    }
+
+    /// True if its terminal lets it run, and since when it does or does not, ns.
+    pub(crate) fn enabled(&self) -> (bool, u64) {
+        (self.is_enabled, self.enabled_since_ns)
+    }
+
+    /// True if it was told to run last, and has not failed since.
+    pub(crate) fn is_told_to_run(&self) -> bool {
+        self.runs.is_some()
     }
 
     /// True if it drives its motor.
@@ -201,7 +232,7 @@ impl Vfd {
             Some(Runs::CounterClockwise) => -self.set_hz * share,
         };
         let coasts = matches!(self.fault, Some(VfdFault::Coasts | VfdFault::Off));
-        let most_hz = s * if coasts && target_hz == 0.0 { COASTS_HZ_S } else { RAMP_HZ_S };
+        let most_hz = s * if coasts && target_hz == 0.0 { COASTS_HZ_S } else { self.ramp_hz_s };
         self.turns_hz += (target_hz - self.turns_hz).clamp(-most_hz, most_hz);
     }
 

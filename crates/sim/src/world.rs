@@ -131,7 +131,7 @@ impl World {
             wiring,
             machine: None,
             uart_drivers,
-            vfd: config.vfd.map(Vfd::new),
+            vfd: config.vfd.map(|kind| Vfd::new(kind).with_ramp(config.vfd_ramp_hz_s)),
             outside_vfd: None,
             motor: config.motor,
             loads: config.loads,

@@ -14,7 +14,9 @@ mod lines;
 mod reset;
 mod runner;
 mod scenario;
+mod spindle;
 mod talk;
+mod vfd;
 
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};

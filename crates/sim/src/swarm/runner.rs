@@ -5,6 +5,7 @@ use isostep_motion::{AXES, Axis, Direction, GangedMotor, Kinematics, Motor, Stat
 
 use super::drivers::Failing;
 use super::scenario::{Act, Scenario};
+use super::spindle::SpindleWatch;
 use super::talk::{Talk, WELCOME};
 use super::{Amount, Failure, judge};
 use crate::config::Config;
@@ -69,6 +70,8 @@ pub(super) struct Runner<'a> {
     pub has_deceived: bool,
     /// True if a driver may have failed.
     had_driver_fault: bool,
+    /// What was seen of the VFD, and until when something was wrong with it, ns.
+    spindle: SpindleWatch,
     /// The number of times that a console was told of an alarm.
     alarms: usize,
     act: Option<usize>,
@@ -93,6 +96,7 @@ impl<'a> Runner<'a> {
             has_deceived: false,
             // Steps that are lost are one.
             had_driver_fault: config.closed_loop,
+            spindle: SpindleWatch::default(),
             alarms: 0,
             act: None,
         }
@@ -130,6 +134,10 @@ impl<'a> Runner<'a> {
             }
             Act::Drivers(failings) => self.fail_drivers(failings),
             Act::Drive(motor, us) => self.alarm(*motor, *us),
+            Act::Vfd(fault, us) => {
+                self.suffer(Trouble::Vfd(*fault), *us);
+                Ok(())
+            }
             Act::Between(sections, stimulus) => {
                 // Bytes of the stimulus may be a reset.
                 self.talks.iter_mut().for_each(|talk| talk.may_forget());
@@ -155,11 +163,16 @@ impl<'a> Runner<'a> {
                 | Trouble::BrokenEmergencyStop
                 | Trouble::Hold
                 | Trouble::Start
+                | Trouble::Vfd(_)
                 | Trouble::Starve
                 | Trouble::Deaf
         );
-        if trouble == Trouble::Hold {
-            self.held_until_ns = self.sim.now_ns() + us * 1_000;
+        let until_ns = self.sim.now_ns() + us * 1_000;
+        match trouble {
+            Trouble::Hold => self.held_until_ns = until_ns,
+            Trouble::Vfd(_) => self.spindle.is_wrong_to(until_ns),
+            Trouble::Starve => self.spindle.starves_to(until_ns),
+            _ => {}
         }
         self.sim.suffer(Fault { trouble, at_ns: self.sim.now_ns(), lasts_ns: Some(us * 1_000) });
     }
@@ -216,6 +229,11 @@ impl<'a> Runner<'a> {
             return Err(self.failure("after a driver has failed no position is trusted", found));
         }
         Ok(())
+    }
+
+    fn watch_spindle(&mut self) -> Result<(), Failure> {
+        let found = if self.is_spoilt { Ok(()) } else { self.spindle.look(&self.sim, &self.scenario.config) };
+        found.map_err(|(promise, found)| self.failure(promise, found))
     }
 
     fn has_motor(&self, motor: Motor) -> bool {
@@ -281,6 +299,7 @@ impl<'a> Runner<'a> {
             left_us -= slice_us;
             let after = self.look()?;
             self.compare(before, after)?;
+            self.watch_spindle()?;
             self.hear()?;
         }
         Ok(())
@@ -372,7 +391,7 @@ impl<'a> Runner<'a> {
         let config = Config { time_limit: LIMIT, ..self.scenario.config.clone() };
         self.sim = Sim::with_flash(&config, self.flash.clone());
         self.talks.iter_mut().for_each(|talk| *talk = Talk::default());
-        (self.has_deceived, self.held_until_ns) = (false, 0);
+        (self.has_deceived, self.held_until_ns, self.spindle) = (false, 0, SpindleWatch::default());
         self.wait(1_000)
     }
 
@@ -380,6 +399,7 @@ impl<'a> Runner<'a> {
     fn end_world(&mut self) -> Result<(), Failure> {
         self.sim.forget_stimuli();
         self.wait(FAULT_MAX_US)?;
+        self.wait_to(self.spindle.wrong_until_ns)?;
         for wire in [Wire::EmergencyStop, Wire::Hold, Wire::Start, Wire::Probe] {
             self.sim.set_hand_input(wire, false);
         }
@@ -415,6 +435,12 @@ impl<'a> Runner<'a> {
             self.run_out()?;
             let was_locked = word == "Alarm";
             word = self.word()?;
+            let tool = self.sim.tool();
+            if matches!(word.as_str(), "Sleep" | "Door:0") && tool != [0; 5] {
+                return Err(
+                    self.failure("in sleep and behind an open door all outputs are off", format!("{tool:?} in {word}"))
+                );
+            }
             match word.as_str() {
                 "Idle" => return Ok(()),
                 "Hold:0" | "Door:0" => self.send(0, b"~"),

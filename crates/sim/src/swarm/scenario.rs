@@ -10,11 +10,13 @@ use super::Random;
 use super::drivers::{self, Failing};
 use super::drives;
 use super::lines::Lines;
+use super::vfd;
 use crate::config::{Config, Gantry, Port};
 use crate::faults::Trouble;
 use crate::plant::SwitchFault;
 use crate::plate::Plate;
 use crate::sim::Stimulus;
+use crate::vfd::VfdFault;
 
 /// The axis along which it probes: Z, if there is one.
 pub(super) const PROBED: Axis = Axis::ALL[if AXES > 2 { 2 } else { AXES - 1 }];
@@ -49,6 +51,8 @@ pub enum Act {
     Drivers(Vec<Failing>),
     /// The drive of this motor is in alarm, for which there is a reason as long as this, us.
     Drive(Motor, u64),
+    /// This is wrong with the VFD, or with its wire, for so long, us.
+    Vfd(VfdFault, u64),
     /// Applies a stimulus after this many more critical sections, if tasks are interrupted.
     Between(u64, Stimulus),
     /// Opens the first console, as a host does.
@@ -64,6 +68,7 @@ impl Act {
             Self::Fault(..)
             | Self::Drivers(_)
             | Self::Drive(..)
+            | Self::Vfd(..)
             | Self::Between(..)
             | Self::Reset { .. }
             | Self::Open
@@ -94,6 +99,7 @@ impl fmt::Display for Act {
                 f.write_str(&words.join(", "))
             }
             Self::Drive(motor, us) => write!(f, "{} for {us} us", Trouble::Alarm(*motor)),
+            Self::Vfd(fault, us) => write!(f, "{} for {us} us", Trouble::Vfd(*fault)),
             Self::Between(sections, stimulus) => write!(f, "after {sections} critical sections {stimulus:?}"),
             Self::Open => write!(f, "a host opens console 0"),
             Self::PowerCut(operations) => {
@@ -119,14 +125,25 @@ impl Scenario {
         let mut random = Random(Rand64::new(seed.into()));
         let config = random.config(seed);
         let acts = random.acts(&config);
-        drives::with_drives(seed, drivers::with_uart_drivers(seed, Self { config, acts }))
+        let scenario = drivers::with_uart_drivers(seed, Self { config, acts });
+        vfd::with_vfd(seed, drives::with_drives(seed, scenario))
     }
 
     /// The machine in one line: the settings that differ from the default machine's, as `$n=v`.
     #[must_use]
     pub fn machine(&self) -> String {
         let Config {
-            settings, board, port, baud, second_console, section_max_ns, bounce_us, emergency_contact, ..
+            settings,
+            board,
+            port,
+            baud,
+            second_console,
+            section_max_ns,
+            bounce_us,
+            emergency_contact,
+            vfd,
+            vfd_ramp_hz_s,
+            ..
         } = &self.config;
         let mut text = format!("machine: {board}, {port} port, switches bounce {bounce_us} us");
         text += match emergency_contact {
@@ -135,6 +152,7 @@ impl Scenario {
         };
         text += if self.config.closed_loop { ", drives of a closed loop" } else { "" };
         text += if self.config.one_alarm_wire { ", one alarm wire" } else { "" };
+        text += &vfd.map_or(String::new(), |vfd| format!(", a VFD {vfd} of {vfd_ramp_hz_s} Hz/s"));
         text += if *second_console { ", two consoles" } else { ", one console" };
         text += &baud.map_or(String::new(), |baud| format!(" at {baud} baud"));
         text += &section_max_ns
