@@ -19,6 +19,9 @@ const QUIET_US: u64 = 1_000_000;
 /// The longest time after which a button that was pressed has its effect, ns.
 const BUTTON_NS: u64 = 100_000_000;
 
+/// The alarm of a VFD that cannot be told to stop.
+const VFD_ALARM: &str = "ALARM:19";
+
 const FORGOTTEN: &str = "nothing from before a reset is carried out after it";
 
 /// The knowledge that the host of a console has of a reset.
@@ -143,10 +146,11 @@ impl Runner<'_> {
     }
 }
 
-/// True if a line printed this behind the last welcome, other than the empty line of the host. The emergency stop and a
-/// driver that fails lock a machine at rest too, whenever they do; every other alarm needs a motion.
+/// True if a line printed this behind the last welcome, other than the empty line of the host. The emergency stop, a
+/// driver that fails, and a VFD that does not stop lock a machine at rest too, whenever they do; every other alarm needs a motion.
 fn is_of_a_line(printed: &str) -> bool {
-    let is_of_reset = ["ok", ">", "[MSG:", "ALARM:10", DRIVER_ALARM].iter().any(|begin| printed.starts_with(begin));
+    let is_of_reset =
+        ["ok", ">", "[MSG:", "ALARM:10", DRIVER_ALARM, VFD_ALARM].iter().any(|begin| printed.starts_with(begin));
     !is_of_reset || printed.contains("M6") || printed.contains(messages::PROGRAM_END)
 }
 

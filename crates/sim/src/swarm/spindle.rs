@@ -95,7 +95,10 @@ impl SpindleWatch {
     /// Notes whether the spindle has its speed.
     fn follow(&mut self, seen: &Seen, last: Option<Seen>, config: &Config) {
         if last.is_none_or(|last| last.wanted != seen.wanted || last.enabled_ns != seen.enabled_ns) {
-            (self.at_speed_ns, self.is_reached, self.is_known, self.off_ns) = (None, false, false, None);
+            (self.at_speed_ns, self.is_known, self.off_ns) = (None, false, None);
+        }
+        // An override is not waited for.
+        if last.is_none_or(|last| last.wanted.turns != seen.wanted.turns) {
             self.is_reached = last.is_none();
         }
         let [off_hz, within_hz, word_hz] = seen.off_hz(config);
