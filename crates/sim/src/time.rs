@@ -43,15 +43,15 @@ struct State {
     sequence: u64,
     /// Keys: instant, ns, and sequence number.
     deadlines: BTreeMap<(u64, u64), Deadline>,
-    /// True while what is being polled runs in the background.
-    in_background: bool,
-    /// Somebody waits for what runs there.
-    background_counts: bool,
+    /// What is being polled runs in this background.
+    background: Option<usize>,
+    /// For each background: somebody waits for what runs there.
+    counts: Vec<bool>,
 }
 
 struct Deadline {
     waker: Waker,
-    in_background: bool,
+    background: Option<usize>,
 }
 
 impl Clock {
@@ -109,23 +109,30 @@ impl Clock {
         Entered(CURRENT.replace(Some(self.clone())))
     }
 
-    /// Calls `poll`, which polls a future in the background. A run ends although that future still waits for a time.
-    fn in_background<R>(&self, poll: impl FnOnce() -> R) -> R {
-        self.0.borrow_mut().in_background = true;
+    /// A background of its own, which does not count.
+    fn background(&self) -> usize {
+        let counts = &mut self.0.borrow_mut().counts;
+        counts.push(false);
+        counts.len() - 1
+    }
+
+    /// Calls `poll`, which polls a future in this background. A run ends although that future still waits for a time.
+    fn in_background<R>(&self, background: usize, poll: impl FnOnce() -> R) -> R {
+        self.0.borrow_mut().background = Some(background);
         let polled = poll();
-        self.0.borrow_mut().in_background = false;
+        self.0.borrow_mut().background = None;
         polled
     }
 
-    /// Says whether somebody waits for what runs in the background, so that it counts.
-    fn count_background(&self, counts: bool) {
-        self.0.borrow_mut().background_counts = counts;
+    /// Says whether somebody waits for what runs in this background, so that it counts.
+    fn count_background(&self, background: usize, counts: bool) {
+        self.0.borrow_mut().counts[background] = counts;
     }
 
-    /// True if anything waits for an instant, without what runs in the background and does not count.
+    /// True if anything waits for an instant, without what runs in backgrounds that do not count.
     pub(crate) fn has_deadlines(&self) -> bool {
         let state = self.0.borrow();
-        state.deadlines.values().any(|deadline| !deadline.in_background || state.background_counts)
+        state.deadlines.values().any(|deadline| deadline.background.is_none_or(|background| state.counts[background]))
     }
 
     /// The earliest instant that a task waits for, ns since power-up.
@@ -158,22 +165,23 @@ impl State {
             }
             self.deadlines.remove(&key);
         }
-        let deadline = Deadline { waker: waker.clone(), in_background: self.in_background };
+        let deadline = Deadline { waker: waker.clone(), background: self.background };
         self.deadlines.insert((at_ns, self.sequence), deadline);
         self.sequence += 1;
     }
 }
 
-/// Polls `future` as part of the task that awaits it, in the background unless `counts`: somebody in the task waits for it.
+/// Polls `future` as part of the task that awaits it, in a background of its own unless `counts`: somebody in the task waits for it.
 pub(crate) async fn in_background<F: Future>(clock: &Clock, counts: impl Fn() -> bool, future: F) -> F::Output {
     let mut future = pin!(future);
+    let background = clock.background();
     let watcher = Arc::new(Watcher(Mutex::new(None)));
     // A waker of its own, so that its deadlines are not those of the task.
     let waker = Waker::from(watcher.clone());
     poll_fn(|context| {
         watcher.set(context.waker());
-        let polled = clock.in_background(|| future.as_mut().poll(&mut Context::from_waker(&waker)));
-        clock.count_background(counts());
+        let polled = clock.in_background(background, || future.as_mut().poll(&mut Context::from_waker(&waker)));
+        clock.count_background(background, counts());
         polled
     })
     .await
