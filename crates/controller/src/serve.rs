@@ -332,7 +332,12 @@ impl<F: NorFlash> Controller<'_, F> {
         if let Some(loss) = self.with(|program| program.loss) {
             text.say(loss);
         }
+        // Each of them may be as long as a message can be.
+        output.send(&text).await;
+        text.clear();
         self.with(|program| self.vfd.say_trouble(&program.settings, &mut text));
+        output.send(&text).await;
+        text.clear();
         let state = self.state();
         if self.fit(&mut text).is_ok() && state == ReportedState::Alarm {
             text.say(messages::HOW_TO_UNLOCK);
