@@ -6,6 +6,7 @@ use super::*;
 use crate::config::{Board, Config};
 use crate::drivers::DriverFault;
 use crate::faults::{Fault, Trouble};
+use crate::vfd::{VfdFault, VfdKind};
 
 const WORLDS: u64 = 100;
 
@@ -128,4 +129,34 @@ fn worlds_home_by_stall() {
     };
     let homed = worlds.iter().filter(homes).count();
     assert!(worlds.len() > 15 && homed > worlds.len() / 2, "{homed} of {}", worlds.len());
+}
+
+/// A machine whose spindle a VFD turns, and acts on it while it turns.
+fn turning(ramp_hz_s: f64, spin_up_s: f32, acts: Vec<Act>) -> Scenario {
+    let mut config = Config { vfd: Some(VfdKind::Gs20), vfd_ramp_hz_s: ramp_hz_s, ..Config::default() };
+    config.settings.spindle_type = 2;
+    config.settings.spindle_max_rpm = 24_000.0;
+    config.settings.spin_up_s = spin_up_s;
+    let turns = [vec![Act::Wait(500_000)], lines(&["M3 S12000", "G91 G1 X1 F60"]), vec![Act::Wait(1_500_000)]];
+    Scenario { config, acts: [turns.concat(), acts].concat() }
+}
+
+#[test]
+fn an_alarm_of_a_vfd_has_a_cause() {
+    let fails = |us| vec![Act::Vfd(VfdFault::Cut, us), Act::Wait(1_000_000)];
+    for us in [1, 200_000, 1_000_000] {
+        assert_eq!(run(&turning(200.0, 0.0, fails(us))).map(|amount| amount.faults), Ok(1), "{us} us");
+    }
+    // It is too slow for its settings, and nothing is wrong with it.
+    let failure = run(&turning(50.0, 0.5, Vec::new())).expect_err("nothing fails");
+    assert_eq!(failure.promise, "no VFD is said to fail that does not");
+}
+
+#[test]
+fn worlds_have_vfds_of_each_type_that_fail_in_each_way() {
+    let worlds: Vec<_> = (0..300).map(Scenario::new).filter(|world| world.config.vfd.is_some()).collect();
+    let fails =
+        |fault| worlds.iter().flat_map(|world| &world.acts).any(|act| matches!(act, Act::Vfd(f, _) if *f == fault));
+    assert!(VfdKind::ALL.iter().all(|kind| worlds.iter().any(|world| world.config.vfd == Some(*kind))));
+    assert!(VfdFault::ALL.into_iter().all(fails) && (40..90).contains(&worlds.len()), "{}", worlds.len());
 }
