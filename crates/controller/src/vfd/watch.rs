@@ -346,7 +346,9 @@ impl Follower {
         if !order.turns() {
             return if is_late && rpm > order.within_rpm { fails(VfdHealth::Runs) } else { Ok(()) };
         }
-        let is_off = (rpm - order.rpm).abs() > order.within_rpm || !self.asked.runs();
+        // On its way to the speed before it may pass this one.
+        let is_told = self.asked.runs() && self.asked.speed == Some(order.speed_word());
+        let is_off = (rpm - order.rpm).abs() > order.within_rpm || !is_told;
         if !is_off {
             (self.is_reached, self.off_rounds) = (true, 0);
         } else if self.is_reached {
