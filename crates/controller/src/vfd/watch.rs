@@ -192,7 +192,8 @@ impl VfdTaken {
     /// True if it can be told at once what is wanted next.
     fn lacks(&self, order: &Order) -> bool {
         let reverses = self.direction != Spindle::Off && self.direction != order.wanted.spindle;
-        order.turns() && !reverses && self.speed != Some(order.speed_word())
+        let is_told = self.spindle == Some(order.wanted.spindle) && self.speed == Some(order.speed_word());
+        order.turns() && !reverses && !is_told
     }
 
     fn runs(&self) -> bool {
@@ -216,13 +217,14 @@ impl VfdTaken {
         if stops && self.spindle != Some(Spindle::Off) {
             self.run(order, Spindle::Off, vfd).await?;
         } else if order.turns() && (!reverses || order.is_slow(rpm)) {
-            if self.spindle != Some(wanted) {
-                self.run(order, wanted, vfd).await?;
-                self.direction = wanted;
-            } else if self.speed != Some(word) {
+            // First the speed, so that it never heads for the one before.
+            if self.speed != Some(word) {
                 let (how, register) = order.vfd.speed;
                 ask(vfd, VfdRequest::write(how, register, word)).await?;
                 self.speed = Some(word);
+            } else if self.spindle != Some(wanted) {
+                self.run(order, wanted, vfd).await?;
+                self.direction = wanted;
             }
         }
         read.take(order, &order.vfd.monitor, vfd).await?;
