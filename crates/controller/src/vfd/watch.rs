@@ -184,16 +184,23 @@ struct VfdTaken {
     speed: Option<u16>,
     /// The direction in which it was asked to turn last.
     direction: Spindle,
+    /// The enable output may have been off since then: to turn it has to be told again.
+    is_stale: bool,
 }
 
 impl VfdTaken {
-    const NOTHING: Self = Self { spindle: None, speed: None, direction: Spindle::Off };
+    const NOTHING: Self = Self { spindle: None, speed: None, direction: Spindle::Off, is_stale: false };
 
     /// True if it can be told at once what is wanted next.
     fn lacks(&self, order: &Order) -> bool {
         let reverses = self.direction != Spindle::Off && self.direction != order.wanted.spindle;
-        let is_told = self.spindle == Some(order.wanted.spindle) && self.speed == Some(order.speed_word());
+        let is_told = self.has_taken(order.wanted.spindle) && self.speed == Some(order.speed_word());
         order.turns() && !reverses && !is_told
+    }
+
+    /// True if it has been told so, and heeds it.
+    fn has_taken(&self, spindle: Spindle) -> bool {
+        self.spindle == Some(spindle) && !self.is_stale
     }
 
     fn runs(&self) -> bool {
@@ -222,7 +229,7 @@ impl VfdTaken {
                 let (how, register) = order.vfd.speed;
                 ask(vfd, VfdRequest::write(how, register, word)).await?;
                 self.speed = Some(word);
-            } else if self.spindle != Some(wanted) {
+            } else if !self.has_taken(wanted) {
                 self.run(order, wanted, vfd).await?;
                 self.direction = wanted;
             }
@@ -251,7 +258,7 @@ impl VfdTaken {
             self.spindle = Some(spindle);
         }
         ask(vfd, VfdRequest::write(how, register, word)).await?;
-        self.spindle = Some(spindle);
+        (self.spindle, self.is_stale) = (Some(spindle), false);
         Ok(())
     }
 }
@@ -333,12 +340,16 @@ impl Follower {
         (self.since, self.is_reached, self.off_rounds) = (Instant::now(), false, 0);
         // The enable output may have been off meanwhile.
         if wanted.turns != before.turns && self.asked.spindle == Some(wanted.spindle) {
-            self.asked.spindle = if order.turns() { Some(Spindle::Off) } else { None };
+            if order.turns() {
+                self.asked.is_stale = true;
+            } else {
+                self.asked.spindle = None;
+            }
         }
     }
 
     fn is_settled(&self, order: &Order) -> bool {
-        self.asked.spindle == Some(order.wanted.spindle) && (self.is_reached || !order.turns())
+        self.asked.has_taken(order.wanted.spindle) && (self.is_reached || !order.turns())
     }
 
     fn judge(&mut self, order: &Order, read: &Reading) -> Result<(), (VfdHealth, u16)> {
@@ -349,7 +360,7 @@ impl Follower {
             return if is_late && rpm > order.within_rpm { fails(VfdHealth::Runs) } else { Ok(()) };
         }
         // On its way to the speed before it may pass this one.
-        let is_told = self.asked.runs() && self.asked.speed == Some(order.speed_word());
+        let is_told = self.asked.has_taken(order.wanted.spindle) && self.asked.speed == Some(order.speed_word());
         let is_off = (rpm - order.rpm).abs() > order.within_rpm || !is_told;
         if !is_off {
             (self.is_reached, self.off_rounds) = (true, 0);
