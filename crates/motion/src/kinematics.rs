@@ -98,8 +98,13 @@ impl Kinematics {
     /// The motors that move when `axis` does alone.
     #[must_use]
     pub fn moves(self, axis: Axis) -> [bool; AXES] {
-        let is_crossed = self == Self::CoreXy;
-        core::array::from_fn(|motor| motor == axis as usize || is_crossed && axis as usize <= Y && motor <= Y)
+        core::array::from_fn(|motor| motor == axis as usize || self.is_shared(axis) && motor <= Y)
+    }
+
+    /// Whether `axis` is moved by two motors, and so its motor moves another axis too.
+    #[must_use]
+    pub fn is_shared(self, axis: Axis) -> bool {
+        self == Self::CoreXy && axis as usize <= Y
     }
 
     /// The places of the motors, if the place where `axis` stands is its zero and the others keep theirs.
@@ -134,7 +139,7 @@ impl Kinematics {
         if self == Self::Cartesian { *one } else { crossed_move(one) }
     }
 
-    /// What a shaper of `axis` shapes, of what the chain plans, and how many steps of that are a step of the axis.
+    /// What a shaper of `axis` shapes, of what the chain plans.
     pub(crate) fn shaped(self, axis: Axis) -> Combination {
         match (self, axis) {
             (Self::CoreXy, Axis::X) => Combination::Sum,

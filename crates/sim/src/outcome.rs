@@ -296,10 +296,7 @@ impl Outcome {
     /// What the motor of an axis is called where only that axis could be meant otherwise.
     pub fn motor_name(&self, axis: usize) -> String {
         let axis = Axis::ALL[axis];
-        match self.kinematics.moves(axis).iter().filter(|moves| **moves).count() {
-            1 => axis.to_string(),
-            _ => format!("motor of {axis}"),
-        }
+        if self.kinematics.is_shared(axis) { format!("motor of {axis}") } else { axis.to_string() }
     }
 
     /// The millimetres of belt or screw that a motor turns for a millimetre of path in its direction: √2 with crossed belts.

@@ -75,7 +75,7 @@ impl<'a> Places<'a> {
 
     /// True if a motor moves more axes than one.
     fn is_crossed(&self, motor: usize) -> bool {
-        self.kinematics.moves(Axis::ALL[motor]).iter().filter(|moves| **moves).count() > 1
+        self.kinematics.is_shared(Axis::ALL[motor])
     }
 
     /// The place where a motor would be unshaped, steps.

@@ -122,7 +122,7 @@ pub fn asked_mm_s(outcome: &Outcome, record: &MoveRecord) -> f64 {
 
 /// What the top speeds of the axes that two motors move each allow along a path, mm/s, and the index of the axis.
 fn axis_tops_mm_s(outcome: &Outcome, along: [f64; AXES]) -> impl Iterator<Item = (f64, usize)> {
-    let of_two = |axis: &usize| outcome.kinematics.moves(Axis::ALL[*axis]).iter().filter(|moves| **moves).count() > 1;
+    let of_two = |axis: &usize| outcome.kinematics.is_shared(Axis::ALL[*axis]);
     let axes = (0..AXES).filter(of_two).filter(move |&axis| along[axis] != 0.0);
     axes.map(move |axis| {
         let top_mm_s = outcome.axis_limits[axis].top_speed_steps_s / outcome.axis_steps_per_mm[axis];

@@ -42,8 +42,7 @@ fn windows_of<'a>(outcome: &'a Outcome, run: &'a [MoveRecord]) -> impl Iterator<
 /// edge has it, and where the other motor is then by the closed form, which its own edges are compared with. The limits are those at
 /// the end of the run.
 pub fn windows_of_axes(outcome: &Outcome) -> impl Iterator<Item = Window> + '_ {
-    let axes =
-        (0..AXES).filter(|&axis| outcome.kinematics.moves(Axis::ALL[axis]).iter().filter(|moves| **moves).count() > 1);
+    let axes = (0..AXES).filter(|&axis| outcome.kinematics.is_shared(Axis::ALL[axis]));
     axes.flat_map(move |axis| outcome.runs().flat_map(move |(_, run)| Samples::of_axis(outcome, run, axis).windows()))
 }
 

@@ -363,7 +363,7 @@ impl<'a> Runner<'a> {
         for axis in Axis::ALL.into_iter().filter(|axis| homed[*axis as usize]) {
             let (at, travel) = (position_steps[axis as usize], config.travel_steps(axis));
             // In motion the counts of two motors are from different instants.
-            let is_of_two = config.kinematics.moves(axis).iter().filter(|moves| **moves).count() > 1;
+            let is_of_two = config.kinematics.is_shared(axis);
             let slack =
                 f64::from(u8::from(is_of_two)) * motors.limits[axis as usize].top_speed_steps_s * COUNTED_EVERY_S;
             let slack_steps = slack.ceil() as i32;
